@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 
 from fegear.cli import app
 
-ROOF = typer.main.get_command(app)
+ROOT_COMMAND = typer.main.get_command(app)
 
 
-def commands(group: Any = ROOF, path: str = "") -> Iterator[tuple[str, Any]]:
+def commands(group: Any = ROOT_COMMAND, path: str = "") -> Iterator[tuple[str, Any]]:
     """Commands by their words, those of groups too."""
     for name in group.list_commands(None):
         command, words = group.get_command(None, name), f"{path} {name}".strip()

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from lumped.clatter.gearbox import Freedom, Harmonics, Wheel
-from lumped.clatter.groups import Group
+from lumped.clatter.gearbox import Freedom, Harmonics, LooseWheel
+from lumped.clatter.groups import WheelGroup
 
 SINE = Harmonics(0.04, (0.15e-3,), (0.3,))
 STILL = Harmonics(0.04, (0.0,), (0.0,))
@@ -18,14 +18,14 @@ def freedom(play: float, restitution: float, drag=0.0, damping=0.0) -> Freedom:
     return Freedom(play=play, restitution=restitution, drag=drag, damping=damping)
 
 
-def spur(restitution=0.8, drag=-0.05, damping=1e-3, **keys) -> Wheel:
+def spur(restitution=0.8, drag=-0.05, damping=1e-3, **keys) -> LooseWheel:
     """A wheel that rattles in the play of its teeth only."""
     turning = freedom(1e-4, restitution, drag, damping)
     given = {"name": "spur", "inertia": 1e-3, "mass": 1.0, "base_radius": 0.04}
-    return Wheel(rotation=turning, **given | {"ratio": 0.87} | keys)
+    return LooseWheel(rotation=turning, **given | {"ratio": 0.87} | keys)
 
 
-def helical(restitution=0.7, drag=-0.05, damping=1e-3, **keys) -> Wheel:
+def helical(restitution=0.7, drag=-0.05, damping=1e-3, **keys) -> LooseWheel:
     """A wheel in all three plays."""
     side = 0.0 if damping == 0.0 else 0.5
     given = {
@@ -38,7 +38,7 @@ def helical(restitution=0.7, drag=-0.05, damping=1e-3, **keys) -> Wheel:
 
 
 def impacts_by_scipy(
-    group: Group, q, v, until: float
+    group: WheelGroup, q, v, until: float
 ) -> list[tuple[float, int, float]]:
     """Time, play and approach speed of impacts, one play at a time; SI units."""
     masses, rows = group.masses, group.rows

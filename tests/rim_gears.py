@@ -157,8 +157,10 @@ class RimGears:
             pairs=np.array([k for _, k, _ in self.contacts]),
             paths=np.tile([0.0, float(self.pairs)], (self.last, 1)),
             rows=np.repeat((arms @ shapes)[:, None], grid, axis=1),
-            closing=np.repeat([[side] for _, _, side in self.contacts], grid, axis=1),
-            inertial=np.repeat(
+            penetration_rate=np.repeat(
+                [[side] for _, _, side in self.contacts], grid, axis=1
+            ),
+            inertia_rows=np.repeat(
                 ((arms * rim * self.compliance) @ shapes)[:, None], grid, axis=1
             ),
             work=(shapes.T * (rim**2 * self.compliance)) @ shapes,
@@ -208,7 +210,7 @@ class RimGears:
             sliding=np.ones((count, grid)),
             arms=np.zeros((2, count, grid)),
             knots=np.tile(knots, (self.last, 1)),
-            law=law,
+            load_curve=law,
             normal_compliance=static,
             tangential_compliance=np.zeros_like(static),
             errors=np.zeros((count, 0)),

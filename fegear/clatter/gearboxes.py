@@ -28,9 +28,9 @@ from lumped.clatter.gearbox import (
     Freedom,
     Gearbox,
     Harmonics,
+    LooseWheel,
     SpeedSignal,
     Variation,
-    Wheel,
 )
 from lumped.common.csv_text import TableError, parse_csv
 
@@ -298,8 +298,8 @@ def _recorded(path: Path, radius: float) -> tuple[SpeedSignal, str]:
         raise InputError(f"{path}: {error}") from None
 
 
-def _wheel(keys: WheelKeys) -> Wheel:
-    return Wheel(
+def _wheel(keys: WheelKeys) -> LooseWheel:
+    return LooseWheel(
         name=keys.name,
         inertia=keys.inertia_kg_m2,
         mass=keys.mass_kg or 1.0,

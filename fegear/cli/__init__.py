@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from fegear.cli.command import PLAIN
-from fegear.cli.screen import complain, say
+from fegear.cli.screen import print_error, print_line
 from fegear.cli.study_group import group_class
 
 # the others are the solvers' own: they say what was not solved, and where
@@ -71,7 +71,7 @@ def _print_version(wanted: bool) -> None:
     if wanted:
         from fegear.files.version import package_version
 
-        say(f"fegear {package_version()}")
+        print_line(f"fegear {package_version()}")
         raise typer.Exit
 
 
@@ -125,7 +125,7 @@ class Announcer(logging.Handler):
     """Lines of a log on the error stream."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        complain(record.getMessage())
+        print_error(record.getMessage())
 
 
 def run(words: list[str]) -> int:
@@ -144,10 +144,10 @@ def run(words: list[str]) -> int:
         if debug:
             raise
         code, message = _explained(error)
-        complain(message)
+        print_error(message)
         return code
     if code == 130:  # Ctrl-C, turned into a code on the way
-        complain(INTERRUPTED)
+        print_error(INTERRUPTED)
     return code
 
 

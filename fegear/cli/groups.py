@@ -27,14 +27,14 @@ import typer
 from fegear.files.errors import InputError
 from fegear.studies.study import (
     AS_OPTIONS,
-    Group,
-    Offered,
+    ExposedField,
     Range,
     Setting,
-    offered,
+    SettingsGroup,
+    declared_fields,
+    exposed_fields,
     options_of,
-    own_offers,
-    read,
+    parse_setting,
 )
 
 
@@ -76,7 +76,7 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _options(
-    parameter: Parameter, annotation: Any, group: Group | None = None
+    parameter: Parameter, annotation: Any, group: SettingsGroup | None = None
 ) -> Iterator[Parameter]:
     """The parameter by keyword, or the parameters of the group that it represents."""
     if not is_dataclass(annotation):
@@ -85,7 +85,7 @@ def _options(
     group = group or _group_of(annotation)
     hints = get_type_hints(group.kind, include_extras=True)
     known = signature(group.kind).parameters
-    for each in offered(group):
+    for each in exposed_fields(group):
         own, declared = known[each.name], each.declared
         if isinstance(parameter.default, group.kind):  # stronger than its class's own
             own = own.replace(default=getattr(parameter.default, each.name))
@@ -100,23 +100,25 @@ def _options(
             yield from _options(own, Annotated[hint, *typed] if typed else hint)
 
 
-def _group_of(kind: Any) -> Group:
+def _group_of(kind: Any) -> SettingsGroup:
     """What a dataclass declares, options of typer's among it."""
-    own = own_offers(kind)
+    own = declared_fields(kind)
     if any(own.values()):
-        return Group(kind=kind, offers=own)
-    return Group(kind=kind, offers={e.name: own.get(e.name, ()) for e in fields(kind)})
+        return SettingsGroup(kind=kind, exposed=own)
+    return SettingsGroup(
+        kind=kind, exposed={e.name: own.get(e.name, ()) for e in fields(kind)}
+    )
 
 
 def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parameter]:
     """Option or argument of typer's, with its range, and one for each flag."""
-    kind = hint if declared.read is None else str | None
+    kind = hint if declared.parse is None else str | None
     if declared.several:
         kind = list[str] | None
-    elif get_origin(hint) is tuple and declared.read is None:
+    elif get_origin(hint) is tuple and declared.parse is None:
         kind = list[get_args(hint)[0]] | None  # type: ignore[misc]
     default = None if own.default == () else own.default
-    if default is not None and default is not Parameter.empty and declared.read:
+    if default is not None and default is not Parameter.empty and declared.parse:
         default = declared.write(default)
     if declared.place:
         words = typer.Argument(metavar=declared.place, help=declared.text)
@@ -129,7 +131,7 @@ def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parame
             kind=Parameter.KEYWORD_ONLY,
             default=default,
             annotation=Annotated[
-                kind, words, None if declared.read else declared.allowed
+                kind, words, None if declared.parse else declared.allowed
             ],
         )
     for flag, _, text in declared.flags:
@@ -158,11 +160,11 @@ def _require_allowed(option: Parameter, value: Any) -> None:
                 raise InputError(f"--{name} = {number:.12g}; allowed {allowed}")
 
 
-def _gathered(group: Group, values: dict[str, Any]) -> Any:
+def _gathered(group: SettingsGroup, values: dict[str, Any]) -> Any:
     """A value of the group, whose options are taken out of the values."""
     given = dict[str, Any]()
     with named_as_options(group, every=True):
-        for each in offered(group):
+        for each in exposed_fields(group):
             if isinstance(each.declared, Setting):
                 given |= _taken(each, each.declared, values)
             elif each.group is not None:
@@ -173,15 +175,19 @@ def _gathered(group: Group, values: dict[str, Any]) -> Any:
         return group.kind(**given)
 
 
-def _taken(each: Offered, declared: Setting, values: dict[str, Any]) -> dict[str, Any]:
+def _taken(
+    each: ExposedField, declared: Setting, values: dict[str, Any]
+) -> dict[str, Any]:
     """The value of a setting by its name, nothing where none is given."""
     value = values.pop(_parameter(each.name, declared), None)
     flags = {
         flag: meant for flag, meant, _ in declared.flags if values.pop(_name_of(flag))
     }
-    if value is not None and declared.read is not None:
+    if value is not None and declared.parse is not None:
         value = (
-            [read(each, w) for w in value] if declared.several else read(each, value)
+            [parse_setting(each, w) for w in value]
+            if declared.several
+            else parse_setting(each, value)
         )
     words = [*flags, *([each.option] if flags and value is not None else [])]
     if len(words) > 1:
@@ -194,7 +200,7 @@ def _taken(each: Offered, declared: Setting, values: dict[str, Any]) -> dict[str
 
 
 @contextmanager
-def named_as_options(group: Group, every: bool = False) -> Iterator[None]:
+def named_as_options(group: SettingsGroup, every: bool = False) -> Iterator[None]:
     """Errors that begin with the name of a setting begin with its option instead.
 
     every : whether other errors of values are those of the input as well

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 from fegear.cli.groups import option
-from fegear.cli.screen import complain, print_json, warn
+from fegear.cli.screen import print_error, print_json, print_warnings
 from fegear.files.errors import InputError
 from fegear.studies.study import TABLES
 
 if TYPE_CHECKING:
-    from fegear.files.store import Keeping
+    from fegear.files.store import CheckpointOptions
     from lumped.common.progress import Progress
     from lumped.common.workers import Cluster
 
@@ -48,7 +48,7 @@ class Outputs:
     ) -> None:
         """On the screen, as JSON or by the function; a line for each warning."""
         (print_json if self.as_json else print_values)(values)
-        warn(values.get("warnings", ()))
+        print_warnings(values.get("warnings", ()))
 
     def progress(self) -> AbstractContextManager[Progress]:
         """A bar, unless the screen is for JSON."""
@@ -90,43 +90,45 @@ class InThreads:
 class ResumedOutputs(Outputs):
     """Output files of a long run, and whether an interrupted run is resumed.
 
-    beside : name of the file next to which finished work is stored
+    checkpoint_beside : name of the file next to which finished work is stored
     """
 
-    beside: ClassVar[str]
+    checkpoint_beside: ClassVar[str]
     resume: bool = False
     overwrite: bool = False
 
     def __post_init__(self) -> None:
         if self.resume and self.checkpoint is None:
-            name = f"--{self.beside}"
+            name = f"--{self.checkpoint_beside}"
             raise InputError(f"--resume needs the {name} of the run to resume")
         if self.checkpoint is None:
-            refuse_idle(f"needs --{self.beside}", overwrite=self.overwrite)
+            refuse_unused_options(
+                f"needs --{self.checkpoint_beside}", overwrite=self.overwrite
+            )
         if self.resume:
-            refuse_idle(
+            refuse_unused_options(
                 "--resume keeps what --overwrite drops", overwrite=self.overwrite
             )
 
     @property
-    def keeping(self) -> Keeping:
-        from fegear.files.store import Keeping
+    def checkpoint_options(self) -> CheckpointOptions:
+        from fegear.files.store import CheckpointOptions
 
-        return Keeping(
+        return CheckpointOptions(
             checkpoint=self.checkpoint,
             resume=self.resume,
             overwrite=self.overwrite,
-            tell=complain,
+            notify=print_error,
         )
 
     @property
     def checkpoint(self) -> Path | None:
         """What is finished is kept there until all files are written."""
-        path = getattr(self, self.beside)
+        path = getattr(self, self.checkpoint_beside)
         return None if path is None else Path(f"{path}.partial")
 
 
-def refuse_idle(reason: str, **options: Any) -> None:
+def refuse_unused_options(reason: str, **options: Any) -> None:
     """Refuse options that would change nothing.
 
     reason : why, such as `needs --excitation trapezoid`

@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 WIDEST = 24  # letters of a column
 
 
-def say(text: str) -> None:
+def print_line(text: str) -> None:
     """A line on the screen, as long as it is."""
     typer.echo(printable(text))
 
 
-def complain(message: str) -> None:
+def print_error(message: str) -> None:
     """One line on the error stream."""
     typer.echo(f"fegear: {printable(one_line(message))}", err=True)
 
 
-def warn(warnings: Iterable[str]) -> None:
+def print_warnings(warnings: Iterable[str]) -> None:
     """A line for each on the error stream."""
     for warning in warnings:
         typer.echo(f"warning: {printable(' '.join(warning.split()))}", err=True)

@@ -16,13 +16,19 @@ from fegear.cli.options import (
     Outputs,
     ResumedOutputs,
     Workers,
-    refuse_idle,
+    refuse_unused_options,
     require_ending,
     require_outputs,
 )
-from fegear.cli.screen import complain, print_columns, ruled_table, say, screen
+from fegear.cli.screen import (
+    print_columns,
+    print_error,
+    print_line,
+    ruled_table,
+    screen,
+)
 from fegear.files.output import make_directory, write_text
-from fegear.studies.page import Grid, Sheet
+from fegear.studies.page import ColumnTable, RowTable
 from fegear.studies.study import (
     TABLES,
     Study,
@@ -65,7 +71,7 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
     files: list[Any] = [("output", Path | None, shown)] if study.output_names else []
     files += [(name, Path | None, option(text)) for name, text in texts.items()]
     if study.resumes:
-        run = f"an interrupted run to the same --{study.kept_beside}"
+        run = f"an interrupted run to the same --{study.checkpoint_beside}"
         anew = f"Start anew where {run} has kept something."
         files.append(("resume", bool, option(f"Go on with {run}.", default=False)))
         files.append(("overwrite", bool, option(anew, default=False)))
@@ -75,7 +81,7 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
         bases=(ResumedOutputs if study.resumes else Outputs,),
         namespace={
             "endings": study.endings,
-            "beside": study.kept_beside,
+            "beside": study.checkpoint_beside,
             "folder": study.folder,
         },
         frozen=True,
@@ -96,9 +102,9 @@ def _require(asked: Study, outputs: Any) -> None:
     names = options_of(group_of(asked)) | {name: f"--{name}" for name in given}
     given |= {n: getattr(outputs, n, False) for n in ("resume", "overwrite")}
     given = {name: value for name, value in given.items() if value}
-    for name, reason in asked.idle(given):
+    for name, reason in asked.unused_options(given):
         value = given.get(name, getattr(asked, name, None))
-        refuse_idle(reason.format_map(names), **{name: value})
+        refuse_unused_options(reason.format_map(names), **{name: value})
     taken = list(files_read(asked))
     outputs.require(*taken)
     taken += map(str, filter(None, (outputs.output, files.pop("plot", None))))
@@ -113,7 +119,7 @@ def _require(asked: Study, outputs: Any) -> None:
 
 def _placed(asked: Study, outputs: Any) -> Any:
     """The outputs, with a directory that is made before the run."""
-    place = outputs.output or asked.usual_output
+    place = outputs.output or asked.default_output
     if not asked.folder or place is None:
         return outputs
     folder = make_directory(place)
@@ -123,10 +129,10 @@ def _placed(asked: Study, outputs: Any) -> Any:
 
 def _found(asked: Study, workers: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
     """The result and its summary, files written; a bar moves all the while."""
-    from fegear.files.store import NOTHING
+    from fegear.files.store import NO_CHECKPOINT
     from fegear.studies.running import run
 
-    keeping, computed = outputs.keeping if asked.resumes else NOTHING, False
+    keeping, computed = outputs.keeping if asked.resumes else NO_CHECKPOINT, False
     try:
         with named_as_options(group_of(asked)), outputs.progress() as report:
 
@@ -162,7 +168,7 @@ def _write(found: Any, outputs: Any) -> None:
 def _say_what_is_kept(outputs: Any) -> None:
     kept = getattr(outputs, "checkpoint", None)
     if kept is not None and kept.exists():
-        complain(f"{kept} is stored; --resume continues from it")
+        print_error(f"{kept} is stored; --resume continues from it")
 
 
 def _end(found: Any, outputs: Any) -> None:
@@ -173,9 +179,9 @@ def _end(found: Any, outputs: Any) -> None:
     written = place is not None and not found.empty
     rows = f"finished {'parts' if found.study.folder else 'rows'} are in {place}"
     if found.failure:
-        complain(f"{found.failure}; {rows}" if written else found.failure)
+        print_error(f"{found.failure}; {rows}" if written else found.failure)
     elif written:
-        complain(rows)
+        print_error(rows)
     _say_what_is_kept(outputs)
     if found.failure:
         raise typer.Exit(1)
@@ -185,18 +191,20 @@ def _end(found: Any, outputs: Any) -> None:
 def _show(found: Any, outputs: Any, seconds: float) -> None:
     console = screen()
     for part in found.page():
-        if isinstance(part, Grid):
+        if isinstance(part, RowTable):
             table = ruled_table(*part.columns, title=part.title, words=part.words)
             table.columns[0].no_wrap = part.whole or table.columns[0].no_wrap
             for cells in part.cells():
                 table.add_row(*cells)
             console.print(table)
-        elif isinstance(part, Sheet):
+        elif isinstance(part, ColumnTable):
             print_columns(console, part.corner, part.labels, part.columns, part.title)
         elif console.is_terminal:
             console.print(part)
         else:  # lines as long as they are
-            say(part)
+            print_line(part)
     if found.study.folder and outputs.output is not None:
-        say(f"wrote {', '.join(str(outputs.output / n) for n in found.study.files)}")
-    say(f"wall time {seconds:.2f} s")
+        print_line(
+            f"wrote {', '.join(str(outputs.output / n) for n in found.study.files)}"
+        )
+    print_line(f"wall time {seconds:.2f} s")

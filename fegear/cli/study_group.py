@@ -18,7 +18,7 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
     prefix : words before the name in the commands of studies
     """
 
-    class Group(TyperGroup):
+    class LazyGroup(TyperGroup):
         def list_commands(self, ctx: Any) -> list[str]:
             return list(names)
 
@@ -42,7 +42,7 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
             known: Any = super().get_command(ctx, name)
             return str(known.help).partition("\n\n")[0].replace("\n", " ")
 
-    return Group
+    return LazyGroup
 
 
 def _loaded(command: str, name: str) -> Any:

@@ -29,13 +29,13 @@ class NodeConditions(NamedTuple):
     """What the nodes of all patches obey, arrays (n,).
 
     gap : without load at zero transmission error [m]
-    closing : contact approach per transmission error
-    arm : of the nodal force about the driver's centre, friction included [m]
+    penetration_rate : contact approach per transmission error
+    effective_arm : of the nodal force about the driver's centre, friction included [m]
     """
 
     gap: NDArray[np.float64]
-    closing: NDArray[np.float64]
-    arm: NDArray[np.float64]
+    penetration_rate: NDArray[np.float64]
+    effective_arm: NDArray[np.float64]
 
 
 @allocating

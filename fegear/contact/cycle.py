@@ -18,8 +18,8 @@ from fegear.contact.active_set import (
     solve_contact,
 )
 from fegear.contact.compliance import fill_compliance, friction_bending
-from fegear.contact.flanks import FAR
-from fegear.contact.grid import Grid
+from fegear.contact.flanks import NO_FLANK_GAP
+from fegear.contact.grid import PatchTables
 from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
 from lumped.common.compiled import allocating, compiled, compiled_part
 
@@ -74,7 +74,7 @@ class Constants(NamedTuple):
     mesh: Any
     flanks: NDArray[Any]
     tables: NDArray[np.float64]
-    grid: Grid
+    grid: PatchTables
 
 
 class Workspace(NamedTuple):
@@ -145,10 +145,10 @@ def solve_position(constants, teeth, gaps, kind, given, work, row, cells):
     """
     patches, flanks = work.patches, constants.flanks
     work.q[:] = 0.0
-    row.no_load = FAR
+    row.no_load = NO_FLANK_GAP
     for k in range(teeth.size):
         row.no_load = min(row.no_load, patches[k].least_gap)
-    if row.no_load >= FAR:
+    if row.no_load >= NO_FLANK_GAP:
         row.status = NOT_FINITE
         return
     limit = given

@@ -13,7 +13,7 @@ import numpy as np
 
 from lumped.common.compiled import compiled_part
 
-FAR = 1.0  # gap [m] where there is no opposite flank
+NO_FLANK_GAP = 1.0  # gap [m] where there is no opposite flank
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 KINK = 1e-6  # of a flank's length, on either side of a point where its slope may jump
 
@@ -119,7 +119,7 @@ def separation(master, slave, line, crossings, s):
     dx, dy = x - line, y - slave.base_radius
     squared = dx * dx + dy * dy - slave.base_radius**2
     if squared <= 0.0:
-        return FAR, 0.0, 0.0
+        return NO_FLANK_GAP, 0.0, 0.0
     s_slave = math.sqrt(squared)
     # turn that carries (-s_slave, -rb) onto the point
     cross = -s_slave * dy + slave.base_radius * dx
@@ -130,7 +130,7 @@ def separation(master, slave, line, crossings, s):
 
 
 @compiled_part
-def tilt(flank, s):
+def normal_angle(flank, s):
     """Angle [rad] of the flank's normal from the base tangent through its point s."""
     slope = relief_slope(flank.tip_relief, s) + relief_slope(flank.root_relief, s)
     return math.atan2(slope * flank.base_radius, (1.0 + slope) * s)
@@ -157,8 +157,8 @@ def common_normal(master, slave, line, crossings, arc):
 def normals(master, slave, line, crossings, s):
     """Angles [rad] of the normals of master and slave from the line of action."""
     _, s_slave, lean = separation(master, slave, line, crossings, s)
-    own = turn_to_point(master, crossings[0], s) + tilt(master, s)
-    return own, lean + tilt(slave, s_slave)
+    own = turn_to_point(master, crossings[0], s) + normal_angle(master, s)
+    return own, lean + normal_angle(slave, s_slave)
 
 
 @compiled_part

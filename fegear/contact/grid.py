@@ -13,7 +13,7 @@ SUPPORT = 5  # points per patch at which the smooth remainder is evaluated
 Array = NDArray[np.float64]
 
 
-class Grid(NamedTuple):
+class PatchTables(NamedTuple):
     """Tables for patches of equally many nodes; the last node is an end.
 
     logarithm : (nodes, nodes) mean of ln|row - column| over the column's hat
@@ -29,7 +29,7 @@ class Grid(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def contact_grid(nodes: int) -> Grid:
+def contact_grid(nodes: int) -> PatchTables:
     """Hats of unit half-length, but half a hat at the last node."""
     steps = np.arange(nodes)[:, None] - np.arange(nodes)[None, :]
     logarithm = hat_logarithm(np.abs(steps).astype(float))
@@ -43,7 +43,7 @@ def contact_grid(nodes: int) -> Grid:
     for a in range(SUPPORT):
         for b in set(range(SUPPORT)) - {a}:
             lagrange[:, a] *= (x - points[b]) / (points[a] - points[b])
-    return Grid(logarithm, sign, lagrange, points)
+    return PatchTables(logarithm, sign, lagrange, points)
 
 
 def _x_log_x(x: Array) -> Array:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from fegear.contact.flanks import (
-    FAR,
+    NO_FLANK_GAP,
     arc_of_roll,
     closest_arc,
     common_normal,
@@ -25,8 +25,8 @@ from fegear.elasticity.flank_grid import place_stencil
 from lumped.common.compiled import compiled_part
 
 REACH = 0.5  # base pitches off the path within which a corner may touch
-COARSE, EXACT = 1e-3, 1e-8  # of a flank's length, for the closest point
-MOST_TURN = 0.05  # base pitches; farther off, flanks never touch
+COARSE, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
+MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
 # Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m].
 NODE = np.dtype([("gap", "f8"), ("opposite", "f8"), ("force", "f8")], align=True)
 
@@ -44,7 +44,7 @@ def hertz_half_width(mesh, flanks, s1, load):
 def place_patch(mesh, flanks, patch, s1, extra_gap):
     """Find one pair's closest point; s1 is the driver's nominal roll length."""
     patch.master = 0 if s1 >= mesh.pitch else 1
-    patch.present, patch.least_gap = False, FAR
+    patch.present, patch.least_gap = False, NO_FLANK_GAP
     patch.sliding_sign = np.sign(mesh.pitch - s1)
     if abs(mesh.pitch - s1) < 1e-12 * mesh.line:
         patch.sliding_sign = 0.0
@@ -63,8 +63,8 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
         if not patch.present:
             return
         # levers and gaps are those where the flanks touch, the driver turned so far
-        turn_driver(mesh, patch, s1, min(patch.least_gap, MOST_TURN * mesh.base_pitch))
-        find_closest(mesh, flanks, patch, 0.01, EXACT)
+        turn_driver(mesh, patch, s1, min(patch.least_gap, MAX_TURN * mesh.base_pitch))
+        find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
     set_contact(mesh, flanks, patch, off_path, extra_gap)
 
 
@@ -103,7 +103,7 @@ def set_contact(mesh, flanks, patch, off_path, extra_gap):
     patch.opposite = arc_of_roll(slave, s_slave)
     patch.present = 0.0 <= patch.opposite <= slave.length
     if not patch.present:
-        patch.least_gap = FAR
+        patch.least_gap = NO_FLANK_GAP
         return
     turn, normal = turn_to_point(master, patch.crossings[0], s), lean
     if is_relieved(master) or is_relieved(slave):

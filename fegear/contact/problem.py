@@ -425,7 +425,7 @@ def _collect(
     position: Array,
     solved: KernelResult,
 ) -> ContactCycle:
-    from fegear.contact.flanks import FAR
+    from fegear.contact.flanks import NO_FLANK_GAP
 
     teeth, rows, cells, _, _ = solved
 
@@ -442,7 +442,7 @@ def _collect(
         no_load=rows.no_load,
         local_stiffness=rows.slope * width,
         load=load,
-        gap=np.where(cells.gap >= FAR, np.inf, cells.gap),
+        gap=np.where(cells.gap >= NO_FLANK_GAP, np.inf, cells.gap),
         pressure=cells.pressure,
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),
         arc=cells.arc,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fegear.dynamics.build import BAND, STRAINED, elastic_damping
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
-from fegear.dynamics.mesh_laws import pitch_point
+from fegear.dynamics.mesh_load_curves import pitch_point
 from fegear.dynamics.model import modal_matrices
 from fegear.dynamics.rows import contact_rows
 from fegear.dynamics.sides import DRIVE, ContactSide
@@ -26,8 +26,8 @@ from fegear.gearset.model import Gear, GearSet
 from fegear.statics.solving import StaticsSettings
 from lumped.train.coupled import BodyModes, CoupledContacts, LoadedState
 from lumped.train.elastic_inertia import harmonic_amplitudes
-from lumped.train.left_out import BodyInertia
 from lumped.train.system import LumpedSystem
+from lumped.train.truncation import TruncationModel
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -214,7 +214,7 @@ def _inertia(
     modes: BodyModes,
     static: Array,
     loaded: LoadedState,
-) -> BodyInertia:
+) -> TruncationModel:
     """Shares of the modes are those at the pitch point, in the mean stiffness."""
     families = np.arange(modes.count)
     first, second = np.split(families[modes.nodal_diameters > 0], 2)
@@ -230,7 +230,7 @@ def _inertia(
     squares = at_pitch**2
     left = static - (squares / modes.angular**4).sum(axis=1)
     rest_Hz = _rest_Hz(modes)
-    return BodyInertia(
+    return TruncationModel(
         frequencies_Hz=modes.angular / (2.0 * np.pi),
         damping_ratio=0.5 * modes.damping / modes.angular,
         families=families,

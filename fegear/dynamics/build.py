@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
 from fegear.dynamics.memory import full_bytes, require_memory
-from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables, pitch_point
+from fegear.dynamics.mesh_load_curves import all_mesh_laws, equal_tables, pitch_point
 from fegear.dynamics.model import DynamicModel, dynamic_model
-from fegear.dynamics.sides import MeshLaws
+from fegear.dynamics.sides import MeshLoadCurves
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
 from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
 from fegear.files.errors import InputError
@@ -79,7 +79,7 @@ class FiniteElements:
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class StepperChoice:
     """A stepper and why it is of its fidelity, in a sentence that begins with it.
 
     elastic : number of each gear's elastic modes, or freedoms where all are kept
@@ -99,7 +99,7 @@ def prepare(
     elements: FiniteElements,
     settings: DynamicSettings,
     excitations: Excitations,
-) -> Prepared:
+) -> StepperChoice:
     """A stepper at a torque on the input gear [N m] for the speeds [Hz] to be run.
 
     reference : the lumped system (Model-1) at that torque
@@ -148,7 +148,7 @@ def prepare(
         return _prepared(model, settings, "reduced", reason, modes)
     if choice.fidelity == "quasistatic":
         return _prepared(rigid, settings, "quasistatic", choice.sentence + unseen, [])
-    kept = [below(each, choice.cutoff_Hz) for each in modes]
+    kept = [truncate_modes(each, choice.cutoff_Hz) for each in modes]
     elastic = _elastic(gear_set, kept, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, laws, elastic, beside)
     return _prepared(model, settings, "reduced", choice.sentence + unseen, kept)
@@ -157,12 +157,12 @@ def prepare(
 def _prepare_full(
     gear_set: GearSet,
     reference: LumpedSystem,
-    laws: Sequence[MeshLaws],
+    laws: Sequence[MeshLoadCurves],
     wholes: Sequence[CyclicGear],
     far: Array | None,
     damping_ratio: float,
     scheme: Scheme,
-) -> Prepared:
+) -> StepperChoice:
     from fegear.dynamics.full import FullStepper, full_model
 
     damping = [elastic_damping(gear, damping_ratio) for gear in gear_set.gears]
@@ -170,7 +170,7 @@ def _prepare_full(
     freedoms = tuple(field.whole.own * field.whole.teeth for field in fields)
     counts = " + ".join(map(str, freedoms))
     reason = f"full: as asked for, {counts} elastic freedoms of the gears"
-    return Prepared(FullStepper(hubs, scheme, fields), "full", reason, freedoms)
+    return StepperChoice(FullStepper(hubs, scheme, fields), "full", reason, freedoms)
 
 
 def _prepared(
@@ -179,9 +179,11 @@ def _prepared(
     fidelity: str,
     reason: str,
     modes: Sequence[GearModes],
-) -> Prepared:
+) -> StepperChoice:
     counts = tuple(each.frequencies_Hz.size for each in modes)
-    return Prepared(ReducedStepper(model, settings.scheme), fidelity, reason, counts)
+    return StepperChoice(
+        ReducedStepper(model, settings.scheme), fidelity, reason, counts
+    )
 
 
 def _whole_gears(
@@ -192,7 +194,7 @@ def _whole_gears(
 
     wholes = []
     for gear in gear_set.gears:
-        sector, cutoff = statics.sector(gear, refinement), usual_cutoff(gear, highest)
+        sector, cutoff = statics.sector(gear, refinement), default_cutoff(gear, highest)
         sector = resolving_sector(sector, gear.density, cutoff)
         wholes.append(cyclic_gear(sector, gear.density))
     return wholes
@@ -221,13 +223,13 @@ def modes_of(
         modes_once(
             settings.sector(gear),
             gear.density,
-            cutoff_Hz or usual_cutoff(gear, highest),
+            cutoff_Hz or default_cutoff(gear, highest),
         )
         for gear in gear_set.gears
     ]
 
 
-def usual_cutoff(gear: Gear, highest: float) -> float:
+def default_cutoff(gear: Gear, highest: float) -> float:
     """Modes below it [Hz] may matter at mesh frequencies up to `highest`."""
     return max(HARMONICS * highest, SHEAR_WAVES * round_trips(gear))
 
@@ -245,7 +247,7 @@ def elastic_damping(gear: Gear, ratio: float) -> Rayleigh:
     return mass_damping(ratio, round_trips(gear))
 
 
-def below(modes: GearModes, cutoff_Hz: float) -> GearModes:
+def truncate_modes(modes: GearModes, cutoff_Hz: float) -> GearModes:
     """The modes below a lower cut-off."""
     kept = modes.frequencies_Hz < cutoff_Hz
     return replace(

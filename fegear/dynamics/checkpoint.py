@@ -21,14 +21,14 @@ class StoredBranch:
     records: Records
 
     def finished(self) -> list[Response]:
-        responses = [stored_response(each) for each in self.records.kept]
+        responses = [stored_response(each) for each in self.records.records]
         arrays = self.records.state
         if responses and arrays is not None:
             responses[-1] = replace(responses[-1], state=_state(dict(arrays)))
         return responses
 
     def add(self, response: Response) -> None:
-        self.records.keep(response_values(response), _arrays(response.state))
+        self.records.add_record(response_values(response), _arrays(response.state))
 
 
 def _arrays(state: MotionState) -> dict[str, Array]:

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.pair_laws import NOMINAL
+from fegear.contact.pair_load_curves import NOMINAL
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.root_stress import FlankLoad
 from fegear.dynamics.sides import DRIVE, ContactSide
-from fegear.dynamics.stepper import Motion
+from fegear.dynamics.stepper import FeHistory
 from lumped.kernels.contact import STICKING
 
 Array = NDArray[np.float64]
@@ -94,7 +94,7 @@ def cycle_position(rate: float, count: int, steps: int) -> Array:
 
 
 def contact_histories(
-    model: DynamicModel, motion: Motion, steps: int
+    model: DynamicModel, motion: FeHistory, steps: int
 ) -> list[ContactHistory]:
     """All contacts in the model's order; steps : of a cycle of the first mesh."""
     rotation = _rotation(model, motion, steps)
@@ -123,7 +123,7 @@ def contact_histories(
     return histories
 
 
-def _rotation(model: DynamicModel, motion: Motion, steps: int) -> Array:
+def _rotation(model: DynamicModel, motion: FeHistory, steps: int) -> Array:
     """Speed of every gear in its nominal sense (t, gears) [rad/s]."""
     nominal = model.kinematics.speed
     time = motion.time

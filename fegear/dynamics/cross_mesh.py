@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
+from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.elasticity.flank import nodal_loads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 def cross_mesh_compliance(
-    gear_set: GearSet, laws: Sequence[MeshLaws], settings: StaticsSettings
+    gear_set: GearSet, laws: Sequence[MeshLoadCurves], settings: StaticsSettings
 ) -> Array | None:
     """Penetration of contact c per load on contact d of another mesh (p, c, c) [m/N].
 

@@ -22,13 +22,13 @@ from fegear.dynamics.kernels import full as kernel
 from fegear.dynamics.kernels.arrays import Newmark
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.scheme import Scheme
-from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
+from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.dynamics.stepper import (
     DynamicsError,
+    FeHistory,
     ImplicitStepper,
-    Motion,
     MotionState,
-    Steps,
+    TimeSteps,
     empty_record,
     recorded,
 )
@@ -184,7 +184,7 @@ class ContactTables:
 def full_model(
     gear_set: GearSet,
     reference: LumpedSystem,
-    laws: Sequence[MeshLaws],
+    laws: Sequence[MeshLoadCurves],
     wholes: Sequence[CyclicGear],
     damping: Sequence[Rayleigh],
     far: Array | None = None,
@@ -259,19 +259,21 @@ class FieldStep:
     """What a step size makes of one gear.
 
     mass, stiffness : their weights in the matrix that `factors` are of
-    turned : (own,) field under the momentum of a unit turn; swing : its momentum
+    rotation_field : (own,) field under the momentum of a unit turn;
+        rotation_momentum : its momentum
     responses : by flank, fields (kinds, points, own, teeth) under unit loads
-    compliance : (kinds, p, k, k); turning : (kinds, p, k) of `turned` at the contacts
+    compliance : (kinds, p, k, k)
+    rotation_at_contacts : (kinds, p, k) of `rotation_field`
     """
 
     factors: Factors
     mass: float
     stiffness: float
-    turned: Array
-    swing: float
+    rotation_field: Array
+    rotation_momentum: float
     responses: dict[int, Array]
     compliance: Array
-    turning: Array
+    rotation_at_contacts: Array
 
 
 def field_step(field: ElasticField, weights: tuple[float, float, float]) -> FieldStep:
@@ -286,16 +288,16 @@ def field_step(field: ElasticField, weights: tuple[float, float, float]) -> Fiel
         factors=factors,
         mass=mass,
         stiffness=stiffness,
-        turned=turned,
-        swing=whole.teeth * float(whole.momentum @ turned),
+        rotation_field=turned,
+        rotation_momentum=whole.teeth * float(whole.momentum @ turned),
         responses=responses,
         compliance=field.compliance(responses),
-        turning=field.of_column(turned),
+        rotation_at_contacts=field.of_column(turned),
     )
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class FullStepMatrices:
     """A step size [s]: what it makes of the hubs and of each gear."""
 
     size: float
@@ -318,7 +320,9 @@ class FullStepper(ImplicitStepper):
             tuple(np.zeros((4, f.whole.own, f.whole.teeth)) for f in self.fields),
         )
 
-    def integrate(self, state: MotionState, steps: Steps) -> tuple[MotionState, Motion]:
+    def integrate(
+        self, state: MotionState, steps: TimeSteps
+    ) -> tuple[MotionState, FeHistory]:
         model, sizes = self.model, self._step(steps.size)
         frequency, cycle = steps.frequency, steps.cycle
         now, record = state.copy(), empty_record(self.model, steps.count)
@@ -334,16 +338,16 @@ class FullStepper(ImplicitStepper):
         return now, recorded(steps.size, record)
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
-    def _step(self, size: float) -> Step:
+    def _step(self, size: float) -> FullStepMatrices:
         wm, wc, wk = weights = self.scheme.weights(size)
         modal = self.model.modal
         matrix = wk * modal.stiffness + np.diag(wm + wc * modal.damping)
         fields = tuple(field_step(f, weights) for f in self.fields)
         for f, s in zip(self.fields, fields, strict=True):
             turn = modal.rotation[f.number]
-            matrix -= wm**2 * f.width * s.swing * np.outer(turn, turn)
+            matrix -= wm**2 * f.width * s.rotation_momentum * np.outer(turn, turn)
         inverse = np.asarray(np.linalg.inv(matrix), float)
-        return Step(size, wm, inverse, fields)
+        return FullStepMatrices(size, wm, inverse, fields)
 
     def _pass_teeth(self, now: MotionState, before: int, cycle: int) -> None:
         """Count the teeth of those gears anew that pass one in the coming step."""
@@ -364,7 +368,11 @@ class FullStepper(ImplicitStepper):
         return ContactTables(model.jacobian.mesh_of, where)
 
     def _advance(
-        self, now: MotionState, step: Step, speed: float, tables: ContactTables
+        self,
+        now: MotionState,
+        step: FullStepMatrices,
+        speed: float,
+        tables: ContactTables,
     ) -> None:
         """One step; `tables` at its end."""
         s, h, new = self.scheme, step.size, 1.0 - self.scheme.alpha_f
@@ -379,7 +387,7 @@ class FullStepper(ImplicitStepper):
         for f, z, field in pairs:
             turn = rotation[f.number]
             free = free_acceleration(f, z, field, s.newmark(h))
-            free += (s.alpha_m * (turn @ a)) * z.turned[:, None]
+            free += (s.alpha_m * (turn @ a)) * z.rotation_field[:, None]
             carried = s.alpha_m * momentum(f, field[2]) + step.mass * momentum(f, free)
             right += f.width * carried * turn
             parts.append(free)
@@ -389,14 +397,14 @@ class FullStepper(ImplicitStepper):
         forces = self._contact_forces(now, step, tables, friction, motion, parts)
         right = new * now.motion[3]
         for (f, z, _), force in zip(pairs, forces, strict=True):
-            for kind, turned in enumerate(z.turning):
+            for kind, turned in enumerate(z.rotation_at_contacts):
                 moment = force[kind] @ tables.at(turned, f.contacts)
                 right += new * step.mass * moment * rotation[f.number]
         acceleration = free_hub + step.hub_inverse @ right
         now.motion[:3] = s.corrected(h, now.motion, acceleration)
         for (f, z, field), free, force in zip(pairs, parts, forces, strict=True):
             turn = step.mass * (rotation[f.number] @ acceleration)
-            free += turn * z.turned[:, None]
+            free += turn * z.rotation_field[:, None]
             add_responses(f, z, new / f.width * force, tables, free)
             kernel.correct(s.newmark(h), free, field)
             set_push(f, force / f.width, tables, field[3])
@@ -404,7 +412,7 @@ class FullStepper(ImplicitStepper):
     def _contact_forces(
         self,
         now: MotionState,
-        step: Step,
+        step: FullStepMatrices,
         tables: ContactTables,
         friction: Array,
         motion: tuple[Array, Array],
@@ -431,7 +439,11 @@ class FullStepper(ImplicitStepper):
         for f, z, field, part in zip(
             self.fields, step.fields, now.fields, parts, strict=True
         ):
-            swing = step.mass * (model.modal.rotation[f.number] @ free_hub) * z.turned
+            swing = (
+                step.mass
+                * (model.modal.rotation[f.number] @ free_hub)
+                * z.rotation_field
+            )
             free[f.contacts] -= f.inward_at(s, h, field, part, swing, tables)
         Q = self._compliance(step, tables, friction, rows)
         status = kernel.find_loads(
@@ -445,7 +457,11 @@ class FullStepper(ImplicitStepper):
         return [both[:, f.contacts] for f in self.fields]
 
     def _compliance(
-        self, step: Step, tables: ContactTables, friction: Array, rows: Array
+        self,
+        step: FullStepMatrices,
+        tables: ContactTables,
+        friction: Array,
+        rows: Array,
     ) -> Array:
         """Penetration (c, c) of a contact at the step's end per load on another [m/N].
 
@@ -461,7 +477,7 @@ class FullStepper(ImplicitStepper):
             turn, own = self.model.modal.rotation[f.number], f.contacts
             square = np.ix_(own, own)
             for kind, factor in enumerate((1.0, friction[own])[: f.kinds]):
-                seen = tables.at(z.turning[kind], own)
+                seen = tables.at(z.rotation_at_contacts[kind], own)
                 onto[kind, own] -= step.mass * seen[:, None] * turn
                 Q[square] += (
                     soft / f.width * tables.at(z.compliance[kind], own) * factor

@@ -24,7 +24,7 @@ from fegear.dynamics.contact_history import (
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.root_stress import RootInfluence
 from fegear.dynamics.sides import DRIVE
-from fegear.dynamics.stepper import Motion
+from fegear.dynamics.stepper import FeHistory
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods, tooth_in_cycles
 from lumped.common.csv_text import format_csv
@@ -61,7 +61,7 @@ class HistoryTable:
 
 def history_table(
     model: DynamicModel,
-    motion: Motion,
+    motion: FeHistory,
     steps: int,
     header: Mapping[str, str] | None = None,
     roots: Mapping[int, RootInfluence] | None = None,
@@ -92,7 +92,7 @@ def history_table(
 
 
 def _mesh_columns(
-    motion: Motion, mesh: int, position: Column, contacts: Sequence[ContactHistory]
+    motion: FeHistory, mesh: int, position: Column, contacts: Sequence[ContactHistory]
 ) -> dict[str, Column]:
     loaded = np.array([each.load > 0.0 for each in contacts])
     columns = {
@@ -121,7 +121,7 @@ def _tooth_columns(gear_set: GearSet, mesh: int, position: Column) -> dict[str, 
 
 
 def _movements(
-    model: DynamicModel, motion: Motion, gear: int, name: str
+    model: DynamicModel, motion: FeHistory, gear: int, name: str
 ) -> dict[str, Column]:
     """Rotation, and translation where the gear has bearings."""
     hub, modes = motion.hub[:, 0], model.reference.modes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from fegear.dynamics.sides import MeshLaws, contact_sides
+from fegear.dynamics.sides import MeshLoadCurves, contact_sides
 from fegear.elasticity.cyclic_gear import CyclicGear
 from fegear.files.errors import InputError
 from fegear.files.free_memory import available_bytes
@@ -17,7 +17,7 @@ NUMBER = 8  # bytes
 
 
 def full_bytes(
-    gear_set: GearSet, laws: Sequence[MeshLaws], wholes: Sequence[CyclicGear]
+    gear_set: GearSet, laws: Sequence[MeshLoadCurves], wholes: Sequence[CyclicGear]
 ) -> float:
     """Most that fidelity full needs, fields under unit loads above all."""
     sides = contact_sides(gear_set, laws)

@@ -24,9 +24,9 @@ from fegear.dynamics.kernels.arrays import (
     ModalMatrices,
     ModelArrays,
 )
-from fegear.dynamics.laws import contact_laws
-from fegear.dynamics.rows import contact_rows, held
-from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
+from fegear.dynamics.load_curves import contact_laws
+from fegear.dynamics.rows import contact_rows, is_supported
+from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.gearset.model import GearSet
 from lumped.kernels.arrays import Contacts
 from lumped.train.system import LumpedSystem
@@ -78,7 +78,7 @@ class DynamicModel:
 def dynamic_model(
     gear_set: GearSet,
     reference: LumpedSystem,
-    laws: Sequence[MeshLaws],
+    laws: Sequence[MeshLoadCurves],
     elastic: Sequence[ElasticGear | None],
     beside: tuple[Array, Array] | None = None,
 ) -> DynamicModel:
@@ -125,7 +125,7 @@ def modal_matrices(
     return ModalMatrices(
         stiffness=stiffness,
         damping=2.0 * ratio * angular,
-        load=held(reference) * (modes.shapes.T @ space.load),
+        load=is_supported(reference) * (modes.shapes.T @ space.load),
         rotation=modes.shapes[places],
         **joined,
     )
@@ -137,7 +137,7 @@ def _kinematics(gear_set: GearSet, reference: LumpedSystem) -> Kinematics:
     members = range(len(gear_set.gears))
     first_mesh = [int(np.flatnonzero((gears == g).any(axis=1))[0]) for g in members]
     teeth = gear_set.gears[gear_set.meshes[0].driver].geometry.teeth
-    deflection = held(reference) * reference.modes.mesh_shapes
+    deflection = is_supported(reference) * reference.modes.mesh_shapes
     return Kinematics(
         rate=np.array([float(rate) for rate in train.mesh_rates]),
         gears=gears,

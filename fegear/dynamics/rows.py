@@ -18,7 +18,7 @@ from lumped.train.system import LumpedSystem
 Array = NDArray[np.float64]
 
 
-def held(reference: LumpedSystem) -> Array:
+def is_supported(reference: LumpedSystem) -> Array:
     """1 for hub coordinates that something holds, 0 for rigid rotation (h,).
 
     Nothing loads a free rotation: the drive keeps the mean speed.
@@ -104,7 +104,7 @@ def _hub_rows(reference: LumpedSystem, side: ContactSide) -> Array:
     space, sense = reference.modes.coordinates, side.sense
     normal = _contact_normal(reference, side)
     tangent = sense * np.array([normal[1], -normal[0]])  # from the driver's centre
-    lever = side.laws.lever.transpose(1, 0, 2)
+    lever = side.laws.moment_arms.transpose(1, 0, 2)
     rows = np.zeros((2, *lever.shape[:2], space.mass.size))
     for place, (g, sign) in enumerate(zip(side.gears, (1.0, -1.0), strict=True)):
         rotation = space.places[g, "rotation"]
@@ -114,7 +114,7 @@ def _hub_rows(reference: LumpedSystem, side: ContactSide) -> Array:
             if (g, axis) in space.places:
                 for row, component in zip(rows, components, strict=True):
                     row[..., space.places[g, axis]] += sign * component
-    return rows @ (reference.modes.shapes * held(reference))
+    return rows @ (reference.modes.shapes * is_supported(reference))
 
 
 def _contact_normal(reference: LumpedSystem, side: ContactSide) -> Array:

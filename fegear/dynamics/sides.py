@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.pair_laws import PairLaws
+from fegear.contact.pair_load_curves import PairLoadCurves
 from fegear.elasticity.sector import LEFT, RIGHT
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import first_teeth
@@ -20,15 +20,15 @@ DRIVE, BACK = 1, -1
 
 
 @dataclass(frozen=True, eq=False)
-class MeshLaws:
+class MeshLoadCurves:
     """Pair laws of both sides of a mesh over its cycle.
 
     backlash : [m]; friction : Coulomb coefficient
     back : None where the backlash is out of reach
     """
 
-    drive: PairLaws
-    back: PairLaws | None
+    drive: PairLoadCurves
+    back: PairLoadCurves | None
     backlash: float
     friction: float
 
@@ -43,7 +43,7 @@ class ContactSide:
     gear_set: GearSet
     mesh: int
     side: int
-    laws: PairLaws
+    laws: PairLoadCurves
     backlash: float
 
     @property
@@ -86,7 +86,9 @@ class ContactSide:
         return self.laws.arc[..., self.gears.index(gear)]
 
 
-def contact_sides(gear_set: GearSet, laws: Sequence[MeshLaws]) -> list[ContactSide]:
+def contact_sides(
+    gear_set: GearSet, laws: Sequence[MeshLoadCurves]
+) -> list[ContactSide]:
     """Mesh by mesh, the drive side before the back; contacts are in this order."""
     sides = []
     for m, each in enumerate(laws):

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.kernels.arrays import Clock, Record, Step
+from fegear.dynamics.kernels.arrays import Clock, Record, StepMatrices
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.files.errors import InputError
 from lumped.common.checks import require_between
 from lumped.steady.response import History
 from lumped.steady.settings import SteadySettings
-from lumped.steady.steady_state import Diverged, Speed, new_convergence, straining
+from lumped.steady.steady_state import Diverged, Speed, mesh_mode_mask, new_convergence
 from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
@@ -27,8 +27,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 REST_STEPS = 100  # to static equilibrium
 PIECE = 64  # periods of the first mesh, at most, between two looks at the clock
-MOST_BYTES = 1e9  # of a recorded motion
-GRAIN = 1e-11  # of the deflection, that contact solutions leave open in a period
+MAX_BYTES = 1e9  # of a recorded motion
+CONTACT_ROUNDOFF = (
+    1e-11  # of the deflection, that contact solutions leave open in a period
+)
 
 
 class DynamicsError(ArithmeticError):
@@ -46,7 +48,7 @@ class DynamicSettings(SteadySettings):
     ramp_periods : of the first mesh, over which the speed changes
     """
 
-    least_periods: ClassVar[int] = 400
+    min_periods: ClassVar[int] = 400
     steps: int = 128
     step_angle: float = 1.0
     hub_angle: float = 0.1
@@ -86,7 +88,7 @@ class MotionState:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion(History):
+class FeHistory(History):
     """What was recorded over t points: meshes m, contacts c, hub coordinates h.
 
     pair_load : (t, c) [N]
@@ -98,7 +100,7 @@ class Motion(History):
 
 
 @dataclass(frozen=True)
-class Steps:
+class TimeSteps:
     """Equal steps through a common period.
 
     frequency : of the first mesh [Hz], 0 for gears at rest
@@ -125,7 +127,9 @@ class ImplicitStepper(ABC):
         """Nothing moves, nothing is loaded."""
 
     @abstractmethod
-    def integrate(self, state: MotionState, steps: Steps) -> tuple[MotionState, Motion]:
+    def integrate(
+        self, state: MotionState, steps: TimeSteps
+    ) -> tuple[MotionState, FeHistory]:
         """Advance; raises DynamicsError where contact is not solved, and Diverged."""
 
     @property
@@ -140,7 +144,7 @@ class ImplicitStepper(ABC):
         angular = self.system.modes.angular
         slow = 10.0 / angular[angular > 0.0].min()
         damped = replace(self, scheme=generalized_alpha(0.0))
-        still = Steps(0.0, slow, REST_STEPS, 1)
+        still = TimeSteps(0.0, slow, REST_STEPS, 1)
         found, _ = damped.integrate(self.unloaded(), still)
         for array in (found.motion, *found.fields):
             array[1:3] = 0.0
@@ -160,17 +164,17 @@ class ImplicitStepper(ABC):
         self, state: MotionState, at: Speed, check: Convergence, most: int
     ) -> tuple[MotionState, bool]:
         """Advance the motion by one common period."""
-        from lumped.kernels.settling import close_period
+        from lumped.kernels.convergence import close_period
 
         state, motion = self._common_period(state, at)
         check.limits[:] = motion.deflection.min(axis=0), motion.deflection.max(axis=0)
-        check.noise[:] = GRAIN * np.abs(check.limits).max(axis=0)
+        check.error_bound[:] = CONTACT_ROUNDOFF * np.abs(check.limits).max(axis=0)
         place, velocity = state.motion[:2, : check.angular.size]
         return state, close_period(check, place, velocity)
 
     def record(
         self, state: MotionState, at: Speed, periods: int
-    ) -> tuple[MotionState, Motion]:
+    ) -> tuple[MotionState, FeHistory]:
         parts = []
         for done in range(periods):
             state, motion = self._common_period(state, at.after(done))
@@ -189,7 +193,7 @@ class ImplicitStepper(ABC):
 
         It ends after whole common periods, when the tooth pairs are where they began.
         """
-        length, rounds = self.system.train.common_period[0], self.system.rounds
+        length, rounds = self.system.train.common_period[0], self.system.repetitions
         stops = math.ceil(settings.ramp_periods / length)
         for number in range(math.ceil(stops / rounds) * rounds):
             part = (number + 1.0) / (stops + 1.0)
@@ -197,7 +201,7 @@ class ImplicitStepper(ABC):
             frequency = before + (after - before) * smooth if part < 1.0 else after
             cycle = steps_per_cycle(self.model, frequency, settings)
             steps, start = cycle * length, number % rounds * length * cycle
-            grid = Steps(frequency, 1.0 / (frequency * cycle), steps, cycle, start)
+            grid = TimeSteps(frequency, 1.0 / (frequency * cycle), steps, cycle, start)
             state, _ = self.integrate(state, grid)
         return state
 
@@ -209,16 +213,16 @@ class ImplicitStepper(ABC):
 
     def _common_period(
         self, state: MotionState, at: Speed
-    ) -> tuple[MotionState, Motion]:
+    ) -> tuple[MotionState, FeHistory]:
         """Integrate through a common period; watched between parts of a long one.
 
         Raises InputError where it is too long to be recorded.
         """
         cycle = steps_per_cycle(self.model, at.frequency, at.settings)
         _require_memory(self.model, cycle)
-        grid = Steps(at.frequency, 1.0 / (at.frequency * cycle), 0, cycle)
+        grid = TimeSteps(at.frequency, 1.0 / (at.frequency * cycle), 0, cycle)
         whole = self.system.common_period[0] * cycle
-        piece = whole if self.system.rounds == 1 else PIECE * cycle
+        piece = whole if self.system.repetitions == 1 else PIECE * cycle
         parts = []
         for start in range(0, whole, piece):
             if start:
@@ -239,7 +243,9 @@ class ReducedStepper(ImplicitStepper):
             np.zeros((4, model.size)), np.zeros((3, model.contact_count))
         )
 
-    def integrate(self, state: MotionState, steps: Steps) -> tuple[MotionState, Motion]:
+    def integrate(
+        self, state: MotionState, steps: TimeSteps
+    ) -> tuple[MotionState, FeHistory]:
         from fegear.dynamics.kernels import reduced as kernel
 
         model, now = self.model, state.copy()
@@ -260,7 +266,7 @@ class ReducedStepper(ImplicitStepper):
         return now, recorded(steps.size, record)
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
-    def step(self, size: float) -> Step:
+    def step(self, size: float) -> StepMatrices:
         """What a step size [s] makes of the model, for the kernels.
 
         The mass, damping and stiffness of the step are weighed by the scheme; the
@@ -277,7 +283,7 @@ class ReducedStepper(ImplicitStepper):
         matrix = stiffness * modal.stiffness + np.diag(mass + damping * modal.damping)
         matrix -= turns.T @ (carried[:, None] * turns)
         hub_inverse = np.asarray(np.linalg.inv(matrix), float)
-        return Step(self.scheme.newmark(size), mass, inverse, hub_inverse)
+        return StepMatrices(self.scheme.newmark(size), mass, inverse, hub_inverse)
 
 
 def empty_record(model: DynamicModel, steps: int) -> Record:
@@ -290,15 +296,15 @@ def empty_record(model: DynamicModel, steps: int) -> Record:
     )
 
 
-def recorded(step: float, record: Record) -> Motion:
+def recorded(step: float, record: Record) -> FeHistory:
     """What the kernels record at every step [s]."""
     dte, rate, force, drive, back = record.mesh.transpose(1, 0, 2)
     time = step * np.arange(float(len(dte)))
     meshes = dte, rate, force, drive, back, force
-    return Motion(time, *meshes, pair_load=record.load, hub=record.hub)
+    return FeHistory(time, *meshes, pair_load=record.load, hub=record.hub)
 
 
-def joined(parts: list[Motion]) -> Motion:
+def joined(parts: list[FeHistory]) -> FeHistory:
     """Consecutive motions as one; the end of one is the start of the next."""
     if len(parts) == 1:
         return parts[0]
@@ -307,11 +313,11 @@ def joined(parts: list[Motion]) -> Motion:
             [getattr(part, name)[:-1] for part in parts[:-1]]
             + [getattr(parts[-1], name)]
         )
-        for name in (field.name for field in fields(Motion))
+        for name in (field.name for field in fields(FeHistory))
         if getattr(parts[0], name) is not None
     }
     whole["time"] = parts[0].time[1] * np.arange(float(len(whole["rate"])))
-    return Motion(**whole)
+    return FeHistory(**whole)
 
 
 def steps_per_cycle(
@@ -320,7 +326,7 @@ def steps_per_cycle(
     """Steps of a cycle of the first mesh, a multiple of the settings' number."""
     system = model.reference
     base = math.ceil(settings.steps * max(system.train.mesh_rates))
-    needed = system.modes.angular[straining(system)].max() / settings.hub_angle
+    needed = system.modes.angular[mesh_mode_mask(system)].max() / settings.hub_angle
     if model.modal.rigidity.size:
         highest = math.sqrt(model.modal.rigidity.max())
         needed = max(needed, highest / settings.step_angle)
@@ -334,7 +340,7 @@ def _require_memory(model: DynamicModel, cycle: int) -> None:
     """
     length = model.reference.common_period[0]
     needed = 8 * length * cycle * sum(part[0].size for part in empty_record(model, 0))
-    if model.reference.rounds > 1 and needed > MOST_BYTES:
+    if model.reference.repetitions > 1 and needed > MAX_BYTES:
         raise InputError(
             f"{length} cycles of the first mesh, after which all meshes and tooth "
             f"pairs with pitch errors repeat, of {cycle} steps each: "

@@ -18,11 +18,11 @@ from fegear.contact.problem import ContactFailure
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.result import Result
 from meshes.eccentric.base import LEADING, TRAILING, Side
-from meshes.eccentric.teeth import ToothedPair, Wheel
+from meshes.eccentric.teeth import ToothedPair, ToothedWheel
 
 Array = NDArray[np.float64]
 SWEEPS = 60
-EXACT = 1e-12
+EQUILIBRIUM_RTOL = 1e-12
 # of an edge: nearer to a tip corner, a concentrated load's tractions on the tip land
 # are too uneven for quadrature, which would miss half of the deflection
 CORNER = 0.1
@@ -45,11 +45,11 @@ class Pairs:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TurnResult(Result):
+class TurnContact(Result):
     """Contact at positions (n,) of a turn of the driven wheel.
 
     angle : of the driver's centre [rad]; driver_turn, driven_turn : of the wheels [rad]
-    arm : of the normal force about the driver's bearing [m]
+    effective_arm : of the normal force about the driver's bearing [m]
     pairs : in contact; error : approach of the flanks along the line of action [m]
     driver_error : turn of the driver with the driven wheel held [rad]
     pressure : the largest of all contacts [Pa]
@@ -61,7 +61,7 @@ class TurnResult(Result):
     angle: Array
     driver_turn: Array
     driven_turn: Array
-    arm: Array
+    effective_arm: Array
     pairs: NDArray[np.int64]
     error: Array
     driver_error: Array
@@ -92,13 +92,13 @@ def pairs_at(teeth: ToothedPair, arc: float) -> Pairs:
     )
 
 
-def solve_turn(
+def solve_contact_cycle(
     teeth: ToothedPair,
     driver: ElasticWheel,
     driven: ElasticWheel,
     load: float,
     arcs: Array,
-) -> TurnResult:
+) -> TurnContact:
     """Contact where the pitch point has gone arcs (n,) [m].
 
     load : torque on the driver per face width [N]
@@ -121,7 +121,7 @@ def solve_turn(
         share[n] = force.max() / force.sum()
         pressure[n] = np.sqrt(force / (math.pi * softness * pairs.radius)).max()
         ratio[n] = (force @ driven_arm[n]) / (force @ driver_arm[n])
-    return TurnResult(
+    return TurnContact(
         *(angle, pair.driver_turn(angle), pair.driven_turn(angle), arm, count),
         *(error, error / arm, pressure, share, ratio),
     )
@@ -150,11 +150,11 @@ def share_load(
         new[touching] = approach * unit
         if (new < 0.0).any():
             touching &= new > 0.0
-            own = np.where(touching, np.maximum(new, EXACT * force), 0.0)
+            own = np.where(touching, np.maximum(new, EQUILIBRIUM_RTOL * force), 0.0)
             continue
         change = float(np.abs(new - own).max())
         own = new
-        if change <= EXACT * force:
+        if change <= EQUILIBRIUM_RTOL * force:
             return own, approach
     raise ContactFailure(f"contact not solved under {force:g} N/m")
 
@@ -169,7 +169,7 @@ def _arm(teeth: ToothedPair, angle: Array) -> Array:
 
 def _compliances(
     wheel: ElasticWheel,
-    toothed: Wheel,
+    toothed: ToothedWheel,
     side: Side,
     loads: list[tuple[NDArray[np.int64], Array]],
 ) -> tuple[list[Array], list[Array]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.eccentric.contact import solve_turn
+from fegear.eccentric.contact import solve_contact_cycle
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.gearing import Gearing
 from fegear.elasticity.material import PlaneMaterial
@@ -13,16 +13,16 @@ from fegear.files.errors import InputError
 from meshes import GeometryError
 from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.teeth import ToothedPair
-from meshes.eccentric.wheel_mesh import WheelMesh, usual_bore, wheel_mesh
+from meshes.eccentric.wheel_mesh import WheelMesh, default_bore, wheel_mesh
 
 Array = NDArray[np.float64]
 Columns = dict[str, list[float]]  # of some positions
 STEEL = PlaneMaterial(2.06e11, 0.3)
 FINENESS = {"coarse": 0.7, "default": 1.0, "fine": 1.7}
-MOST_TEETH = 2_000  # of both wheels: 200 MB for every thousand
+MAX_TEETH = 2_000  # of both wheels: 200 MB for every thousand
 
 
-def turn_columns(
+def contact_columns(
     toothed: ToothedPair,
     driver: ElasticWheel,
     driven: ElasticWheel,
@@ -30,7 +30,7 @@ def turn_columns(
     arcs: Array,
 ) -> Columns:
     """Columns of some positions, by the names of the table."""
-    found = solve_turn(toothed, driver, driven, load, arcs)
+    found = solve_contact_cycle(toothed, driver, driven, load, arcs)
     columns = {
         "driver_angle_deg": np.degrees(found.driver_turn),
         "driven_angle_deg": np.degrees(found.driven_turn),
@@ -54,14 +54,14 @@ def wheel_meshes(
     toothed = gearing.toothed
     if toothed is None:
         raise InputError("teeth is missing: a mesh is made of toothed wheels")
-    if toothed.driver.teeth + toothed.driven.teeth > MOST_TEETH:
+    if toothed.driver.teeth + toothed.driven.teeth > MAX_TEETH:
         raise InputError(
-            f"teeth = {gearing.teeth}; at most {MOST_TEETH} on both wheels in meshes"
+            f"teeth = {gearing.teeth}; at most {MAX_TEETH} on both wheels in meshes"
         )
     edges = WheelEdges().refined(FINENESS[resolution])
     meshes = []
     for wheel in (toothed.driver, toothed.driven):
-        bore = usual_bore(wheel) if bore_mm is None else 1e-3 * bore_mm
+        bore = default_bore(wheel) if bore_mm is None else 1e-3 * bore_mm
         try:
             meshes.append(wheel_mesh(wheel, bore, edges))
         except GeometryError as error:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 AMPLITUDES = 400  # along a curve
 OPEN = 2.0  # times that of first lost contact, up to which an open curve is shown
-NEAR = 0.25  # of the resonant speed, how far from it a curve goes
+SPEED_MARGIN = 0.25  # of the resonant speed, how far from it a curve goes
 MARKERS: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 1.8}
 PALE = 0.3  # share of the colour that unstable vibrations keep
 
@@ -80,7 +80,7 @@ def response_points(prediction: Prediction) -> tuple[Array, Array, NDArray[np.bo
         (each.amplitude, each.frequency, each.stable)
         for amplitude in most * np.linspace(0.01, 1.0, AMPLITUDES)
         for each in steady_vibrations(near, float(amplitude))
-        if abs(each.frequency / near.at - 1.0) < NEAR
+        if abs(each.frequency / near.at - 1.0) < SPEED_MARGIN
     ]
     values = np.array(found, float).reshape(-1, 3)
     return values[:, 0], values[:, 1], values[:, 2] > 0.5

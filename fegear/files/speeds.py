@@ -10,11 +10,11 @@ from decimal import Decimal, InvalidOperation
 from fegear.files.errors import InputError
 
 MESH_FREQUENCY = "mesh_frequency_Hz"  # of the first mesh: its column and its key
-MOST_SPEEDS = 100_000
+MAX_SPEEDS = 100_000
 LARGEST = Decimal(10) ** 9
 
 
-def parsed_speeds(text: str, most: int = MOST_SPEEDS) -> tuple[float, ...]:
+def parsed_speeds(text: str, most: int = MAX_SPEEDS) -> tuple[float, ...]:
     """Speeds in the order given, each once; none of an empty text.
 
     Raises ValueError that says what is allowed.

@@ -126,7 +126,7 @@ class Checkpoint:
             return self._connection.execute(query, [branch, f"{branch}/"]).fetchone()[0]
 
     @property
-    def begun(self) -> bool:
+    def has_records(self) -> bool:
         """Whether it has a finished speed."""
         with self._lock:
             return (
@@ -134,9 +134,9 @@ class Checkpoint:
             )
 
     @property
-    def found_any(self) -> bool:
+    def has_previous_run(self) -> bool:
         """Whether an earlier run finished a speed, even if it is damaged by now."""
-        return self.begun or self.damaged > 0
+        return self.has_records or self.damaged > 0
 
     def parts(self, branch: str) -> dict[str, dict[str, Array]]:
         """States of branches `branch/NAME`, by their names."""
@@ -163,13 +163,18 @@ class Checkpoint:
                     self._connection.execute("begin")
                     (number,) = self._connection.execute(count, [branch]).fetchone()
                     for table, content in (("speeds", result), ("states", arrays)):
-                        row = (branch, number, content, _seal(branch, number, content))
+                        row = (
+                            branch,
+                            number,
+                            content,
+                            _row_digest(branch, number, content),
+                        )
                         command = f"insert or replace into {table} values (?, ?, ?, ?)"
                         self._connection.execute(command, row)
             except sqlite3.OperationalError as error:
                 raise OSError(0, str(error), str(self.path)) from None
 
-    def tell_finished(
+    def report_resumed(
         self,
         branches: Sequence[str],
         total: int,
@@ -205,7 +210,7 @@ class Records:
     key: str
 
     @property
-    def kept(self) -> list[Any]:
+    def records(self) -> list[Any]:
         """Records of an earlier run, in order."""
         return [] if self.checkpoint is None else self.checkpoint.finished(self.key)
 
@@ -214,7 +219,7 @@ class Records:
         """State at the end of the last record."""
         return None if self.checkpoint is None else self.checkpoint.state(self.key)
 
-    def keep(self, record: Mapping[str, Any], state: Mapping[str, Array]) -> None:
+    def add_record(self, record: Mapping[str, Any], state: Mapping[str, Array]) -> None:
         """Keep the next record, which JSON can hold, and the state to go on from."""
         if self.checkpoint is None:
             return
@@ -225,17 +230,17 @@ class Records:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Keeping:
+class CheckpointOptions:
     """The checkpoint of a run, and whether the run resumes from it.
 
     overwrite : drop what another run has kept; else it must be gone on with
-    tell : called with what was found in the checkpoint
+    notify : called with what was found in the checkpoint
     """
 
     checkpoint: Path | None = None
     resume: bool = False
     overwrite: bool = False
-    tell: Callable[[str], None] = lambda message: None
+    notify: Callable[[str], None] = lambda message: None
 
     def open(self, inputs: Mapping[str, str]) -> Checkpoint | None:
         """The checkpoint of a run with these inputs, None where nothing is kept."""
@@ -245,11 +250,11 @@ class Keeping:
         if self.resume and not path.exists():
             output = path.with_suffix("")
             done = f"{output} is finished and" if output.exists() else "it"
-            self.tell(f"there is no {path}, {done} is computed from the start")
+            self.notify(f"there is no {path}, {done} is computed from the start")
         return open_checkpoint(path, inputs, self.resume, self.overwrite)
 
 
-NOTHING = Keeping()
+NO_CHECKPOINT = CheckpointOptions()
 
 
 def open_checkpoint(
@@ -382,16 +387,20 @@ def _whole_speeds(connection: sqlite3.Connection, branch: str) -> int:
     query = "select number, content, seal from {} where branch = ? order by number"
     whole = 0
     for number, content, seal in connection.execute(query.format("speeds"), [branch]):
-        if number != whole or seal != _seal(branch, number, content):
+        if number != whole or seal != _row_digest(branch, number, content):
             break
         whole += 1
     state = connection.execute(query.format("states"), [branch]).fetchone()
-    if state is None or state[2] != _seal(branch, *state[:2]) or state[0] >= whole:
+    if (
+        state is None
+        or state[2] != _row_digest(branch, *state[:2])
+        or state[0] >= whole
+    ):
         return 0
     return int(state[0]) + 1
 
 
-def _seal(branch: str, number: int, content: bytes) -> str:
+def _row_digest(branch: str, number: int, content: bytes) -> str:
     """Digest of a row; damage may have made another type of its content."""
     own = content if isinstance(content, bytes) else b""
     return hashlib.sha256(f"{branch} {number} ".encode() + own).hexdigest()

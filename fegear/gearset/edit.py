@@ -21,7 +21,7 @@ ALTERNATIVES = (
     {"center_distance_mm", "operating_pressure_angle_deg"},
     {"tip_radius_mm", "addendum_mm"},
 )
-USUAL_START = {"tip_relief": "HPSTC", "root_relief": "LPSTC"}
+DEFAULT_START = {"tip_relief": "HPSTC", "root_relief": "LPSTC"}
 
 
 def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any]:
@@ -115,7 +115,7 @@ def _tables_of(tables: dict[str, Any], kind: str) -> list[dict[str, Any]]:
 
 
 def _settle_reliefs(mesh: dict[str, Any]) -> None:
-    for place, start in USUAL_START.items():
+    for place, start in DEFAULT_START.items():
         for key in (place, f"driver_{place}", f"driven_{place}"):
             relief = mesh.get(key)
             if not isinstance(relief, dict):

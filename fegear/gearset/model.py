@@ -14,7 +14,7 @@ from meshes import GearPair, SpurGear
 ReliefShape = Literal["linear", "parabolic"]
 # growing toward the end, so that the gap of two flanks has one least place
 RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
-MOST = 1e18  # of any number, beyond all limits of files
+MAX_COUNT = 1e18  # of any number, beyond all limits of files
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +45,7 @@ class Gear:
         _require_positive(self, *("face_width", "young_modulus", "density"))
         _require_positive(self, *("inertia", "mass", "bearing_stiffness"))
         _require_within(self, "poisson_ratio", 0.0, 0.5)
-        _require_within(self, "coupling_stiffness", 0.0, MOST)
+        _require_within(self, "coupling_stiffness", 0.0, MAX_COUNT)
         teeth, errors = self.geometry.teeth, len(self.pitch_errors)
         if errors not in (0, teeth):
             raise InputError(f"pitch_errors = {errors} values; {teeth} teeth need each")
@@ -110,7 +110,7 @@ class Mesh:
     def __post_init__(self) -> None:
         _require_fields(self)
         _require_positive(self, "torques", "mean_stiffness", "load_share")
-        _require_within(self, "backlash", 0.0, MOST)
+        _require_within(self, "backlash", 0.0, MAX_COUNT)
         _require_within(self, "stiffness_variation", 0.0, 1.0)
         _require_within(self, "load_share", 0.0, 1.0)
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Arrays, Compute, in_threads
 from lumped.rattle.branches import OrbitBranch, OrbitFinder, machine_with
-from lumped.rattle.departures import Itinerary
 from lumped.rattle.long_runs import settled_departures
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import find_orbits
+from lumped.rattle.return_map import Itinerary
 
 Array = NDArray[np.float64]
 END = 1e-6  # of a range, from its ends, where orbits are looked for
@@ -25,7 +25,7 @@ MORE = 3  # times as many values as at first, with which no more are looked for
 
 
 @dataclass(frozen=True, kw_only=True)
-class Search:
+class OrbitSearch:
     """How branches are found.
 
     figure : of `Machine`; limits : from where to where
@@ -58,22 +58,22 @@ class Search:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class BifurcationDiagram:
     """Branches over a figure; settled (d, 3): value of the figure, time and speed of
     departures that long runs settle to; unsettled (u,): values, one for each long run
     that has not settled."""
 
     branches: tuple[OrbitBranch, ...]
     settled: Array
-    unsettled: Array
+    not_converged: Array
 
 
 def find_bifurcations(
     machine: Machine,
-    search: Search,
+    search: OrbitSearch,
     compute: Compute = in_threads,
     report: Progress = silent,
-) -> Found:
+) -> BifurcationDiagram:
     """Branches of all orbits that are found at some values, and long runs at others."""
     seeds, values = search.seeds, search.values(search.runs)
     found = {**compute(_orbits(machine, search, seeds))}
@@ -95,7 +95,7 @@ def find_bifurcations(
         done = round(100.0 * (value - low) / (high - low))
         report(f"branch {number}", done, 100)
 
-    branches = followed(machine, search, _rows_at(found, "orbits", seeds), watch)
+    branches = follow_branches(machine, search, _rows_at(found, "orbits", seeds), watch)
     settled = np.vstack(
         [np.empty((0, 3))]
         + [
@@ -104,7 +104,7 @@ def find_bifurcations(
         ]
     )
     clear = np.isfinite(settled).all(axis=1)
-    return Found(branches, settled[clear], settled[~clear, 0])
+    return BifurcationDiagram(branches, settled[clear], settled[~clear, 0])
 
 
 def _rows(find: Callable[..., Array], *given: object) -> Arrays:
@@ -112,20 +112,20 @@ def _rows(find: Callable[..., Array], *given: object) -> Arrays:
     return {"rows": find(*given)}
 
 
-def orbits_of(machine: Machine, search: Search) -> Callable[[], Arrays]:
+def orbits_of(machine: Machine, search: OrbitSearch) -> Callable[[], Arrays]:
     """Finds the rows of `orbit_rows` of a machine."""
     return partial(_rows, orbit_rows, machine, search.departures, search.velocity)
 
 
 def _orbits(
-    machine: Machine, search: Search, values: Sequence[float]
+    machine: Machine, search: OrbitSearch, values: Sequence[float]
 ) -> dict[str, Callable[[], Arrays]]:
     every = _machines(machine, search, values)
     return {f"orbits {value!r}": orbits_of(at, search) for value, at in every}
 
 
 def _machines(
-    machine: Machine, search: Search, values: Sequence[float]
+    machine: Machine, search: OrbitSearch, values: Sequence[float]
 ) -> Iterator[tuple[float, Machine]]:
     for value in values:
         yield value, machine_with(machine, search.figure, value)
@@ -157,9 +157,9 @@ def _rows_at(
         yield value, found[f"{kind} {value!r}"]["rows"]
 
 
-def followed(
+def follow_branches(
     machine: Machine,
-    search: Search,
+    search: OrbitSearch,
     rows: Iterable[tuple[float, Array]],
     watch: Callable[[int, float], None] = lambda number, value: None,
 ) -> tuple[OrbitBranch, ...]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.rattle.bifurcation import Search, followed, orbits_of
+from fegear.rattle.bifurcation import OrbitSearch, follow_branches, orbits_of
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Compute, in_threads
 from lumped.continuation.arc_length import NoSolution
@@ -26,14 +26,14 @@ class Plane:
     slices : those values; names : of motions whose curves are followed, all if empty
     """
 
-    first: Search
+    first: OrbitSearch
     second: str
     limits: tuple[float, float]
     slices: tuple[float, ...]
     names: tuple[str, ...] = ()
 
 
-def plane_of(first: Search, second: str, limits: tuple[float, float]) -> Plane:
+def plane_of(first: OrbitSearch, second: str, limits: tuple[float, float]) -> Plane:
     """The plane with as many slices as there are values of the first parameter."""
     slices = replace(first, limits=limits).values(first.starts)
     return Plane(first=first, second=second, limits=limits, slices=tuple(slices))
@@ -71,7 +71,7 @@ def _add_curves(
 ) -> None:
     """Add the curves through bifurcations at a value of the second parameter."""
     limits = plane.first.limits, plane.limits
-    branches = followed(machine, plane.first, rows)
+    branches = follow_branches(machine, plane.first, rows)
     for branch in branches:
         if plane.names and branch.itinerary.name not in plane.names:
             continue

@@ -27,7 +27,7 @@ from lumped.common.csv_text import exact
 from lumped.rattle.assembly import Absorber, Assembly, Shafts, SprungGear
 from lumped.rattle.machine import Machine, effective_eccentricity
 
-OF_GEARS = (
+GEAR_ECCENTRICITY_KEYS = (
     "driving_eccentricity_rad",
     "driven_eccentricity_rad",
     "eccentricity_phase_rad",
@@ -71,8 +71,8 @@ class MachineKeys(Keys):
 
     @model_validator(mode="after")
     def _one_eccentricity(self) -> MachineKeys:
-        require_all_or_none(self, *OF_GEARS)
-        require_exactly_one(self, "eccentricity_rad", OF_GEARS[0])
+        require_all_or_none(self, *GEAR_ECCENTRICITY_KEYS)
+        require_exactly_one(self, "eccentricity_rad", GEAR_ECCENTRICITY_KEYS[0])
         return self
 
 
@@ -208,7 +208,7 @@ def _named(tables: dict[str, Any], changes: Mapping[str, Any]) -> NamedMachine:
     except ValidationError as error:
         raise InputError(first_problem(error, tables, MachineFile)) from None
     figures = _values(given.machine)
-    gears = [figures.pop(name.removesuffix("_rad")) for name in OF_GEARS]
+    gears = [figures.pop(name.removesuffix("_rad")) for name in GEAR_ECCENTRICITY_KEYS]
     of_gears = None if gears[0] is None else (gears[0], gears[1], gears[2])
     if of_gears is not None:
         figures["eccentricity"] = effective_eccentricity(*of_gears)
@@ -243,7 +243,7 @@ def _part(name: str, keys: Keys) -> Any:
         raise InputError(f"{name}: {error}") from None
 
 
-def figures_of(machine: Machine) -> dict[str, float | None]:
+def parameters(machine: Machine) -> dict[str, float | None]:
     """Plain figures with units in their names; None for an infinite stiffness."""
     values = {f.name: getattr(machine, f.name) for f in fields(machine)}
     return {

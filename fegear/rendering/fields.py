@@ -26,8 +26,8 @@ from fegear.gearset.placing import layout
 from fegear.rendering.frames import Frame, View, turned
 from fegear.rendering.recorded import Instant
 from fegear.rendering.sector_field import LoadableGear, SectorField, loadable_gear
+from fegear.statics.plausibility import plausibility_warnings
 from fegear.statics.solving import StaticsSettings, contact_problem
-from fegear.statics.unphysical import doubts
 from lumped.common.progress import Progress, silent
 from meshes.profile import flank_frame
 
@@ -245,8 +245,8 @@ def require_drawable(scene: MeshScene, ste: float) -> None:
     """Refuse a transmission error [m] beyond which teeth are not in mesh."""
     where = f"{scene.name}, {' and '.join(scene.gear_names)}"
     module = scene.mesh.pair.driver.module
-    for doubt in doubts(where, module, transmission_error=ste):
-        raise InputError(doubt)
+    for warning in plausibility_warnings(where, module, transmission_error=ste):
+        raise InputError(warning)
 
 
 def contact_field(
@@ -257,12 +257,12 @@ def contact_field(
     ste = float(solved.rows.ste[0, 0])
     require_drawable(scene, ste)
     loads = patch_loads(scene.problem, torque, position)
-    gears, pairs = loaded_gears(scene, Stand(position, ste), loads, view)
+    gears, pairs = loaded_gears(scene, RelativePose(position, ste), loads, view)
     return ContactField(torque, position, ste, gears, pairs)
 
 
 @dataclass(frozen=True)
-class Stand:
+class RelativePose:
     """Position of the gears relative to each other.
 
     position : base pitches from the pitch point
@@ -276,7 +276,7 @@ class Stand:
 
 
 def loaded_gears(
-    scene: MeshScene, stand: Stand, loads: Sequence[PatchLoad], view: View
+    scene: MeshScene, stand: RelativePose, loads: Sequence[PatchLoad], view: View
 ) -> tuple[tuple[GearField, GearField], tuple[PairField, ...]]:
     """Both gears under any loads, and the pairs that carry them."""
     driving, driven = (
@@ -325,7 +325,7 @@ def _gear_field(
     scene: MeshScene,
     role: Role,
     sectors: Sequence[SectorField],
-    stand: Stand,
+    stand: RelativePose,
     turn: float,
 ) -> GearField:
     """Sectors in the world; turn is the hub's rotation, counterclockwise [rad]."""
@@ -380,7 +380,7 @@ def _pair_field(
     scene: MeshScene,
     load: PatchLoad,
     sector: SectorField,
-    stand: Stand,
+    stand: RelativePose,
     turn: float,
 ) -> PairField:
     gear = scene.problem.pair.driver

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.rendering.fields import ContactField, GearField, PairField
-from fegear.rendering.look import COLOURS, CUT, HEADER, INK, Look, ribbon_base
+from fegear.rendering.look import COLOURS, CUT, HEADER, INK, RenderStyle, ribbon_base
 from fegear.rendering.recorded import Instant
 
 Array = NDArray[np.float64]
 BAR_LETTERS = 18  # of a line next to the picture
-NEAR = 0.005  # of the view's half height between a picture and its labels
+LABEL_GAP = 0.005  # of the view's half height between a picture and its labels
 
 
-def details(field: ContactField, look: Look) -> str:
+def details(field: ContactField, look: RenderStyle) -> str:
     """Position, load and scale of a picture in one line."""
     parts = state_words(field)
     scale = look.motion_scale
@@ -60,7 +60,7 @@ def pair_text(pair: PairField) -> str:
     return f"{pair.load:.0f} N, {1e-6 * pair.pressure.max():.0f} MPa"
 
 
-def legend(look: Look) -> tuple[str, list[str]]:
+def legend(look: RenderStyle) -> tuple[str, list[str]]:
     """Title of the colour bar with its unit, and what the bar does not show."""
     colours = COLOURS[look.shown]
     higher = f"up to {look.largest:.0f}" if look.exact else "higher"
@@ -73,7 +73,7 @@ def legend(look: Look) -> tuple[str, list[str]]:
 
 
 def draw_loads(
-    plotter: Any, pairs: Sequence[PairField], look: Look, size: tuple[int, int]
+    plotter: Any, pairs: Sequence[PairField], look: RenderStyle, size: tuple[int, int]
 ) -> None:
     """Load and largest pressure of every pair beyond the end of its ribbon."""
     font = scaled(22, size)
@@ -91,7 +91,7 @@ def draw_loads(
 
 
 def draw_names(
-    plotter: Any, gears: Sequence[GearField], look: Look, size: tuple[int, int]
+    plotter: Any, gears: Sequence[GearField], look: RenderStyle, size: tuple[int, int]
 ) -> None:
     """Each gear's name toward its centre, as far as the view goes."""
     view, font = look.view, scaled(26, size)
@@ -103,14 +103,16 @@ def draw_names(
         _draw_label(plotter, gear.name, at, look, font)
 
 
-def _pixel(look: Look, size: tuple[int, int]) -> float:
+def _pixel(look: RenderStyle, size: tuple[int, int]) -> float:
     """Length of a pixel in the world [m]."""
     return 2.0 * look.view.half_height / (size[1] * (1.0 - HEADER))
 
 
-def _draw_label(plotter: Any, text: str, at: Array, look: Look, font: int) -> None:
+def _draw_label(
+    plotter: Any, text: str, at: Array, look: RenderStyle, font: int
+) -> None:
     plotter.add_point_labels(
-        np.array([[*at, NEAR * look.view.half_height]]),
+        np.array([[*at, LABEL_GAP * look.view.half_height]]),
         [text],
         font_size=font,
         bold=False,
@@ -127,7 +129,9 @@ def _draw_label(plotter: Any, text: str, at: Array, look: Look, font: int) -> No
     )
 
 
-def draw_bar(plotter: Any, mapper: Any, look: Look, size: tuple[int, int]) -> None:
+def draw_bar(
+    plotter: Any, mapper: Any, look: RenderStyle, size: tuple[int, int]
+) -> None:
     title, notes = legend(look)
     plotter.add_text(
         "\n".join([title, *([""] if notes else []), *notes]),
@@ -153,7 +157,11 @@ def draw_bar(plotter: Any, mapper: Any, look: Look, size: tuple[int, int]) -> No
 
 
 def draw_title(
-    plotter: Any, field: ContactField, look: Look, title: str, size: tuple[int, int]
+    plotter: Any,
+    field: ContactField,
+    look: RenderStyle,
+    title: str,
+    size: tuple[int, int],
 ) -> None:
     for text, height, points in (
         (title, 0.52, 17),

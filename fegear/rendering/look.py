@@ -62,7 +62,7 @@ COLOURS: dict[str, Colours] = {
 
 
 @dataclass(frozen=True)
-class Look:
+class RenderStyle:
     """What is the same in all pictures of a film.
 
     motion_scale : drawn over true displacement
@@ -81,7 +81,7 @@ class Look:
     pressure: float
     exact: bool = True
 
-    def still(self, motion_scale: float = 0.0) -> Look:
+    def still(self, motion_scale: float = 0.0) -> RenderStyle:
         """This look with another scale of motion, by default without motion."""
         return replace(self, motion_scale=motion_scale)
 
@@ -102,7 +102,7 @@ def look_of(
     view: View,
     module: float,
     motion_scale: float | None = None,
-) -> Look:
+) -> RenderStyle:
     """Colours and scales that suit all of the fields; motion_scale None chooses."""
     gears = [gear for field in fields for gear in field.gears]
     if motion_scale is None:
@@ -123,7 +123,7 @@ def look_of(
     else:
         limits, largest = _limits(gears, COLOURS[shown], view)
     exact = len(fields) == 1
-    return Look(shown, view, motion_scale, limits, largest, pressure, exact)
+    return RenderStyle(shown, view, motion_scale, limits, largest, pressure, exact)
 
 
 def _limits(
@@ -157,13 +157,13 @@ def _round_down(value: float) -> float:
     return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= value))
 
 
-def ribbon_base(pair: PairField, look: Look) -> Array:
+def ribbon_base(pair: PairField, look: RenderStyle) -> Array:
     """Positions at which the loaded contact nodes of a pair are drawn (n, 2)."""
     return pair.points + look.motion_scale * pair.motion
 
 
 def ribbon_of(
-    pairs: Sequence[PairField], look: Look
+    pairs: Sequence[PairField], look: RenderStyle
 ) -> tuple[Array, Indices, Array] | None:
     """The pressure of all pairs as an area over the driver's flank, None without.
 

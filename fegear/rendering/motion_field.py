@@ -17,7 +17,7 @@ from fegear.contact.problem import (
     back_side_position,
     solve_pairs,
 )
-from fegear.rendering.fields import ContactField, MeshScene, Stand, loaded_gears
+from fegear.rendering.fields import ContactField, MeshScene, RelativePose, loaded_gears
 from fegear.rendering.frames import View
 from fegear.rendering.recorded import Instant
 
@@ -39,7 +39,7 @@ def instant_field(
         for (pair, on_back), load in sorted(instant.loads.items())
         if on_back == back
     ]
-    stand = Stand(position, instant.ste, back)
+    stand = RelativePose(position, instant.ste, back)
     gears, pairs = loaded_gears(scene, stand, loads, view)
     torque = instant.force * scene.problem.pair.driver.base_radius
     return ContactField(torque, position, instant.ste, gears, pairs, instant)

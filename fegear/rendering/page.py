@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fegear.rendering.fields import ContactField, PairField
 from fegear.rendering.labels import legend, pair_text, state_words
-from fegear.rendering.look import COLOURS, Look, palette, ribbon_base, ribbon_of
+from fegear.rendering.look import COLOURS, RenderStyle, palette, ribbon_base, ribbon_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -31,7 +31,7 @@ BARE = 200  # colours of a palette that are the map's
 MANY = 150_000  # nodes, from which on corners alone are drawn
 
 
-def page(field: ContactField, looks: Sequence[Look], title: str) -> str:
+def page(field: ContactField, looks: Sequence[RenderStyle], title: str) -> str:
     """The page as text; the first of the looks is shown at first."""
     words = {
         "@TITLE@": escape(title),
@@ -65,7 +65,7 @@ def _table(pairs: Sequence[PairField]) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Plain:
+class LinearMesh:
     """Both gears in straight triangles (m, 3) and lines (k, 2).
 
     nodes : those needed, of both gears' in a row; first : how many of the driver
@@ -77,7 +77,7 @@ class Plain:
     lines: Indices
 
 
-def _values_of(field: ContactField) -> Plain:
+def _values_of(field: ContactField) -> LinearMesh:
     """Elements in quarters, or whole where there are so many that none shows."""
     nodes, sides = field.nodes_of_both("triangles"), field.nodes_of_both("outline")
     if sum(len(gear.points) for gear in field.gears) > MANY:
@@ -87,7 +87,7 @@ def _values_of(field: ContactField) -> Plain:
         lines = np.vstack([sides[:, :2], sides[:, 1:]])
     # an outline has mid-side nodes of elements that were cut into finer ones
     kept = np.union1d(triangles, lines)
-    return Plain(
+    return LinearMesh(
         nodes=kept,
         first=int(np.searchsorted(kept, len(field.gears[0].points))),
         triangles=np.searchsorted(kept, triangles),
@@ -95,7 +95,7 @@ def _values_of(field: ContactField) -> Plain:
     )
 
 
-def _data(field: ContactField, looks: Sequence[Look]) -> dict[str, Any]:
+def _data(field: ContactField, looks: Sequence[RenderStyle]) -> dict[str, Any]:
     look, view, plain = looks[0], looks[0].view, _values_of(field)
     return {
         "names": [gear.name for gear in field.gears],
@@ -114,7 +114,7 @@ def _data(field: ContactField, looks: Sequence[Look]) -> dict[str, Any]:
     }
 
 
-def _field(field: ContactField, plain: Plain, look: Look) -> dict[str, Any]:
+def _field(field: ContactField, plain: LinearMesh, look: RenderStyle) -> dict[str, Any]:
     """Values of the gears, none where only the ribbon has colours."""
     colours = COLOURS[look.shown]
     values: Array = np.empty(0)
@@ -131,7 +131,7 @@ def _field(field: ContactField, plain: Plain, look: Look) -> dict[str, Any]:
     }
 
 
-def _ribbon(pairs: Sequence[PairField], look: Look) -> dict[str, str]:
+def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> dict[str, str]:
     """Its crest is over the base by the ribbon's height times `crest`."""
     at_rest = look.still()
     found = ribbon_of(pairs, at_rest)
@@ -154,7 +154,7 @@ def _ribbon(pairs: Sequence[PairField], look: Look) -> dict[str, str]:
     }
 
 
-def _loads(pairs: Sequence[PairField], look: Look) -> list[dict[str, Any]]:
+def _loads(pairs: Sequence[PairField], look: RenderStyle) -> list[dict[str, Any]]:
     """Labels of the pairs, from below upwards."""
     labels = []
     for pair in sorted(pairs, key=lambda pair: float(pair.center[1])):
@@ -171,7 +171,7 @@ def _loads(pairs: Sequence[PairField], look: Look) -> list[dict[str, Any]]:
     return labels
 
 
-def _names(field: ContactField, look: Look) -> list[dict[str, Any]]:
+def _names(field: ContactField, look: RenderStyle) -> list[dict[str, Any]]:
     places = [MM * (gear.center - look.view.middle) for gear in field.gears]
     return [
         {"text": gear.name, "at": place.tolist(), "motion": [0, 0]}

@@ -30,7 +30,7 @@ from fegear.rendering.fields import (
     mesh_scene,
 )
 from fegear.rendering.frames import View
-from fegear.rendering.look import Look, Shown, look_of, palette, picture_aspect
+from fegear.rendering.look import RenderStyle, Shown, look_of, palette, picture_aspect
 from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
 from fegear.result import Result
@@ -83,7 +83,7 @@ class PictureSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contact:
+class ContactSequence:
     """The contact that is drawn, at moments of a mesh cycle or of a recorded motion.
 
     mesh : index from 0
@@ -111,7 +111,7 @@ def contact_at_rest(
     torque: float,
     position: float,
     statics: StaticsSettings,
-) -> Contact:
+) -> ContactSequence:
     """Contact of a mesh (index from 0) under a torque on its driver [N m].
 
     position : base pitches from the pitch point
@@ -124,7 +124,7 @@ def contact_at_rest(
         return [i / count for i in range(count)]
 
     first = f", the first of {period} base pitches with pitch errors"
-    return Contact(
+    return ContactSequence(
         gear_set=gear_set,
         mesh=mesh,
         statics=statics,
@@ -139,7 +139,7 @@ def contact_at_rest(
 
 def contact_in_motion(
     gear_set: GearSet, mesh: int, motion: RecordedMotion, statics: StaticsSettings
-) -> Contact:
+) -> ContactSequence:
     """Contact of a recorded motion of a mesh (index from 0), with the friction and
     plane of the record.
 
@@ -158,9 +158,9 @@ def contact_in_motion(
     statics = replace(statics, friction=motion.friction, plane=motion.plane)
     changes = "".join(f", {key} = {value}" for key, value in motion.edits.items())
     title = f"{_title(gear_set, mesh, statics)}, {motion.torque:g} N m on the input"
-    first, count = motion.filmed
+    first, count = motion.film_cycles
     one = f", cycle {first + 1} of {motion.cycles}"
-    return Contact(
+    return ContactSequence(
         gear_set=gear_set,
         mesh=mesh,
         statics=statics,
@@ -190,7 +190,7 @@ class StressResult(Result):
     field : displacement, stress and contact pressure at the nodes in view
     """
 
-    contact: Contact
+    contact: ContactSequence
     scene: MeshScene
     field: ContactField
 
@@ -276,7 +276,7 @@ def _torque_on_driver(
 
 
 def draw_contact(
-    contact: Contact,
+    contact: ContactSequence,
     output: Path,
     picture: PictureSettings,
     report: Progress = silent,
@@ -310,7 +310,7 @@ def _window(output: Path) -> AbstractContextManager[None]:
 class Drawing:
     """A contact whose scene is made, and how it is shown."""
 
-    contact: Contact
+    contact: ContactSequence
     scene: MeshScene
     picture: PictureSettings
 
@@ -365,7 +365,7 @@ class Drawing:
         return peaks
 
     def _images(
-        self, look: Look, peaks: PeaksInView, report: Progress
+        self, look: RenderStyle, peaks: PeaksInView, report: Progress
     ) -> Iterator[Image]:
         """Every frame; its largest values go to the peaks."""
         from fegear.rendering.scene import draw
@@ -385,7 +385,7 @@ class Drawing:
     def _field(self, moment: Any) -> ContactField:
         return self.contact.field(self.scene, moment, self._view)
 
-    def _look(self, fields: Sequence[ContactField], shown: Shown) -> Look:
+    def _look(self, fields: Sequence[ContactField], shown: Shown) -> RenderStyle:
         module, scale = self.scene.mesh.pair.driver.module, self.picture.motion_scale
         return look_of(fields, shown, self._view, module, scale)
 

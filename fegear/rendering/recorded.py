@@ -142,7 +142,7 @@ class RecordedMotion:
         )
 
     @property
-    def filmed(self) -> tuple[int, int]:
+    def film_cycles(self) -> tuple[int, int]:
         """First mesh cycle of a film and their number.
 
         Of a motion that takes longer to repeat, the cycle of the largest force.
@@ -157,7 +157,7 @@ class RecordedMotion:
 
     def frames(self, count: int) -> list[Instant]:
         """Equally spaced over the cycles of a film, all of a period if it is short."""
-        first, cycles = self.filmed
+        first, cycles = self.film_cycles
         return [
             self.at((first + cycles * i / count) / self.pitch) for i in range(count)
         ]

@@ -20,7 +20,7 @@ from fegear.rendering.look import (
     MARGIN,
     RIBBON_COLOUR,
     SIZE,
-    Look,
+    RenderStyle,
     ribbon_of,
 )
 
@@ -69,7 +69,7 @@ def write_vtu(field: ContactField, path: Path) -> None:
 
 def draw(
     field: ContactField,
-    look: Look,
+    look: RenderStyle,
     title: str,
     size: tuple[int, int] = SIZE,
 ) -> NDArray[np.uint8]:
@@ -104,7 +104,7 @@ def draw(
 
 
 def _draw_picture(
-    plotter: Any, field: ContactField, look: Look, size: tuple[int, int]
+    plotter: Any, field: ContactField, look: RenderStyle, size: tuple[int, int]
 ) -> Any:
     """Gears, outlines, pressure and loads; the mapper of the colours."""
     _look_at(plotter, look.view)
@@ -149,7 +149,7 @@ def _look_at(plotter: Any, view: View) -> None:
     plotter.renderer.camera_set = True
 
 
-def _outline(gear: GearField, look: Look, height: float) -> pyvista.PolyData:
+def _outline(gear: GearField, look: RenderStyle, height: float) -> pyvista.PolyData:
     import pyvista
 
     where = gear.points + look.motion_scale * gear.motion
@@ -159,7 +159,7 @@ def _outline(gear: GearField, look: Look, height: float) -> pyvista.PolyData:
     return pyvista.PolyData(_spatial(where[used], height), lines=lines.ravel())
 
 
-def _ribbon(pairs: Sequence[PairField], look: Look) -> pyvista.PolyData:
+def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> pyvista.PolyData:
     """The pressure ribbon; without any pairs a point out of view, which carries the
     colours.
     """

@@ -58,7 +58,7 @@ LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source:
+class StiffnessSource:
     """Source of the mesh stiffness.
 
     kind : fe, tables of the finite elements; else waves from key figures, which are
@@ -173,7 +173,7 @@ class GivenTables:
 
 
 def table_warnings(
-    stiffness: Source | GivenTables, gear_set: GearSet, torque: float
+    stiffness: StiffnessSource | GivenTables, gear_set: GearSet, torque: float
 ) -> Iterator[str]:
     """A line for each mesh table whose torque or friction is not that of the run.
 
@@ -263,7 +263,7 @@ def _require_all_pairs(gear_set: GearSet, mesh: int, table: MeshTable) -> None:
 class Excitations:
     """Excitations of a gear set's meshes; tables are solved once each."""
 
-    source: Source = field(default_factory=Source)
+    source: StiffnessSource = field(default_factory=StiffnessSource)
     _results: dict[tuple[object, ...], StaticsResult] = field(default_factory=dict)
 
     @property

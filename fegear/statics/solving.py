@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.boundary import public, require_mesh
-from fegear.contact.pair_laws import pair_coupling
+from fegear.contact.pair_load_curves import pair_coupling
 from fegear.contact.problem import (
     ContactCycle,
     ContactProblem,
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 CHUNK = 2048  # positions solved between two reports of progress
-MOST_ROWS = 1_000_000  # of a table
+MAX_ROWS = 1_000_000  # of a table
 PICTURES = (".png", ".pdf", ".svg")
 DOTS_PER_INCH = 130  # of a picture in a notebook
 
@@ -95,7 +95,7 @@ class StaticsSettings:
     estimate_error: bool = True
 
     def __post_init__(self) -> None:
-        require_between("positions", self.positions, 1, MOST_ROWS)
+        require_between("positions", self.positions, 1, MAX_ROWS)
         require_between("friction", self.friction, 0, 0.5, below=True)
         require_fields(self)
 
@@ -338,11 +338,11 @@ def _teeth(pair: GearPair) -> str:
 
 
 def _require_rows(gear_set: GearSet, mesh: int, pitches: int, each: int) -> None:
-    if pitches > 1 and pitches * each > MOST_ROWS:
+    if pitches > 1 and pitches * each > MAX_ROWS:
         raise InputError(
             f"{gear_set.name}: tooth pairs of mesh {mesh + 1} repeat after {pitches} "
             f"base pitches for their pitch errors: {pitches * each} rows of a table, "
-            f"allowed are {MOST_ROWS}; fewer positions or torques, or errors that "
+            f"allowed are {MAX_ROWS}; fewer positions or torques, or errors that "
             "repeat sooner"
         )
 

@@ -11,7 +11,7 @@ from fegear.files.errors import InputError
 from fegear.studies.study import setting
 from lumped.steady.maps import Axis
 
-MOST_POINTS = 1_000_000
+MAX_POINTS = 1_000_000
 ALLOWED = "allowed KEY=A:B:N with N values from A to B, or values with commas"
 
 
@@ -32,7 +32,7 @@ def _values(words: str) -> tuple[float, ...]:
         return tuple(float(value) for value in words.split(","))
     start, end, count = words.split(":")
     alone = int(count) == 1 and float(start) != float(end)
-    if alone or not 1 <= int(count) <= MOST_POINTS:
+    if alone or not 1 <= int(count) <= MAX_POINTS:
         raise ValueError
     points = np.linspace(float(start), float(end), int(count))
     return tuple(float(f"{point:.12g}") for point in points)
@@ -94,5 +94,5 @@ def require_axes(axes: tuple[Axis, ...]) -> None:
     if len({axis.name for axis in axes}) < len(axes):
         raise InputError(f"over {axes[0].name}; is given twice")
     count = int(np.prod([len(axis.values) for axis in axes]))
-    if count > MOST_POINTS:
-        raise InputError(f"over = {count}; at most {MOST_POINTS} points")
+    if count > MAX_POINTS:
+        raise InputError(f"over = {count}; at most {MAX_POINTS} points")

@@ -13,20 +13,20 @@ import numpy as np
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.files.stored import Records, response_values, stored_response
-from fegear.statics.unphysical import doubts_of_meshes
+from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.axes import axis_setting
 from fegear.studies.headings import edits_in_words, title_of
-from fegear.studies.page import Columns, Grid, Page, cell, counted
+from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import (
     Draw,
-    Group,
     Job,
     Range,
     Setting,
+    SettingsGroup,
     Study,
     StudyResult,
     Task,
-    called,
+    display_name,
     group,
     refusal,
     setting,
@@ -40,21 +40,21 @@ from fegear.studies.trains import (
     torque_setting,
     train_warnings,
 )
-from fegear.studies.varied import TORQUE, Varied
+from fegear.studies.varied import TORQUE, ParametricStudy
 from fegear.train.lumped_models import (
     LumpedModel,
-    doubts_of_bodies,
+    body_modes_warnings,
     integration_in_words,
     require_method,
 )
 from lumped.attractors.attractor_sweeps import (
     AttractorBranch,
-    Stretch,
+    AttractorInterval,
     SystemAt,
     sweep_attractors,
 )
 from lumped.attractors.attractors import Attractor, SectionSettings
-from lumped.branches.motions import OverFigure, OverSpeed
+from lumped.branches.motions import ParameterFamily, SpeedFamily
 from lumped.common.csv_text import exact
 from lumped.figures.attractors import draw_attractors
 from lumped.figures.maps import axis_label
@@ -67,8 +67,8 @@ from lumped.train.system import LumpedSystem
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_VALUES = 10_000
-MOST_ROWS = 1_000_000  # of the table, some 100 bytes each
+MAX_VALUES = 10_000
+MAX_ROWS = 1_000_000  # of the table, some 100 bytes each
 LEGEND = {
     "direction": "of the parameter, up or down",
     "mesh, section": "counted from 1",
@@ -88,9 +88,9 @@ COLUMNS = (
 )
 
 
-SECTIONS = Group(
+SECTIONS = SettingsGroup(
     kind=SectionSettings,
-    offers={
+    exposed={
         "sections": Setting(
             text="Points of the Poincaré section of an aperiodic motion, one in "
             "each common period of all meshes."
@@ -101,7 +101,7 @@ SECTIONS = Group(
 
 @dataclass(frozen=True, kw_only=True)
 class Bifurcations(
-    Varied,
+    ParametricStudy,
     Study,
     command="bifurcations",
     example="bifurcations liu-idler --over mesh_frequency_Hz=900:1700:161",
@@ -146,10 +146,10 @@ class Bifurcations(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        over, axis = called(self, "over"), self.over
+        over, axis = display_name(self, "over"), self.over
         if not self.over_speed:
             if self.at is None:
-                needed = f"needs a mesh frequency, {called(self, 'at')} HZ"
+                needed = f"needs a mesh frequency, {display_name(self, 'at')} HZ"
                 raise InputError(f"{over} {axis.name}; {needed}")
         elif self.at is not None:
             why = f"{over} {MESH_FREQUENCY} replaces it, leave it out"
@@ -184,10 +184,10 @@ class Bifurcations(
     def system_at(self) -> SystemAt:
         """Return the system at a value; one thread at a time solves finite elements."""
         if self.at is None:
-            return OverSpeed(self.system(())).at
+            return SpeedFamily(self.system(())).at
         values, lock = self.over.values, threading.Lock()
         limits = min(values), max(values)
-        family = OverFigure(
+        family = ParameterFamily(
             self.over.name, lambda v: self.system((v,)), self.at, limits
         )
 
@@ -199,7 +199,7 @@ class Bifurcations(
 
     def tasks(self) -> Iterator[Task]:
         self._require_few()
-        require_method(self.known, self.integration)
+        require_method(self.resolved_model, self.integration)
         for value in (min(self.over.values), max(self.over.values)):
             self.system_at(value)  # so that limits that cannot be are named at once
         for direction in self.directions:
@@ -209,15 +209,13 @@ class Bifurcations(
     def _require_few(self) -> None:
         """Raise InputError for more than a table should hold."""
         count, sections = len(self.over.values), self.sections.sections
-        if count > MOST_VALUES:
-            raise InputError(
-                f"over = {count} values; allowed are {MOST_VALUES} at most"
-            )
+        if count > MAX_VALUES:
+            raise InputError(f"over = {count} values; allowed are {MAX_VALUES} at most")
         rows = count * sections * len(self.gears.meshes) * len(self.directions)
-        if rows > MOST_ROWS:
+        if rows > MAX_ROWS:
             raise InputError(
                 f"sections = {sections}; with {count} values that is a table of up to "
-                f"{rows} rows, allowed are {MOST_ROWS}"
+                f"{rows} rows, allowed are {MAX_ROWS}"
             )
 
     def _swept(self, direction: Direction, job: Job) -> AttractorBranch:
@@ -271,7 +269,7 @@ class BifurcationsResult(StudyResult):
     @property
     def _header(self) -> dict[str, str]:
         study, values = self.study, len(self.study.over.values)
-        coupled = study.known.number == "coupled"
+        coupled = study.resolved_model.number == "coupled"
         header = study.header(integration_in_words(study.settling, coupled))
         if study.at is not None:
             header["speed_Hz"] = exact(study.at)
@@ -289,7 +287,7 @@ class BifurcationsResult(StudyResult):
     def _rows(self) -> Iterator[list[object]]:
         for branch in self.branches:
             for value, found in zip(branch.values, branch.attractors, strict=True):
-                last = found.kind, found.multiple, found.exponent, found.spread
+                last = found.kind, found.multiple, found.exponent, found.stderr
                 for (k, m), error in np.ndenumerate(found.deflection):
                     rate = float(found.rate[k, m])
                     point = branch.direction, m + 1, k + 1, float(error), rate
@@ -297,7 +295,7 @@ class BifurcationsResult(StudyResult):
 
     @property
     def _heading(self) -> dict[str, Any]:
-        return self.study.described(self.study.over.name, self.study.at)
+        return self.study.summary_header(self.study.over.name, self.study.at)
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -309,12 +307,12 @@ class BifurcationsResult(StudyResult):
             "branches": [_branch_values(branch) for branch in self.branches],
             "warnings": [
                 *train_warnings(study, study.at_load),
-                *doubts_of_bodies(last, study.at_speeds),
-                *self._doubts_of_size(),
+                *body_modes_warnings(last, study.at_speeds),
+                *self._size_warnings(),
             ],
         }
 
-    def _doubts_of_size(self) -> Iterator[str]:
+    def _size_warnings(self) -> Iterator[str]:
         """Warnings where the largest deflections cannot be physical."""
         found = [each.deflection for b in self.branches for each in b.attractors]
         every = np.abs(np.concatenate(found)) if found else np.empty((0, 0))
@@ -322,7 +320,7 @@ class BifurcationsResult(StudyResult):
             peaks = every.max(axis=0)
             where = ", at its worst section"
             meshes = self.study.gears.meshes
-            yield from doubts_of_meshes(meshes, where, peaks, 0.0 * peaks)
+            yield from mesh_warnings(meshes, where, peaks, 0.0 * peaks)
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -330,7 +328,7 @@ class BifurcationsResult(StudyResult):
 
     def _diagram(self) -> Figure:
         study = self.study
-        label = OverSpeed.label if study.over_speed else axis_label(study.over.name)
+        label = SpeedFamily.label if study.over_speed else axis_label(study.over.name)
         changes = edits_in_words(study.gear_set.entries)
         title = f"{title_of(self._heading)}\n{changes}".strip()
         return draw_attractors(self.branches, label, title)
@@ -340,11 +338,11 @@ class BifurcationsResult(StudyResult):
         yield from self.study.limits
         yield title_of(values)
         for branch in values["branches"]:
-            done = counted(branch["finished_values"], "value")
+            done = pluralize(branch["finished_values"], "value")
             words = "rising" if branch["direction"] == "up" else "falling"
             title = f"{values['over']}, {done}, {words}"
             columns = ("motion", "begins by")
-            yield Grid(branch["stretches"], STRETCH, title, columns)
+            yield RowTable(branch["stretches"], STRETCH, title, columns)
             if not branch["complete"]:
                 yield f"ended after {done} of {values['values']}"
 
@@ -363,16 +361,16 @@ def _branch_values(branch: AttractorBranch) -> dict[str, Any]:
         "direction": branch.direction,
         "complete": branch.complete,
         "finished_values": len(branch.values),
-        "stretches": [_plain_stretch(each) for each in branch.stretches],
+        "stretches": [_plain_stretch(each) for each in branch.intervals],
     }
 
 
-def _plain_stretch(stretch: Stretch) -> dict[str, Any]:
+def _plain_stretch(stretch: AttractorInterval) -> dict[str, Any]:
     return {
         "first": stretch.first,
         "last": stretch.last,
         "motion": stretch.name,
-        "begins_by": stretch.begins,
+        "begins_by": stretch.transition,
         "largest_lyapunov_per_period": stretch.exponent,
     }
 
@@ -385,7 +383,7 @@ class StoredAttractors:
 
     def finished(self) -> list[tuple[Response, Attractor]]:
         arrays, pairs = self.records.state, []
-        for values in self.records.kept:
+        for values in self.records.records:
             attractor = _stored_attractor(values.pop("attractor"))
             pairs.append((stored_response(values), attractor))
         if pairs and arrays is not None:
@@ -399,7 +397,7 @@ class StoredAttractors:
             name: getattr(attractor, name).tolist() for name in ARRAYS
         }
         values["attractor"]["meshes"] = response.dte_rms.size
-        self.records.keep(values, {"motion": response.state})
+        self.records.add_record(values, {"motion": response.state})
 
 
 def _stored_attractor(values: dict[str, Any]) -> Attractor:

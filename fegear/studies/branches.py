@@ -12,7 +12,7 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
-from fegear.statics.unphysical import doubts_of_meshes
+from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.axes import (
     limits,
     limits_axis,
@@ -20,17 +20,17 @@ from fegear.studies.axes import (
     written_limits_axis,
 )
 from fegear.studies.headings import title_of
-from fegear.studies.page import Page, counted, number
+from fegear.studies.page import Page, number, pluralize
 from fegear.studies.study import (
     Draw,
-    Group,
     Job,
     Range,
     Setting,
+    SettingsGroup,
     Study,
     StudyResult,
     Task,
-    called,
+    display_name,
     group,
     refusal,
     setting,
@@ -45,12 +45,12 @@ from fegear.studies.trains import (
     torque_setting,
     train_warnings,
 )
-from fegear.studies.varied import TORQUE, Varied
-from fegear.train.lumped_models import LumpedModel, doubts_of_bodies
-from lumped.branches.motions import Family, OverFigure, OverSpeed
+from fegear.studies.varied import TORQUE, ParametricStudy
+from fegear.train.lumped_models import LumpedModel, body_modes_warnings
+from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
-from lumped.branches.plain import plain_branch, read_branch
 from lumped.branches.points import BranchPoint
+from lumped.branches.serialization import branch_from_dict, branch_to_dict
 from lumped.common.csv_text import exact
 from lumped.common.workers import Stopped
 from lumped.figures.branches import draw_branches
@@ -80,9 +80,9 @@ LEGEND = {
 }
 
 
-FINDING = Group(
+FINDING = SettingsGroup(
     kind=BranchSettings,
-    offers={
+    exposed={
         "harmonics": Setting(
             text="Harmonics of the first mesh's frequency in motions of models 1 to 3.",
         ),
@@ -98,8 +98,8 @@ FINDING = Group(
 )
 WAVES = replace(
     SOURCE,
-    offers={
-        **SOURCE.offers,
+    exposed={
+        **SOURCE.exposed,
         "harmonics": Setting(
             option="--wave-harmonics",
             text="Harmonics of the stiffness that --excitation fourier keeps.",
@@ -110,7 +110,7 @@ WAVES = replace(
 
 @dataclass(frozen=True, kw_only=True)
 class Branches(
-    Varied,
+    ParametricStudy,
     Study,
     command="branches",
     example="branches liu-idler --speeds 700:4500 -o b.csv --plot b.png",
@@ -164,7 +164,9 @@ class Branches(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        over, at, speeds = (called(self, name) for name in ("over", "at", "speeds"))
+        over, at, speeds = (
+            display_name(self, name) for name in ("over", "at", "speeds")
+        )
         if self.speeds is None and self.over is None:
             raise InputError(f"{speeds} A:B or {over} KEY=A:B is needed")
         if self.over is None:
@@ -183,7 +185,7 @@ class Branches(
 
     def _refuse_balance(self) -> None:
         """Refuse what belongs to harmonic balance, for the coupled model."""
-        model = f"{called(self, 'number')} coupled"
+        model = f"{display_name(self, 'number')} coupled"
         if self.steepness is not None:
             raise refusal(self, "steepness", f"contact of {model} is smooth")
         if self.finding.harmonics != BranchSettings().harmonics:
@@ -218,9 +220,9 @@ class Branches(
     @property
     def family(self) -> Family:
         if self.over is None or self.at is None:
-            return OverSpeed(self.first)
+            return SpeedFamily(self.first)
         name = self.over.name
-        return OverFigure(name, lambda v: self.system((v,)), self.at, self.ends)
+        return ParameterFamily(name, lambda v: self.system((v,)), self.at, self.ends)
 
     @property
     def numerics(self) -> BranchSettings:
@@ -243,8 +245,8 @@ class Branches(
             self.ends,
             self.numerics,
             report=watch,
-            finished=[*map(read_branch, job.kept)],
-            keep=lambda branch: job.keep(plain_branch(branch), {}),
+            finished=[*map(branch_from_dict, job.records)],
+            keep=lambda branch: job.add_record(branch_to_dict(branch), {}),
         )
         try:
             finder.find(low)
@@ -283,8 +285,8 @@ class BranchesResult(StudyResult):
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         for place, branch in enumerate(self.branches, start=1):
             for index, point in enumerate(branch.points, start=1):
-                over = () if self._over_speed else (point.place,)
-                speed = point.place if self._over_speed else point.frequency
+                over = () if self._over_speed else (point.best_parameter,)
+                speed = point.best_parameter if self._over_speed else point.frequency
                 for m in range(len(self.study.first.excitations)):
                     sizes = (
                         float(point.figures[n][m]) for n in ("dte_rms", "dte_peak")
@@ -315,7 +317,7 @@ class BranchesResult(StudyResult):
         """None for what varies."""
         study = self.study
         return {
-            **study.described(study.parameter, study.at),
+            **study.summary_header(study.parameter, study.at),
             "harmonics": None if self._stepped else study.numerics.harmonics,
             "natural_frequencies_Hz": study.first.resonances_Hz.tolist(),
             "interrupted": not self.complete,
@@ -323,26 +325,29 @@ class BranchesResult(StudyResult):
                 _branch_values(branch, study.parameter, self._stepped)
                 for branch in self.branches
             ],
-            "warnings": [*train_warnings(study, study.at_load), *self._doubts()],
+            "warnings": [
+                *train_warnings(study, study.at_load),
+                *self._branch_warnings(),
+            ],
         }
 
-    def _doubts(self) -> Iterator[str]:
+    def _branch_warnings(self) -> Iterator[str]:
         """Warn where the model leaves out too much or deflections are not physical."""
         points = [point for branch in self.branches for point in branch.points]
         if not points:
             return
-        yield from doubts_of_bodies(self.study.first, [p.frequency for p in points])
+        yield from body_modes_warnings(self.study.first, [p.frequency for p in points])
         peaks = np.max([point.figures["dte_peak"] for point in points], axis=0)
         where = ", at its worst point"
         meshes = self.study.gears.meshes
-        yield from doubts_of_meshes(meshes, where, peaks, 0.0 * peaks)
+        yield from mesh_warnings(meshes, where, peaks, 0.0 * peaks)
 
     @property
     def figures(self) -> dict[str, Draw]:
         return {"plot": self._diagram}
 
     def _diagram(self) -> Figure:
-        label = OverSpeed.label if self._over_speed else self.study.parameter
+        label = SpeedFamily.label if self._over_speed else self.study.parameter
         return draw_branches(self.branches, label, title_of(self.summary))
 
     def page(self) -> Page:
@@ -353,7 +358,7 @@ class BranchesResult(StudyResult):
         name, unit = ("frequency_Hz", " Hz") if over_speed else ("value", "")
         ends = ("from_Hz", "to_Hz") if over_speed else ("from", "to")
         for place, branch in enumerate(values["branches"], start=1):
-            repeats = counted(branch["period_multiple"], "period")
+            repeats = pluralize(branch["period_multiple"], "period")
             largest = _micrometres(branch["largest_dte_rms_m"])
             error = branch["relative_error_of_rms"]
             finer = "more harmonics" if values["harmonics"] else "finer steps"
@@ -361,7 +366,7 @@ class BranchesResult(StudyResult):
             if error is not None:
                 checked = f", {100.0 * error:.2g} % off by shooting"
             yield (
-                f"branch {place}: {counted(branch['points'], 'point')}, "
+                f"branch {place}: {pluralize(branch['points'], 'point')}, "
                 f"{branch['stable_points']} of them stable, {branch[ends[0]]:.6g} to "
                 f"{branch[ends[1]]:.6g}{unit}, repeats after {repeats}\n"
                 f"  largest RMS of dynamic transmission error of the meshes {largest} "
@@ -408,6 +413,6 @@ def _bifurcation(point: BranchPoint, over: str, stepped: bool) -> dict[str, Any]
     rms = point.figures["dte_rms"].tolist()
     name = "frequency_Hz" if over == MESH_FREQUENCY else "value"
     by = STEPPED if stepped else SCHEME
-    by = by if isnan(point.located) else "shooting"
-    place = {name: point.place, "located_by": by}
+    by = by if isnan(point.refined_parameter) else "shooting"
+    place = {name: point.best_parameter, "located_by": by}
     return {"kind": point.kind, **place, "dte_rms_m": rms}

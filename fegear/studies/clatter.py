@@ -14,7 +14,7 @@ import numpy as np
 
 from fegear.clatter.gearboxes import NamedGearbox, load_gearbox
 from fegear.files.errors import InputError
-from fegear.studies.page import Columns, Grid, Page, cell, heading
+from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import (
     PLOT,
     Draw,
@@ -26,20 +26,26 @@ from fegear.studies.study import (
     argument,
     setting,
 )
-from fegear.studies.table import Table, plain
+from fegear.studies.table import Table, finite_or_none
 from lumped.clatter.chaos import correlation_dimension
-from lumped.clatter.gearbox import Wheel
-from lumped.clatter.group_runs import GroupRun, MapKind, repeats, run_events, run_map
-from lumped.clatter.groups import Group
+from lumped.clatter.gearbox import LooseWheel
+from lumped.clatter.group_runs import (
+    GroupRun,
+    MapKind,
+    is_superstable,
+    run_events,
+    run_map,
+)
+from lumped.clatter.groups import WheelGroup
 from lumped.clatter.noise import noise_of
-from lumped.clatter.runs import Impacts, State, middle, scattered
+from lumped.clatter.runs import Impacts, State, centred_state, random_state
 from lumped.common.csv_text import exact
 from lumped.figures.clatter import draw_attractor, draw_motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_IMPACTS = 20_000_000  # that are kept at a time
+MAX_IMPACTS = 20_000_000  # that are kept at a time
 SHOWN = 12  # periods of a plot of the motion
 RESTS = ", where it rests on an edge: the map ends there"
 KEYS = (  # of a play in the summary: what of its noise
@@ -74,9 +80,9 @@ class Clatter(
     )
     seconds: float = setting(10.0, "Simulated time [s].", Range(1e-6, 1e7, "s"))
     impacts: int = setting(
-        MOST_IMPACTS,
+        MAX_IMPACTS,
         "Stop after this many impacts of a wheel and of those that mesh with it.",
-        Range(1, MOST_IMPACTS),
+        Range(1, MAX_IMPACTS),
     )
     seed: int | None = setting(
         None,
@@ -97,7 +103,7 @@ class Clatter(
     )
     wheel: str | None = setting(None, "Wheel to draw and to map. [default: the first]")
 
-    def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
+    def unused_options(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
         if self.kind != "event":
             yield from (
                 (name, "needs {kind} event") for name in ("resume", "overwrite", "plot")
@@ -110,7 +116,7 @@ class Clatter(
         return load_gearbox(self.gearbox)
 
     @cached_property
-    def shown(self) -> Wheel:
+    def shown(self) -> LooseWheel:
         """The wheel that is drawn, and mapped."""
         wheels = {each.name: each for each in self.named.gearbox.wheels}
         name = next(iter(wheels)) if self.wheel is None else self.wheel
@@ -119,8 +125,12 @@ class Clatter(
             raise InputError(f"wheel = {name}; {self.named.name} has {names}")
         return wheels[name]
 
-    def start_of(self, group: Group) -> State:
-        return middle(group) if self.seed is None else scattered(group, self.seed)
+    def start_of(self, group: WheelGroup) -> State:
+        return (
+            centred_state(group)
+            if self.seed is None
+            else random_state(group, self.seed)
+        )
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -135,14 +145,14 @@ class Clatter(
                 f"after {box.excitation.lasts:.9g} s"
             )
         if self.kind != "event":
-            group = Group((wheel,), box.excitation)
+            group = WheelGroup((wheel,), box.excitation)
             yield Task(wheel.name, partial(self._mapped, group))
             return
         for wheels in box.groups:
-            group = Group(wheels, box.excitation)
+            group = WheelGroup(wheels, box.excitation)
             yield Task(wheels[0].name, partial(self._moved, group))
 
-    def _mapped(self, group: Group, job: Job) -> GroupRun:
+    def _mapped(self, group: WheelGroup, job: Job) -> GroupRun:
         assert self.kind != "event"
         start = self.start_of(group)
         try:
@@ -152,10 +162,10 @@ class Clatter(
                 f"{self.named.name}: wheel {self.shown.name} {error}"
             ) from None
 
-    def _moved(self, group: Group, job: Job) -> GroupRun:
+    def _moved(self, group: WheelGroup, job: Job) -> GroupRun:
         state: Any = job.state
         now = self.start_of(group) if state is None else State(**state)
-        before = [Impacts(*(np.array(own) for own in p.values())) for p in job.kept]
+        before = [Impacts(*(np.array(own) for own in p.values())) for p in job.records]
         name, period = group.wheels[0].name, group.excitation.period
 
         def report(count: int) -> None:
@@ -163,7 +173,9 @@ class Clatter(
             job.report(f"wheel {name}", round(1000 * min(part, 1.0)), 1000)
 
         def passed(part: Impacts, count: int) -> None:
-            job.keep({key: own.tolist() for key, own in vars(part).items()}, vars(now))
+            job.add_record(
+                {key: own.tolist() for key, own in vars(part).items()}, vars(now)
+            )
             report(count)
 
         report(sum(map(len, before)))
@@ -200,7 +212,7 @@ class ClatterResult(StudyResult):
                     f"{len(run.impacts)} impacts{RESTS if rests else ''}"
                 )
 
-    def _wheel(self, run: GroupRun, wheel: Wheel) -> dict[str, Any]:
+    def _wheel(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
         noise = noise_of(run.group, run.impacts, run.seconds)
         plays = [
             {"play": each.play} | {key: getattr(each, name) for key, name in KEYS}
@@ -211,17 +223,17 @@ class ClatterResult(StudyResult):
         values |= {key: sum(each[key] for each in plays) for key, _ in KEYS[:3]}
         return values | (self._chaos(run, wheel) if self.study.chaos else {})
 
-    def _chaos(self, run: GroupRun, wheel: Wheel) -> dict[str, Any]:
+    def _chaos(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
         unit, exponent = run.exponent(self.study.kind)
         phase, speed, _ = run.teeth(wheel)
         dimension = error = math.nan
-        if not repeats(exponent):
+        if not is_superstable(exponent):
             dimension, error = correlation_dimension(phase, speed)
         return {
-            f"lyapunov_exponent_per_{unit}": plain(exponent),
-            "forgets_its_start": repeats(exponent),
-            "correlation_dimension": plain(dimension),
-            "correlation_dimension_error": plain(error),
+            f"lyapunov_exponent_per_{unit}": finite_or_none(exponent),
+            "forgets_its_start": is_superstable(exponent),
+            "correlation_dimension": finite_or_none(dimension),
+            "correlation_dimension_error": finite_or_none(error),
         }
 
     @property
@@ -253,7 +265,7 @@ class ClatterResult(StudyResult):
             "attractor": partial(draw_attractor, *run.teeth(wheel), title),
         }
 
-    def _motion(self, group: Group) -> Figure:
+    def _motion(self, group: WheelGroup) -> Figure:
         """Plays of the wheel over the first periods of the run."""
         lasts = min(SHOWN * group.excitation.period, self.study.seconds)
         times = np.linspace(0.0, lasts, 2400)
@@ -272,7 +284,7 @@ class ClatterResult(StudyResult):
             "lost\n[mW]": cell("lost_power_W", scale=1e3),
             "fastest\n[mm/s]": cell("fastest_m_per_s", scale=1e3),
         }
-        yield Grid(plays, columns)
+        yield RowTable(plays, columns)
         for wheel in wheels:
             yield (
                 f"wheel {wheel['name']}: {wheel['impacts']} impacts in "

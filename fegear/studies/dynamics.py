@@ -8,25 +8,25 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from fegear.dynamics.build import FiniteElements, Prepared, prepare
+from fegear.dynamics.build import FiniteElements, StepperChoice, prepare
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.history import format_history, history_name, history_table
 from fegear.dynamics.root_stress import RootInfluence, root_influence
-from fegear.dynamics.stepper import DynamicSettings, Motion, steps_per_cycle
+from fegear.dynamics.stepper import DynamicSettings, FeHistory, steps_per_cycle
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.studies.page import Page
 from fegear.studies.responses import ResponsesResult
 from fegear.studies.study import (
-    Group,
     Job,
     Range,
     Setting,
+    SettingsGroup,
     Study,
     Task,
-    called,
+    display_name,
     group,
     setting,
 )
@@ -39,7 +39,7 @@ from fegear.studies.trains import (
     SETTLING,
     TORQUE_OF,
     TRANSLATIONS,
-    NamedSet,
+    GearSetRef,
     chosen_torques,
     refuse_edits,
     torques_setting,
@@ -48,10 +48,10 @@ from fegear.train.lumped_models import (
     LumpedModel,
     TorqueOf,
     cap_in_words,
+    default_speeds,
     file_header,
     lumped_system,
     torque_entry,
-    usual_speeds,
 )
 from lumped.common.csv_text import exact
 from lumped.steady.sweep import Branch, Direction, reporting, sweep, sweep_branch
@@ -68,10 +68,10 @@ def _idle_elements(elements: FiniteElements) -> Iterator[tuple[str, str]]:
         yield "cutoff_Hz", "{fidelity} full keeps all elastic modes"
 
 
-ELEMENTS = Group(
+ELEMENTS = SettingsGroup(
     kind=FiniteElements,
-    idle=_idle_elements,
-    offers={
+    unused_options=_idle_elements,
+    exposed={
         "fidelity": Setting(
             text="Degrees of freedom. full: all of the finite elements; reduced: "
             "hubs and elastic modes of the gears; quasistatic: hubs only, "
@@ -89,9 +89,9 @@ ELEMENTS = Group(
         ),
     },
 )
-INTEGRATION = Group(
+INTEGRATION = SettingsGroup(
     kind=DynamicSettings,
-    offers={
+    exposed={
         **SETTLING,
         "steps": Setting(
             text="Least number of time steps per period of the fastest mesh."
@@ -116,7 +116,7 @@ class Dynamics(
     resumes = True
     partial = True
 
-    gear_set: NamedSet
+    gear_set: GearSetRef
     torque: tuple[float, ...] = torques_setting()
     elements: FiniteElements = group(ELEMENTS)
     torque_of: TorqueOf = setting("nominal", TORQUE_OF.text)
@@ -124,8 +124,10 @@ class Dynamics(
         None, DAMPING.text, Range(0.0, below=1.0), option=DAMPING.option
     )
     translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
-    source: Source = group(
-        Group(kind=Source, offers={"plane": PLANE, "resolution": RESOLUTION})
+    source: StiffnessSource = group(
+        SettingsGroup(
+            kind=StiffnessSource, exposed={"plane": PLANE, "resolution": RESOLUTION}
+        )
     )
     integration: DynamicSettings = group(INTEGRATION)
     model_1: bool = setting(
@@ -146,10 +148,10 @@ class Dynamics(
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.root_stress is not None and self.history is None:
-            names = called(self, "root_stress"), called(self, "history")
+            names = display_name(self, "root_stress"), display_name(self, "history")
             raise InputError(f"{names[0]} needs {names[1]}")
         if self.torque_of == "input" and not self.elements.friction:
-            needed = called(self, "friction")
+            needed = display_name(self, "friction")
             raise InputError(f"torque_of = input; needs {needed} above 0")
 
     @cached_property
@@ -182,7 +184,7 @@ class Dynamics(
     @cached_property
     def frequencies(self) -> list[float]:
         """Mesh frequencies of the first mesh [Hz]."""
-        return list(self.speeds) or usual_speeds(next(iter(self.systems.values())))
+        return list(self.speeds) or default_speeds(next(iter(self.systems.values())))
 
     def under_friction(self, torque: float) -> LumpedSystem:
         """The lumped model 1 under the torques that the finite elements have."""
@@ -195,14 +197,14 @@ class Dynamics(
         return replace(system, train=found.train, losses=found.losses)
 
     @cached_property
-    def prepared(self) -> dict[float, Prepared]:
+    def prepared(self) -> dict[float, StepperChoice]:
         """A stepper for every torque, all of the same fidelity."""
         found = self._prepared(self.elements)
         if len({each.fidelity for each in found.values()}) > 1:
             found = self._prepared(replace(self.elements, fidelity="reduced"))
         return found
 
-    def _prepared(self, elements: FiniteElements) -> dict[float, Prepared]:
+    def _prepared(self, elements: FiniteElements) -> dict[float, StepperChoice]:
         given = self.frequencies, elements, self.integration, self.excitations
         return {
             torque: prepare(self.gears, torque, self.under_friction(torque), *given)
@@ -281,7 +283,7 @@ class Dynamics(
         direction: Direction,
         roots: dict[int, RootInfluence],
         frequency: float,
-        motion: Motion,
+        motion: FeHistory,
     ) -> None:
         """Write the motion of a speed as a file of the directory, if there is one."""
         if self.history is None:

@@ -21,9 +21,9 @@ from fegear.eccentric.files import (
     write_drawing,
 )
 from fegear.eccentric.gearing import ANGLES, Gearing
-from fegear.eccentric.turn import STEEL, Columns, turn_columns, wheel_meshes
+from fegear.eccentric.turn import STEEL, Columns, contact_columns, wheel_meshes
 from fegear.files.errors import InputError
-from fegear.statics.unphysical import doubts, doubts_of_check
+from fegear.statics.plausibility import check_warnings, plausibility_warnings
 from fegear.studies.page import Page, number
 from fegear.studies.study import (
     Draw,
@@ -32,7 +32,7 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
-    called,
+    display_name,
     setting,
 )
 from fegear.studies.table import Table
@@ -42,7 +42,10 @@ from lumped.common.csv_text import exact
 LENGTH = Range(least=1e-3, most=1e6, unit="mm")
 WIDTH = 10.0  # mm
 BLOCK = 8  # positions that are solved and kept together
-POSITIONS, FEWEST = 8, 4  # for each tooth: by default, and below which peaks are missed
+POSITIONS, MIN_POSITIONS = (
+    8,
+    4,
+)  # for each tooth: by default, and below which peaks are missed
 LEGEND = {
     "frames": "each wheel's own, the origin in its bearing; both wheels are assembled "
     "with the driven bearing at x = center_distance_mm and the driver turns clockwise",
@@ -168,7 +171,7 @@ class Eccentric(
         if self.torque is None:
             return
         if toothed is None:
-            torque, teeth = called(self, "torque"), called(self, "teeth")
+            torque, teeth = display_name(self, "torque"), display_name(self, "teeth")
             raise InputError(
                 f"{torque} needs {teeth}: pitch curves alone carry no load"
             )
@@ -180,8 +183,8 @@ class Eccentric(
         arcs = toothed.driven.curve.length * np.arange(count) / count
         load = self.torque / (1e-3 * self.width)
         for place, block in enumerate(np.split(arcs, np.arange(BLOCK, count, BLOCK))):
-            work = partial(turn_columns, toothed, driver, driven, load, block)
-            yield Task(f"{place}", partial(_kept, work), size=1)
+            work = partial(contact_columns, toothed, driver, driven, load, block)
+            yield Task(f"{place}", partial(_cached, work), size=1)
 
     def gather(self, found: Mapping[str, Columns | None]) -> EccentricResult:
         blocks: list[Columns] = []
@@ -196,12 +199,12 @@ class Eccentric(
         return EccentricResult(self, columns, len(blocks) == len(found))
 
 
-def _kept(work: Callable[[], Columns], job: Job) -> Columns:
+def _cached(work: Callable[[], Columns], job: Job) -> Columns:
     """Positions that are computed at once, or were before."""
-    for columns in job.kept:
+    for columns in job.records:
         return columns
     columns = work()
-    job.keep(columns, {})
+    job.add_record(columns, {})
     return columns
 
 
@@ -234,8 +237,8 @@ class EccentricResult(StudyResult):
         where = f"contact at {study.torque:g} N m"
         warnings = [
             *self._sparse(values["driven_teeth"]),
-            *doubts_of_check(where, "torque ratios against the kinematics", off),
-            *doubts(
+            *check_warnings(where, "torque ratios against the kinematics", off),
+            *plausibility_warnings(
                 where,
                 1e-3 * values["module_mm"],
                 transmission_error=1e-6 * float(error.max()),
@@ -257,10 +260,10 @@ class EccentricResult(StudyResult):
     def _sparse(self, teeth: int) -> Iterator[str]:
         """Warnings where there are too few positions for the largest values."""
         asked = self.study.positions
-        if asked is not None and asked < FEWEST * teeth:
+        if asked is not None and asked < MIN_POSITIONS * teeth:
             yield (
-                f"positions = {asked} is less than {FEWEST} for each of the {teeth} "
-                "teeth: largest values and peak to peak may lie between them"
+                f"positions = {asked} is less than {MIN_POSITIONS} for each of the "
+                f"{teeth} teeth: largest values and peak to peak may lie between them"
             )
 
     @property

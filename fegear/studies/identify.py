@@ -22,26 +22,26 @@ from fegear.statics.identify import (
     stiffness_model,
 )
 from fegear.statics.solving import StaticsSettings
-from fegear.studies.page import Columns, Grid, Page, cell
+from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.study import (
     Draw,
-    Group,
     Job,
     Range,
+    SettingsGroup,
     Study,
     StudyResult,
     Task,
-    called,
+    display_name,
     group,
     setting,
 )
-from fegear.studies.table import Table, plain
+from fegear.studies.table import Table, finite_or_none
 from fegear.studies.trains import (
     PLANE,
     RESOLUTION,
-    NamedSet,
-    one_load,
+    GearSetRef,
     refuse_edits,
+    single_torque,
     torque_setting,
 )
 from lumped.figures.drawing import draw_title, panels
@@ -67,7 +67,7 @@ class Identification(
     hub radius. Where several sets are equally good, they are listed as well.
     """
 
-    gear_set: NamedSet
+    gear_set: GearSetRef
     mean: tuple[float, ...] = setting(
         (),
         "Measured mean mesh stiffness [N/m], once for each mesh in order. [default: "
@@ -103,7 +103,9 @@ class Identification(
     )
     torque: float | None = torque_setting()
     elements: StaticsSettings = group(
-        Group(kind=StaticsSettings, offers={"plane": PLANE, "resolution": RESOLUTION})
+        SettingsGroup(
+            kind=StaticsSettings, exposed={"plane": PLANE, "resolution": RESOLUTION}
+        )
     )
 
     @cached_property
@@ -123,7 +125,7 @@ class Identification(
     @cached_property
     def measured(self) -> MeasuredStiffness:
         """What the settings and the gear set know of the meshes."""
-        torque, name, meshes = one_load(self), self.gears.name, self.gears.meshes
+        torque, name, meshes = single_torque(self), self.gears.name, self.gears.meshes
         if torque <= 0.0:
             allowed = "must be positive, on the input gear [N m]"
             raise InputError(f"torque = {torque:.12g}; {allowed}")
@@ -137,7 +139,8 @@ class Identification(
         variation = self.variation or [mesh.stiffness_variation for mesh in meshes]
         if not any(mean) and not any(variation):
             raise InputError(
-                f"{called(self, 'mean')} or {called(self, 'variation')} is missing; "
+                f"{display_name(self, 'mean')} or "
+                f"{display_name(self, 'variation')} is missing; "
                 f"{name} has no mean_stiffness_N_per_m and no stiffness_variation"
             )
         return MeasuredStiffness(
@@ -179,14 +182,14 @@ class IdentificationResult(StudyResult):
             "mean_spread": known.mean_spread,
             "variation_spread": known.variation_spread,
             "best": plain_candidate(gears, found.best),
-            "warnings": list(self._doubts()),
+            "warnings": list(self._warnings()),
             "interpolation_error": found.interpolation_error,
             "equally_good_from": gears.gears[found.along].name,
             "equally_good": [plain_candidate(gears, c) for c in found.equally_good],
             "valley": [plain_candidate(gears, c) for c in found.valley],
         }
 
-    def _doubts(self) -> Iterator[str]:
+    def _warnings(self) -> Iterator[str]:
         """Why the set chosen does not represent what was measured, if so."""
         best = self.found.best
         misfits = self.study.measured.misfits(best.mean, best.variation)
@@ -236,7 +239,7 @@ class IdentificationResult(StudyResult):
             f"between hub radii changes a mean by {values['interpolation_error']:.1e}"
         )
 
-    def _sets(self) -> Grid:
+    def _sets(self) -> RowTable:
         """Sets that are equally good, among them the one that is chosen."""
         values, names = self.summary, [gear.name for gear in self.study.gears.gears]
         best, width = values["best"], f"face width\nof {names[0]}\n[mm]"
@@ -249,9 +252,9 @@ class IdentificationResult(StudyResult):
         key = f"{values['equally_good_from']}_hub_radius_mm"
         rows = sorted([best, *values["equally_good"]], key=lambda row: row[key])
         title = f"{values['gear_set']}: equally good sets, * the set chosen"
-        return Grid(rows, columns, title)
+        return RowTable(rows, columns, title)
 
-    def _meshes(self) -> Grid:
+    def _meshes(self) -> RowTable:
         """How the set chosen meets what was measured."""
         values, best = self.summary, self.summary["best"]
         means = values["measured_mean_stiffness_N_per_m"]
@@ -260,9 +263,9 @@ class IdentificationResult(StudyResult):
             {
                 "mesh": m,
                 "mean": best[f"mesh{m}_mean_stiffness_N_per_m"],
-                "measured_mean": plain(mean),
+                "measured_mean": finite_or_none(mean),
                 "variation": best[f"mesh{m}_stiffness_variation"],
-                "measured_variation": plain(variation),
+                "measured_variation": finite_or_none(variation),
             }
             for m, (mean, variation) in enumerate(
                 zip(means, variations, strict=True), start=1
@@ -277,7 +280,7 @@ class IdentificationResult(StudyResult):
             f"measured {ratio}": _fixed("measured_variation", 4),
         }
         title = "the chosen set, meshed, and the measured values"
-        return Grid(rows, columns, title, words=())
+        return RowTable(rows, columns, title, words=())
 
 
 def _fixed(key: str, decimals: int) -> Any:

@@ -10,13 +10,19 @@ from typing import TYPE_CHECKING, Any
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
-from fegear.studies.study import Range, argument, called, require_settings, setting
-from lumped.rattle.departures import RETURNS
+from fegear.studies.study import (
+    Range,
+    argument,
+    display_name,
+    require_settings,
+    setting,
+)
+from lumped.rattle.return_map import RETURNS
 
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
 
-LEAST_RETURNS, MOST_RETURNS = 100, 10_000_000  # until motions count as settled
+MIN_RETURNS, MAX_RETURNS = 100, 10_000_000  # until motions count as settled
 POSITIVE = Range(1e-9, 1e9)
 STIFFNESSES = Range(1e-9, 1e15)
 NAME = "Built-in machine or path of a TOML file."
@@ -41,7 +47,7 @@ def limits(name: str, text: str = SPEEDS) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LoadFigures:
+class LoadParameters:
     """Dimensionless figures in place of the machine's that press the flanks."""
 
     delta: float | None = setting(
@@ -72,8 +78,8 @@ class LoadFigures:
         """The machine with these figures."""
         from fegear.rattle.machines import load_machine
 
-        given = {k: v for k, v in self.given.items() if v is not None}
-        return load_machine(name, given)
+        overrides = {k: v for k, v in self.given.items() if v is not None}
+        return load_machine(name, overrides)
 
     @property
     def given(self) -> dict[str, float | None]:
@@ -86,7 +92,7 @@ class LoadFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MotionFigures(LoadFigures):
+class MotionParameters(LoadParameters):
     """All dimensionless figures in place of the machine's."""
 
     beta: float | None = setting(
@@ -102,13 +108,13 @@ class MotionFigures(LoadFigures):
     )
 
     @property
-    def given(self) -> dict[str, float | None]:
+    def overrides(self) -> dict[str, float | None]:
         own = {"half_backlash": self.beta, "restitution": self.restitution}
         return super().given | own
 
 
 @dataclass(frozen=True, kw_only=True)
-class LoadedMachine(LoadFigures):
+class LoadMachineRef(LoadParameters):
     """A machine by its name, with figures in place of its own."""
 
     name: str = argument("MACHINE", NAME, reads=True)
@@ -119,7 +125,7 @@ class LoadedMachine(LoadFigures):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MovingMachine(MotionFigures, LoadedMachine):
+class MotionMachineRef(MotionParameters, LoadMachineRef):
     """A machine by its name, with all figures of its motion in place of its own."""
 
     @property
@@ -129,10 +135,10 @@ class MovingMachine(MotionFigures, LoadedMachine):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfMachine:
+class MachineStudy:
     """Settings of all studies of departures from the upper flank of a machine."""
 
-    machine: MovingMachine
+    machine: MotionMachineRef
     velocity: tuple[float, float] | None = limits("velocity")
 
     @cached_property
@@ -142,15 +148,15 @@ class OfMachine:
     @cached_property
     def speeds(self) -> tuple[float, float]:
         """Lowest and highest speed of departures [rad per turn]."""
-        from lumped.rattle.orbits import usual_speed
+        from lumped.rattle.orbits import default_speed
 
         return self.velocity or (
             0.0,
-            usual_speed(self.named.assembly.shafts_in_impacts),
+            default_speed(self.named.assembly.shafts_in_impacts),
         )
 
 
-def usual_returns(settling: float) -> int:
+def default_returns(settling: float) -> int:
     """Returns after which motions count as settled unless a study says otherwise.
 
     They are those in which transients end at the machine's damping, and those of the
@@ -158,21 +164,23 @@ def usual_returns(settling: float) -> int:
 
     settling : returns in which transients end, see `settling_returns`
     """
-    return int(settling) if settling <= MOST_RETURNS else RETURNS
+    return int(settling) if settling <= MAX_RETURNS else RETURNS
 
 
-def unsettled(study: Any, part: float, what: str, iterations: int, needed: int) -> str:
+def not_converged_warning(
+    study: Any, part: float, what: str, iterations: int, needed: int
+) -> str:
     """What to do about departures of a study that have not settled."""
-    name = called(study, "iterations")
+    name = display_name(study, "iterations")
     more = f"half the damping ends transients in {needed}: {name} {needed}"
-    if needed > MOST_RETURNS:
+    if needed > MAX_RETURNS:
         more = (
             f"half the damping ends transients in {needed:.3g}, which {name} "
-            f"cannot be: {MOST_RETURNS} are the most"
+            f"cannot be: {MAX_RETURNS} are the most"
         )
     elif iterations >= needed:
         more = "irregular motion may last long before it ends"
-        if iterations < MOST_RETURNS:
+        if iterations < MAX_RETURNS:
             more += f": more {name}"
     return (
         f"{100.0 * part:.3g} % of the {what} have reached no attractor in {iterations} "

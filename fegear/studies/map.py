@@ -13,11 +13,19 @@ import numpy as np
 from fegear.files.errors import InputError
 from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
-from fegear.statics.unphysical import doubts_of_meshes
+from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.axes import axes_setting
 from fegear.studies.headings import edits_in_words
-from fegear.studies.page import Page, counted, number
-from fegear.studies.study import Draw, Job, Study, StudyResult, Task, called, setting
+from fegear.studies.page import Page, number, pluralize
+from fegear.studies.study import (
+    Draw,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    display_name,
+    setting,
+)
 from fegear.studies.table import Table
 from fegear.studies.trains import (
     COUPLED,
@@ -29,10 +37,10 @@ from fegear.studies.trains import (
     torque_setting,
     train_warnings,
 )
-from fegear.studies.varied import TORQUE, Varied, digest
+from fegear.studies.varied import TORQUE, ParametricStudy, digest
 from fegear.train.lumped_models import LumpedModel, integration_in_words, require_method
 from lumped.common.csv_text import exact
-from lumped.common.workers import Never, Stop, Stopped
+from lumped.common.workers import NeverStop, Stop, Stopped
 from lumped.figures.maps import draw_map
 from lumped.steady.maps import (
     Axis,
@@ -49,12 +57,12 @@ from lumped.steady.sweep import BOTH, Direction, sweep
 from lumped.train.system import LumpedSystem
 
 FORMAT = "lumped parameter map 2"
-MOST_REASONS = 3  # why points are impossible, on the screen
+MAX_REASONS = 3  # why points are impossible, on the screen
 
 
 @dataclass(frozen=True, kw_only=True)
 class Map(
-    Varied,
+    ParametricStudy,
     Study,
     command="map",
     example="map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.png",
@@ -95,7 +103,7 @@ class Map(
         if not self.over:
             raise InputError("over = 0; one or two are allowed")
         if (self.at is None) == (not self.band):
-            at, band = called(self, "at"), called(self, "band")
+            at, band = display_name(self, "at"), display_name(self, "band")
             raise InputError(f"{at} HZ or {band} A:B:STEP is needed, not both")
 
     @property
@@ -110,9 +118,9 @@ class Map(
         yield Task("points", self._computed)
 
     def _computed(self, job: Job) -> MapResult:
-        require_method(self.known, self.integration)
+        require_method(self.resolved_model, self.integration)
         compute = partial(job.compute, "points")
-        evaluate = self._evaluation(job.heeded)
+        evaluate = self._evaluation(job.stop_event)
         empty = ParameterMap(self.axes, len(self.gears.meshes), self._header)
         found = run_map(empty, self.system, evaluate, compute)
         reasons = {cell.status for cell in found.cells.values()}
@@ -127,7 +135,7 @@ class Map(
 
     @cached_property
     def _header(self) -> dict[str, str]:
-        coupled = self.known.number == "coupled"
+        coupled = self.resolved_model.number == "coupled"
         header = self.header(integration_in_words(self.integration, coupled))
         if TORQUE not in self.names:
             header["torque on the input gear [N m]"] = exact(self.load)
@@ -159,7 +167,7 @@ def respond_over(
     system: LumpedSystem,
 ) -> Cell:
     """The largest response of sweeps [Hz]; raises Stopped where they were stopped."""
-    stop = stop or Never()
+    stop = stop or NeverStop()
     branches = [
         sweep(system, frequencies, direction, settings, stop=stop)
         for direction in directions
@@ -228,7 +236,7 @@ class MapResult(StudyResult):
     @property
     def _title(self) -> str:
         study = self.study
-        facts = study.described("", study.at)
+        facts = study.summary_header("", study.at)
         fixed = {"torque {:g} N m": "torque_Nm", "damping ratio {:g}": "damping_ratio"}
         changes = [
             form.format(facts[name])
@@ -247,9 +255,9 @@ class MapResult(StudyResult):
         yield from self.study.limits
         yield (
             f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
-            f"{counted(values['points'], 'point')}: {counts}"
+            f"{pluralize(values['points'], 'point')}: {counts}"
         )
-        yield from itertools.islice(values["reasons"], MOST_REASONS)
+        yield from itertools.islice(values["reasons"], MAX_REASONS)
         for extreme in values["extremes"]:
             place = ", ".join(f"{name} = {v:g}" for name, v in extreme["at"].items())
             yield (
@@ -271,7 +279,7 @@ def _map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
         for name in ("dte_peak_m", "back_side_fraction")
     )
     where = ", at its worst point"
-    yield from doubts_of_meshes(gear_set.meshes, where, peaks, backs)
+    yield from mesh_warnings(gear_set.meshes, where, peaks, backs)
 
 
 def _changes_nothing(found: ParameterMap, place: int) -> bool:

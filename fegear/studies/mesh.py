@@ -15,15 +15,15 @@ from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Page
 from fegear.studies.study import (
     NO_PICTURES,
-    Group,
     Job,
+    SettingsGroup,
     Study,
     StudyResult,
     Task,
     group,
     setting,
 )
-from fegear.studies.trains import RESOLUTION, USUAL_PAIR, NamedSet, refuse_edits
+from fegear.studies.trains import DEFAULT_PAIR, RESOLUTION, GearSetRef, refuse_edits
 from meshes import SectorMesh, SpurGear, sector_mesh
 from meshes.files import FORMATS, write_mesh
 
@@ -42,10 +42,10 @@ class GearMesh(
     endings = tuple(FORMATS)
     must_write = True
 
-    gear_set: NamedSet = USUAL_PAIR
+    gear_set: GearSetRef = DEFAULT_PAIR
     gear: int = setting(1, "Number of the gear, counted from 1.")
     elements: StaticsSettings = group(
-        Group(kind=StaticsSettings, offers={"resolution": RESOLUTION})
+        SettingsGroup(kind=StaticsSettings, exposed={"resolution": RESOLUTION})
     )
     whole: bool = setting(
         False, "Write all teeth instead of one tooth sector.", option="--whole"

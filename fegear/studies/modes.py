@@ -12,12 +12,12 @@ import numpy as np
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import Excitations, Source, unmodified
-from fegear.studies.page import Page, Sheet
+from fegear.statics.excitation import Excitations, StiffnessSource, unmodified
+from fegear.studies.page import ColumnTable, Page
 from fegear.studies.study import (
     NO_PICTURES,
-    Group,
     Job,
+    SettingsGroup,
     Study,
     StudyResult,
     Task,
@@ -31,23 +31,25 @@ from fegear.studies.trains import (
     PLANE,
     RESOLUTION,
     TRANSLATIONS,
-    NamedSet,
+    GearSetRef,
     bodies_described,
-    one_load,
+    single_torque,
     torque_setting,
 )
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
-    doubts_of_bodies,
+    body_modes_warnings,
+    default_speeds,
     lumped_system,
-    usual_speeds,
 )
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.system import LumpedSystem
 
 UNSTRAINED = 1e-6  # part of the strain energy in the meshes below which there is none
-ELEMENTS = Group(kind=Source, offers={"plane": PLANE, "resolution": RESOLUTION})
+ELEMENTS = SettingsGroup(
+    kind=StiffnessSource, exposed={"plane": PLANE, "resolution": RESOLUTION}
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +58,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
 
     pictures = NO_PICTURES
 
-    gear_set: NamedSet
+    gear_set: GearSetRef
     torque: float | None = torque_setting()
     translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
     stiffness: Literal["given", "fe", "coupled"] = setting(
@@ -65,7 +67,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         "finite elements where it is missing; fe: by finite elements at the "
         "torque; coupled: of the coupled model about its loaded state.",
     )
-    source: Source = group(ELEMENTS)
+    source: StiffnessSource = group(ELEMENTS)
 
     @property
     def gears(self) -> GearSet:
@@ -77,12 +79,12 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         if self.stiffness != "given" or not all(
             mesh.mean_stiffness for mesh in self.gears.meshes
         ):
-            return one_load(self)
+            return single_torque(self)
         if self.torque is not None:
             reason = f"{self.gears.name} gives all mean stiffnesses, use "
             raise refusal(self, "torque", reason + "{stiffness} fe")
         reason = "the gear set gives all stiffness parameters, nothing is solved"
-        refuse_given(self.source, [*ELEMENTS.offers], reason, ELEMENTS)
+        refuse_given(self.source, [*ELEMENTS.exposed], reason, ELEMENTS)
         return None
 
     def tasks(self) -> Iterator[Task]:
@@ -155,9 +157,9 @@ class ModesResult(StudyResult):
     def _bodies(self) -> dict[str, Any]:
         if self.system is None:
             return {**bodies_described({}), "warnings": []}
-        speeds = usual_speeds(self.system)
+        speeds = default_speeds(self.system)
         entries = bodies_described(body_entries(self.system, speeds))
-        return entries | {"warnings": list(doubts_of_bodies(self.system, speeds))}
+        return entries | {"warnings": list(body_modes_warnings(self.system, speeds))}
 
     @property
     def table(self) -> Table:
@@ -200,7 +202,7 @@ class ModesResult(StudyResult):
         }
         columns["what moves most"] = [mode["kind"] for mode in modes]
         frequencies = [f"{mode['frequency_Hz']:10.1f}" for mode in modes]
-        yield Sheet(frequencies, columns, "natural\nfrequency [Hz]", title)
+        yield ColumnTable(frequencies, columns, "natural\nfrequency [Hz]", title)
 
 
 def modes_under_load(system: LumpedSystem) -> Modes:
@@ -246,7 +248,7 @@ def _name_of_body_mode(system: LumpedSystem, i: int) -> tuple[str, str]:
 
 
 def mean_stiffnesses(
-    gear_set: GearSet, torque: float, source: Source, use_given: bool
+    gear_set: GearSet, torque: float, source: StiffnessSource, use_given: bool
 ) -> list[tuple[float, str]]:
     """Mean stiffness of every mesh [N/m], and where it comes from."""
     excitations, found = Excitations(source), []

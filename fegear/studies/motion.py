@@ -8,23 +8,31 @@ from functools import cached_property
 from typing import Any
 
 from fegear.files.errors import InputError
-from fegear.statics.unphysical import doubts_of_meshes
+from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.headings import friction_of_summary
-from fegear.studies.page import Page, Sheet, counted, number
+from fegear.studies.page import ColumnTable, Page, number, pluralize
 from fegear.studies.responses import UNITS
-from fegear.studies.study import Draw, Job, Study, StudyResult, Task, called, setting
+from fegear.studies.study import (
+    Draw,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    display_name,
+    setting,
+)
 from fegear.studies.table import Table
 from fegear.studies.trains import (
     AUTO,
     FREQUENCY,
     MOVING,
-    OfTrain,
+    TrainStudy,
     bodies_described,
-    described,
     friction_described,
     lumped_integration,
     lumped_model,
-    one_load,
+    single_torque,
+    summary_header,
     tables_setting,
     torque_setting,
     train_warnings,
@@ -56,7 +64,7 @@ from lumped.steady.pair_motions import CONDITIONS
 from lumped.steady.response import FIGURES
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import reporting
-from lumped.steady.truncation import TruncationCheck, check_truncation
+from lumped.steady.truncation_check import TruncationCheck, check_truncation
 from lumped.train.system import LumpedSystem
 
 LINES = 5  # largest ones of a spectrum, in the summary
@@ -72,7 +80,7 @@ ROWS = {  # of the screen, with the key of a mesh and its factor
 
 @dataclass(frozen=True, kw_only=True)
 class Motion(
-    OfTrain,
+    TrainStudy,
     Study,
     command="motion",
     example="motion liu-idler --speed 2100 --from-speed 3000 --plot m.png",
@@ -100,7 +108,7 @@ class Motion(
         if self.from_speed == self.speed:
             raise InputError(
                 f"from_speed {self.from_speed:g}; must differ from "
-                f"{called(self, 'speed')}"
+                f"{display_name(self, 'speed')}"
             )
 
     def tasks(self) -> Iterator[Task]:
@@ -108,7 +116,11 @@ class Motion(
 
     def _settled(self, job: Job) -> MotionResult:
         """The motion; DivergedError where it has no bound."""
-        model, integration, torque = self.known, self.integration, one_load(self)
+        model, integration, torque = (
+            self.resolved_model,
+            self.integration,
+            single_torque(self),
+        )
         require_method(model, integration)
         start = self.speed if self.from_speed is None else self.from_speed
         job.report("stiffness", 0, 1)
@@ -140,9 +152,9 @@ class MotionResult(StudyResult):
     def summary(self) -> dict[str, Any]:
         study, motion, response = self.study, self.motion, self.motion.response
         return {
-            **described(study, motion.system.train.damping_ratio),
+            **summary_header(study, motion.system.train.damping_ratio),
             "model_reason": study.reason or None,
-            **friction_described(study.known),
+            **friction_described(study.resolved_model),
             **static_entries(self._systems, len(motion.pairs)),
             **bodies_described(truncation_entries(motion.system, self.checks)),
             "body_modes_error": truncation_error(self.checks),
@@ -156,7 +168,7 @@ class MotionResult(StudyResult):
             "warnings": [
                 *train_warnings(study, self._systems),
                 *truncation_warnings(self.checks),
-                *doubts_of_meshes(
+                *mesh_warnings(
                     study.gears.meshes,
                     f" at {self.torque:g} N m",
                     *(response.dte_peak, response.back_side),
@@ -176,9 +188,9 @@ class MotionResult(StudyResult):
         words = integration_in_words(study.integration, system.contacts is not None)
         ratio = system.train.damping_ratio
         header = {
-            **file_header(study.gears, study.known, ratio, words),
+            **file_header(study.gears, study.resolved_model, ratio, words),
             **truncation_entries(system, self.checks),
-            "model": study.known.name,
+            "model": study.resolved_model.name,
             "torque_Nm": exact(self.torque),
             "speed_Hz": exact(study.speed),
             **study.gear_set.entries,
@@ -211,7 +223,7 @@ class MotionResult(StudyResult):
             f"{values['excitation']}, damping ratio {values['damping_ratio']:g}"
             f"{friction_of_summary(values)}\n"
             f"{values['status']}, settled for {values['settling_time_s']:.4g} s, "
-            f"{counted(values['section_points'], 'point')} in the Poincaré section"
+            f"{pluralize(values['section_points'], 'point')} in the Poincaré section"
         )
         if line := static_line(values):
             yield line
@@ -226,7 +238,7 @@ class MotionResult(StudyResult):
             "repeats after periods of the mesh",
             "largest amplitudes [um]",
         ]
-        yield Sheet(labels, columns)
+        yield ColumnTable(labels, columns)
         for mesh in values["meshes"]:
             if "efficiency" in mesh:
                 yield (

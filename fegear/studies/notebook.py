@@ -9,7 +9,7 @@ from io import BytesIO
 from typing import TYPE_CHECKING
 
 from fegear.files.printable import printable
-from fegear.studies.page import Grid, Page, Sheet
+from fegear.studies.page import ColumnTable, Page, RowTable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,10 +36,10 @@ def figure_png(figure: Figure, dots_per_inch: int) -> bytes:
     return content.getvalue()
 
 
-def _part(part: str | Grid | Sheet) -> str:
-    if isinstance(part, Grid):
+def _part(part: str | RowTable | ColumnTable) -> str:
+    if isinstance(part, RowTable):
         return _table(part.title, part.columns, part.cells())
-    if isinstance(part, Sheet):
+    if isinstance(part, ColumnTable):
         names = [part.corner, *part.columns]
         return _table(part.title, names, _rows(part.labels, part.columns))
     return f"<p>{_text(part)}</p>"

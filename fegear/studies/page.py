@@ -15,7 +15,7 @@ Columns = dict[str, Cell]  # cell of a row, by name
 
 
 @dataclass(frozen=True)
-class Grid:
+class RowTable:
     """A table of words with the names of its columns, which may have lines.
 
     Given as rows of values, and what to make of each, by column.
@@ -36,7 +36,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class ColumnTable:
     """A row of words for each label; columns by their names.
 
     corner : what the labels are
@@ -62,10 +62,10 @@ def cell(
     return shown
 
 
-Page = Iterator[str | Grid | Sheet]
+Page = Iterator[str | RowTable | ColumnTable]
 
 
-class Described(Protocol):
+class HasDescription(Protocol):
     """What a study is about, with a word for what was not printed in its source."""
 
     @property
@@ -76,7 +76,7 @@ class Described(Protocol):
     def inferences(self) -> Sequence[str]: ...
 
 
-def heading(subject: Described) -> Page:
+def heading(subject: HasDescription) -> Page:
     """First lines of a page: what it is about."""
     yield f"{subject.name}: {subject.description or 'no description'}"
     yield from (f"inferred: {each}" for each in subject.inferences)
@@ -95,6 +95,6 @@ def number(value: float, figures: int = 5) -> str:
     return f"{value:.{max(0, decimals)}f}"
 
 
-def counted(count: int, one: str, many: str = "") -> str:
+def pluralize(count: int, one: str, many: str = "") -> str:
     """`1 mesh`, `2 meshes`; many : by an s where it is empty."""
     return f"{count} {one if count == 1 else many or one + 's'}"

@@ -14,29 +14,29 @@ from typing import Any
 import numpy as np
 
 from fegear.files.output import write_whole
-from fegear.rattle.machines import figures_of
+from fegear.rattle.machines import parameters
 from fegear.studies.machines import (
-    LEAST_RETURNS,
-    MOST_RETURNS,
-    OfMachine,
-    unsettled,
-    usual_returns,
+    MAX_RETURNS,
+    MIN_RETURNS,
+    MachineStudy,
+    default_returns,
+    not_converged_warning,
 )
-from fegear.studies.page import Columns, Grid, Page, cell, heading
+from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
-from fegear.studies.table import Table, plain
+from fegear.studies.table import Table, finite_or_none
 from lumped.figures.rattle import draw_basins
 from lumped.rattle import basins as of
-from lumped.rattle.departures import RETURNS, settling_returns
+from lumped.rattle.return_map import RETURNS, settling_returns
 
-SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
-MOST_CELLS = 6324  # a side: 40 million, of which each takes 48 bytes
-USUAL_CELLS, LEAST_CELLS = 400, 20  # a side
+Z_95 = 1.96  # standard errors of an interval that holds the value 19 times of 20
+MAX_CELLS = 6324  # a side: 40 million, of which each takes 48 bytes
+DEFAULT_CELLS, MIN_CELLS = 400, 20  # a side
 
 
 @dataclass(frozen=True, kw_only=True)
 class Basins(
-    OfMachine,
+    MachineStudy,
     Study,
     command="rattle basin",
     example="rattle basin roots-scaled -o basins.npz --plot basins.png",
@@ -58,14 +58,14 @@ class Basins(
         None,
         "Cells per side of the grid, over a turn and over the speeds. [default: 400, "
         "or down to 20 where low damping makes each cell take longer]",
-        Range(5, MOST_CELLS),
+        Range(5, MAX_CELLS),
     )
     iterations: int | None = setting(
         None,
         "Returns to the upper flank after which a motion that still changes "
         "counts as chaotic. [default: 1499, or more where low damping prolongs "
         "transients]",
-        Range(LEAST_RETURNS, MOST_RETURNS),
+        Range(MIN_RETURNS, MAX_RETURNS),
     )
 
     def tasks(self) -> Iterator[Task]:
@@ -73,17 +73,17 @@ class Basins(
 
     def _found(self, job: Job) -> BasinsResult:
         machine = self.named.machine
-        iterations = self.iterations or usual_returns(settling_returns(machine))
-        side = self.grid or usual_side(iterations)
-        how = machine, of.Grid(side=side, velocity=self.speeds), iterations
+        iterations = self.iterations or default_returns(settling_returns(machine))
+        side = self.grid or default_side(iterations)
+        how = machine, of.InitialGrid(side=side, velocity=self.speeds), iterations
         settled = of.settle_grid(*how, partial(job.compute, "tiles of cells"))
         return BasinsResult(self, of.basins_of(*how, settled))
 
 
-def usual_side(iterations: int) -> int:
+def default_side(iterations: int) -> int:
     """Cells per side that all together take as many returns as 400 of 1499 returns."""
-    side = math.floor(USUAL_CELLS * math.sqrt(RETURNS / iterations))
-    return min(max(side, LEAST_CELLS), USUAL_CELLS)
+    side = math.floor(DEFAULT_CELLS * math.sqrt(RETURNS / iterations))
+    return min(max(side, MIN_CELLS), DEFAULT_CELLS)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -91,7 +91,7 @@ class BasinsResult(StudyResult):
     """Basins of a named machine."""
 
     study: Basins
-    basins: of.Basins
+    basins: of.BasinMap
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -99,13 +99,13 @@ class BasinsResult(StudyResult):
         unclear = 1.0 - float(np.mean(basins.attractor >= 0))
         return {
             **self.study.named.heading,
-            **figures_of(basins.machine),
+            **parameters(basins.machine),
             "cells_a_side": basins.grid.side,
             "velocity_rad_per_turn": list(basins.grid.velocity),
             "iterations": basins.iterations,
             "attractors": [self._values_of(i) for i in range(len(basins.attractors))],
             "unclear_fraction": unclear,
-            "basin_entropy": plain(basins.entropy),
+            "basin_entropy": finite_or_none(basins.entropy),
             "warnings": list(self._warnings()),
         }
 
@@ -113,7 +113,7 @@ class BasinsResult(StudyResult):
         unclear = float(np.mean(self.basins.attractor < 0))
         if unclear:
             needed = settling_returns(self.basins.machine)
-            yield unsettled(
+            yield not_converged_warning(
                 self.study, unclear, "cells", self.basins.iterations, needed
             )
 
@@ -125,19 +125,19 @@ class BasinsResult(StudyResult):
         return {
             "name": attractor.name,
             "fraction": fraction,
-            "fraction_of_random_starts_within": SURE * error,
+            "fraction_of_random_starts_within": Z_95 * error,
             "period": attractor.period,
             "point": None if math.isnan(time) else [time, speed],
             # quiet and sticking ones, -inf, are reached exactly
-            "lyapunov_per_turn": plain(attractor.exponent),
-            "seen_to_end_after_returns": attractor.settles or None,
+            "lyapunov_per_turn": finite_or_none(attractor.exponent),
+            "seen_to_end_after_returns": attractor.transient_returns or None,
         }
 
     @property
     def table(self) -> Table:
         """A row for each cell: its attractor, from 0, or -1 if it is not identified."""
         basins = self.basins
-        time, speed = basins.grid.departures(0, basins.grid.cells).T
+        time, speed = basins.grid.initial_conditions(0, basins.grid.cells).T
         columns = {
             "time_turns": time,
             "speed_rad_per_turn": speed,
@@ -149,7 +149,7 @@ class BasinsResult(StudyResult):
     def write(self, path: str | Path) -> None:
         """Write attractors and returns of the cells, rows of rising speed, as NPZ."""
         basins = self.basins
-        figures = figures_of(basins.machine)
+        figures = parameters(basins.machine)
         arrays: dict[str, Any] = {
             "attractor": basins.attractor.astype(np.int32),
             "returns": basins.returns.astype(np.int32),
@@ -190,7 +190,7 @@ class BasinsResult(StudyResult):
             "speed\n[rad per turn]": cell("speed"),
             "Lyapunov\n[1/turn]": cell("lyapunov_per_turn"),
         }
-        yield Grid(rows, columns)
+        yield RowTable(rows, columns)
         if values["unclear_fraction"]:
             part = 100.0 * values["unclear_fraction"]
             yield f"attractor not identified: {part:.2f} % of cells"

@@ -9,11 +9,11 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
-from fegear.rattle.bifurcation import Found, Search, find_bifurcations
+from fegear.rattle.bifurcation import BifurcationDiagram, OrbitSearch, find_bifurcations
 from fegear.rattle.existence import Plane, find_existence, plane_of
-from fegear.rattle.machines import figures_of, header_of, unit_name
-from fegear.studies.machines import OfMachine
-from fegear.studies.page import Page, counted, heading
+from fegear.rattle.machines import header_of, parameters, unit_name
+from fegear.studies.machines import MachineStudy
+from fegear.studies.page import Page, heading, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
@@ -21,12 +21,12 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
-    called,
+    display_name,
     refusal,
     setting,
 )
 from fegear.studies.table import Table
-from lumped.figures.rattle import words_of
+from lumped.figures.rattle import axis_labels
 from lumped.figures.rattle_branches import draw_curves, draw_orbit_branches
 from lumped.rattle.branches import OrbitBranch, machine_with
 from lumped.rattle.curves import BifurcationCurve
@@ -56,7 +56,7 @@ CURVES = {
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitBifurcations(
-    OfMachine,
+    MachineStudy,
     Study,
     command="rattle bifurcation",
     example="rattle bifurcation roots-scaled --over delta=0.5:0.75 --plot b.png",
@@ -136,16 +136,16 @@ class OrbitBifurcations(
         return plane_of(self.search, *others[0]) if others else None
 
     @property
-    def search(self) -> Search:
+    def search(self) -> OrbitSearch:
         """How branches over the first figure are found."""
         name, limits = next(iter(self.axes.items()))
-        return Search(
+        return OrbitSearch(
             figure=FIGURES[name],
             limits=limits,
             departures=self.departures,
             velocity=self.speeds,
             starts=self.starts,
-            runs=Search.runs if self.runs is None else self.runs,
+            runs=OrbitSearch.runs if self.runs is None else self.runs,
             doublings=self.doublings,
         )
 
@@ -156,8 +156,8 @@ class OrbitBifurcations(
 
     def _require(self, name: str, limits: tuple[float, float]) -> None:
         """Refuse to vary what changes nothing, is given as well, or is impossible."""
-        named, figure, given = self.named, FIGURES[name], self.machine.given
-        over = f"{called(self, 'over')} {name}"
+        named, figure, given = self.named, FIGURES[name], self.machine.overrides
+        over = f"{display_name(self, 'over')} {name}"
         fixed = partial(refusal, self.machine)
         if given.get(figure) is not None:
             raise fixed(name, f"{over} replaces it, leave it out")
@@ -204,12 +204,12 @@ class OverFigures(StudyResult):
     @property
     def title(self) -> str:
         named, figures = self.study.named, [FIGURES[name] for name in self.study.axes]
-        return f"{named.name}: {words_of(named.machine, *figures)}"
+        return f"{named.name}: {axis_labels(named.machine, *figures)}"
 
     @property
     def fixed(self) -> dict[str, Any]:
         """Figures but for those that vary."""
-        figures = figures_of(self.study.named.machine)
+        figures = parameters(self.study.named.machine)
         return {k: v for k, v in figures.items() if k not in self.columns}
 
     @property
@@ -222,7 +222,7 @@ class BifurcationResult(OverFigures):
     """Branches of a named machine over a parameter, with long runs."""
 
     study: OrbitBifurcations
-    found: Found
+    found: BifurcationDiagram
 
     @property
     def table(self) -> Table:
@@ -259,12 +259,12 @@ class BifurcationResult(OverFigures):
             "branches": [_of_branch(branch) for branch in found.branches],
             "long_runs": search.runs,
             "departures_of_long_runs": len(found.settled),
-            "unsettled_long_runs": len(found.unsettled),
+            "unsettled_long_runs": len(found.not_converged),
             "warnings": list(self._warnings()),
         }
 
     def _warnings(self) -> Iterator[str]:
-        unsettled = self.found.unsettled
+        unsettled = self.found.not_converged
         if unsettled.size:
             yield (
                 f"{unsettled.size} long runs that reached no attractor are left out, "
@@ -283,14 +283,14 @@ class BifurcationResult(OverFigures):
         yield from heading(self.study.named)
         yield (
             f"{values['over']} from {values['from']:g} to {values['to']:g}, "
-            f"{counted(len(values['branches']), 'branch', 'branches')}"
+            f"{pluralize(len(values['branches']), 'branch', 'branches')}"
         )
         if not values["branches"]:
             yield _none_found(self.study)
         for place, branch in enumerate(values["branches"], start=1):
             yield (
                 f"branch {place}: {branch['name']}, "
-                f"{counted(branch['points'], 'point', 'points')}, "
+                f"{pluralize(branch['points'], 'point', 'points')}, "
                 f"{branch['stable_points']} of them stable, {branch['from']:.6g} to "
                 f"{branch['to']:.6g}\n"
                 f"  {branch['origin']}; ends: {branch['end']}"
@@ -345,22 +345,22 @@ class ExistenceResult(OverFigures):
         yield from heading(self.study.named)
         curves = self.summary["curves"]
         first, second = self.columns
-        yield f"{first} and {second}, {counted(len(curves), 'curve', 'curves')}"
+        yield f"{first} and {second}, {pluralize(len(curves), 'curve', 'curves')}"
         if not curves:
             yield _none_found(self.study)
         for place, curve in enumerate(curves, start=1):
             both = ("({:.6g}, {:.6g})".format(*curve[key]) for key in ("from", "to"))
             yield (
                 f"curve {place}: {curve['bifurcation']} of {curve['name']}, "
-                f"{counted(curve['points'], 'point', 'points')}, {' to '.join(both)}; "
-                f"{curve['end']}"
+                f"{pluralize(curve['points'], 'point', 'points')}, "
+                f"{' to '.join(both)}; {curve['end']}"
             )
             for each in curve["meetings"]:
                 yield "  {} at ({:.7g}, {:.7g})".format(each["kind"], *each["at"])
 
 
 def _none_found(study: OrbitBifurcations) -> str:
-    starts = called(study, "starts")
+    starts = display_name(study, "starts")
     return f"nothing was found at the values looked at; {starts} looks at more"
 
 

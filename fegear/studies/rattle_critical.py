@@ -8,13 +8,13 @@ from math import degrees, inf
 from typing import Any, ClassVar
 
 from fegear.rattle.machines import NamedMachine
-from fegear.rattle.quiet import quiet_summary
-from fegear.studies.machines import LoadedMachine
+from fegear.rattle.permanent_contact import contact_limits
+from fegear.studies.machines import LoadMachineRef
 from fegear.studies.page import Page, heading
 from fegear.studies.study import Job, Study, StudyResult, Task
 from fegear.studies.table import Table
 
-LEAST_SHOWN = 1e-3  # per cent per cent
+MIN_SHOWN = 1e-3  # per cent per cent
 LIMITS = {  # whose changes are shown
     "percent_of_critical_per_percent": "critical eccentricity",
     "percent_of_least_quiet_per_percent": "least quiet eccentricity",
@@ -33,14 +33,14 @@ class Critical(
 
     pictures: ClassVar[Mapping[str, str]] = {}
 
-    machine: LoadedMachine
+    machine: LoadMachineRef
 
     def tasks(self) -> Iterator[Task]:
         yield Task("quiet", self._found)
 
     def _found(self, job: Job) -> CriticalResult:
         named = self.machine.named
-        return CriticalResult(self, named, quiet_summary(named))
+        return CriticalResult(self, named, contact_limits(named))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,7 +106,7 @@ def _changes(slopes: Mapping[str, Slope | None], limit: str) -> Page:
     """What a change of each figure does to a limit, the largest first."""
     known = {name: slope for name, slope in slopes.items() if slope is not None}
     for name, slope in sorted(known.items(), key=lambda both: -_largest(both[1])):
-        if _largest(slope) < LEAST_SHOWN:
+        if _largest(slope) < MIN_SHOWN:
             continue
         if isinstance(slope, tuple):
             less, more = map(_percent, slope)

@@ -20,30 +20,30 @@ from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.solving import StaticsSettings, solve_mesh
 from fegear.studies.page import Page, heading
-from fegear.studies.stiffness import at_torque, doubts_of_table
+from fegear.studies.stiffness import at_torque, table_warnings
 from fegear.studies.study import (
     NO_PICTURES,
-    Group,
     Job,
     Range,
+    SettingsGroup,
     Study,
     StudyResult,
     Task,
+    declared_fields,
     group,
-    own_offers,
     setting,
 )
 from fegear.studies.trains import (
-    LEAST_TORQUE,
+    MIN_TORQUE,
     PLANE,
     RESOLUTION,
-    NamedSet,
+    GearSetRef,
     mesh_index,
     mesh_setting,
 )
 from lumped.rattle.assembly import Assembly, Shafts
 from lumped.rattle.machine import Machine
-from lumped.rattle.quiet import quiet_motion
+from lumped.rattle.permanent_contact import quiet_motion
 
 ABOVE = Range(above=0.0, below=math.inf)
 UM = 1e-6
@@ -52,9 +52,11 @@ OF_MESH = (
     "peak_to_peak_over_mean",
     "mean_local_stiffness_N_per_m",
 )
-UNCHANGED = Group(kind=NamedSet, offers={"name": own_offers(NamedSet)["name"]})
-ELEMENTS = Group(
-    kind=StaticsSettings, offers={"plane": PLANE, "resolution": RESOLUTION}
+UNCHANGED = SettingsGroup(
+    kind=GearSetRef, exposed={"name": declared_fields(GearSetRef)["name"]}
+)
+ELEMENTS = SettingsGroup(
+    kind=StaticsSettings, exposed={"plane": PLANE, "resolution": RESOLUTION}
 )
 
 
@@ -74,7 +76,7 @@ class MachineOfGears(
     output = "Write the machine to this TOML file."
     endings = (".toml",)
 
-    gear_set: NamedSet = field(metadata={"group": UNCHANGED})
+    gear_set: GearSetRef = field(metadata={"group": UNCHANGED})
     mesh: int = mesh_setting()
     speed_rpm: float = setting(MISSING, "Speed of the driving gear [rpm].", ABOVE)
     drag_Nm: float = setting(
@@ -122,7 +124,7 @@ class MachineOfGears(
         found = at_torque(solved, 0)
         row = {name: found[name] for name in OF_MESH}
         assembly = pair.assembly(row["mean_stiffness_N_per_m"])
-        warnings = doubts_of_table(solved)
+        warnings = table_warnings(solved)
         return MachineOfGearsResult(self, assembly, pair.figures | row, warnings)
 
 
@@ -181,10 +183,10 @@ class Pair:
                 f"{name} mesh {mesh}: backlash 0, must be above 0; set backlash_um or "
                 "tooth_thinning_um"
             )
-        if not self.torque >= LEAST_TORQUE:
+        if not self.torque >= MIN_TORQUE:
             raise InputError(
                 f"drag of the driven shaft = {self.torque:g} N m; allowed from "
-                f"{LEAST_TORQUE:g}"
+                f"{MIN_TORQUE:g}"
             )
 
     def assembly(self, stiffness: float) -> Assembly:

@@ -10,15 +10,14 @@ from operator import itemgetter
 from typing import Any
 
 from fegear.files.errors import InputError
-from fegear.rattle.machines import figures_of, header_of
-from fegear.studies.machines import OfMachine
-from fegear.studies.page import Columns, Grid, Page, cell, heading
+from fegear.rattle.machines import header_of, parameters
+from fegear.studies.machines import MachineStudy
+from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
-from lumped.figures.rattle import draw_curves, words_of
-from lumped.rattle.basins import Basins, basins_of, settle_grid
-from lumped.rattle.basins import Grid as Cells
-from lumped.rattle.departures import RETURNS
+from lumped.figures.rattle import axis_labels, draw_curves
+from lumped.rattle.basins import BasinMap, basins_of, settle_grid
+from lumped.rattle.basins import InitialGrid as Cells
 from lumped.rattle.manifolds import (
     Fineness,
     Manifold,
@@ -28,6 +27,7 @@ from lumped.rattle.manifolds import (
     saddles,
 )
 from lumped.rattle.orbits import Orbit, find_orbits
+from lumped.rattle.return_map import RETURNS
 
 SADDLE = "saddle"  # of the keys of tasks
 LEGEND = {
@@ -40,7 +40,7 @@ LEGEND = {
 
 @dataclass(frozen=True, kw_only=True)
 class Manifolds(
-    OfMachine,
+    MachineStudy,
     Study,
     command="rattle manifold",
     example="rattle manifold roots-scaled --grid 300 --plot manifolds.png",
@@ -124,7 +124,7 @@ class Manifolds(
         machine, numbers = self.named.machine, range(self.preimages + 1)
         return [grazing_curve(machine, before, self._fineness) for before in numbers]
 
-    def _basins(self, side: int, job: Job) -> Basins:
+    def _basins(self, side: int, job: Job) -> BasinMap:
         cells = Cells(side=side, velocity=self.speeds)
         compute = partial(job.compute, "tiles of cells")
         settled = settle_grid(self.named.machine, cells, RETURNS, compute)
@@ -143,13 +143,13 @@ class ManifoldsResult(StudyResult):
     study: Manifolds
     manifolds: list[Manifold]
     grazing: list[PlaneCurve]
-    basins: Basins | None
+    basins: BasinMap | None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         return {
             **self.study.named.heading,
-            **figures_of(self.study.named.machine),
+            **parameters(self.study.named.machine),
             "manifolds": [
                 {
                     "motion": each.orbit.name,
@@ -179,7 +179,7 @@ class ManifoldsResult(StudyResult):
             *("time_turns", "speed_rad_per_turn"),
         )
         named = self.study.named
-        fixed = header_of(figures_of(named.machine))
+        fixed = header_of(parameters(named.machine))
         return Table(names, self._rows, {"machine": named.name, **fixed, **LEGEND})
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
@@ -202,7 +202,7 @@ class ManifoldsResult(StudyResult):
         ]
         curves += [(_name(_kind(m), m.orbit.name), m.curve) for m in self.manifolds]
         marks = [each.departure for each in self.manifolds]
-        title = f"{self.study.named.name}: {words_of(self.study.named.machine)}"
+        title = f"{self.study.named.name}: {axis_labels(self.study.named.machine)}"
         how = curves, marks, self.study.speeds, title, self.basins
         return {"plot": partial(draw_curves, *how)}
 
@@ -232,7 +232,7 @@ class ManifoldsResult(StudyResult):
             "length": cell("length"),
             "points": lambda row: str(row["points"]),
         }
-        yield Grid(rows, columns)
+        yield RowTable(rows, columns)
         if not values["manifolds"]:
             yield "no saddle was found"
 

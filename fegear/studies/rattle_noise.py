@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from fegear.rattle.machines import figures_of, header_of
+from fegear.rattle.machines import header_of, parameters
 from fegear.studies.machines import (
-    LEAST_RETURNS,
-    MOST_RETURNS,
-    OfMachine,
-    unsettled,
-    usual_returns,
+    MAX_RETURNS,
+    MIN_RETURNS,
+    MachineStudy,
+    default_returns,
+    not_converged_warning,
 )
-from fegear.studies.page import Columns, Grid, Page, cell, heading
+from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import (
     Draw,
     Job,
@@ -29,23 +29,23 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
-    called,
+    display_name,
     setting,
 )
-from fegear.studies.table import Table, plain
-from lumped.figures.rattle import draw_noise, words_of
+from fegear.studies.table import Table, finite_or_none
+from lumped.figures.rattle import axis_labels, draw_noise
 from lumped.rattle import noise as of
 from lumped.rattle.attractors import QUIET
-from lumped.rattle.departures import RETURNS, settling_returns
+from lumped.rattle.return_map import RETURNS, settling_returns
 
 Array = NDArray[np.float64]
-SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
+Z_95 = 1.96  # standard errors of an interval that holds the value 19 times of 20
 PARTS = 5, 50, 95  # per cent of the runs that are less loud
 
 
 @dataclass(frozen=True, kw_only=True)
 class Noise(
-    OfMachine,
+    MachineStudy,
     Study,
     command="rattle noise",
     example="rattle noise roots-scaled --starts 2000 -o noise.csv",
@@ -68,7 +68,7 @@ class Noise(
         "Returns to the upper flank before noise is measured; turns for machines "
         "with moving parts. [default: 1499, or more without parts where low "
         "damping prolongs transients]",
-        Range(LEAST_RETURNS, MOST_RETURNS),
+        Range(MIN_RETURNS, MAX_RETURNS),
     )
     turns: int = setting(
         200, "Turns of the machine over which noise is measured.", Range(1, 1_000_000)
@@ -80,14 +80,14 @@ class Noise(
     def _measured(self, job: Job) -> NoiseResult:
         named = self.named
         assembly, many = named.assembly, bool(named.assembly.more_equations)
-        starts = of.random_departures(self.starts, self.speeds, self.seed)
+        starts = of.random_initial_conditions(self.starts, self.speeds, self.seed)
         try:
             settling = (
                 of.settling_turns(assembly) if many else settling_returns(named.machine)
             )
         except ValueError as error:
             raise InputError(f"{named.name}: {error}") from None
-        iterations = self.iterations or (RETURNS if many else usual_returns(settling))
+        iterations = self.iterations or (RETURNS if many else default_returns(settling))
         how = starts, iterations, self.turns, partial(job.report, "runs")
         if many:
             noise = of.measure_noise_of_parts(assembly, *how)
@@ -104,7 +104,7 @@ class NoiseResult(StudyResult):
     """
 
     study: Noise
-    noise: of.Noise
+    noise: of.NoiseSample
     iterations: int
     settling: float
 
@@ -125,15 +125,15 @@ class NoiseResult(StudyResult):
         parts = np.percentile(level, PARTS) if level.size else [math.nan] * len(PARTS)
         return {
             **self.study.named.heading,
-            **figures_of(noise.machine),
+            **parameters(noise.machine),
             **self._how,
             "velocity_rad_per_turn": list(self.study.speeds),
             "noise_rad2_per_turn3": _mean(level),
-            "noise_within_rad2_per_turn3": plain(
-                SURE * spread / math.sqrt(max(level.size, 1))
+            "noise_within_rad2_per_turn3": finite_or_none(
+                Z_95 * spread / math.sqrt(max(level.size, 1))
             ),
             "noise_percentiles_rad2_per_turn3": {
-                str(part): plain(float(value))
+                str(part): finite_or_none(float(value))
                 for part, value in zip(PARTS, parts, strict=True)
             },
             "impacts_per_turn": _mean(noise.impacts[known]),
@@ -164,15 +164,14 @@ class NoiseResult(StudyResult):
     def _warnings(self, unclear: float) -> Iterator[str]:
         if not self.study.named.assembly.more_equations:
             if unclear:
-                yield unsettled(
+                yield not_converged_warning(
                     self.study, unclear, "runs", self.iterations, int(self.settling)
                 )
         elif self.iterations < self.settling:
             lasts = "never"
             if math.isfinite(self.settling):
-                lasts = (
-                    f"in {self.settling:.0f} turns ({called(self.study, 'iterations')})"
-                )
+                option = display_name(self.study, "iterations")
+                lasts = f"in {self.settling:.0f} turns ({option})"
             yield (
                 f"transients of the parts fade to {of.FADED:g} {lasts}, runs are given "
                 f"{self.iterations}: noise may still fall, unless impacts end them"
@@ -192,14 +191,14 @@ class NoiseResult(StudyResult):
         }
         header = {
             "machine": self.study.named.name,
-            **header_of(figures_of(noise.machine)),
+            **header_of(parameters(noise.machine)),
         }
         how = {"velocity_rad_per_turn": f"{low}:{high}", **self._how}
         return Table.of(columns, header | {key: str(how[key]) for key in how})
 
     @property
     def figures(self) -> dict[str, Draw]:
-        title = f"{self.study.named.name}: {words_of(self.noise.machine)}"
+        title = f"{self.study.named.name}: {axis_labels(self.noise.machine)}"
         return {"plot": partial(draw_noise, self.noise, title)}
 
     def page(self) -> Page:
@@ -224,7 +223,7 @@ class NoiseResult(StudyResult):
             "noise level\n[rad2 per turn3]": cell("noise_rad2_per_turn3"),
             "impacts\nper turn": cell("impacts_per_turn"),
         }
-        yield Grid(values["motions"], columns)
+        yield RowTable(values["motions"], columns)
         if values["unclear_fraction"]:
             yield (
                 "attractor not identified, left out of the noise level: "
@@ -242,7 +241,7 @@ def proportion_limits(count: int, of: int) -> tuple[float, float]:
 
     E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
     """
-    part, square = count / of, SURE**2 / of
+    part, square = count / of, Z_95**2 / of
     middle = (part + 0.5 * square) / (1.0 + square)
     half = math.sqrt(part * (1.0 - part) * square + 0.25 * square**2) / (1.0 + square)
     return max(middle - half, 0.0), min(middle + half, 1.0)

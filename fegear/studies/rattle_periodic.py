@@ -8,26 +8,26 @@ from functools import cached_property
 from operator import itemgetter
 from typing import Any, ClassVar
 
-from fegear.rattle.machines import figures_of
-from fegear.studies.machines import OfMachine
-from fegear.studies.page import Columns, Grid, Page, cell, heading, number
+from fegear.rattle.machines import parameters
+from fegear.studies.machines import MachineStudy
+from fegear.studies.page import Columns, Page, RowTable, cell, heading, number
 from fegear.studies.study import Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
-from lumped.rattle.departures import apart
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import Orbit, find_orbits
 from lumped.rattle.periodic import (
     has_closed_form,
-    least_eccentricity,
+    min_eccentricity,
     simple_rattle,
     two_sided_rattle,
 )
+from lumped.rattle.return_map import distance
 from lumped.rattle.sticking import Sticking, sticking_motions
 
 
 @dataclass(frozen=True, kw_only=True)
 class Periodic(
-    OfMachine,
+    MachineStudy,
     Study,
     command="rattle periodic",
     example="rattle periodic roots-scaled --departures 2",
@@ -85,7 +85,7 @@ class Repeating:
             return None
         exact = (two_sided_rattle if lower else simple_rattle)(machine, turns)
         (departure,) = self.orbit.departures
-        known = (apart(departure, (each.time, each.velocity)) for each in exact)
+        known = (distance(departure, (each.time, each.velocity)) for each in exact)
         return min(known, default=None)
 
 
@@ -113,11 +113,11 @@ class PeriodicResult(StudyResult):
         known = has_closed_form(machine)
         return {
             **self.study.named.heading,
-            **figures_of(machine),
+            **parameters(machine),
             "departures": self.study.departures,
             "velocity_rad_per_turn": list(self.study.speeds),
             "least_eccentricity_of_P(1,1,0)_rad": (
-                least_eccentricity(machine) if known else None
+                min_eccentricity(machine) if known else None
             ),
             "orbits": [
                 {
@@ -155,7 +155,7 @@ class PeriodicResult(StudyResult):
             "departures:\ntime [turns]": lambda row: _lines(row["departures"], 0),
             "speed\n[rad per turn]": lambda row: _lines(row["departures"], 1),
         }
-        yield Grid(values["orbits"], columns)
+        yield RowTable(values["orbits"], columns)
         least = values["least_eccentricity_of_P(1,1,0)_rad"]
         if least is not None:
             yield f"P(1,1,0) exists from an eccentricity of {least:.4g} rad on"

@@ -27,14 +27,14 @@ from fegear.studies.study import (
 from fegear.studies.table import Table
 from lumped.common.csv_text import TableError, parse_csv
 from lumped.rattle.machine import TURN
-from lumped.rattle.run_down import RunDown as Fitted
+from lumped.rattle.run_down import ExponentialFit as Fitted
 from lumped.rattle.run_down import fit_run_down
 
 Array = NDArray[np.float64]
 ABOVE = Range(above=0.0, below=math.inf)
 AGREE = 0.1  # by which the rates of both halves may differ if drag goes with speed
-SURE = 3.0  # standard errors by which they may differ by chance
-FEWEST = 6  # rows
+MAX_Z = 3.0  # standard errors by which they may differ by chance
+MIN_READINGS = 6  # rows
 TIME = "time_s"
 TURNS_PER_SECOND = {
     "speed_rpm": 1.0 / 60.0,
@@ -79,10 +79,10 @@ class RunDown(
     def _fitted(self, job: Job) -> RunDownResult:
         time, turns = _read(Path(self.file))
         half = time.size // 2
-        if time.size < FEWEST:
+        if time.size < MIN_READINGS:
             raise InputError(
-                f"{self.file}: {FEWEST} rows at least are needed, half of them for "
-                f"each part of the way, got {time.size}"
+                f"{self.file}: {MIN_READINGS} rows at least are needed, half of them "
+                f"for each part of the way, got {time.size}"
             )
         parts = slice(None), slice(half), slice(half, None)
         try:
@@ -114,7 +114,7 @@ class RunDownResult(StudyResult):
         whole, first, second = self.whole, self.first, self.second
         speed, inertia = self.study.speed_rpm, self.study.inertia_kgm2
         apart = abs(first.rate - second.rate)
-        sure = SURE * math.hypot(first.rate_error, second.rate_error)
+        sure = MAX_Z * math.hypot(first.rate_error, second.rate_error)
         running = whole.start if speed is None else speed / 60.0
         return {
             "file": self.study.file,

@@ -16,7 +16,7 @@ from fegear.rendering.extremes import Peak, PeaksInView
 from fegear.rendering.pictures import (
     DRAWN,
     FILMS,
-    Contact,
+    ContactSequence,
     PictureSettings,
     contact_at_rest,
     contact_in_motion,
@@ -28,23 +28,23 @@ from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Page
 from fegear.studies.study import (
     NO_PICTURES,
-    Group,
     Job,
     Setting,
+    SettingsGroup,
     Study,
     StudyResult,
     Task,
-    called,
+    display_name,
     group,
     refuse_given,
     setting,
 )
 from fegear.studies.trains import (
+    DEFAULT_PAIR,
     FRICTION,
     PLANE,
     RESOLUTION,
-    USUAL_PAIR,
-    NamedSet,
+    GearSetRef,
     chosen_torque,
     mesh_index,
     mesh_setting,
@@ -65,9 +65,9 @@ def _scale(words: str) -> float | None:
     return value
 
 
-PICTURE = Group(
+PICTURE = SettingsGroup(
     kind=PictureSettings,
-    offers={
+    exposed={
         "shown": Setting(
             option="--field",
             text="Quantity that the colours show: von Mises stress, largest "
@@ -76,7 +76,7 @@ PICTURE = Group(
         "motion_scale": Setting(
             option="--scale",
             text="Magnification of the motion, a number or auto. [default: auto]",
-            read=_scale,
+            parse=_scale,
         ),
         "zoom": Setting(text="Field of view: the contact, a tooth or a gear."),
         "width": Setting(
@@ -111,7 +111,7 @@ class ContactPictures(
         option="--output",
         short="-o",
     )
-    gear_set: NamedSet = USUAL_PAIR
+    gear_set: GearSetRef = DEFAULT_PAIR
     mesh: int = mesh_setting()
     position: float | None = setting(
         None,
@@ -131,9 +131,9 @@ class ContactPictures(
         reads=True,
     )
     elements: StaticsSettings = group(
-        Group(
+        SettingsGroup(
             kind=StaticsSettings,
-            offers={"friction": FRICTION, "plane": PLANE, "resolution": RESOLUTION},
+            exposed={"friction": FRICTION, "plane": PLANE, "resolution": RESOLUTION},
         )
     )
     picture: PictureSettings = group(PICTURE)
@@ -165,13 +165,13 @@ class ContactPictures(
             reason = "only films have frames, .gif and .mp4"
             refuse_given(self.picture, ("frames",), reason, PICTURE)
 
-    def _at_rest(self) -> Contact:
+    def _at_rest(self) -> ContactSequence:
         index = mesh_index(self.gears, self.mesh)
         torque = chosen_torque(self.gears, self.torque, self.mesh)
         place = self.gears, index, torque, self.position or 0.0
         return contact_at_rest(*place, self.elements)
 
-    def _in_motion(self) -> Contact:
+    def _in_motion(self) -> ContactSequence:
         """Contact of a recorded motion, in the gear set with the changes of
         that run.
         """
@@ -197,10 +197,10 @@ class ContactPictures(
             if value != default and not same:
                 raise InputError(f"{name} = {value:g}; {file} was run at {recorded:g}")
         if own.plane not in (usual.plane, motion.plane):
-            words = f"{called(self, 'plane')} {own.plane}"
+            words = f"{display_name(self, 'plane')} {own.plane}"
             raise InputError(f"{words}; {file} is of plane {motion.plane}")
 
-    def _drawn(self, contact: Contact, job: Job) -> ContactPicturesResult:
+    def _drawn(self, contact: ContactSequence, job: Job) -> ContactPicturesResult:
         place = contact, Path(self.file), self.picture
         return ContactPicturesResult(self, contact, draw_contact(*place, job.report))
 
@@ -213,7 +213,7 @@ class ContactPicturesResult(StudyResult):
     """
 
     study: ContactPictures
-    contact: Contact
+    contact: ContactSequence
     peaks: PeaksInView
 
     @property

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.gearset.model import GearSet
-from fegear.statics.unphysical import doubts_of_meshes
+from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.headings import edits_in_words, friction_of_summary
-from fegear.studies.page import Columns, Grid, Page, cell, counted
+from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.train.lumped_models import (
@@ -126,8 +126,8 @@ class ResponsesResult(StudyResult):
         if self.beside:
             values["model_1_branches"] = _summarise_branches(self.beside)
         found = (*self.found, *self.beside)
-        doubts = doubts_of_sweep(self.study.gears, found)
-        return values | {"warnings": list(doubts)}
+        warnings = sweep_warnings(self.study.gears, found)
+        return values | {"warnings": list(warnings)}
 
     @property
     def title(self) -> str:
@@ -164,7 +164,7 @@ class ResponsesResult(StudyResult):
             f"{friction_of_summary(values)}\n"
             f"natural frequencies {values['natural_frequencies']} that strain a mesh "
             f"[Hz]: {lines}\n"
-            f"{counted(values['speeds'], 'speed')}, {span} of the first mesh"
+            f"{pluralize(values['speeds'], 'speed')}, {span} of the first mesh"
         )
         if values.get("body_modes") is not None:
             yield (
@@ -207,7 +207,7 @@ def _summarise_branch(
     }
 
 
-def doubts_of_sweep(gear_set: GearSet, found: Branches) -> Iterator[str]:
+def sweep_warnings(gear_set: GearSet, found: Branches) -> Iterator[str]:
     """Warnings where a model leaves out too much, or values cannot be physical."""
     for _, branch in found:
         yield from truncation_warnings(branch.checks)
@@ -224,7 +224,7 @@ def doubts_of_sweep(gear_set: GearSet, found: Branches) -> Iterator[str]:
                 for name in ("dte_peak", "back_side")
             )
             where = f" at {torque:g} N m"
-            yield from doubts_of_meshes(gear_set.meshes, where, peaks, backs)
+            yield from mesh_warnings(gear_set.meshes, where, peaks, backs)
 
 
 def _page_of_branches(branches: list[dict[str, Any]], speeds: int) -> Page:
@@ -235,10 +235,10 @@ def _page_of_branches(branches: list[dict[str, Any]], speeds: int) -> Page:
     responses = [branch | entry for branch in branches for entry in branch[kind]]
     touches_back = any(row["back_side_fraction"] > 0.0 for row in responses)
     columns = RESPONSE | BACK if touches_back else RESPONSE
-    yield Grid(responses, columns, title, WORDS)
+    yield RowTable(responses, columns, title, WORDS)
     jumps = [branch | jump for branch in branches for jump in branch["jumps"]]
     if jumps:
-        yield Grid(jumps, JUMP, "Jumps", WORDS)
+        yield RowTable(jumps, JUMP, "Jumps", WORDS)
     elif speeds > 1 and any(branch["finished_speeds"] > 1 for branch in branches):
         yield "no jumps"
     for branch in branches:
@@ -247,10 +247,10 @@ def _page_of_branches(branches: list[dict[str, Any]], speeds: int) -> Page:
         if branch["aperiodic_speeds"]:
             yield (
                 f"{name}: the motion did not repeat at {branch['aperiodic_speeds']} "
-                f"of {counted(done, 'speed')}"
+                f"of {pluralize(done, 'speed')}"
             )
         if not branch["complete"]:
-            yield f"{name}: ended after {done} of {counted(speeds, 'speed')}"
+            yield f"{name}: ended after {done} of {pluralize(speeds, 'speed')}"
 
 
 WORDS = ("direction",)  # columns of text

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.boundary import public
 from fegear.files.errors import InputError
-from fegear.files.store import NOTHING, Checkpoint, Keeping, Records
+from fegear.files.store import NO_CHECKPOINT, Checkpoint, CheckpointOptions, Records
 from fegear.files.version import package_version
 from fegear.studies.study import Study, Task
 from lumped.common.checks import require_between
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import (
     Cluster,
-    Never,
+    NeverStop,
     NoClusterError,
     Stop,
     Stopped,
@@ -29,13 +29,13 @@ from lumped.common.workers import (
 if TYPE_CHECKING:
     from lumped.common.workers import Arrays, Parts
 
-MOST_THREADS = 1000
+MAX_THREADS = 1000
 
 
 @public
 def run(
     study: Study,
-    keeping: Keeping = NOTHING,
+    keeping: CheckpointOptions = NO_CHECKPOINT,
     progress: Progress = silent,
     workers: int | Cluster | None = None,
     deliver: Callable[[Any], None] | None = None,
@@ -51,12 +51,12 @@ def run(
     Raises InputError for what cannot be computed or kept.
     """
     if not isinstance(workers, Cluster | None):
-        require_between("workers", workers, 1, MOST_THREADS)
+        require_between("workers", workers, 1, MAX_THREADS)
     progress("preparation", 0, 1)
     tasks, found = list(study.tasks()), dict[str, Any]()
     checkpoint = _opened(study, tasks, keeping) if study.resumes else None
     stop, done = threading.Event(), False
-    board = Board(progress, {task.key: task.size for task in tasks})
+    board = TaskProgress(progress, {task.key: task.size for task in tasks})
     threads = None if isinstance(workers, Cluster) else workers
     try:
         how = board, stop, workers
@@ -65,12 +65,12 @@ def run(
             for task in tasks
         )
 
-        def take(key: str, value: Any) -> None:
+        def store_result(key: str, value: Any) -> None:
             found[key] = value
             board.finish(key, f"{study.unit}s")
 
         with suppress(KeyboardInterrupt) if study.partial else nullcontext():
-            run_tasks(work, take, stop, threads)
+            run_tasks(work, store_result, stop, threads)
         result = study.gather({task.key: found.get(task.key) for task in tasks})
         if result is None:  # of a task that had not begun
             raise KeyboardInterrupt
@@ -81,25 +81,27 @@ def run(
         raise InputError(str(error)) from None
     finally:
         if checkpoint is not None:
-            checkpoint.close(keep=not done and checkpoint.begun)
+            checkpoint.close(keep=not done and checkpoint.has_records)
     return result
 
 
-def _opened(study: Study, tasks: Sequence[Task], keeping: Keeping) -> Checkpoint | None:
+def _opened(
+    study: Study, tasks: Sequence[Task], keeping: CheckpointOptions
+) -> Checkpoint | None:
     """The checkpoint of a study; says what was finished where it is taken up."""
     checkpoint = keeping.open({**study.inputs, "version": package_version()})
-    if checkpoint is not None and keeping.resume and checkpoint.found_any:
-        checkpoint.tell_finished(
+    if checkpoint is not None and keeping.resume and checkpoint.has_previous_run:
+        checkpoint.report_resumed(
             [task.key for task in tasks],
             sum(task.size for task in tasks),
-            keeping.tell,
+            keeping.notify,
             study.unit,
         )
     return checkpoint
 
 
 @dataclass
-class Board:
+class TaskProgress:
     """Progress of all tasks; those that have a size are counted together."""
 
     show: Progress
@@ -136,14 +138,14 @@ def _work(task: Task, job: Job) -> Any:
 class Job(Records):
     """What a task may use, see `fegear.studies.study.Job`."""
 
-    board: Board
+    board: TaskProgress
     stop: threading.Event
     workers: int | Cluster | None
 
     @property
-    def heeded(self) -> Stop:
+    def stop_event(self) -> Stop:
         """What parts look at to end early; those of a cluster cannot."""
-        return Never() if isinstance(self.workers, Cluster) else self.stop
+        return NeverStop() if isinstance(self.workers, Cluster) else self.stop
 
     @cached_property
     def parts(self) -> dict[str, Arrays]:
@@ -154,12 +156,12 @@ class Job(Records):
         left = ((name, parts[name]) for name in parts if name not in self.parts)
         total = len(self.parts.keys() | parts.keys())
 
-        def take(name: str, arrays: Arrays) -> None:
+        def store_result(name: str, arrays: Arrays) -> None:
             self.parts[name] = arrays
-            Records(self.checkpoint, f"{self.key}/{name}").keep({}, arrays)
+            Records(self.checkpoint, f"{self.key}/{name}").add_record({}, arrays)
             self.board.report(self.key, what, len(self.parts), total)
 
-        run_tasks(left, take, self.stop, self.workers)
+        run_tasks(left, store_result, self.stop, self.workers)
         return {name: self.parts[name] for name in parts}
 
     def report(self, what: str, done: int, total: int) -> None:

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import Any
 
 from fegear.gearset import GearSet, builtin_names, load_gear_set
-from fegear.studies.page import Columns, Grid, Page
+from fegear.studies.page import Columns, Page, RowTable
 from fegear.studies.study import NO_PICTURES, Job, Study, StudyResult, Task
 from fegear.studies.table import Table
 
@@ -51,7 +51,9 @@ class BuiltinSetsResult(StudyResult):
 
     def page(self) -> Page:
         columns: Columns = {name: partial(_word, name) for name in NAMES}
-        yield Grid(self.summary["gear_sets"], columns, words=("name", "description"))
+        yield RowTable(
+            self.summary["gear_sets"], columns, words=("name", "description")
+        )
 
 
 def _word(name: str, row: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from fegear.files.output import PICTURES
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.draw import gear_set_figure
 from fegear.gearset.model import GearSet
-from fegear.studies.page import ROUND_OFF, Page, Sheet
+from fegear.studies.page import ROUND_OFF, ColumnTable, Page
 from fegear.studies.study import (
     NO_PICTURES,
     Draw,
@@ -21,7 +21,7 @@ from fegear.studies.study import (
     StudyResult,
     Task,
 )
-from fegear.studies.trains import USUAL_PAIR, NamedSet
+from fegear.studies.trains import DEFAULT_PAIR, GearSetRef
 
 # Ends of names and what they mean on the screen, longer ones first.
 UNITS = {
@@ -79,7 +79,7 @@ class DerivedGeometry(Study, command="show", example="show liu-idler --plot idle
     output_names = "--plot", "-o"
     endings = PICTURES
 
-    gear_set: NamedSet = USUAL_PAIR
+    gear_set: GearSetRef = DEFAULT_PAIR
 
     def tasks(self) -> Iterator[Task]:
         yield Task("figures", self._found)
@@ -140,14 +140,14 @@ def shaft_line(gears: Sequence[str], stiffness_Nm_per_rad: float | None) -> str:
 
 def _sheet(
     corner: str, names: Sequence[str], items: Sequence[dict[str, Any]], hidden: set[str]
-) -> Sheet:
+) -> ColumnTable:
     """A column for each item, a row for each figure that any of them has."""
     flat = [flattened(item) for item in items]
     every = dict.fromkeys(key for each in flat for key in each)
     keys = [key for key in every if key not in hidden]
     cells = ([shown(each.get(key)) for key in keys] for each in flat)
     columns = dict(zip(names, cells, strict=True))
-    return Sheet(list(map(header, keys)), columns, corner)
+    return ColumnTable(list(map(header, keys)), columns, corner)
 
 
 def flattened(figures: dict[str, Any]) -> dict[str, Any]:

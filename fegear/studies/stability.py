@@ -15,7 +15,7 @@ from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.studies.axes import axis_setting
 from fegear.studies.headings import friction_in_words, title_of
-from fegear.studies.page import Columns, Grid, Page, counted, number
+from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
@@ -23,7 +23,7 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
-    called,
+    display_name,
     refusal,
     setting,
 )
@@ -37,22 +37,22 @@ from fegear.studies.trains import (
     torque_setting,
     train_warnings,
 )
-from fegear.studies.varied import FRICTION, OF_TEETH, TORQUE, Varied
+from fegear.studies.varied import FRICTION, OF_TEETH, TORQUE, ParametricStudy
 from fegear.train.lumped_models import BENDING as RATIO
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.csv_text import exact
 from lumped.figures.maps import axis_label
 from lumped.figures.stability import draw_chart
 from lumped.stability.combinations import Combination
-from lumped.stability.intervals import Column, Interval, examined
+from lumped.stability.intervals import Interval, StabilityScan, scan_stability
 from lumped.stability.periodic import PeriodicSystem, periodic_system
 from lumped.steady.maps import Axis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_CELLS = 4_000_000
-MOST_SHOWN = 12  # intervals on the screen
+MAX_CELLS = 4_000_000
+MAX_SHOWN = 12  # intervals on the screen
 LEGEND = {
     MESH_FREQUENCY: "of the first mesh",
     "floquet_max": "modulus of the largest Floquet multiplier over the common period "
@@ -64,7 +64,7 @@ LEGEND = {
 
 @dataclass(frozen=True, kw_only=True)
 class Stability(
-    Varied,
+    ParametricStudy,
     Study,
     command="stability",
     example="stability liu-pair --over friction=0:0.2:21 --speeds 500:6000:25",
@@ -103,17 +103,17 @@ class Stability(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        over, rising = called(self, "over"), self.rising
+        over, rising = display_name(self, "over"), self.rising
         if self.over.name not in OF_TEETH and self.table:
             raise refusal(self, "table", f"{over} varies what tables hold")
         if self.model.number != 1:
-            raise self.refused("number", "allowed is 1, of tooth pairs")
+            raise self.rejection("number", "allowed is 1, of tooth pairs")
         if len(rising) < 2:
             raise InputError("speeds = 1 speed; two or more are needed")
-        if len(rising) * len(self.over.values) > MOST_CELLS:
+        if len(rising) * len(self.over.values) > MAX_CELLS:
             raise InputError(
                 f"over = {len(self.over.values)} values at {len(rising)} speeds; "
-                f"allowed are {MOST_CELLS} cells"
+                f"allowed are {MAX_CELLS} cells"
             )
 
     @property
@@ -141,16 +141,16 @@ class Stability(
         for value in self.over.values:
             yield Task(repr(value), partial(self._examined, value), size=1)
 
-    def _examined(self, value: float, job: Job) -> Column:
-        for record in job.kept:
+    def _examined(self, value: float, job: Job) -> StabilityScan:
+        for record in job.records:
             return _read(record)
         with self._lock:
             system = self._system_at(value)
         try:
-            column = examined(system, self.rising, self.method)
+            column = scan_stability(system, self.rising, self.method)
         except ArithmeticError as error:
             raise InputError(f"{self.gears.name}: {error}") from None
-        job.keep(_stored(column), {})
+        job.add_record(_stored(column), {})
         return column
 
     def _system_at(self, value: float) -> PeriodicSystem:
@@ -161,8 +161,8 @@ class Stability(
         except ValueError as error:
             raise InputError(f"{self.gears.name}: {error}") from None
 
-    def gather(self, found: Mapping[str, Column | None]) -> StabilityResult:
-        columns: list[Column] = []
+    def gather(self, found: Mapping[str, StabilityScan | None]) -> StabilityResult:
+        columns: list[StabilityScan] = []
         for column in found.values():
             if column is None:
                 break
@@ -175,7 +175,7 @@ class StabilityResult(StudyResult):
     """Charts of a gear set; columns : one for each value that is finished."""
 
     study: Stability
-    columns: tuple[Column, ...]
+    columns: tuple[StabilityScan, ...]
 
     @property
     def complete(self) -> bool:
@@ -187,7 +187,7 @@ class StabilityResult(StudyResult):
 
     @property
     def _heading(self) -> dict[str, Any]:
-        return self.study.described(self.study.over.name)
+        return self.study.summary_header(self.study.over.name)
 
     @cached_property
     def _header(self) -> dict[str, str]:
@@ -279,7 +279,7 @@ class StabilityResult(StudyResult):
         yield f"natural frequencies of modes that strain a mesh [Hz]: {natural}"
         columns = values["columns"]
         yield (
-            f"{counted(len(columns), 'value')} of {values['over']}, at "
+            f"{pluralize(len(columns), 'value')} of {values['over']}, at "
             f"{values['values_with_instability']} of them vibration grows at some speed"
         )
         if columns:
@@ -295,7 +295,7 @@ class StabilityResult(StudyResult):
                 "to\n[Hz]": _finite("to_Hz"),
                 "largest\nmultiplier": _finite("floquet_max"),
             }
-            yield Grid(_widest(columns)[:MOST_SHOWN], shown, whole=True)
+            yield RowTable(_widest(columns)[:MAX_SHOWN], shown, whole=True)
 
 
 def _finite(key: str) -> Any:
@@ -328,7 +328,7 @@ def _interval_values(interval: Interval) -> dict[str, Any]:
     }
 
 
-def _stored(column: Column) -> dict[str, Any]:
+def _stored(column: StabilityScan) -> dict[str, Any]:
     return {
         "largest": column.largest.tolist(),
         "intervals": [asdict(each) for each in column.intervals],
@@ -336,8 +336,8 @@ def _stored(column: Column) -> dict[str, Any]:
     }
 
 
-def _read(values: Mapping[str, Any]) -> Column:
-    return Column(
+def _read(values: Mapping[str, Any]) -> StabilityScan:
+    return StabilityScan(
         np.array(values["largest"], float),
         tuple(Interval(**each) for each in values["intervals"]),
         tuple(Combination(**each) for each in values["expected"]),

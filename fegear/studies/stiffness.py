@@ -14,6 +14,12 @@ from fegear.contact.edges import edge_pairs, edge_positions
 from fegear.figures.statics import draw_table
 from fegear.files.memory import peak_memory_MB
 from fegear.gearset.model import GearSet
+from fegear.statics.plausibility import (
+    BALANCE,
+    ESTIMATE,
+    check_warnings,
+    plausibility_warnings,
+)
 from fegear.statics.solving import (
     CORNERS,
     ErrorEstimate,
@@ -21,35 +27,34 @@ from fegear.statics.solving import (
     StaticsSettings,
     solve_mesh,
 )
-from fegear.statics.unphysical import BALANCE, ESTIMATE, doubts, doubts_of_check
-from fegear.studies.page import Columns, Grid, Page, cell
+from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.study import (
     Draw,
-    Group,
     Job,
     Setting,
+    SettingsGroup,
     Study,
     StudyResult,
     Task,
     group,
     setting,
 )
-from fegear.studies.table import Table, plain
+from fegear.studies.table import Table, finite_or_none
 from fegear.studies.trains import (
+    DEFAULT_PAIR,
     FRICTION,
     PLANE,
     RESOLUTION,
-    USUAL_PAIR,
-    NamedSet,
+    GearSetRef,
     chosen_torques,
     mesh_index,
     mesh_setting,
     refuse_edits,
 )
 
-ELEMENTS = Group(
+ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
-    offers={
+    exposed={
         "positions": Setting(text="Number of mesh positions per base pitch."),
         "friction": FRICTION,
         "plane": PLANE,
@@ -90,7 +95,7 @@ class MeshStiffness(
     limit and follows the contact grid; the column max_pressure_Pa has all positions.
     """
 
-    gear_set: NamedSet = USUAL_PAIR
+    gear_set: GearSetRef = DEFAULT_PAIR
     mesh: int = mesh_setting()
     torque: tuple[float, ...] = setting(
         (),
@@ -141,7 +146,7 @@ class StiffnessResult(StudyResult):
                 for t in range(solved.cycle.torque.size)
             ],
             "evidence": evidence(solved),
-            "warnings": doubts_of_table(solved),
+            "warnings": table_warnings(solved),
             "seconds": {name: round(s, 4) for name, s in solved.seconds.items()},
             "peak_memory_MB": round(peak_memory_MB(), 1),
         }
@@ -177,7 +182,7 @@ class StiffnessResult(StudyResult):
                 f"with pitch errors, tooth pairs repeat after {values['base_pitches']} "
                 "base pitches: all of them are in the table"
             )
-        yield Grid(values["torques"], COLUMNS, words=())
+        yield RowTable(values["torques"], COLUMNS, words=())
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
         peak = values["peak_memory_MB"]
@@ -192,7 +197,7 @@ def page_of_table(solved: StaticsResult) -> Page:
         f"{solved.problem.pair.contact_ratio:.4f}, friction {solved.problem.friction:g}"
     )
     rows = [at_torque(solved, t) for t in range(solved.cycle.torque.size)]
-    yield Grid(rows, COLUMNS, words=())
+    yield RowTable(rows, COLUMNS, words=())
     yield from _evidence_lines(evidence(solved))
 
 
@@ -253,7 +258,7 @@ def _discretisation(error: ErrorEstimate | None) -> dict[str, float | None]:
     return {
         "discretisation_ste_mean": error.mean if error else None,
         "discretisation_ste_path": error.path if error else None,
-        "discretisation_ste_corner": plain(error.corner) if error else None,
+        "discretisation_ste_corner": finite_or_none(error.corner) if error else None,
     }
 
 
@@ -272,19 +277,19 @@ def evidence(solved: StaticsResult) -> dict[str, float | None]:
     }
 
 
-def doubts_of_table(solved: StaticsResult) -> list[str]:
+def table_warnings(solved: StaticsResult) -> list[str]:
     """Warnings where a table cannot be physical or its self-checks fail."""
     unphysical = [
         line
         for t, torque in enumerate(solved.cycle.torque)
-        for line in doubts(
+        for line in plausibility_warnings(
             f"mesh {solved.mesh + 1} at {torque:g} N m",
             solved.problem.pair.driver.module,
             transmission_error=float(np.abs(solved.cycle.ste[t]).max()),
             pressure=_finite_pressure(solved, t),
         )
     ]
-    return unphysical or list(_doubts_of_evidence(solved))
+    return unphysical or list(_evidence_warnings(solved))
 
 
 def _finite_pressure(solved: StaticsResult, t: int) -> float:
@@ -293,14 +298,14 @@ def _finite_pressure(solved: StaticsResult, t: int) -> float:
     return float(solved.table["max_pressure_Pa"][t][smooth].max(initial=0.0))
 
 
-def _doubts_of_evidence(solved: StaticsResult) -> Iterator[str]:
+def _evidence_warnings(solved: StaticsResult) -> Iterator[str]:
     """Self-checks that do not hold.
 
     The works of both torques differ by that of the loads on the gaps of the flanks.
     It is taken out, whatever its size, and the rest is held to BALANCE. The work on
     the gaps is at most the largest deflection over the base pitch.
     """
-    check = partial(doubts_of_check, f"mesh {solved.mesh + 1}")
+    check = partial(check_warnings, f"mesh {solved.mesh + 1}")
     residual = float(solved.cycle.residual.max())
     yield from check("gaps and pressures of the contact", residual)
     what = "deflections where loads change places"

@@ -77,7 +77,7 @@ class Setting:
     flags : options without a value: name, value that it means, help; a field of
         truth values that has some has no other option
     reads : whether it names files that are read; checkpoints depend on their content
-    read, write : between the text of a command and the value, where types do not say
+    parse, write : between the text of a command and the value, where types do not say
     several : whether the option is repeated for a tuple of values that are read
     """
 
@@ -90,25 +90,25 @@ class Setting:
     flags: tuple[tuple[str, Any, str], ...] = ()
     reads: bool = False
     several: bool = False
-    read: Callable[[str], Any] | None = None
+    parse: Callable[[str], Any] | None = None
     write: Callable[[Any], str] = str  # of floats to the last bit
 
 
-Idle = Callable[[Any], Iterator[tuple[str, str]]]
+UnusedOptions = Callable[[Any], Iterator[tuple[str, str]]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Group:
+class SettingsGroup:
     """A field whose value has settings of its own.
 
     kind : its class; offers : which fields of it are settings here, and how
-    idle : as `Study.idle`, of a value of the class
+    unused_options : as `Study.idle`, of a value of the class
     default : its value where it is not given, None for that of the class
     """
 
     kind: type
-    offers: Mapping[str, Setting | Group]
-    idle: Idle = lambda value: iter(())
+    exposed: Mapping[str, Setting | SettingsGroup]
+    unused_options: UnusedOptions = lambda value: iter(())
     default: Any = None
 
 
@@ -127,7 +127,7 @@ def argument(place: str, text: str, default: Any = MISSING, reads: bool = False)
     return field(default=default, metadata={"setting": declared})
 
 
-def group(declared: Group) -> Any:
+def group(declared: SettingsGroup) -> Any:
     """A field with settings of its own, by default those of the group."""
     metadata = {"group": declared}
     if declared.default is not None:
@@ -136,12 +136,14 @@ def group(declared: Group) -> Any:
 
 
 @dataclass(frozen=True)
-class Offered:
+class ExposedField:
     """A setting of a class, as a study or group offers it."""
 
     field: Field[Any]
     kind: Any  # annotated type
-    declared: Setting | Group | None  # None for a dataclass with its own settings
+    declared: (
+        Setting | SettingsGroup | None
+    )  # None for a dataclass with its own settings
     default: Any
 
     @property
@@ -155,27 +157,27 @@ class Offered:
         return named or f"--{self.name.replace('_', '-')}"
 
     @property
-    def group(self) -> Group | None:
+    def group(self) -> SettingsGroup | None:
         """The group that it represents, if it does."""
         if self.declared is None:
             return group_of(self.kind)
-        return self.declared if isinstance(self.declared, Group) else None
+        return self.declared if isinstance(self.declared, SettingsGroup) else None
 
 
-def read(each: Offered, words: str) -> Any:
+def parse_setting(each: ExposedField, words: str) -> Any:
     """The value of a setting that words say."""
     declared = each.declared
     assert isinstance(declared, Setting)
-    assert declared.read is not None
+    assert declared.parse is not None
     try:
-        return declared.read(words)
+        return declared.parse(words)
     except InputError:
         raise
     except ValueError as error:
         raise InputError(f"{each.name} = {words}; {error}") from None
 
 
-def own_offers(kind: Any) -> dict[str, Any]:
+def declared_fields(kind: Any) -> dict[str, Any]:
     """What the fields of a dataclass are declared as, in the order of its help.
 
     What is found by its place comes first, then its settings, then groups; None for a
@@ -187,31 +189,31 @@ def own_offers(kind: Any) -> dict[str, Any]:
         inner = is_dataclass(hints[each.name])
         if declared is None and not inner:
             continue
-        own = (declared,) if declared else own_offers(hints[each.name]).values()
+        own = (declared,) if declared else declared_fields(hints[each.name]).values()
         placed = any(getattr(setting, "place", "") for setting in own)
         found[each.name] = declared
         ranks[each.name] = 0 if placed else 1 + (not isinstance(declared, Setting))
     return {name: found[name] for name in sorted(found, key=ranks.__getitem__)}
 
 
-def offered(group: Group) -> Iterator[Offered]:
+def exposed_fields(group: SettingsGroup) -> Iterator[ExposedField]:
     """Settings of a group, in order."""
     hints, known = get_type_hints(group.kind), {f.name: f for f in fields(group.kind)}
-    for name, declared in group.offers.items():
+    for name, declared in group.exposed.items():
         default = getattr(group.default, name, known[name].default)
-        yield Offered(known[name], hints[name], declared, default)
+        yield ExposedField(known[name], hints[name], declared, default)
 
 
-def words_of(settings: Any, group: Group | None = None) -> list[str]:
+def to_argv(settings: Any, group: SettingsGroup | None = None) -> list[str]:
     """Words of a command line from which settings that are no default are read."""
     places, options = list[str](), list[str]()
     group = group or group_of(settings)
     if not isinstance(settings, group.kind):
         raise InputError(f"{settings!r} has no words of a command")
-    for each in offered(group):
+    for each in exposed_fields(group):
         value = getattr(settings, each.name)
         if each.group is not None:
-            options += words_of(value, each.group)
+            options += to_argv(value, each.group)
             continue
         declared = each.declared
         assert isinstance(declared, Setting)
@@ -222,10 +224,10 @@ def words_of(settings: Any, group: Group | None = None) -> list[str]:
     return [*places, *options]
 
 
-def options_of(group: Group) -> dict[str, str]:
+def options_of(group: SettingsGroup) -> dict[str, str]:
     """Options by the names of settings, those of groups among them."""
     found: dict[str, str] = {}
-    for each in offered(group):
+    for each in exposed_fields(group):
         if each.group is not None:
             found = options_of(each.group) | found
         elif not getattr(each.declared, "place", ""):
@@ -233,10 +235,10 @@ def options_of(group: Group) -> dict[str, str]:
     return found
 
 
-def group_of(settings: Any) -> Group:
+def group_of(settings: Any) -> SettingsGroup:
     """What a dataclass, or a value of one, declares itself."""
     kind = settings if isinstance(settings, type) else type(settings)
-    return Group(kind=kind, offers=own_offers(kind))
+    return SettingsGroup(kind=kind, exposed=declared_fields(kind))
 
 
 def _written(option: str, declared: Setting, value: Any) -> list[str]:
@@ -245,7 +247,7 @@ def _written(option: str, declared: Setting, value: Any) -> list[str]:
             return [flag]
     if isinstance(value, bool):
         return [option if value else option.replace("--", "--no-", 1)]
-    single = declared.read is not None and not declared.several
+    single = declared.parse is not None and not declared.several
     values = value if isinstance(value, tuple) and not single else (value,)
     return [word for each in values for word in (option, declared.write(each))]
 
@@ -280,7 +282,7 @@ def require_settings(settings: Any) -> None:
         require_fields(settings, infinite=unbounded)
     except ValueError as error:
         raise InputError(str(error)) from None
-    for each in offered(group_of(settings)):
+    for each in exposed_fields(group_of(settings)):
         allowed = getattr(each.declared, "allowed", None)
         given = getattr(settings, each.name)
         for value in given if isinstance(given, tuple) else (given,):
@@ -292,37 +294,37 @@ def require_settings(settings: Any) -> None:
 AS_OPTIONS = ContextVar("AS_OPTIONS", default=False)
 
 
-def called(settings: Any, name: str) -> str:
+def display_name(settings: Any, name: str) -> str:
     """What a message calls a setting of a study or group, or of its groups."""
     return _called(group_of(settings), name)
 
 
-def _called(group: Group, name: str) -> str:
+def _called(group: SettingsGroup, name: str) -> str:
     return options_of(group).get(name, name) if AS_OPTIONS.get() else name
 
 
-def refuse_idle(settings: Any, group: Group) -> None:
+def refuse_unused_settings(settings: Any, group: SettingsGroup) -> None:
     """Raise InputError for a setting that is given and changes nothing."""
     if not isinstance(settings, group.kind):
         return
-    for each in offered(group):
+    for each in exposed_fields(group):
         if each.group is not None:
-            refuse_idle(getattr(settings, each.name), each.group)
-    known = {each.name: each.default for each in offered(group)}
-    for name, reason in group.idle(settings):
+            refuse_unused_settings(getattr(settings, each.name), each.group)
+    known = {each.name: each.default for each in exposed_fields(group)}
+    for name, reason in group.unused_options(settings):
         if name in known and getattr(settings, name) != known[name]:
             raise refusal(settings, name, reason, group)
 
 
 def refusal(
-    settings: Any, name: str, reason: str, group: Group | None = None
+    settings: Any, name: str, reason: str, group: SettingsGroup | None = None
 ) -> InputError:
     """Why the value of a setting is refused; names in braces are those of settings."""
     group = group or group_of(settings)
     value, names = getattr(settings, name), options_of(group)
     words = "" if value is True else f" = {shown(value)}"
     called = _called(group, name)
-    for flag, meant, _ in getattr(group.offers.get(name), "flags", ()):
+    for flag, meant, _ in getattr(group.exposed.get(name), "flags", ()):
         if AS_OPTIONS.get() and value == meant:
             called, words = flag, ""
     reason = reason.format_map({each: _called(group, each) for each in names})
@@ -330,7 +332,7 @@ def refusal(
 
 
 def refuse_given(
-    settings: Any, names: Sequence[str], reason: str, group: Group
+    settings: Any, names: Sequence[str], reason: str, group: SettingsGroup
 ) -> None:
     """Refuse those of the settings that are not the usual ones; see `refusal`."""
     usual = group.kind() if group.default is None else group.default
@@ -353,14 +355,14 @@ class Job(Protocol):
     """What a task may use while it works."""
 
     @property
-    def kept(self) -> list[Any]:
+    def records(self) -> list[Any]:
         """Records of an earlier run, in order."""
 
     @property
     def state(self) -> Arrays | None:
         """State at the end of the last record."""
 
-    def keep(self, record: Mapping[str, Any], state: Arrays) -> None:
+    def add_record(self, record: Mapping[str, Any], state: Arrays) -> None:
         """The next record, which JSON can hold, and the state to go on from."""
 
     def compute(self, what: str, parts: Parts) -> Mapping[str, Arrays]:
@@ -378,7 +380,7 @@ class Job(Protocol):
         """Event after which `report` raises Stopped."""
 
     @property
-    def heeded(self) -> Stop:
+    def stop_event(self) -> Stop:
         """What parts look at to end early, by Stopped."""
 
     def report(self, what: str, done: int, total: int) -> None:
@@ -411,7 +413,9 @@ class Study:
     more_files: ClassVar[Mapping[str, tuple[str, Sequence[str]]]] = MappingProxyType({})
     resumes: ClassVar[bool] = False  # whether tasks keep records or parts
     unit: ClassVar[str] = "speed"  # of what tasks keep, one by one
-    kept_beside: ClassVar[str] = "output"  # name of the file next to which that is
+    checkpoint_beside: ClassVar[str] = (
+        "output"  # name of the file next to which that is
+    )
     partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered
     distributes: ClassVar[bool] = False  # whether parts may go to other processes
     output: ClassVar[str] = "Write the results to this CSV file."
@@ -421,13 +425,13 @@ class Study:
     endings: ClassVar[Sequence[str]] = TABLES  # of its name
     folder: ClassVar[bool] = False  # whether it is a directory, with `files` in it
 
-    def __init_subclass__(cls, *, command: str, example: str, **words: Any) -> None:
-        super().__init_subclass__(**words)
+    def __init_subclass__(cls, *, command: str, example: str, **argv: Any) -> None:
+        super().__init_subclass__(**argv)
         cls.command, cls.example = command, f"fegear {example}"
 
     def __post_init__(self) -> None:
         take_plain_values(self)
-        for each in offered(group_of(self)):
+        for each in exposed_fields(group_of(self)):
             value, declared = self._read(each), each.group
             if declared is None or isinstance(value, declared.kind):
                 continue
@@ -438,24 +442,26 @@ class Study:
             elif hasattr(kind, "of"):
                 object.__setattr__(self, each.name, kind.of(value))
         require_settings(self)
-        refuse_idle(self, group_of(self))
+        refuse_unused_settings(self, group_of(self))
 
-    def _read(self, each: Offered) -> Any:
+    def _read(self, each: ExposedField) -> Any:
         """A value of a setting, which may be given in words."""
         value, declared = getattr(self, each.name), each.declared
-        if not isinstance(declared, Setting) or declared.read is None:
+        if not isinstance(declared, Setting) or declared.parse is None:
             return value
         if declared.several and isinstance(value, list | tuple):
             words = value
-            value = tuple(read(each, w) if isinstance(w, str) else w for w in words)
+            value = tuple(
+                parse_setting(each, w) if isinstance(w, str) else w for w in words
+            )
         elif isinstance(value, str):
-            value = read(each, value)
+            value = parse_setting(each, value)
             value = (value,) if declared.several else value
         object.__setattr__(self, each.name, value)
         return value
 
     @property
-    def usual_output(self) -> str | None:
+    def default_output(self) -> str | None:
         """The directory that is written where none is given."""
         return None
 
@@ -464,7 +470,7 @@ class Study:
         """Names of the main files in the directory that is written."""
         return ()
 
-    def idle(self, given: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    def unused_options(self, given: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         """Names of outputs and settings that would change nothing, with the reason.
 
         given : files and other outputs that are asked for, by name
@@ -484,7 +490,7 @@ class Study:
     @property
     def words(self) -> list[str]:
         """Words of the command line for this study."""
-        return [*self.command.split(), *words_of(self)]
+        return [*self.command.split(), *to_argv(self)]
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -502,13 +508,13 @@ class Study:
 
 
 def files_read(
-    settings: Any, group: Group | None = None, whole: bool = True
+    settings: Any, group: SettingsGroup | None = None, whole: bool = True
 ) -> Iterator[str]:
     """Names of files that settings declare; also of what comes with the program.
 
     whole : also those of groups that tell by `inputs` what they have read
     """
-    for each in offered(group or group_of(settings)):
+    for each in exposed_fields(group or group_of(settings)):
         value = getattr(settings, each.name)
         if each.group is not None:
             if isinstance(value, each.group.kind) and (

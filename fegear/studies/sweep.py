@@ -10,25 +10,26 @@ from typing import Any, Literal
 
 from fegear.files.errors import InputError
 from fegear.studies.responses import ResponsesResult
-from fegear.studies.study import PLOT, Draw, Job, Study, Task, called, setting
+from fegear.studies.study import PLOT, Draw, Job, Study, Task, display_name, setting
 from fegear.studies.table import Table
 from fegear.studies.trains import (
     AUTO,
     MOVING,
-    OfTrain,
+    TrainStudy,
     bodies_described,
     chosen_torques,
-    described,
     friction_described,
     lumped_integration,
     lumped_model,
     speeds_setting,
+    summary_header,
     tables_setting,
     torques_setting,
     train_warnings,
 )
 from fegear.train.lumped_models import (
     LumpedModel,
+    default_speeds,
     file_header,
     integration_in_words,
     lumped_system,
@@ -36,7 +37,6 @@ from fegear.train.lumped_models import (
     static_entries,
     truncation_entries,
     truncation_error,
-    usual_speeds,
 )
 from lumped.common.workers import Stopped
 from lumped.figures.waterfall import (
@@ -49,7 +49,7 @@ from lumped.figures.waterfall import (
 )
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import BOTH, Branch, Direction, reporting, sweep
-from lumped.steady.truncation import check_truncation
+from lumped.steady.truncation_check import check_truncation
 from lumped.train.system import LumpedSystem
 
 MORE = {
@@ -80,7 +80,7 @@ class SweptSpeeds:
 @dataclass(frozen=True, kw_only=True)
 class Sweep(
     SweptSpeeds,
-    OfTrain,
+    TrainStudy,
     Study,
     command="sweep",
     example="sweep liu-idler --speeds 800:4200:20 -o s.csv --plot s.png",
@@ -111,14 +111,14 @@ class Sweep(
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.speeds and self.rpm:
-            names = called(self, "speeds"), called(self, "rpm")
+            names = display_name(self, "speeds"), display_name(self, "rpm")
             raise InputError(f"{names[0]} and {names[1]} exclude each other")
 
     @cached_property
     def systems(self) -> dict[float, LumpedSystem]:
         """The train at each torque on the input gear [N m]."""
-        require_method(self.known, self.integration)
-        given = self.known, self.known.excitations
+        require_method(self.resolved_model, self.integration)
+        given = self.resolved_model, self.resolved_model.excitations
         return {
             torque: lumped_system(self.gears, torque, *given)
             for torque in chosen_torques(self.gears, self.torque)
@@ -134,7 +134,7 @@ class Sweep(
     @cached_property
     def frequencies(self) -> Sequence[float]:
         """Mesh frequencies of the first mesh [Hz]."""
-        return self._asked or usual_speeds(next(iter(self.systems.values())))
+        return self._asked or default_speeds(next(iter(self.systems.values())))
 
     def tasks(self) -> Iterator[Task]:
         for torque, system in self.systems.items():
@@ -157,14 +157,14 @@ class Sweep(
         return branch
 
     def gather(self, found: Mapping[str, Branch | None]) -> SweepResult:
-        system, model = next(iter(self.systems.values())), self.known
+        system, model = next(iter(self.systems.values())), self.resolved_model
         ratio = system.train.damping_ratio
         words = integration_in_words(self.integration, model.number == "coupled")
         checks = [c for branch in found.values() if branch for c in branch.checks]
         entries = truncation_entries(system, checks)
         return SweepResult(
             study=self,
-            facts=described(self, ratio)
+            facts=summary_header(self, ratio)
             | {"model_reason": self.reason or None}
             | friction_described(model)
             | bodies_described(entries)

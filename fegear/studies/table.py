@@ -44,6 +44,6 @@ class Table:
         return frame(dict(zip(self.names, columns, strict=False)))
 
 
-def plain(value: float) -> float | None:
+def finite_or_none(value: float) -> float | None:
     """A finite number, or None as JSON has it."""
     return value if math.isfinite(value) else None

@@ -16,16 +16,16 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.zones import zones
 from fegear.statics.excitation import ExcitationSource, unmodified
-from fegear.statics.unphysical import doubts_of_meshes
-from fegear.studies.page import Cell, Columns, Grid, Page, cell
+from fegear.statics.plausibility import mesh_warnings
+from fegear.studies.page import Cell, Columns, Page, RowTable, cell
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task
 from fegear.studies.table import Table
 from fegear.studies.trains import (
     SPRINGS,
-    OfTrain,
-    described,
+    TrainStudy,
     lumped_model,
-    one_load,
+    single_torque,
+    summary_header,
     tables_setting,
     torque_setting,
     train_warnings,
@@ -39,7 +39,7 @@ from lumped.closed_forms import (
     phase_extremes,
     predictions,
 )
-from lumped.closed_forms.parametric import LEAST_DAMPING
+from lumped.closed_forms.parametric import MIN_DAMPING
 from lumped.common.csv_text import exact
 from lumped.train.excitation import MeshExcitation
 from lumped.train.system import LumpedSystem
@@ -55,7 +55,7 @@ OPTIMAL_RELIEF = (
 
 @dataclass(frozen=True, kw_only=True)
 class Theory(
-    OfTrain,
+    TrainStudy,
     Study,
     command="theory",
     example="theory liu-idler --torque 100 --excitation rectangular -o theory.csv",
@@ -78,7 +78,7 @@ class Theory(
 
     def _predicted(self, job: Job) -> TheoryResult:
         """InputError without load, damping, or anything that varies."""
-        torque, model, name = one_load(self), self.known, self.gears.name
+        torque, model, name = single_torque(self), self.resolved_model, self.gears.name
         if model.number == "coupled":
             raise InputError(
                 "number = coupled; closed forms are those of models 1, 2 and 3"
@@ -86,10 +86,10 @@ class Theory(
         source = model.excitations
         system = lumped_system(self.gears, torque, model, source)
         ratio = system.train.damping_ratio
-        if not LEAST_DAMPING <= ratio < 1.0:
+        if not MIN_DAMPING <= ratio < 1.0:
             raise InputError(
                 f"damping_ratio = {ratio:g}; closed forms need one from "
-                f"{LEAST_DAMPING:g} to below 1"
+                f"{MIN_DAMPING:g} to below 1"
             )
         if not (system.static_deflection > 0.0).all():
             raise InputError(
@@ -119,7 +119,9 @@ class Theory(
         without = unmodified(self.gears, mesh)
         if self.table and without.meshes[mesh] != self.gears.meshes[mesh]:
             return None
-        return _stiffness_range(source.of(without, mesh, torque, self.known.springs))
+        return _stiffness_range(
+            source.of(without, mesh, torque, self.resolved_model.springs)
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -143,21 +145,21 @@ class TheoryResult(StudyResult):
     def summary(self) -> dict[str, Any]:
         """None where there is no such thing."""
         return {
-            **described(self.study, self.system.train.damping_ratio),
+            **summary_header(self.study, self.system.train.damping_ratio),
             "torque_Nm": self.torque,
             "meshes": [self._mesh(m) for m in range(len(self.system.excitations))],
             "resonances": [self._resonance(each) for each in self.found],
             "warnings": [
                 *train_warnings(self.study, {self.torque: self.system}),
-                *self._doubts(),
+                *self._warnings(),
             ],
         }
 
-    def _doubts(self) -> Iterator[str]:
+    def _warnings(self) -> Iterator[str]:
         """Warnings where mean deflections cannot be physical."""
         rest = np.abs(self.parametric.deflection)
         meshes = self.study.gears.meshes
-        yield from doubts_of_meshes(meshes, ", at rest", rest, 0.0 * rest)
+        yield from mesh_warnings(meshes, ", at rest", rest, 0.0 * rest)
 
     @property
     def table(self) -> Table:
@@ -177,8 +179,10 @@ class TheoryResult(StudyResult):
         study, harmonics = self.study, self.parametric.stiffness_harmonics.shape[1]
         ratio, order = self.system.train.damping_ratio, f"{harmonics} harmonics"
         return {
-            **file_header(study.gears, study.known, ratio, f"closed forms, {order}"),
-            "model": study.known.name,
+            **file_header(
+                study.gears, study.resolved_model, ratio, f"closed forms, {order}"
+            ),
+            "model": study.resolved_model.name,
             "torque_Nm": exact(self.torque),
             **self._relief_entries,
             **study.gear_set.entries,
@@ -298,7 +302,7 @@ class TheoryResult(StudyResult):
             f"{values['model']}, {values['excitation']}, damping ratio "
             f"{values['damping_ratio']:g}; mesh frequencies are those of the first mesh"
         )
-        yield Grid(values["meshes"], MESH, "Meshes", words=())
+        yield RowTable(values["meshes"], MESH, "Meshes", words=())
         if any(row["optimal_tip_relief_m"] is not None for row in values["meshes"]):
             yield f"best tip relief: {OPTIMAL_RELIEF}"
             for row in values["meshes"]:
@@ -314,7 +318,7 @@ class TheoryResult(StudyResult):
             (PHASE, phased, "Mesh phases of least excitation"),
         ):
             if chosen:
-                yield Grid(chosen, columns, title)
+                yield RowTable(chosen, columns, title)
         for each in values["resonances"]:
             for limit in each["limits"]:
                 yield (

@@ -15,17 +15,17 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
-from fegear.statics.excitation import Source, read_mesh_tables, table_warnings
-from fegear.studies.page import counted
+from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
+from fegear.studies.page import pluralize
 from fegear.studies.study import (
-    Group,
     Range,
     Setting,
+    SettingsGroup,
     argument,
-    called,
+    display_name,
+    exposed_fields,
     group,
     group_of,
-    offered,
     options_of,
     refusal,
     refuse_given,
@@ -41,7 +41,7 @@ from fegear.train.lumped_models import (
 from lumped.steady.settings import Settings
 from lumped.train.system import LumpedSystem
 
-LEAST_TORQUE = 1e-6  # N m, less is lost in round-off
+MIN_TORQUE = 1e-6  # N m, less is lost in round-off
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
 LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
 DRIVER_LOAD = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
@@ -51,10 +51,10 @@ REPLACED = {"load.torques_Nm": "torque", "dynamics.damping_ratio": "damping_rati
 
 
 @dataclass(frozen=True, kw_only=True)
-class NamedSet:
+class GearSetRef:
     """A gear set by its name, and what is changed in it for one run.
 
-    given : the gear set itself, in place of one that is read
+    preloaded : the gear set itself, in place of one that is read
     """
 
     name: str = argument(
@@ -69,27 +69,27 @@ class NamedSet:
         option="--set",
         metavar="KEY=VALUE",
     )
-    given: GearSet | None = None
+    preloaded: GearSet | None = None
 
     def __post_init__(self) -> None:
         require_settings(self)
-        assert self.changes is not None  # refuses what is no change
+        assert self.overrides is not None  # refuses what is no change
 
     @classmethod
-    def of(cls, gear_set: GearSet) -> NamedSet:
+    def of(cls, gear_set: GearSet) -> GearSetRef:
         require_gear_set(gear_set)
-        return cls(name=gear_set.name, given=gear_set)
+        return cls(name=gear_set.name, preloaded=gear_set)
 
     @cached_property
-    def changes(self) -> dict[str, Any]:
+    def overrides(self) -> dict[str, Any]:
         """Values by key; InputError where there is no `=` or a key comes twice."""
         found: dict[str, Any] = {}
         for text in self.edits:
             key, separator, value = (part.strip() for part in text.partition("="))
             if not (separator and key and value):
-                raise self.refused(text, "KEY=VALUE is needed")
+                raise self.rejection(text, "KEY=VALUE is needed")
             if key in found:
-                raise self.refused(text, f"{key} is given more than once")
+                raise self.rejection(text, f"{key} is given more than once")
             found[key] = parsed_value(value)
         return found
 
@@ -100,21 +100,21 @@ class NamedSet:
 
     def changed(self, values: Mapping[str, Any]) -> GearSet:
         """The gear set with other values of keys as well."""
-        changes = {**self.changes, **values}
-        if self.given is None:
+        changes = {**self.overrides, **values}
+        if self.preloaded is None:
             return load_gear_set(self.name, changes)
         if changes:
             raise InputError(f"{', '.join(changes)}: needs a gear set by its name")
-        return self.given
+        return self.preloaded
 
-    def refused(self, text: str, reason: str) -> InputError:
+    def rejection(self, text: str, reason: str) -> InputError:
         """Why a change is not made, or does nothing."""
-        return InputError(f"{called(self, 'edits')} {text}; {reason}")
+        return InputError(f"{display_name(self, 'edits')} {text}; {reason}")
 
     @property
     def entries(self) -> dict[str, str]:
         """Entries for the header of a file: what was changed."""
-        return {f"set {key}": str(value) for key, value in self.changes.items()}
+        return {f"set {key}": str(value) for key, value in self.overrides.items()}
 
     @property
     def inputs(self) -> str:
@@ -122,7 +122,7 @@ class NamedSet:
         return exact_repr(self.loaded)
 
 
-USUAL_PAIR = NamedSet(name="liu-pair")
+DEFAULT_PAIR = GearSetRef(name="liu-pair")
 
 
 def mesh_setting() -> Any:
@@ -133,7 +133,7 @@ def mesh_index(gears: GearSet, mesh: int) -> int:
     """Index from 0 of a mesh by its number; InputError where it is not there."""
     count = len(gears.meshes)
     if not 1 <= mesh <= count:
-        has = counted(count, "mesh", "meshes")
+        has = pluralize(count, "mesh", "meshes")
         raise InputError(f"mesh = {mesh}; {gears.name} has {has}")
     return mesh - 1
 
@@ -179,7 +179,7 @@ def chosen_torques(
     """
     free = mesh is None  # gears without load can be integrated, not solved at rest
     for value in asked:
-        if not (LEAST_TORQUE <= value < 1e9 or (free and value == 0.0)):
+        if not (MIN_TORQUE <= value < 1e9 or (free and value == 0.0)):
             raise InputError(f"torque = {value:.12g}; {LOAD if free else DRIVER_LOAD}")
         if asked.count(value) > 1:
             raise InputError(f"torque = {value:.12g}; is given more than once")
@@ -223,7 +223,7 @@ RESOLUTION = Setting(
 )
 
 
-def _idle_source(source: Source) -> Iterator[tuple[str, str]]:
+def _idle_source(source: StiffnessSource) -> Iterator[tuple[str, str]]:
     if source.kind != "trapezoid":
         yield "ramp", "needs {kind} trapezoid"
     if source.kind != "fourier":
@@ -232,10 +232,10 @@ def _idle_source(source: Source) -> Iterator[tuple[str, str]]:
         yield "relief_stiffness", "needs {kind} fe"
 
 
-SOURCE = Group(
-    kind=Source,
-    idle=_idle_source,
-    offers={
+SOURCE = SettingsGroup(
+    kind=StiffnessSource,
+    unused_options=_idle_source,
+    exposed={
         "kind": Setting(
             option="--excitation",
             text="Mesh stiffness over the mesh cycle. fe: tables solved by finite"
@@ -265,21 +265,21 @@ SPRING_MODELS = (
     "stiffness, excited by the loaded static transmission error; 3: total mesh "
     "stiffness and no-load transmission error"
 )
-SPRINGS: dict[str, Setting | Group] = {
+SPRINGS: dict[str, Setting | SettingsGroup] = {
     "number": Setting(
-        option="--model", metavar="1|2|3", text=f"{SPRING_MODELS}.", read=_number
+        option="--model", metavar="1|2|3", text=f"{SPRING_MODELS}.", parse=_number
     ),
     "damping_ratio": DAMPING,
     "translations": TRANSLATIONS,
     "stiffness": SOURCE,
 }
-COUPLED: dict[str, Setting | Group] = SPRINGS | {
+COUPLED: dict[str, Setting | SettingsGroup] = SPRINGS | {
     "number": Setting(
         option="--model",
         metavar="1|2|3|coupled",
         text=f"{SPRING_MODELS}; coupled: tooth pairs that stiffen with load and "
         "deflect each other through elastic bodies with inertia.",
-        read=_number,
+        parse=_number,
     ),
     "without": Setting(
         text="Part of --model coupled to leave out; may be repeated. hardening: "
@@ -288,14 +288,14 @@ COUPLED: dict[str, Setting | Group] = SPRINGS | {
         "other; modes: vibration of the bodies against their hubs. [default: none]"
     ),
 }
-AUTO: dict[str, Setting | Group] = COUPLED | {
+AUTO: dict[str, Setting | SettingsGroup] = COUPLED | {
     "number": Setting(
         option="--model",
         metavar="auto|coupled|1|2|3",
         text=f"{SPRING_MODELS}; coupled: tooth pairs that stiffen with load and "
         "deflect each other through elastic bodies with inertia; auto: coupled, or 1 "
         "where friction, given stiffness or mesh tables need it.",
-        read=_number,
+        parse=_number,
     ),
 }
 TORQUE_OF = Setting(
@@ -304,7 +304,7 @@ TORQUE_OF = Setting(
     "in proportion to their inertias; input: mean torque of the input gear; "
     "the output torque is lowered by the efficiency of the meshes."
 )
-SLIDING: dict[str, Setting | Group] = {
+SLIDING: dict[str, Setting | SettingsGroup] = {
     "friction": Setting(
         text="Coulomb friction coefficient of the teeth of all meshes, of model 1."
     ),
@@ -313,7 +313,7 @@ SLIDING: dict[str, Setting | Group] = {
         "over that by a normal force of the same size. [default: mean of the mesh "
         "tables]",
         metavar="RATIO",
-        read=float,
+        parse=float,
         flags=(
             (
                 "--varying-bending",
@@ -329,7 +329,7 @@ SLIDING: dict[str, Setting | Group] = {
         ),
     ),
 }
-MOVING: dict[str, Setting | Group] = SLIDING | {
+MOVING: dict[str, Setting | SettingsGroup] = SLIDING | {
     "sliding": Setting(
         text="Sliding velocity that friction opposes. nominal: that of uniformly "
         "rotating gears; instantaneous: including the vibration, which can "
@@ -351,11 +351,18 @@ def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
         yield "transition", "needs {sliding} instantaneous"
 
 
-def lumped_model(offers: Mapping[str, Setting | Group], number: Number = 1) -> Any:
+def lumped_model(
+    offers: Mapping[str, Setting | SettingsGroup], number: Number = 1
+) -> Any:
     """A field for a lumped model with these settings; number : by default."""
     default = LumpedModel(number=number)
     return group(
-        Group(kind=LumpedModel, offers=offers, idle=_idle_model, default=default)
+        SettingsGroup(
+            kind=LumpedModel,
+            exposed=offers,
+            unused_options=_idle_model,
+            default=default,
+        )
     )
 
 
@@ -364,7 +371,7 @@ def _idle_integration(settings: Settings) -> Iterator[tuple[str, str]]:
         yield "steps", f"{settings.method} chooses its own steps"
 
 
-SETTLING: dict[str, Setting | Group] = {
+SETTLING: dict[str, Setting | SettingsGroup] = {
     "tolerance": Setting(
         text="Relative tolerance of the steady state: distance to the periodic "
         "motion over the range of the deflection."
@@ -389,7 +396,9 @@ def lumped_integration() -> Any:
             "steps of fifth order that end on every change of contact."
         ),
     }
-    return group(Group(kind=Settings, offers=offers, idle=_idle_integration))
+    return group(
+        SettingsGroup(kind=Settings, exposed=offers, unused_options=_idle_integration)
+    )
 
 
 def tables_setting() -> Any:
@@ -404,13 +413,13 @@ def tables_setting() -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfTrain:
+class TrainStudy:
     """Settings of all studies of a lumped train; `model` is a `lumped_model` field.
 
     Those of mesh tables have a field `table`, by `tables_setting`.
     """
 
-    gear_set: NamedSet
+    gear_set: GearSetRef
     model: LumpedModel
     table: tuple[str, ...] = ()
 
@@ -419,16 +428,18 @@ class OfTrain:
         if not self.has_friction:
             for name in ("bending", "sliding", "torque_of"):
                 if getattr(self.model, name) != getattr(LumpedModel(), name):
-                    raise self.refused(name, "needs {friction} above 0")
+                    raise self.rejection(name, "needs {friction} above 0")
 
     @property
     def has_friction(self) -> bool:
         """Whether teeth have friction somewhere."""
         return bool(self.model.friction)
 
-    def refused(self, name: str, reason: str) -> InputError:
+    def rejection(self, name: str, reason: str) -> InputError:
         """Why the value of a setting of the model is refused."""
-        own = next(each for each in offered(group_of(self)) if each.name == "model")
+        own = next(
+            each for each in exposed_fields(group_of(self)) if each.name == "model"
+        )
         return refusal(self.model, name, reason, own.group)
 
     @cached_property
@@ -439,19 +450,23 @@ class OfTrain:
             "torque": getattr(self, "torque", None),
             "damping_ratio": model.damping_ratio,
         }
-        figures = isinstance(source, Source) and source.kind != "fe" and not self.table
+        figures = (
+            isinstance(source, StiffnessSource)
+            and source.kind != "fe"
+            and not self.table
+        )
         refuse_edits(self, own, model.translations, figures, bool(self.table))
         return self.gear_set.loaded
 
     @property
-    def known(self) -> LumpedModel:
+    def resolved_model(self) -> LumpedModel:
         """The model, with mesh tables where they are given."""
         return self._resolved[0]
 
     @property
     def limits(self) -> Iterator[str]:
         """Line that says what the model leaves out, if it does."""
-        if line := self.known.leaves_out:
+        if line := self.resolved_model.leaves_out:
             yield line
 
     @property
@@ -469,16 +484,16 @@ class OfTrain:
     def _with_tables(self) -> LumpedModel:
         source, gears = self.model.stiffness, self.gears
         if self.table:
-            reason = f"{called(self, 'table')} replaces it, leave it out"
-            if isinstance(source, Source):
-                refuse_given(source, [*SOURCE.offers], reason, SOURCE)
+            reason = f"{display_name(self, 'table')} replaces it, leave it out"
+            if isinstance(source, StiffnessSource):
+                refuse_given(source, [*SOURCE.exposed], reason, SOURCE)
             try:
                 return replace(
                     self.model, stiffness=read_mesh_tables(self.table, gears)
                 )
             except InputError as error:
-                raise InputError(f"{called(self, 'table')}: {error}") from None
-        if isinstance(source, Source) and not source.solves_elements(gears):
+                raise InputError(f"{display_name(self, 'table')}: {error}") from None
+        if isinstance(source, StiffnessSource) and not source.solves_elements(gears):
             reason = "the gear set gives all stiffness parameters, nothing is solved"
             refuse_given(source, ("plane", "resolution"), reason, SOURCE)
         return self.model
@@ -503,36 +518,38 @@ def refuse_edits(
         name, replaced = key.rpartition(".")[2], REPLACED.get(key, "")
         reason = ""
         if own.get(replaced) not in (None, ()):
-            reason = f"{called(study, replaced)} replaces it"
+            reason = f"{display_name(study, replaced)} replaces it"
         elif name in FIGURES and not figures:
             reason = "finite elements or a table take its place, leave it out"
             if "kind" in known:
-                reason += f" or choose another {called(study, 'kind')}"
+                reason += f" or choose another {display_name(study, 'kind')}"
         elif name in OF_TRANSLATIONS and not translations:
             reason = "changes nothing here"
             if "translations" in known:
-                reason = f"changes nothing without {called(study, 'translations')}"
+                reason = (
+                    f"changes nothing without {display_name(study, 'translations')}"
+                )
         elif tables and "_relief" in key:
-            reason = f"{called(study, 'table')} has the teeth with their relief"
+            reason = f"{display_name(study, 'table')} has the teeth with their relief"
         if reason:
             raise study.gear_set.refused(key, reason)
 
 
 def train_warnings(
-    study: OfTrain, systems: Mapping[float, LumpedSystem]
+    study: TrainStudy, systems: Mapping[float, LumpedSystem]
 ) -> Iterator[str]:
     """Warnings of a lumped train at rest, and of the mesh tables that it is made from.
 
     systems : by torque on the input gear [N m]
     """
     for torque in systems:
-        yield from table_warnings(study.known.stiffness, study.gears, torque)
+        yield from table_warnings(study.resolved_model.stiffness, study.gears, torque)
     yield from static_warnings(systems)
 
 
-def described(study: OfTrain, damping_ratio: float) -> dict[str, Any]:
+def summary_header(study: TrainStudy, damping_ratio: float) -> dict[str, Any]:
     """What a summary says of the train, plain values."""
-    model = study.known
+    model = study.resolved_model
     return {
         "gear_set": study.gears.name,
         "model": model.name,
@@ -541,7 +558,7 @@ def described(study: OfTrain, damping_ratio: float) -> dict[str, Any]:
     }
 
 
-def one_load(study: Any) -> float:
+def single_torque(study: Any) -> float:
     """Torque on the input gear [N m]: as asked, or the middle load case."""
     return chosen_torque(study.gears, study.torque)
 

@@ -13,8 +13,8 @@ from fegear.gearset.edit import require_known_key
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.axes import require_axes
-from fegear.studies.study import called, refusal
-from fegear.studies.trains import OfTrain, described, one_load
+from fegear.studies.study import display_name, refusal
+from fegear.studies.trains import TrainStudy, single_torque, summary_header
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
@@ -29,12 +29,16 @@ TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gea
 FRICTION, BENDING = "friction", "friction_bending"  # of teeth, the same of all meshes
 ENTRIES = {FRICTION: "friction coefficient", BENDING: "friction-bending ratio"}
 OF_TEETH = {FRICTION: "friction", BENDING: "bending"}  # fields of a lumped model
-SHORT = {DAMPING: "dynamics.damping_ratio"}
-OWN = {TORQUE: "torque", DAMPING: "damping_ratio", SHORT[DAMPING]: "damping_ratio"}
+KEY_OF_AXIS = {DAMPING: "dynamics.damping_ratio"}
+FIELD_OF_AXIS = {
+    TORQUE: "torque",
+    DAMPING: "damping_ratio",
+    KEY_OF_AXIS[DAMPING]: "damping_ratio",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Varied(OfTrain):
+class ParametricStudy(TrainStudy):
     """Settings of studies that vary parameters of a train."""
 
     torque: float | None = None
@@ -61,7 +65,7 @@ class Varied(OfTrain):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        over = called(self, "over")
+        over = display_name(self, "over")
         require_axes(self.axes)
         for axis in self.axes:
             self._require_axis(axis, over)
@@ -69,27 +73,27 @@ class Varied(OfTrain):
     def _require_axis(self, axis: Axis, over: str) -> None:
         """Refuse an axis that is not known, or is fixed as well."""
         if axis.name == MESH_FREQUENCY:
-            speeds = called(self, "speeds")
+            speeds = display_name(self, "speeds")
             raise InputError(f"{over} {MESH_FREQUENCY}; is the speed, {speeds}")
         why = f"{over} {axis.name} replaces it, leave it out"
-        own = OF_TEETH.get(axis.name) or OWN.get(axis.name, "")
+        own = OF_TEETH.get(axis.name) or FIELD_OF_AXIS.get(axis.name, "")
         if own == "torque" and self.torque is not None:
             raise refusal(self, "torque", why)
         of_model = own in ("friction", "bending", "damping_ratio")
         if of_model and getattr(self.model, own) != getattr(LumpedModel(), own):
-            raise self.refused(own, why)
+            raise self.rejection(own, why)
         if axis.name == BENDING and not self.has_friction:
             raise InputError(
-                f"{over} {BENDING}; needs {called(self, 'friction')} above 0"
+                f"{over} {BENDING}; needs {display_name(self, 'friction')} above 0"
             )
         for value in axis.values if axis.name in OF_TEETH else ():
             if not 0.0 <= value < 1.0:
                 raise InputError(
                     f"{over} {axis.name} = {value:g}; allowed 0 to below 1"
                 )
-        key = SHORT.get(axis.name, axis.name)
-        if key in self.gear_set.changes:
-            raise self.gear_set.refused(key, f"{over} varies it, leave it out")
+        key = KEY_OF_AXIS.get(axis.name, axis.name)
+        if key in self.gear_set.overrides:
+            raise self.gear_set.rejection(key, f"{over} varies it, leave it out")
         if axis.name != TORQUE and axis.name not in OF_TEETH:
             require_known_key(key)
 
@@ -97,21 +101,21 @@ class Varied(OfTrain):
     def load(self) -> float:
         """Torque on the input gear where no axis varies it [N m]."""
         on_axis = [max(axis.values) for axis in self.axes if axis.name == TORQUE]
-        return on_axis[0] if on_axis else one_load(self)
+        return on_axis[0] if on_axis else single_torque(self)
 
     @cached_property
     def excitations(self) -> ExcitationSource:
         """One for all points, whose tables are solved once each."""
-        return self.known.excitations
+        return self.resolved_model.excitations
 
     def _first(self, model: LumpedModel) -> LumpedSystem:
         return lumped_system(self.gears, self.load, model, self.excitations)
 
     @cached_property
-    def _alike(self) -> LumpedSystem | None:
+    def _reference_system(self) -> LumpedSystem | None:
         """Whose body modes all points have: they are then of one family."""
-        coupled = self.known.number == "coupled"
-        return self._first(self.known) if coupled else None
+        coupled = self.resolved_model.number == "coupled"
+        return self._first(self.resolved_model) if coupled else None
 
     def system(self, point: Point) -> LumpedSystem:
         """The lumped system of a point."""
@@ -123,13 +127,13 @@ class Varied(OfTrain):
         own = OF_TEETH.keys() & values.keys()
         of_teeth: dict[str, Any] = {OF_TEETH[name]: values.pop(name) for name in own}
         try:
-            model = replace(self.known, **of_teeth)
+            model = replace(self.resolved_model, **of_teeth)
         except ValueError as error:
             raise InputError(str(error)) from None
-        changed = {SHORT.get(name, name): value for name, value in values.items()}
+        changed = {KEY_OF_AXIS.get(name, name): value for name, value in values.items()}
         gears = self._changed(tuple(changed.items()))
         given = gears, torque, model, self.excitations
-        return lumped_system(*given, self._alike)
+        return lumped_system(*given, self._reference_system)
 
     @cached_property
     def _changed(self) -> Any:
@@ -143,7 +147,7 @@ class Varied(OfTrain):
     @cached_property
     def ratio(self) -> float | None:
         """Damping ratio of every mode, None where it varies."""
-        varies = bool({DAMPING, SHORT[DAMPING]} & self.names)
+        varies = bool({DAMPING, KEY_OF_AXIS[DAMPING]} & self.names)
         return None if varies else self._any_system.train.damping_ratio
 
     @property
@@ -153,9 +157,9 @@ class Varied(OfTrain):
 
     @cached_property
     def _any_system(self) -> LumpedSystem:
-        if self._alike is not None:
-            return self._alike
-        model = self.known
+        if self._reference_system is not None:
+            return self._reference_system
+        model = self.resolved_model
         if BENDING in self.names:
             model = replace(model, bending=0.0)  # no mesh table need have it
         return self._first(model)
@@ -165,7 +169,7 @@ class Varied(OfTrain):
         # the friction is described unless no point has any
         of_axes = (max(axis.values) for axis in self.axes if axis.name == FRICTION)
         friction = next(of_axes, self.model.friction)
-        shown = replace(self.known, friction=friction)
+        shown = replace(self.resolved_model, friction=friction)
         header = file_header(self.gears, shown, self.ratio or 0.0, integration)
         if self.at_speeds:
             header |= body_entries(self._any_system, self.at_speeds)
@@ -174,14 +178,14 @@ class Varied(OfTrain):
         for name, entry in ENTRIES.items():
             if name in self.names:
                 header.pop(entry, None)
-        return header | {"model": self.known.name}
+        return header | {"model": self.resolved_model.name}
 
-    def described(self, over: str, speed: float | None = None) -> dict[str, Any]:
+    def summary_header(self, over: str, speed: float | None = None) -> dict[str, Any]:
         """What a summary says of the train, None for what varies.
 
         over : name of what varies; speed : of the first mesh where it does not [Hz]
         """
-        facts = described(self, 0.0)
+        facts = summary_header(self, 0.0)
         return {
             **{name: facts[name] for name in ("gear_set", "model", "excitation")},
             "over": over,

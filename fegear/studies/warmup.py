@@ -17,14 +17,14 @@ import fegear
 import lumped
 from fegear.files.errors import InputError
 from fegear.studies import load_study
-from fegear.studies.page import Grid, Page
+from fegear.studies.page import Page, RowTable
 from fegear.studies.study import (
     NO_PICTURES,
     Job,
     Study,
     StudyResult,
     Task,
-    called,
+    display_name,
     setting,
 )
 from fegear.studies.table import Table
@@ -116,7 +116,7 @@ def _elements() -> Iterator[Study]:
 def _rattle() -> Iterator[Study]:
     from fegear.rattle.machines import load_machine
     from lumped.rattle.arcs import arcs_of, history_of
-    from lumped.rattle.departures import follow
+    from lumped.rattle.return_map import follow
     from lumped.rattle.sticking import sticking_from, sticking_motions
 
     one = {"departures": 1}
@@ -176,7 +176,9 @@ class Warmup(Study, command="warmup", example="warmup"):
         super().__post_init__()
         for name in self.only:
             if name not in USES:
-                words = f"{called(self, 'only')} = {name}; allowed {', '.join(USES)}"
+                words = (
+                    f"{display_name(self, 'only')} = {name}; allowed {', '.join(USES)}"
+                )
                 raise InputError(words)
 
     def tasks(self) -> Iterator[Task]:
@@ -230,7 +232,7 @@ class WarmupResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
-        yield Grid(self.rows, {name: partial(_word, name) for name in COLUMNS})
+        yield RowTable(self.rows, {name: partial(_word, name) for name in COLUMNS})
         yield (
             f"compiled {self.compiled} signatures; the cache holds "
             f"{values['signatures']} of {values['functions']} functions"

@@ -18,10 +18,10 @@ from fegear.dynamics.body_modes import (
 )
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
-from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
+from fegear.dynamics.mesh_load_curves import all_mesh_laws, equal_tables
 from fegear.dynamics.model import dynamic_model
-from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
-from fegear.dynamics.table_laws import all_table_laws
+from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
+from fegear.dynamics.table_load_curves import all_table_laws
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
 from fegear.gearset.inertia import require_inertia_of_bodies
@@ -48,7 +48,7 @@ def coupled_contacts(
     torque : on the input gear [N m]; reference : Model-1 at that torque
     excitations : finite elements, or tables that give the contacts; what bodies do
         while they accelerate, and from mesh to mesh, comes from finite elements anyway
-    without : which of `lumped.train.coupled.INGREDIENTS` are left out
+    without : which of `lumped.train.coupled.COMPONENTS` are left out
     kept : the body modes to choose, where they are known
     """
     if "body" not in without:
@@ -73,7 +73,7 @@ def coupled_contacts(
 def contacts_of(
     gear_set: GearSet,
     reference: LumpedSystem,
-    laws: Sequence[MeshLaws],
+    laws: Sequence[MeshLoadCurves],
     settings: StaticsSettings,
 ) -> CoupledContacts:
     """Contacts from the pair laws of all meshes."""
@@ -95,8 +95,10 @@ def contacts_of(
         pairs=np.array([pair for _, pair, _ in model.contact_labels]),
         paths=np.array([mesh.pair.path for mesh in gear_set.meshes]),
         rows=np.ascontiguousarray(model.jacobian.normal[..., moving]),
-        closing=np.concatenate([_closing(side, gear_set) for side in model.sides]),
-        inertial=inertial[..., moving],
+        penetration_rate=np.concatenate(
+            [_closing(side, gear_set) for side in model.sides]
+        ),
+        inertia_rows=inertial[..., moving],
         work=work[np.ix_(moving, moving)],
     )
 
@@ -104,7 +106,7 @@ def contacts_of(
 def _closing(side: ContactSide, gear_set: GearSet) -> Array:
     """Penetration (k, p + 1) of a side's contacts, see `CoupledContacts`."""
     driver = gear_set.meshes[side.mesh].pair.driver
-    return np.asarray(side.side * side.laws.lever[..., 0].T / driver.base_radius)
+    return np.asarray(side.side * side.laws.moment_arms[..., 0].T / driver.base_radius)
 
 
 def _inertial(

@@ -19,22 +19,27 @@ from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods, without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at, power_path
-from fegear.statics.excitation import Excitations, ExcitationSource, GivenTables, Source
-from fegear.statics.unphysical import doubts_of_meshes
+from fegear.statics.excitation import (
+    Excitations,
+    ExcitationSource,
+    GivenTables,
+    StiffnessSource,
+)
+from fegear.statics.plausibility import mesh_warnings
 from lumped.common.checks import require_between, require_choice, require_fields
 from lumped.common.csv_text import exact
 from lumped.steady.losses import nominal_efficiency
 from lumped.steady.settings import Method, Settings
-from lumped.steady.truncation import TruncationCheck
+from lumped.steady.truncation_check import TruncationCheck
 from lumped.train.at_rest import RestReference, of_equal_teeth
-from lumped.train.coupled import INGREDIENTS
+from lumped.train.coupled import COMPONENTS
 from lumped.train.excitation import MeshExcitation, at_torque, bending_along_path
 from lumped.train.friction import Sliding, ToothFriction, with_bending
-from lumped.train.left_out import ALLOWED, BodyInertia
-from lumped.train.path_laws import path_laws
+from lumped.train.path_load_curves import path_laws
 from lumped.train.system import LumpedSystem
 from lumped.train.table import pair_names
 from lumped.train.train import TrainError
+from lumped.train.truncation import ALLOWED, TruncationModel
 from lumped.train.waves import Wave
 
 BENDING = "friction-bending ratio"  # entries of the header of a file
@@ -51,7 +56,7 @@ LEAVES_OUT = {  # of what the coupled model has
 }
 STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
-USUAL_SPEEDS = 400  # at most, where none are given
+DEFAULT_SPEEDS = 400  # at most, where none are given
 BendingRatio = float | Mapping[int, Wave]
 RATIO = "friction_bending_ratio"  # column of a mesh table
 
@@ -64,7 +69,7 @@ class LumpedModel:
         excited by the loaded static transmission error; 3, total mesh stiffness and
         no-load transmission error; "coupled", see `lumped.train.coupled`; "auto", see
         `resolve_model`
-    without : which of `lumped.train.coupled.INGREDIENTS` are left out
+    without : which of `lumped.train.coupled.COMPONENTS` are left out
     translations : gears with bearings move in the plane, else they rotate only
     damping_ratio : of every mode, None for the gear set's
     stiffness : where the mesh stiffness comes from, or mesh tables that give it
@@ -82,7 +87,7 @@ class LumpedModel:
     without: tuple[str, ...] = ()
     translations: bool = False
     damping_ratio: float | None = None
-    stiffness: Source | GivenTables = field(default_factory=Source)
+    stiffness: StiffnessSource | GivenTables = field(default_factory=StiffnessSource)
     friction: float = 0.0
     bending: float | Literal["cycle"] | None = None
     sliding: Sliding = "nominal"
@@ -96,7 +101,7 @@ class LumpedModel:
         if self.without and self.number != "coupled":
             raise ValueError(f"without needs the coupled model, got {self.number}")
         for name in self.without:
-            require_choice("without", name, INGREDIENTS)
+            require_choice("without", name, COMPONENTS)
         if len(set(self.without)) < len(self.without):
             raise ValueError(f"without must name each part once, got {self.without!r}")
         if self.friction and self.number not in (1, "auto"):
@@ -120,7 +125,10 @@ class LumpedModel:
     def _unmodified(self) -> bool:
         """Whether relieved pairs have the stiffness of unmodified teeth."""
         source = self.stiffness
-        return isinstance(source, Source) and source.relief_stiffness == "unmodified"
+        return (
+            isinstance(source, StiffnessSource)
+            and source.relief_stiffness == "unmodified"
+        )
 
     @property
     def springs(self) -> int:
@@ -241,9 +249,9 @@ def _needs_model_1(model: LumpedModel, gear_set: GearSet, method: Method) -> str
         return "the coupled model has no friction"
     if method != "rk4":
         return f"the coupled model has no integration by {method}"
-    if isinstance(source, Source) and source.kind != "fe":
+    if isinstance(source, StiffnessSource) and source.kind != "fe":
         return f"the coupled model has no {source.kind} stiffness"
-    if isinstance(source, Source) and source.relief_stiffness == "unmodified":
+    if isinstance(source, StiffnessSource) and source.relief_stiffness == "unmodified":
         return "the coupled model has no stiffness of unmodified teeth"
     try:
         require_inertia_of_bodies(gear_set, "model 1 counts none of it")
@@ -460,8 +468,8 @@ def require_physical(gear_set: GearSet, torque: float, system: LumpedSystem) -> 
     """
     rest = abs(system.static_deflection)
     where = f" at {torque:g} N m on the input gear"
-    for doubt in doubts_of_meshes(gear_set.meshes, where, rest, 0.0 * rest):
-        raise InputError(f"{gear_set.name}: {doubt}")
+    for warning in mesh_warnings(gear_set.meshes, where, rest, 0.0 * rest):
+        raise InputError(f"{gear_set.name}: {warning}")
 
 
 def shares_a_gear(gear_set: GearSet) -> bool:
@@ -478,12 +486,12 @@ def require_method(model: LumpedModel, settings: Settings) -> None:
         )
 
 
-def doubts_of_bodies(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[str]:
+def body_modes_warnings(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[str]:
     """A line where the body modes that the coupled model leaves out matter.
 
     speeds : mesh frequencies of the first mesh [Hz]
     """
-    error, on_flanks = left_out_error(system, speeds), flank_error(system, speeds)
+    error, on_flanks = truncation_bound(system, speeds), flank_bound(system, speeds)
     if on_flanks is not None and on_flanks > ALLOWED:
         yield (
             "body modes that the coupled model leaves out shift sharp resonances: "
@@ -501,7 +509,7 @@ def doubts_of_bodies(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[
         )
 
 
-def left_out_error(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
+def truncation_bound(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
     """Return a bound on the error of the mesh compliance by left-out body modes.
 
     Relative to the excitation's RMS; None for models without bodies.
@@ -515,7 +523,7 @@ def left_out_error(system: LumpedSystem, speeds: Sequence[float]) -> float | Non
     return inertia.largest_error(kept, (min(speeds), max(speeds)))
 
 
-def flank_error(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
+def flank_bound(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
     """Return a bound on the error of amplitudes on the flanks of sharp resonances.
 
     By left-out body modes, which shift them; None for models without bodies.
@@ -526,12 +534,12 @@ def flank_error(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
     if found is None:
         return None
     inertia, kept = found
-    return inertia.flank_error(kept, (min(speeds), max(speeds)))
+    return inertia.flank_bound(kept, (min(speeds), max(speeds)))
 
 
 def _bodies_left_out(
     system: LumpedSystem,
-) -> tuple[BodyInertia, NDArray[np.bool_]] | None:
+) -> tuple[TruncationModel, NDArray[np.bool_]] | None:
     """All body modes of the coupled model, and those that it has."""
     contacts = system.contacts
     if contacts is None or contacts.inertia is None or contacts.kept is None:
@@ -545,7 +553,7 @@ def body_entries(system: LumpedSystem, speeds: Sequence[float]) -> dict[str, str
 
     speeds : mesh frequencies of the first mesh [Hz]
     """
-    error, on_flanks = left_out_error(system, speeds), flank_error(system, speeds)
+    error, on_flanks = truncation_bound(system, speeds), flank_bound(system, speeds)
     if error is None or on_flanks is None or system.contacts is None:
         return {}
     gears = system.contacts.bodies.gears
@@ -608,7 +616,7 @@ def truncation_warnings(checks: Sequence[TruncationCheck]) -> Iterator[str]:
     )
 
 
-def usual_speeds(system: LumpedSystem) -> list[float]:
+def default_speeds(system: LumpedSystem) -> list[float]:
     """From 0.5 to 1.3 times the resonances that meshes excite, in round steps.
 
     Those are natural frequencies of modes with a twentieth or more of their strain
@@ -621,7 +629,7 @@ def usual_speeds(system: LumpedSystem) -> list[float]:
     rates = [float(rate) for rate in system.train.mesh_rates]
     low = 0.5 * float(coupled.min()) / max(rates)
     high = 1.3 * float(coupled.max()) / min(rates)
-    step = _round_up((high - low) / USUAL_SPEEDS)
+    step = _round_up((high - low) / DEFAULT_SPEEDS)
     first, last = max(1, math.floor(low / step)), math.ceil(high / step)
     return [float(Decimal(repr(step)) * i) for i in range(first, last + 1)]
 
@@ -696,7 +704,7 @@ def integration_in_words(settings: Settings, coupled: bool = False) -> str:
     method = "exact but for cubic contact forces" if coupled else settings.method
     scheme = f"{method}, tolerance {exact(settings.tolerance)}"
     if settings.method == "rk4":
-        steps = settings.least_steps(coupled)
+        steps = settings.min_steps(coupled)
         scheme += f", {steps} steps per period or more"
     return f"{scheme}, up to {cap_in_words(settings.max_periods)}"
 

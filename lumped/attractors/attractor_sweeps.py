@@ -26,37 +26,42 @@ from lumped.common.checks import checked
 from lumped.common.workers import Stop
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
-from lumped.steady.steady_state import Stepper, Watch, confirmed, steady_state
+from lumped.steady.steady_state import (
+    Stepper,
+    Watch,
+    confirm_steady_state,
+    steady_state,
+)
 from lumped.steady.steppers import stepper_of
 from lumped.steady.sweep import (
-    SILENT,
+    MIN_PEAK_TO_PEAK,
     Direction,
     Observer,
-    Station,
+    SweepPoint,
+    continue_sweep,
     in_order,
-    settle_in_turn,
 )
 from lumped.train.system import LumpedSystem
 
 JUMP = "jump"
-FAR, STRONG = 0.1, 2.5  # of the largest deflection; of the changes beside: a jump
+MIN_JUMP, STRONG = 0.1, 2.5  # of the largest deflection; of the changes beside: a jump
 LONG = 16_000  # periods of the first mesh in which chaos that passes should end
 SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequency [Hz]
 
 
 @dataclass(frozen=True)
-class Stretch:
+class AttractorInterval:
     """Values of a parameter, in the order of the sweep, with motions of one name.
 
-    begins : `period doubling`, `chaos begins`, `jump` or what else came with its first
-        value; empty where that has no name
+    transition : `period doubling`, `chaos begins`, `jump` or what else came with its
+        first value; empty where that has no name
     exponent : largest of its motions, NaN where they diverged
     """
 
     first: float
     last: float
     name: str
-    begins: str
+    transition: str
     exponent: float
 
 
@@ -73,9 +78,9 @@ class AttractorBranch:
     complete: bool
 
     @property
-    def stretches(self) -> tuple[Stretch, ...]:
+    def intervals(self) -> tuple[AttractorInterval, ...]:
         """Successive values at which the motion has one name."""
-        found: list[Stretch] = []
+        found: list[AttractorInterval] = []
         before: Attractor | None = None
         jumps = find_jumps(self.attractors)
         for value, attractor, jump in zip(
@@ -89,7 +94,7 @@ class AttractorBranch:
                 found[-1] = replace(found[-1], last=value, exponent=largest)
             else:
                 name, exponent = attractor.name, attractor.exponent
-                found.append(Stretch(value, value, name, begins, exponent))
+                found.append(AttractorInterval(value, value, name, begins, exponent))
             before = attractor
         return tuple(found)
 
@@ -104,7 +109,7 @@ def find_jumps(attractors: Sequence[Attractor]) -> list[bool]:
     apart = [_distance(*pair) for pair in pairwise(attractors)]
     beside = [math.nan, *apart, math.nan]
     return [False] * len(attractors[:1]) + [
-        own > FAR and own > STRONG * one and own > STRONG * two
+        own > MIN_JUMP and own > STRONG * one and own > STRONG * two
         for one, own, two in zip(beside, apart, beside[2:], strict=False)
     ]
 
@@ -157,7 +162,7 @@ class AttractorStore(Protocol):
 
 
 @dataclass
-class _Found:
+class _AttractorRecorder:
     """The attractors of a sweep, which keeps responses."""
 
     sections: SectionSettings
@@ -180,13 +185,12 @@ class _Found:
         before: Response | None,
         watch: Watch,
     ) -> tuple[Response, Any, Settings]:
-        """Confirmed response, as `confirmed` gives it, on an attractor that belongs to
-        the motion.
+        """Response of `confirm_steady_state` on the attractor of the motion.
 
         One that seems to repeat but is unstable on finer steps leaves there; one that
         does not repeat though changes shrink may have been chaotic for a while.
         """
-        found = confirmed(stepper, frequency, settings, state, before, watch)
+        found = confirm_steady_state(stepper, frequency, settings, state, before, watch)
         attractor = self._attractor(stepper, found, watch)
         if attractor.kind == Kind.UNSETTLED or unstable(attractor):
             response, _, steps = found
@@ -228,7 +232,7 @@ def sweep_attractors(
     sections: SectionSettings | None = None,
     *,
     store: AttractorStore | None = None,
-    observer: Observer = SILENT,
+    observer: Observer = MIN_PEAK_TO_PEAK,
     stop: Stop | None = None,
 ) -> AttractorBranch:
     """Pass through values of a parameter, which rise or fall by the direction.
@@ -240,13 +244,13 @@ def sweep_attractors(
     # no figures are shown that more windows would measure
     settings = replace(settings or Settings(), windows=1)
     ordered = in_order(values, direction)
-    found = _Found(sections or SectionSettings(), store)
+    found = _AttractorRecorder(sections or SectionSettings(), store)
 
-    def station(value: float) -> Station:
+    def station(value: float) -> SweepPoint:
         system, frequency = system_at(value)
         return stepper_of(system, settings), frequency
 
-    responses, complete = settle_in_turn(
+    responses, complete = continue_sweep(
         *(ordered, station, settings),
         settle=found.settle,
         store=found,

@@ -15,11 +15,11 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.motions import Motions, OverSpeed
-from lumped.branches.periodic import repeats_sooner
+from lumped.branches.motions import PeriodicProblem, SpeedFamily
+from lumped.branches.periodic import has_half_period
 from lumped.branches.points import branch_point
 from lumped.common.checks import checked, require_between, require_fields
-from lumped.continuation.arc_length import Branch, NoSolution, Steps
+from lumped.continuation.arc_length import Continuation, NoSolution, StepControl
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
@@ -30,16 +30,16 @@ from lumped.train.train import TrainError
 Array = NDArray[np.float64]
 TURNING = 128  # periods of the first mesh in which a change turns to what grows most
 STRETCH = 1024  # periods of the first mesh between looks at the exponent
-MOST = 4 * STRETCH  # after which it is left as it is
+MAX_PERIODS = 4 * STRETCH  # after which it is left as it is
 WINDOWS = 16  # of which its standard error is taken
-CLEAR = 5.0  # standard errors beyond which the sign of an exponent is certain
+MIN_Z = 5.0  # standard errors beyond which the sign of an exponent is certain
 NEUTRAL = 1e-3  # per period, below which changes do not grow
 FADES = 1e-4  # per period, beyond which they shrink
 FINE = 1024  # steps per period along which multipliers of short motions are taken,
 SHORT = 64  # those of so many periods of the first mesh
 HARMONICS = 20  # of the first mesh, of motions that harmonic balance confirms,
-MOST_HARMONICS = 200  # which take up to some 0.1 s each
-NEAR = 0.02  # of the RMS, between both
+MAX_HARMONICS = 200  # which take up to some 0.1 s each
+RMS_RTOL = 0.02  # of the RMS, between both
 CLOSING = 16  # times the motion's period in which it closes on those steps
 
 
@@ -76,14 +76,14 @@ class Attractor:
     deflection, rate : (k, m) at the start of successive common periods, of all that
         differ where it repeats [m], [m/s]
     exponent : largest of Lyapunov, per period of the first mesh
-    spread : its standard error; 0 where the motion repeats
+    stderr : its standard error; 0 where the motion repeats
     """
 
     multiple: int
     deflection: Array
     rate: Array
     exponent: float
-    spread: float
+    stderr: float
 
     @property
     def name(self) -> str:
@@ -96,7 +96,7 @@ class Attractor:
             return Kind.PERIODIC
         if not math.isfinite(self.exponent):
             return Kind.DIVERGED
-        sure = abs(self.exponent) > CLEAR * self.spread
+        sure = abs(self.exponent) > MIN_Z * self.stderr
         if self.exponent < 0.0:
             fades = sure and self.exponent < -FADES
             return Kind.UNSETTLED if fades else Kind.QUASI_PERIODIC
@@ -119,7 +119,7 @@ def find_attractor(
         the work
     """
     sections = sections or SectionSettings()
-    if system.rubs:
+    if system.has_friction:
         raise TrainError("friction must be 0; changes of a motion leave it out")
     if response.status == Status.DIVERGED:
         return _diverged(system)
@@ -127,7 +127,7 @@ def find_attractor(
     try:
         if response.multiple:
             return _repeating(system, response, at)
-        return _wandering(system, response, at, sections.sections, watch)
+        return _aperiodic(system, response, at, sections.sections, watch)
     except Diverged:
         return _diverged(system)
 
@@ -138,7 +138,7 @@ def _diverged(system: LumpedSystem) -> Attractor:
 
 
 @dataclass(frozen=True, eq=False)
-class _Way:
+class _TangentFlow:
     """Along which changes are carried with a motion, in common periods."""
 
     system: LumpedSystem
@@ -166,16 +166,16 @@ def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor
     """
     if not np.isfinite(response.state).all():
         raise Diverged(0.0)
-    exact = _balanced(system, response, at.settings)
+    exact = _by_harmonic_balance(system, response, at.settings)
     if exact is None:
-        return _along_steps(system, response, at)
+        return _by_monodromy(system, response, at)
     multiple, exponent = exact
     state = np.concatenate([response.state, np.ones_like(response.state)], axis=1)
-    deflection, rate, _ = _Way(system, at).carry(state, multiple)
+    deflection, rate, _ = _TangentFlow(system, at).carry(state, multiple)
     return Attractor(multiple, deflection, rate, exponent, 0.0)
 
 
-def _balanced(
+def _by_harmonic_balance(
     system: LumpedSystem, response: Response, settings: Settings
 ) -> tuple[int, float] | None:
     """Common periods after which a motion repeats, and its exponent; None where
@@ -186,29 +186,31 @@ def _balanced(
     if (
         size == 0.0
         or system.contacts is not None
-        or multiple * length * HARMONICS > MOST_HARMONICS
+        or multiple * length * HARMONICS > MAX_HARMONICS
     ):
         return None
     while True:
-        motions = Motions(OverSpeed(system), HARMONICS, multiple)
-        branch: Branch[Motions] = Branch(motions, Steps(size=size, unit=1000.0))
+        motions = PeriodicProblem(SpeedFamily(system), HARMONICS, multiple)
+        branch: Continuation[PeriodicProblem] = Continuation(
+            motions, StepControl(size=size, unit=1000.0)
+        )
         balance = motions.at(response.frequency)[0]
         try:
             x = balance.of_response(response, settings)
             point = branch.at(x, response.frequency)
         except (NoSolution, ArithmeticError):
             return None
-        if not repeats_sooner(branch, point):
+        if not has_half_period(branch, point):
             break
         multiple //= 2
     found = branch_point(motions, point)
     apart = np.abs(found.figures["dte_rms"] - response.dte_rms).max()
-    if apart > NEAR * response.dte_rms.max() or not found.stable:
+    if apart > RMS_RTOL * response.dte_rms.max() or not found.stable:
         return None
     return multiple, math.log(found.largest) / (multiple * length)
 
 
-def _along_steps(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
+def _by_monodromy(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
     """Changes of every coordinate and velocity together are the monodromy.
 
     A spring that opens within a step leaves an error in it of the order of the step,
@@ -220,10 +222,10 @@ def _along_steps(system: LumpedSystem, response: Response, at: Speed) -> Attract
     if fine != at.settings:
         at = replace(at, settings=fine)
         varied = np.concatenate([state, np.ones_like(state)], axis=1)
-        _Way(system, at).carry(varied, CLOSING * periods)
+        _TangentFlow(system, at).carry(varied, CLOSING * periods)
         state = varied[:, : state.shape[1]]
     varied = np.concatenate([state, np.ones_like(state)], axis=1)
-    deflection, rate, _ = _Way(system, at).carry(varied, periods)
+    deflection, rate, _ = _TangentFlow(system, at).carry(varied, periods)
     _, scaled, growth = FixedStepper(system).scaled_monodromy(state, at, periods)
     exponent = growth + math.log(np.abs(np.linalg.eigvals(scaled)).max())
     return Attractor(response.multiple, deflection, rate, exponent / length, 0.0)
@@ -235,12 +237,12 @@ def refined(system: LumpedSystem, settings: Settings, length: int) -> Settings:
     length : periods of the first mesh after which the motion repeats
     """
     contacts = system.contacts is not None
-    if contacts or length > SHORT or settings.least_steps(contacts) >= FINE:
+    if contacts or length > SHORT or settings.min_steps(contacts) >= FINE:
         return settings
     return replace(settings, steps=FINE)
 
 
-def _wandering(
+def _aperiodic(
     system: LumpedSystem,
     response: Response,
     at: Speed,
@@ -248,7 +250,7 @@ def _wandering(
     watch: Callable[[int], None],
 ) -> Attractor:
     """One change, until the sign of its growth is certain or it took long enough."""
-    way, length = _Way(system, at), system.common_period[0]
+    way, length = _TangentFlow(system, at), system.common_period[0]
     changed = np.full((2, way.angular.size), 1.0)  # which no mode leaves out
     changed[1] *= way.angular
     state = np.concatenate([response.state, changed], axis=1)
@@ -258,8 +260,12 @@ def _wandering(
     while True:
         windows = np.array([part.mean() for part in np.array_split(growth, WINDOWS)])
         exponent, spread = growth.mean(), windows.std(ddof=1) / math.sqrt(WINDOWS)
-        certain = abs(exponent) > max(CLEAR * spread, NEUTRAL * length)
-        if certain or not math.isfinite(exponent) or growth.size * length >= MOST:
+        certain = abs(exponent) > max(MIN_Z * spread, NEUTRAL * length)
+        if (
+            certain
+            or not math.isfinite(exponent)
+            or growth.size * length >= MAX_PERIODS
+        ):
             break
         watch(growth.size)
         growth = np.concatenate([growth, way.carry(state, stretch)[2]])
@@ -268,5 +274,5 @@ def _wandering(
         deflection=deflection[:sections].copy(),
         rate=rate[:sections].copy(),
         exponent=float(exponent / length),
-        spread=float(spread / length),
+        stderr=float(spread / length),
     )

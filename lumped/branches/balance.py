@@ -32,9 +32,9 @@ from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-FEWEST = 96  # pieces of a period of the fastest mesh
+MIN_SAMPLES = 96  # pieces of a period of the fastest mesh
 PER_HARMONIC = 6  # pieces for each harmonic
-MOST_UNKNOWNS = 3000  # whose Jacobian takes a second to factorise
+MAX_UNKNOWNS = 3000  # whose Jacobian takes a second to factorise
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class HarmonicBalance:
     steepness: float | None = None
 
     def __post_init__(self) -> None:
-        if self.system.rubs:
+        if self.system.has_friction:
             raise TrainError("friction must be 0; harmonic balance leaves it out")
         if self.system.contacts is not None:
             raise TrainError("the coupled model is not of springs, see PeriodMap")
@@ -65,10 +65,10 @@ class HarmonicBalance:
                 value = getattr(self, name)
                 raise ValueError(f"{name} must be at least 1, got {value}")
         unknowns = self.shape[0] * self.shape[1]
-        if unknowns > MOST_UNKNOWNS:
+        if unknowns > MAX_UNKNOWNS:
             raise TrainError(
                 f"{self.harmonics} harmonics of a motion of {self.length} periods of "
-                f"the first mesh: {unknowns} unknowns, more than {MOST_UNKNOWNS}; "
+                f"the first mesh: {unknowns} unknowns, more than {MAX_UNKNOWNS}; "
                 "allowed are fewer harmonics, a shorter period or simpler tooth ratios"
             )
 
@@ -84,7 +84,7 @@ class HarmonicBalance:
     @cached_property
     def forces(self) -> SpringForces:
         rate = float(max(self.system.train.mesh_rates))
-        finest = max(FEWEST * rate, PER_HARMONIC * self.harmonics)
+        finest = max(MIN_SAMPLES * rate, PER_HARMONIC * self.harmonics)
         return SpringForces(self.system, self.series, finest, self.steepness)
 
     @property

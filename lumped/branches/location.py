@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.branches.balance import HarmonicBalance
-from lumped.branches.motions import Motions
+from lumped.branches.motions import PeriodicProblem
 from lumped.branches.shooting import ADAPTIVE
 from lumped.continuation.arc_length import NoSolution
 from lumped.steady.steady_state import Diverged, Speed
@@ -26,12 +26,14 @@ Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
 Test = Callable[[Multipliers], float]
 STEPS = 256  # of a period of the fastest mesh, between which it is interpolated
-EXACT = 1e-6  # largest last correction, in scaled unknowns; the next is a thousandth
+NEWTON_TOL = (
+    1e-6  # largest last correction, in scaled unknowns; the next is a thousandth
+)
 NEAR_ENOUGH = 1e-9  # of a secant, whose error is some times this
-FIRST, FAR = 1e-4, 0.2  # to the second point of the secant, and beyond all of them
-SAME = 0.02  # of the parameter's unit, within which a bifurcation is the one meant
+FIRST, MAX_STEP = 1e-4, 0.2  # to the second point of the secant, and beyond all of them
+MAX_SHIFT = 0.02  # of the parameter's unit, within which a bifurcation is the one meant
 DIFFERENCE = 1e-5  # of the parameter's unit
-MOST_CORRECTIONS, MOST_SECANTS = 12, 8
+MAX_CORRECTIONS, MAX_SECANTS = 12, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +43,7 @@ class Shooting:
     size : (2, n) of displacement and velocity
     """
 
-    motions: Motions
+    motions: PeriodicProblem
     size: Array
 
     @property
@@ -93,20 +95,22 @@ class Shooting:
         """The periodic motion on the plane through z across the last row of a matrix,
         whose other rows are the derivative of the change."""
         start = z
-        for _ in range(MOST_CORRECTIONS):
+        for _ in range(MAX_CORRECTIONS):
             try:
                 step = np.linalg.solve(matrix, np.append(self.change(z), 0.0))
             except np.linalg.LinAlgError:
                 break
             z = z - step
-            if not np.abs(z - start).max() < FAR:
+            if not np.abs(z - start).max() < MAX_STEP:
                 break
-            if np.abs(step).max() <= EXACT:
+            if np.abs(step).max() <= NEWTON_TOL:
                 return z
         raise NoSolution("shooting found no periodic motion")
 
 
-def located(motions: Motions, x: Array, value: float, test: Test) -> float:
+def locate_bifurcation(
+    motions: PeriodicProblem, x: Array, value: float, test: Test
+) -> float:
     """The parameter near `value` at which a test of the multipliers is zero.
 
     x : unknowns of harmonic balance there
@@ -128,7 +132,7 @@ def located(motions: Motions, x: Array, value: float, test: Test) -> float:
         return test(np.asarray(multipliers, complex))
 
     found = shooting.value(shooting.onto(start + root(error) * tangent, matrix))
-    if not abs(found - value) <= SAME * shooting.unit:
+    if not abs(found - value) <= MAX_SHIFT * shooting.unit:
         raise NoSolution("shooting found another bifurcation")
     return found
 
@@ -136,11 +140,11 @@ def located(motions: Motions, x: Array, value: float, test: Test) -> float:
 def root(function: Callable[[float], float]) -> float:
     """Root of a function near 0, by secants; raises NoSolution."""
     a, b, before = 0.0, FIRST, function(0.0)
-    for _ in range(MOST_SECANTS):
+    for _ in range(MAX_SECANTS):
         now = function(b)
         slope = (now - before) / (b - a)
         a, b, before = b, b - now / slope, now
-        if not abs(b) < FAR:
+        if not abs(b) < MAX_STEP:
             break
         # a secant's error is of second order
         if abs((b - a) * b) <= NEAR_ENOUGH:

@@ -14,7 +14,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.balance import MOST_UNKNOWNS, HarmonicBalance
+from lumped.branches.balance import MAX_UNKNOWNS, HarmonicBalance
 from lumped.branches.period_map import PeriodMap
 from lumped.train.system import LumpedSystem
 
@@ -36,7 +36,7 @@ class Family(Protocol):
     def is_speed(self) -> bool:
         """Whether the parameter is the mesh frequency."""
 
-    def beside(self, value: float) -> float:
+    def neighbour(self, value: float) -> float:
         """A neighbouring value, which tells what a change of the parameter does."""
 
     def within(self, value: float) -> float:
@@ -50,7 +50,7 @@ class Family(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class OverSpeed:
+class SpeedFamily:
     """One system at all mesh frequencies of its first mesh [Hz]."""
 
     system: LumpedSystem
@@ -58,7 +58,7 @@ class OverSpeed:
     is_speed: ClassVar[bool] = True
     label: ClassVar[str] = "mesh frequency of the first mesh [Hz]"
 
-    def beside(self, value: float) -> float:
+    def neighbour(self, value: float) -> float:
         return value * (1.0 + DIFFERENCE)
 
     def within(self, value: float) -> float:
@@ -72,7 +72,7 @@ class OverSpeed:
 
 
 @dataclass(frozen=True, eq=False)
-class OverFigure:
+class ParameterFamily:
     """Systems in which one figure varies, at one mesh frequency [Hz].
 
     name : of the figure; system_of : the system of a value
@@ -89,7 +89,7 @@ class OverFigure:
     def unit(self) -> float:
         return 0.5 * (self.limits[1] - self.limits[0])
 
-    def beside(self, value: float) -> float:
+    def neighbour(self, value: float) -> float:
         inward = 1.0 if value < sum(self.limits) / 2.0 else -1.0
         return value + inward * DIFFERENCE * self.unit
 
@@ -108,7 +108,7 @@ class OverFigure:
 
 
 @dataclass(frozen=True, eq=False)
-class Motions:
+class PeriodicProblem:
     """The equations of motions that repeat after some common periods of the meshes.
 
     harmonics, multiple, steepness : as of `HarmonicBalance`, which takes unknowns
@@ -139,11 +139,11 @@ class Motions:
         return lru_cache(maxsize=KEPT)(balance)
 
     @cached_property
-    def finer(self) -> Motions:
+    def finer(self) -> PeriodicProblem:
         """These motions with more harmonics, as many as are allowed."""
         balance, _ = self.at(self.family.within(math.inf))
         assert isinstance(balance, HarmonicBalance)
-        most = (MOST_UNKNOWNS // balance.shape[1] - 1) // (2 * balance.length)
+        most = (MAX_UNKNOWNS // balance.shape[1] - 1) // (2 * balance.length)
         finer = max(self.harmonics, min(FINER, most))
         return replace(self, harmonics=finer)
 
@@ -155,7 +155,7 @@ class Motions:
         if self.family.is_speed:
             return errors, by_x, by_frequency
         # solutions and folds do not depend on how exact this is
-        other = self.family.beside(inside)
+        other = self.family.neighbour(inside)
         beside, frequency = self.at(other)
         change = (beside.errors(x, frequency) - errors) / (other - inside)
         # straight on beyond a limit, so that branches pass through it

@@ -14,46 +14,51 @@ from functools import cache, cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.location import located
-from lumped.branches.motions import Family, Motions, PeriodicMotion
+from lumped.branches.location import locate_bifurcation
+from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem
 from lumped.branches.period_map import PeriodMap
 from lumped.branches.points import BranchPoint, branch_point, with_bifurcations
 from lumped.branches.shooting import shoot
 from lumped.common.checks import require_between, require_fields
 from lumped.continuation.arc_length import (
-    STRAIGHT,
-    Branch,
-    Followed,
+    MIN_COSINE,
+    BranchTrace,
+    Continuation,
     NoSolution,
     Point,
-    Steps,
-    both_ways,
+    StepControl,
+    follow_both_ways,
 )
 from lumped.continuation.bifurcations import (
     CROSSING,
     DOUBLING,
     FOLD,
     HALVED,
-    by_multipliers,
+    bifurcation_test,
 )
 from lumped.steady.respond import respond
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steppers import stepper_of
-from lumped.steady.sweep import Direction, Station, settle_in_turn
+from lumped.steady.sweep import Direction, SweepPoint, continue_sweep
 from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
 ASIDE = 0.01  # arc length to the first point of a branch that sets out from another
-FAR = 3.0  # spread of random states, over the static one
+RANDOM_SPREAD = 3.0  # spread of random states, over the static one
 SEAM = 3e-4  # of the parameter's unit, by which branches miss each other at doublings
-NEAR = 1e-3  # of the parameter's unit, for a branch that ends at its parent's doubling
+DOUBLING_TOL = (
+    1e-3  # of the parameter's unit, for a branch that ends at its parent's doubling
+)
 PROBED = 0.25, 0.5, 0.75  # of a branch, where it is asked whether it is known
-CLEAR, SHOTS = 0.002, 4  # of multipliers from the unit circle; points that are tried
+CIRCLE_MARGIN, SHOTS = (
+    0.002,
+    4,
+)  # of multipliers from the unit circle; points that are tried
 KINKED = (
     0.8  # cosine between tangents where a step meets a contact that opens or closes
 )
-SAME = 1e-5  # of the static deflection, for motions that are one
+MOTION_RTOL = 1e-5  # of the static deflection, for motions that are one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +66,7 @@ class BranchSettings:
     """Numerical choices.
 
     harmonics : of the first mesh's frequency
-    step, most_step : first and largest arc length, in which the static deflection and
+    step, max_step : first and largest arc length, in which the static deflection and
         the parameter's unit count one
     points : at most, of a branch
     sweep_points : of the sweeps in which further branches are looked for
@@ -72,7 +77,7 @@ class BranchSettings:
 
     harmonics: int = 20
     step: float = 0.02
-    most_step: float = 0.1
+    max_step: float = 0.1
     points: int = 5000
     sweep_points: int = 41
     period_multiple: int = 2
@@ -82,7 +87,7 @@ class BranchSettings:
     def __post_init__(self) -> None:
         require_between("harmonics", self.harmonics, 1, 200)
         require_between("step", self.step, 0, 1, above=True)
-        require_between("most_step", self.most_step, 0, 10, above=True)
+        require_between("most_step", self.max_step, 0, 10, above=True)
         require_between("points", self.points, 2, 1_000_000)
         require_between("sweep_points", self.sweep_points, 2, 100_000)
         require_between("period_multiple", self.period_multiple, 1, 64)
@@ -190,7 +195,11 @@ class BranchFinder:
             self.report(len(self.found), value)
             system, frequency = self.family.at(value)
             rest, turn = system.static_state[0], 2.0 * math.pi * frequency
-            spread = FAR * np.abs(rest).max() * random.standard_normal((2, rest.size))
+            spread = (
+                RANDOM_SPREAD
+                * np.abs(rest).max()
+                * random.standard_normal((2, rest.size))
+            )
             state = np.stack([rest + spread[0], turn * spread[1]])
             response = respond(system, frequency, state=state)
             at = self.family.words(value)
@@ -207,13 +216,13 @@ class BranchFinder:
         values = np.linspace(*self.limits, self.settings.sweep_points).tolist()
         settings = Settings()
 
-        def station(value: float) -> Station:
+        def station(value: float) -> SweepPoint:
             system, frequency = self.family.at(value)
             self.report(len(self.found), value)
             return stepper_of(system, settings), frequency
 
         passed = values if direction == "up" else values[::-1]
-        responses, _ = settle_in_turn(passed, station, settings)
+        responses, _ = continue_sweep(passed, station, settings)
         yield from zip(passed, responses, strict=False)
 
     def _from_motion(self, value: float, response: Response, origin: str) -> None:
@@ -225,12 +234,12 @@ class BranchFinder:
             start = branch.at(x, value, grows=value < self.limits[1])
         except NoSolution:
             return
-        if repeats_sooner(branch, start) or self._is_known(branch, start):
+        if has_half_period(branch, start) or self._is_known(branch, start):
             return
         inside = self.limits[0] < value < self.limits[1]
         self._follow(branch, start, origin, inside)
 
-    def _is_known(self, branch: Branch[Motions], motion: Point) -> bool:
+    def _is_known(self, branch: Continuation[PeriodicProblem], motion: Point) -> bool:
         """Whether a branch that is found passes through a motion.
 
         It may begin in any of its common periods, or repeat sooner than it seemed to.
@@ -245,7 +254,10 @@ class BranchFinder:
                 x = own.lengthened(near.x, times // found.multiple)
                 for periods in range(times):
                     shifted = balance.delayed(x, periods, frequency)
-                    if np.abs(shifted - motion.x).max() < SAME * branch.steps.size:
+                    if (
+                        np.abs(shifted - motion.x).max()
+                        < MOTION_RTOL * branch.steps.size
+                    ):
                         return True
         return False
 
@@ -279,7 +291,7 @@ class BranchFinder:
     def _ends_at(self, point: BranchPoint, parent: PeriodicBranch) -> bool:
         """Whether a branch of twice the period has come back to its parent there."""
         return any(
-            abs(end.parameter - point.parameter) < NEAR * self.family.unit
+            abs(end.parameter - point.parameter) < DOUBLING_TOL * self.family.unit
             for branch in self.found
             if branch.multiple == 2 * parent.multiple
             for end in (branch.points[0], branch.points[-1])
@@ -289,36 +301,38 @@ class BranchFinder:
         branch, own = (self._branch(n * parent.multiple) for n in (2, 1))
         x = own.problem.at(point.parameter)[0].lengthened(point.x, 2)
         try:
-            start = branch.aside(x, point.parameter, ASIDE)
+            start = branch.branch_switch(x, point.parameter, ASIDE)
         except NoSolution:
             return
-        if repeats_sooner(branch, start) or self._is_known(branch, start):
+        if has_half_period(branch, start) or self._is_known(branch, start):
             return
-        at = self.family.words(point.place)
+        at = self.family.words(point.best_parameter)
         self._follow(branch, start, f"period doubling of branch {number + 1} at {at}")
 
     @cached_property
-    def _branch(self) -> Callable[[int], Branch[Motions]]:
+    def _branch(self) -> Callable[[int], Continuation[PeriodicProblem]]:
         """Branches of motions that repeat after so many common periods."""
         return cache(self._new_branch)
 
-    def _new_branch(self, multiple: int) -> Branch[Motions]:
+    def _new_branch(self, multiple: int) -> Continuation[PeriodicProblem]:
         settings = self.settings
-        motions = Motions(self.family, settings.harmonics, multiple, settings.steepness)
+        motions = PeriodicProblem(
+            self.family, settings.harmonics, multiple, settings.steepness
+        )
         balance, _ = motions.at(self.limits[1])
-        steps = Steps(
+        steps = StepControl(
             size=balance.size,
             unit=self.family.unit,
             first=settings.step,
-            most=settings.most_step,
+            most=settings.max_step,
             count=settings.points,
-            straight=KINKED if isinstance(balance, PeriodMap) else STRAIGHT,
+            straight=KINKED if isinstance(balance, PeriodMap) else MIN_COSINE,
         )
-        return Branch(motions, steps)
+        return Continuation(motions, steps)
 
     def _follow(
         self,
-        branch: Branch[Motions],
+        branch: Continuation[PeriodicProblem],
         start: Point,
         origin: str,
         inside: bool = False,
@@ -332,7 +346,7 @@ class BranchFinder:
             return
         motions = branch.problem
         one_way = partial(self._one_way, branch)
-        followed = both_ways(start, one_way) if inside else one_way(start)
+        followed = follow_both_ways(start, one_way) if inside else one_way(start)
         points = tuple(
             located_point(motions, point)
             for point in with_bifurcations(branch, followed)
@@ -340,14 +354,14 @@ class BranchFinder:
         found = PeriodicBranch(
             motions.multiple, points, origin, followed.reason, followed.closed
         )
-        if self._is_seen(branch, points):
+        if self._is_duplicate(branch, points):
             return
-        points = tuple(self._without_seam(motions.multiple, points))
+        points = tuple(self._drop_doubling_artefacts(motions.multiple, points))
         found = replace(found, points=points, error=_error(motions, points))
         self.keep(found)
         self.found.append(found)
 
-    def _without_seam(
+    def _drop_doubling_artefacts(
         self, multiple: int, points: tuple[BranchPoint, ...]
     ) -> Iterator[BranchPoint]:
         """Points without folds and crossings where half their period doubles.
@@ -368,8 +382,8 @@ class BranchFinder:
             seam = near and point.kind in (FOLD, CROSSING)
             yield replace(point, kind="") if seam else point
 
-    def _is_seen(
-        self, branch: Branch[Motions], points: tuple[BranchPoint, ...]
+    def _is_duplicate(
+        self, branch: Continuation[PeriodicProblem], points: tuple[BranchPoint, ...]
     ) -> bool:
         """Whether a branch that is found passes through most of some points."""
         probes = [points[round(part * (len(points) - 1))] for part in PROBED]
@@ -379,7 +393,9 @@ class BranchFinder:
             known += self._is_known(branch, motion)
         return 2 * known > len(probes)
 
-    def _one_way(self, branch: Branch[Motions], start: Point) -> Followed:
+    def _one_way(
+        self, branch: Continuation[PeriodicProblem], start: Point
+    ) -> BranchTrace:
         motions, number = branch.problem, len(self.found)
         followed = branch.follow(
             start,
@@ -392,25 +408,32 @@ class BranchFinder:
         return _cut_at_its_end(branch, followed)
 
 
-def located_point(motions: Motions, point: BranchPoint) -> BranchPoint:
+def located_point(motions: PeriodicProblem, point: BranchPoint) -> BranchPoint:
     """A bifurcation with its place by shooting, where that finds it."""
-    test = by_multipliers(point.kind)
+    test = bifurcation_test(point.kind)
     balance, _ = motions.at(point.parameter)
     integrable = motions.steepness is None and balance.system.contacts is None
     if test is None or not integrable:
         return point
     try:
-        return replace(point, located=located(motions, point.x, point.parameter, test))
+        return replace(
+            point,
+            refined_parameter=locate_bifurcation(
+                motions, point.x, point.parameter, test
+            ),
+        )
     except ArithmeticError:
         return point
 
 
-def _error(motions: Motions, points: tuple[BranchPoint, ...]) -> float:
+def _error(motions: PeriodicProblem, points: tuple[BranchPoint, ...]) -> float:
     """Relative error of the RMS of the largest motion that shooting finds; NaN if none.
 
     Next to a bifurcation there is a motion beside it, which shooting may find instead.
     """
-    clear = [p for p in points if np.abs(np.abs(p.multipliers) - 1.0).min() > CLEAR]
+    clear = [
+        p for p in points if np.abs(np.abs(p.multipliers) - 1.0).min() > CIRCLE_MARGIN
+    ]
     for point in sorted(clear, key=lambda p: -p.figures["dte_rms"].max())[:SHOTS]:
         balance, frequency = motions.at(point.parameter)
         try:
@@ -421,7 +444,7 @@ def _error(motions: Motions, points: tuple[BranchPoint, ...]) -> float:
     return math.nan
 
 
-def _halves(motions: Motions, before: Point, after: Point) -> str:
+def _halves(motions: PeriodicProblem, before: Point, after: Point) -> str:
     """Why a branch ends between points: its motions repeat in half their period."""
     if motions.multiple % 2:
         return ""
@@ -429,13 +452,13 @@ def _halves(motions: Motions, before: Point, after: Point) -> str:
     return HALVED if crosses else ""
 
 
-def odd_part(motions: Motions, point: Point) -> Array:
+def odd_part(motions: PeriodicProblem, point: Point) -> Array:
     """What motions of half the period do not have."""
     balance, frequency = motions.at(point.parameter)
     return balance.odd_part(point.x, frequency)
 
 
-def repeats_sooner(branch: Branch[Motions], point: Point) -> bool:
+def has_half_period(branch: Continuation[PeriodicProblem], point: Point) -> bool:
     """Whether a motion of an even multiple repeats after half of its period."""
     motions = branch.problem
     if motions.multiple % 2:
@@ -444,7 +467,9 @@ def repeats_sooner(branch: Branch[Motions], point: Point) -> bool:
     return size < 0.3 * ASIDE * branch.steps.size
 
 
-def _cut_at_its_end(branch: Branch[Motions], followed: Followed) -> Followed:
+def _cut_at_its_end(
+    branch: Continuation[PeriodicProblem], followed: BranchTrace
+) -> BranchTrace:
     """The last point where motions of half the period are reached."""
     motions, (*_, before, after) = branch.problem, followed.points
     towards = odd_part(motions, before)

@@ -15,15 +15,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.motions import Motions
-from lumped.continuation.arc_length import Branch, Followed, Point
+from lumped.branches.motions import PeriodicProblem
+from lumped.continuation.arc_length import BranchTrace, Continuation, Point
 from lumped.continuation.bifurcations import (
     CROSSING,
     DOUBLING,
     FOLD,
     TORUS,
     Multipliers,
-    beyond,
+    multiplier_test,
     pair_modulus,
 )
 
@@ -42,11 +42,11 @@ class BranchPoint:
 
     parameter : of its branch; frequency : of the first mesh [Hz]
     multipliers : Floquet's (2 n,); figures (m,) each as of a sweep's response
-    upright : whether the branch stands upright, as that of a train that loses no
+    vertical : whether the branch stands upright, as that of a train that loses no
         contact and has every amplitude at one parameter; such motions neither grow nor
         fade, and are not counted as stable
     kind : of KINDS where it is a bifurcation, else empty
-    located : parameter of a bifurcation by shooting, NaN where that did not find it
+    refined_parameter : of a bifurcation by shooting, NaN where that did not find it
     """
 
     parameter: float
@@ -54,14 +54,18 @@ class BranchPoint:
     x: Array
     multipliers: Multipliers
     figures: dict[str, Array]
-    upright: bool = False
+    vertical: bool = False
     kind: str = ""
-    located: float = math.nan
+    refined_parameter: float = math.nan
 
     @property
-    def place(self) -> float:
+    def best_parameter(self) -> float:
         """Parameter as near as it is known."""
-        return self.parameter if math.isnan(self.located) else self.located
+        return (
+            self.parameter
+            if math.isnan(self.refined_parameter)
+            else self.refined_parameter
+        )
 
     @property
     def largest(self) -> float:
@@ -70,11 +74,11 @@ class BranchPoint:
 
     @property
     def stable(self) -> bool:
-        return self.largest < 1.0 and not self.upright
+        return self.largest < 1.0 and not self.vertical
 
 
 def with_bifurcations(
-    branch: Branch[Motions], followed: Followed
+    branch: Continuation[PeriodicProblem], followed: BranchTrace
 ) -> Iterator[BranchPoint]:
     """The points of a branch, and between them those where something changes."""
     motions, unit = branch.problem, branch.steps.unit
@@ -97,7 +101,7 @@ def with_bifurcations(
 
 
 def _with_points_between(
-    branch: Branch[Motions], points: Sequence[Point]
+    branch: Continuation[PeriodicProblem], points: Sequence[Point]
 ) -> Iterator[tuple[Point, BranchPoint]]:
     """Points, and more of them where two period doublings could be between."""
     motions = branch.problem
@@ -124,7 +128,7 @@ def _may_double(one: BranchPoint, two: BranchPoint, unit: float) -> bool:
     return bool(apart > FINE and nearest < apart * TURN)
 
 
-def branch_point(motions: Motions, point: Point) -> BranchPoint:
+def branch_point(motions: PeriodicProblem, point: Point) -> BranchPoint:
     figures = motions.figures(point.x, point.parameter)
     multipliers = _multipliers(motions, point)
     _, frequency = motions.at(point.parameter)
@@ -134,24 +138,27 @@ def branch_point(motions: Motions, point: Point) -> BranchPoint:
     )
 
 
-def _multipliers(motions: Motions, point: Point) -> Multipliers:
+def _multipliers(motions: PeriodicProblem, point: Point) -> Multipliers:
     transfer = motions.monodromy(point.x, point.parameter)
     return np.asarray(np.linalg.eigvals(transfer), complex)
 
 
 def _tests(
-    motions: Motions,
+    motions: PeriodicProblem,
     before: tuple[Point, BranchPoint],
     after: tuple[Point, BranchPoint],
 ) -> Iterator[tuple[str, Test]]:
     """What changes between two points, and the function whose sign tells."""
     (a, one), (b, two) = before, after
-    upright = one.upright or two.upright
+    upright = one.vertical or two.vertical
     turns = a.along * b.along < 0.0
     if turns and not upright:
         yield FOLD, lambda point: point.along
     for kind, at in ((DOUBLING, -1.0), (CROSSING, 1.0)):
-        crosses = beyond(one.multipliers, at) * beyond(two.multipliers, at) < 0.0
+        crosses = (
+            multiplier_test(one.multipliers, at) * multiplier_test(two.multipliers, at)
+            < 0.0
+        )
         if crosses and not (kind == CROSSING and (turns or upright)):
             yield kind, partial(_beyond_at, motions, at)
     pairs = pair_modulus(one.multipliers), pair_modulus(two.multipliers)
@@ -159,5 +166,5 @@ def _tests(
         yield TORUS, lambda point: pair_modulus(_multipliers(motions, point)) - 1.0
 
 
-def _beyond_at(motions: Motions, at: float, point: Point) -> float:
-    return beyond(_multipliers(motions, point), at)
+def _beyond_at(motions: PeriodicProblem, at: float, point: Point) -> float:
+    return multiplier_test(_multipliers(motions, point), at)

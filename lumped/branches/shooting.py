@@ -21,8 +21,8 @@ from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import stepper_of
 
 Array = NDArray[np.float64]
-EXACT = 1e-7  # largest last correction, of the state's size
-MOST_CORRECTIONS = 20
+NEWTON_TOL = 1e-7  # largest last correction, of the state's size
+MAX_CORRECTIONS = 20
 ADAPTIVE = Settings(method="dopri5", accuracy=1e-11)
 FIXED = Settings(steps=512)  # of the coupled model
 
@@ -51,13 +51,13 @@ def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
     state = balance.state(x, frequency)
     change = balance.monodromy(x, frequency) - np.eye(state.size)
     size = np.abs(state).max(axis=1, keepdims=True)
-    for _ in range(MOST_CORRECTIONS):
+    for _ in range(MAX_CORRECTIONS):
         try:
             end, history = stepper.record(state, at, balance.multiple)
             step = np.linalg.solve(change, (end - state).ravel()).reshape(state.shape)
         except (Diverged, np.linalg.LinAlgError):
             break
-        if np.abs(step / size).max() <= EXACT:
+        if np.abs(step / size).max() <= NEWTON_TOL:
             return Shot(state, measures(history))
         state = state - step
     raise NoSolution("shooting found no periodic motion")
@@ -65,13 +65,13 @@ def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
 
 def _shoot_finer(motion: PeriodMap, x: Array, frequency: float) -> Shot:
     """The motion near unknowns x by steps of its own."""
-    for _ in range(MOST_CORRECTIONS):
+    for _ in range(MAX_CORRECTIONS):
         try:
             errors, jacobian, _ = motion.equations(x, frequency)
             step = np.linalg.solve(jacobian, errors)
         except (Diverged, np.linalg.LinAlgError):
             break
         x = x - step
-        if np.abs(step).max() <= EXACT * motion.size:
+        if np.abs(step).max() <= NEWTON_TOL * motion.size:
             return Shot(motion.state(x, frequency), motion.figures(x, frequency))
     raise NoSolution("shooting found no periodic motion")

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from lumped.branches.series import SampledSeries, Series
 from lumped.kernels.arrays import (
     ContactPieces,
+    FourierOrbit,
     ModalSystem,
-    Orbit,
     Pieces,
     QuadratureGrid,
 )
@@ -138,7 +138,7 @@ class SpringForces:
             return self._smooth_pieces(x, self.steepness)
         from lumped.kernels import orbit as kernel
 
-        orbit = Orbit(
+        orbit = FourierOrbit(
             np.ascontiguousarray(x),
             float(self.series.length),
             self.sampled.values(x),

@@ -7,19 +7,19 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.clatter.groups import Group
-from lumped.clatter.runs import State, move
+from lumped.clatter.groups import WheelGroup
+from lumped.clatter.runs import State, simulate
 
 Array = NDArray[np.float64]
 NEIGHBOUR = 1e-7  # distance at which a neighbour is held, relative to the plays
 MET = 1e-5  # part of this distance that remains from round-off
 WINDOW = 10  # impacts next to each other in time that are no neighbours (Theiler 1986)
-MOST_POINTS = 4000
-LEAST_POINTS = 1000
+MAX_POINTS = 4000
+MIN_POINTS = 1000
 UNSURE = 0.5  # error of a dimension above which there is no scaling
 
 
-def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
+def lyapunov_exponent(group: WheelGroup, start: State, periods: int) -> float:
     """Largest Lyapunov exponent [1/s], from a neighbour that is held close.
 
     The distance is measured at every period in plays and in speeds per period, relative
@@ -37,7 +37,7 @@ def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
     total, first = 0.0, round(start.time)
     for number in range(1, periods + 1):
         for each in (state, other):
-            for _ in move(group, each, (first + number) * period):
+            for _ in simulate(group, each, (first + number) * period):
                 pass
         apart = _coordinates(group, other) - _coordinates(group, state)
         size = float(np.linalg.norm(apart / scale))
@@ -52,7 +52,7 @@ def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
     return total / (periods * period)
 
 
-def _coordinates(group: Group, state: State) -> Array:
+def _coordinates(group: WheelGroup, state: State) -> Array:
     """Plays and their speeds, without the contribution of the excitation."""
     rows = group.rows
     return np.concatenate([rows @ state.q, rows @ state.v])
@@ -68,9 +68,9 @@ def correlation_dimension(phase: Array, speed: Array) -> tuple[float, float]:
     """
     from scipy.spatial import cKDTree
 
-    phase, speed = phase[-MOST_POINTS:], speed[-MOST_POINTS:]
+    phase, speed = phase[-MAX_POINTS:], speed[-MAX_POINTS:]
     count = len(phase)
-    if count < LEAST_POINTS or not np.ptp(speed) > 0.0:
+    if count < MIN_POINTS or not np.ptp(speed) > 0.0:
         return math.nan, math.nan
     angle, height = 2.0 * math.pi * phase, speed / np.std(speed)
     points = np.column_stack([np.cos(angle), np.sin(angle), height])

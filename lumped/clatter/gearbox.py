@@ -149,7 +149,7 @@ class Freedom:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wheel:
+class LooseWheel:
     """Loose wheel; SI units, angles in radians.
 
     driver : loose wheel that drives it; if absent, the input does
@@ -198,7 +198,7 @@ class Gearbox:
     """Loose wheels and their excitation."""
 
     excitation: Excitation
-    wheels: tuple[Wheel, ...]
+    wheels: tuple[LooseWheel, ...]
 
     def __post_init__(self) -> None:
         if not self.wheels:
@@ -215,7 +215,7 @@ class Gearbox:
             seen.append(wheel.name)
 
     @property
-    def groups(self) -> list[tuple[Wheel, ...]]:
+    def groups(self) -> list[tuple[LooseWheel, ...]]:
         """Groups of wheels that mesh with each other, independent of all others."""
         roots: dict[str, str] = {}
         for wheel in self.wheels:

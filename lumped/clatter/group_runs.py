@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.clatter.chaos import lyapunov_exponent
-from lumped.clatter.gearbox import TEETH, Wheel
-from lumped.clatter.groups import Group
+from lumped.clatter.gearbox import TEETH, LooseWheel
+from lumped.clatter.groups import WheelGroup
 from lumped.clatter.maps import MapName, follow_map, map_exponent, require_mapped
-from lumped.clatter.runs import CHUNK, Impacts, State, joined, move
+from lumped.clatter.runs import CHUNK, Impacts, State, joined, simulate
 
 Array = NDArray[np.float64]
 MapKind = Literal["event", "implicit", "fermi"]
 PERIODS = 1000  # most periods, or impacts of a map, over which an exponent is measured
-LEAST_PERIODS = 100
+MIN_PERIODS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class GroupRun:
         just left there
     """
 
-    group: Group
+    group: WheelGroup
     impacts: Impacts
     seconds: float
     end: State
@@ -47,10 +47,10 @@ class GroupRun:
             last = self.last_edge
             return "impact", map_exponent(self.group, kind, self.end, last, PERIODS)
         periods = int(self.seconds / self.group.excitation.period)
-        count = min(max(periods, LEAST_PERIODS), PERIODS)
+        count = min(max(periods, MIN_PERIODS), PERIODS)
         return "s", lyapunov_exponent(self.group, self.end, count)
 
-    def teeth(self, wheel: Wheel) -> tuple[Array, Array, Array]:
+    def teeth(self, wheel: LooseWheel) -> tuple[Array, Array, Array]:
         """Phases in periods, speeds and edges of impacts of a wheel's teeth."""
         plays = [(each.name, play) for each, play in self.group.plays]
         own = self.impacts.play == plays.index((wheel.name, TEETH))
@@ -59,7 +59,7 @@ class GroupRun:
 
 
 def run_events(
-    group: Group,
+    group: WheelGroup,
     state: State,
     seconds: float,
     most: int,
@@ -73,7 +73,7 @@ def run_events(
     passed : function called after each part with it and the number of impacts so far
     """
     parts, count = list(before), sum(map(len, before))
-    parts_to_come = move(group, state, seconds, min(CHUNK, most))
+    parts_to_come = simulate(group, state, seconds, min(CHUNK, most))
     while count < most and (part := next(parts_to_come, None)) is not None:
         parts.append(part)
         count += len(part)
@@ -87,7 +87,7 @@ def run_events(
 
 
 def run_map(
-    group: Group, name: MapName, state: State, seconds: float, most: int
+    group: WheelGroup, name: MapName, state: State, seconds: float, most: int
 ) -> GroupRun:
     """Compute impacts of one wheel by a map, after a first impact by events.
 
@@ -112,9 +112,9 @@ def run_map(
     return GroupRun(group, cut, lasts, state, int(found.edge[-1]))
 
 
-def _first_of_teeth(group: Group, state: State, seconds: float) -> Impacts:
+def _first_of_teeth(group: WheelGroup, state: State, seconds: float) -> Impacts:
     """First impact of teeth by events; the state is advanced to it."""
-    for part in move(group, state, seconds, most=0):
+    for part in simulate(group, state, seconds, most=0):
         if part.play[:1] == 0:  # in the order of the group, teeth come first
             return _first(part, 1)
     raise ValueError(f"has teeth that do not meet in {seconds:g} s")
@@ -124,6 +124,6 @@ def _first(impacts: Impacts, count: int) -> Impacts:
     return Impacts(*(values[:count] for values in vars(impacts).values()))
 
 
-def repeats(exponent: float) -> bool:
+def is_superstable(exponent: float) -> bool:
     """Whether a wheel in contact loses the memory of its initial state."""
     return exponent == -math.inf

@@ -14,11 +14,11 @@ from lumped.clatter.gearbox import (
     TEETH,
     Excitation,
     Freedom,
+    LooseWheel,
     SpeedSignal,
     Variation,
-    Wheel,
 )
-from lumped.clatter.kernels.arrays import Box
+from lumped.clatter.kernels.arrays import GroupArrays
 from lumped.rattle.kernels.flight import CLOSE
 
 Array = NDArray[np.float64]
@@ -29,18 +29,18 @@ SERIES = 0.5  # largest rate times a step in sustained contact, see TERMS
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class WheelGroup:
     """Wheels that depend on each other, in the form that the kernels take.
 
     plays : wheel and name of each play, in the order of the coordinates
     """
 
-    wheels: tuple[Wheel, ...]
+    wheels: tuple[LooseWheel, ...]
     excitation: Excitation
     tolerance: float = CLOSE
 
     @cached_property
-    def plays(self) -> list[tuple[Wheel, str]]:
+    def plays(self) -> list[tuple[LooseWheel, str]]:
         return [(wheel, name) for wheel in self.wheels for name in wheel.freedoms]
 
     @property
@@ -91,7 +91,7 @@ class Group:
         return width
 
     @cached_property
-    def box(self) -> Box:
+    def box(self) -> GroupArrays:
         freedoms, period, masses = self.freedoms, self.excitation.period, self.masses
         varying = [each is not None for each in self.variations]
         # a play whose width varies counts as two: its upper edge and its lower one
@@ -111,10 +111,12 @@ class Group:
         fastest = max(fastest, fading.max())
         restitution = np.array([each.restitution for each in freedoms])
         near = CLOSED * float(np.finfo(float).eps) * _reach(self)
-        return Box(
-            push=np.array([each.drag for each in freedoms]) / masses * period**2,
-            fading=fading,
-            yielding=1.0 / masses,
+        return GroupArrays(
+            drag_acceleration=np.array([each.drag for each in freedoms])
+            / masses
+            * period**2,
+            damping_rate=fading,
+            inverse_mass=1.0 / masses,
             rows=self.rows[number],
             ratios=ratios,
             low=np.where(upper, -BEYOND, -1.0) * play,
@@ -125,7 +127,7 @@ class Group:
             own_cosine=own_cosine,
             own_sine=own_sine,
             wall=np.where(teeth, -1, number),
-            turning=number,
+            roundoff_coordinate=number,
             orders=orders,
             cosines=cosines,
             sines=sines,
@@ -133,14 +135,14 @@ class Group:
             jerk=np.abs(ratios) * jerk + own_size * own_turn**3,
             snap=np.abs(ratios) * snap + own_size * own_turn**4,
             rest=_resting(self, float(np.max(own_size * own_turn**2)), near),
-            most_hits=_most_hits(restitution),
+            max_impacts=_max_impacts(restitution),
             tolerance=self.tolerance,
             longest=SERIES / fastest if fastest > 0.0 else math.inf,
         )
 
 
 def _own_waves(
-    group: Group, number: NDArray[np.intp], lower: NDArray[np.bool_]
+    group: WheelGroup, number: NDArray[np.intp], lower: NDArray[np.bool_]
 ) -> tuple[Array, Array, Array]:
     """Orders, cosines and sines of the waves of lower edges, by play."""
     waves, variations = np.zeros((3, number.size)), group.variations
@@ -152,7 +154,7 @@ def _own_waves(
     return waves[0], waves[1], waves[2]
 
 
-def _reach(group: Group) -> float:
+def _reach(group: WheelGroup) -> float:
     """Largest displacement of teeth [m]; the plays of a row of wheels add up."""
     times = np.linspace(0.0, group.excitation.period, 1001)
     e = float(np.abs(group.excitation.at(times)).max())
@@ -167,7 +169,7 @@ def _reach(group: Group) -> float:
     return max(most.values())
 
 
-def _resting(group: Group, own_bend: float, near: float) -> float:
+def _resting(group: WheelGroup, own_bend: float, near: float) -> float:
     """Speed below which contacts no longer bounce [m per period].
 
     A gap that counts as closed contains energy: contacts at rest must be slower than a
@@ -183,7 +185,7 @@ def _resting(group: Group, own_bend: float, near: float) -> float:
     return RESTING * math.sqrt(2.0 * (pull + own_bend) * near) + near
 
 
-def _most_hits(restitution: Array) -> int:
+def _max_impacts(restitution: Array) -> int:
     """Number of simultaneous impacts after which 1e-7 of a speed remains.
 
     The sequences considered are finite. Alternating impacts of two contacts i, k

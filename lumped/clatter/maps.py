@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.clatter.gearbox import RADIAL, TEETH, Harmonics
-from lumped.clatter.groups import Group
+from lumped.clatter.groups import WheelGroup
 from lumped.clatter.kernels import maps as kernel
 from lumped.clatter.runs import Impacts, State
 
@@ -19,7 +19,7 @@ SETTLE = 100  # impacts before an exponent is measured
 MapName = Literal["implicit", "fermi"]
 
 
-def require_mapped(group: Group) -> None:
+def require_mapped(group: WheelGroup) -> None:
     """Raise ValueError for a wheel whose impacts do not form a map of their own."""
     names = [name for _, name in group.plays]
     wheel = group.wheels[0]
@@ -36,7 +36,7 @@ def require_mapped(group: Group) -> None:
 
 
 def follow_map(
-    group: Group, name: MapName, state: State, edge: int, count: int
+    group: WheelGroup, name: MapName, state: State, edge: int, count: int
 ) -> Impacts:
     """Compute impacts of teeth after one at an edge that a state has just left.
 
@@ -58,7 +58,7 @@ def follow_map(
 
 
 def map_exponent(
-    group: Group, name: MapName, state: State, edge: int, count: int
+    group: WheelGroup, name: MapName, state: State, edge: int, count: int
 ) -> float:
     """Largest Lyapunov exponent of a map per impact, over a number of impacts.
 
@@ -90,7 +90,9 @@ def map_exponent(
     return total / count
 
 
-def _advance(group: Group, name: MapName, state: State, edge: int, count: int) -> Array:
+def _advance(
+    group: WheelGroup, name: MapName, state: State, edge: int, count: int
+) -> Array:
     """Rows of the kernels for the impacts that exist; the state is advanced."""
     follow = kernel.follow_implicit if name == "implicit" else kernel.follow_fermi
     out = np.zeros((count, 4))

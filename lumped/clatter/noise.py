@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.clatter.groups import Group
+from lumped.clatter.groups import WheelGroup
 from lumped.clatter.runs import Impacts
 
 
@@ -27,7 +27,7 @@ class PlayNoise:
     fastest: float
 
 
-def noise_of(group: Group, impacts: Impacts, seconds: float) -> list[PlayNoise]:
+def noise_of(group: WheelGroup, impacts: Impacts, seconds: float) -> list[PlayNoise]:
     """Noise of each play of a group, over a time [s]."""
     found = []
     for number, (wheel, name) in enumerate(group.plays):

@@ -9,9 +9,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.clatter.groups import Group
+from lumped.clatter.groups import WheelGroup
 from lumped.clatter.kernels import events
-from lumped.clatter.kernels.arrays import RECORD, Box, work_for
+from lumped.clatter.kernels.arrays import RECORD, GroupArrays, work_for
 from lumped.clatter.kernels.contact import TERMS
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ class State:
 
     clock : (2,) whole periods and the fraction of one
     q, v : (n,) coordinates and velocities
-    held : (p,) edge of each play in sustained contact, otherwise 0, as in `Box`
+    held : (p,) edge of each play in sustained contact, otherwise 0, as in `GroupArrays`
     """
 
     clock: Array
@@ -45,18 +45,18 @@ class State:
         return State(*(each.copy() for each in vars(self).values()))
 
 
-def middle(group: Group) -> State:
+def centred_state(group: WheelGroup) -> State:
     """State in the middle of every play, at rest."""
     return _placed(group, np.full(len(group.plays), 0.5))
 
 
-def scattered(group: Group, seed: int) -> State:
+def random_state(group: WheelGroup, seed: int) -> State:
     """State at rest at random positions in the plays."""
     random = np.random.default_rng(seed)
     return _placed(group, random.uniform(0.05, 0.95, len(group.plays)))
 
 
-def _placed(group: Group, parts: Array) -> State:
+def _placed(group: WheelGroup, parts: Array) -> State:
     """State at rest, at fractions of the plays from their lower edges."""
     n, start = len(group.plays), np.zeros(1)
     e = float(group.excitation.at(start)[0])
@@ -89,8 +89,8 @@ class Impacts:
         return len(self.time)
 
 
-def move(
-    group: Group, state: State, until: float, most: int = CHUNK
+def simulate(
+    group: WheelGroup, state: State, until: float, most: int = CHUNK
 ) -> Iterator[Impacts]:
     """Compute impacts until a time [s] in parts; the state is advanced with them.
 
@@ -114,10 +114,10 @@ def move(
         yield _impacts(records[:taken], box, period)
 
 
-def _impacts(records: Array, box: Box, period: float) -> Impacts:
+def _impacts(records: Array, box: GroupArrays, period: float) -> Impacts:
     return Impacts(
         (records[:, 0] + records[:, 1]) * period,
-        box.turning[records[:, 2].astype(np.int64)],
+        box.roundoff_coordinate[records[:, 2].astype(np.int64)],
         records[:, 3].astype(np.int64),
         records[:, 4] / period,
         records[:, 5] / period,
@@ -130,7 +130,7 @@ def joined(parts: list[Impacts]) -> Impacts:
     return Impacts(*(np.concatenate([getattr(p, n) for p in parts]) for n in names))
 
 
-def energy(group: Group, state: State) -> float:
+def energy(group: WheelGroup, state: State) -> float:
     """Kinetic energy [J]."""
     speeds = state.v / group.excitation.period
     return float(0.5 * np.sum(group.masses * speeds**2))

@@ -28,7 +28,9 @@ from lumped.closed_forms.separation import (
 
 Array = NDArray[np.float64]
 REAL = 1e-7  # a root is real if its imaginary over absolute value is below this
-SAME = 1e-9  # two roots are one if they differ by less than this part of the detuning
+ROOT_RTOL = (
+    1e-9  # two roots are one if they differ by less than this part of the detuning
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +119,7 @@ def _real_roots(polynomial: Array) -> list[float]:
     roots = np.roots(polynomial)
     scale = np.abs(roots).max(initial=1e-300)
     real = np.sort(roots[np.abs(roots.imag) <= REAL * scale].real)
-    return [float(x) for x in real[np.diff(real, prepend=-np.inf) > SAME * scale]]
+    return [float(x) for x in real[np.diff(real, prepend=-np.inf) > ROOT_RTOL * scale]]
 
 
 def _vibration(
@@ -137,7 +139,7 @@ def _vibration(
         turn = u / u.conjugate()
     # the eigenvalues of the linearised condition have the sum -2 zeta w_r
     slope = 0.5 * lost_stiffness_slope(resonance, amplitude)
-    stable = abs(d - slope) > abs(p - slope * turn) * (1.0 + SAME)
+    stable = abs(d - slope) > abs(p - slope * turn) * (1.0 + ROOT_RTOL)
     return SteadyVibration(
         frequency=resonance.at * (1.0 - 0.5 * (x + lost)),
         amplitude=amplitude,

@@ -27,7 +27,7 @@ from lumped.train.system import LumpedSystem
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 HARMONICS = 16  # number of harmonics of the mesh frequency that are included
-LEAST_DAMPING = 1e-9  # least damping ratio; below it peaks are not meaningful
+MIN_DAMPING = 1e-9  # least damping ratio; below it peaks are not meaningful
 ROUND_OFF = 1e-12  # round-off of the harmonics over the largest amplitude
 
 
@@ -82,9 +82,9 @@ class ParametricSystem:
             values = np.array([float(value) for value in getattr(self, name)])
             if not ((values > 0.0) & np.isfinite(values)).all():
                 raise ValueError(f"{name} must be positive, got {values}")
-        if not LEAST_DAMPING <= self.damping_ratio < 1.0:
+        if not MIN_DAMPING <= self.damping_ratio < 1.0:
             raise ValueError(
-                f"damping_ratio must be {LEAST_DAMPING:g} to below 1, got "
+                f"damping_ratio must be {MIN_DAMPING:g} to below 1, got "
                 f"{self.damping_ratio:g}"
             )
 
@@ -127,7 +127,7 @@ def parametric_system(
     """
     if system.contacts is not None:
         raise ValueError("contacts must be None, models 1 to 3, got the coupled model")
-    if system.rubs:
+    if system.has_friction:
         raise ValueError("friction must be 0; these closed forms leave it out")
     if harmonics < 1:
         raise ValueError(f"harmonics must be 1 or more, got {harmonics}")

@@ -48,7 +48,7 @@ class Stop(Protocol):
     def is_set(self) -> bool: ...
 
 
-class Never:
+class NeverStop:
     """Event that is never set, for tasks of other processes."""
 
     def is_set(self) -> bool:
@@ -114,11 +114,11 @@ def in_threads(
     """
     found = dict[str, Arrays]()
 
-    def take(name: str, arrays: Arrays) -> None:
+    def store_result(name: str, arrays: Arrays) -> None:
         found[name] = arrays
         report(len(found), len(parts))
 
-    run_tasks(parts.items(), take, threading.Event())
+    run_tasks(parts.items(), store_result, threading.Event())
     return found
 
 

@@ -18,18 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-MOST_CORRECTIONS = 12
-FEW, MANY = 2, 5  # corrections after which steps grow or shrink
+MAX_CORRECTIONS = 12
+GROW_UP_TO, SHRINK_FROM = 2, 5  # corrections after which steps grow or shrink
 GROWTH, SHRINKAGE = 1.5, 0.4
-STRAIGHT = 0.95  # least cosine between tangents one step apart
-HOME = 0.6  # steps within which a branch has come back to where it began
-EXACT = 1e-6  # largest last correction, of the solution: the error is its square
+MIN_COSINE = 0.95  # least cosine between tangents one step apart
+CLOSURE_STEPS = 0.6  # steps within which a branch has come back to where it began
+NEWTON_TOL = 1e-6  # largest last correction, of the solution: the error is its square
 NEAR_ENOUGH = 1e-8  # of the arc between two points, where something is located
 LARGE = 5.0  # solution's size beyond which steps grow with it
 LARGEST = 1000.0  # solution's size at which a branch is given up
 
 
-class Equations(Protocol):
+class ParametricEquations(Protocol):
     """What a branch solves."""
 
     def equations(self, x: Array, parameter: float) -> tuple[Array, Array, Array]:
@@ -38,7 +38,7 @@ class Equations(Protocol):
 
 
 @dataclass(frozen=True)
-class Steps:
+class StepControl:
     """Arc lengths, in units of the solution's size and the parameter's.
 
     size : of x; unit : of the parameter
@@ -53,7 +53,7 @@ class Steps:
     most: float = 0.1
     least: float = 1e-6
     count: int = 5000
-    straight: float = STRAIGHT
+    straight: float = MIN_COSINE
     regular: bool = False
 
 
@@ -72,7 +72,7 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class BranchTrace:
     """Points in their order, and why no more came: a sentence."""
 
     points: tuple[Point, ...]
@@ -80,7 +80,9 @@ class Followed:
     closed: bool = False
 
 
-def both_ways(start: Point, one_way: Callable[[Point], Followed]) -> Followed:
+def follow_both_ways(
+    start: Point, one_way: Callable[[Point], BranchTrace]
+) -> BranchTrace:
     """A branch followed from a point along its tangent and, unless it closes, against
     it.
 
@@ -92,13 +94,13 @@ def both_ways(start: Point, one_way: Callable[[Point], Followed]) -> Followed:
     return joined(one_way(replace(start, tangent=-start.tangent)), onward)
 
 
-def joined(back: Followed, onward: Followed) -> Followed:
+def joined(back: BranchTrace, onward: BranchTrace) -> BranchTrace:
     """One branch of two that were followed from one point in opposite directions."""
     turned = [replace(point, tangent=-point.tangent) for point in back.points[1:]]
     reason = onward.reason
     if back.reason != reason:
         reason = f"{reason}; at its other end {back.reason}"
-    return Followed((*reversed(turned), *onward.points), reason)
+    return BranchTrace((*reversed(turned), *onward.points), reason)
 
 
 class NoSolution(ArithmeticError):
@@ -115,15 +117,15 @@ class Solution(Protocol):
     def parameter(self) -> float: ...
 
 
-P = TypeVar("P", bound=Equations)
+P = TypeVar("P", bound=ParametricEquations)
 
 
 @dataclass(frozen=True, eq=False)
-class Branch(Generic[P]):
+class Continuation(Generic[P]):
     """Solutions of equations in scaled unknowns z = (x / size, parameter / unit)."""
 
     problem: P
-    steps: Steps
+    steps: StepControl
 
     def scaled(self, x: Array, parameter: float) -> Array:
         return np.append(x / self.steps.size, parameter / self.steps.unit)
@@ -144,7 +146,7 @@ class Branch(Generic[P]):
         Raises NoSolution.
         """
         start, z = z, z.copy()
-        for number in range(1, MOST_CORRECTIONS + 1):
+        for number in range(1, MAX_CORRECTIONS + 1):
             errors, matrix = self._linear(z)
             whole = np.vstack([matrix, row])
             right = np.append(errors, row @ (z - start))
@@ -155,7 +157,7 @@ class Branch(Generic[P]):
             z = z - step
             if not np.isfinite(z).all() or np.linalg.norm(z - start) > allowed:
                 break
-            if np.abs(step).max() <= EXACT:
+            if np.abs(step).max() <= NEWTON_TOL:
                 return self._point(z, self._tangent(matrix, row)), number
         raise NoSolution("Newton's method found no solution")
 
@@ -188,7 +190,7 @@ class Branch(Generic[P]):
             with suppress(NoSolution):
                 yield self.at(one.x + part * (two.x - one.x), parameter)
 
-    def aside(self, x: Array, parameter: float, length: float) -> Point:
+    def branch_switch(self, x: Array, parameter: float, length: float) -> Point:
         """The first point of a branch that crosses this one, at a distance from x along
         the null vector of the equations, its tangent leading away.
 
@@ -208,7 +210,7 @@ class Branch(Generic[P]):
         limits: tuple[float, float],
         ends: Callable[[Point, Point], str] = lambda before, after: "",
         watch: Callable[[float], None] = lambda parameter: None,
-    ) -> Followed:
+    ) -> BranchTrace:
         """From a point along its tangent until the parameter leaves its limits.
 
         The last point is on the limit. A branch that comes back to its start is closed.
@@ -232,7 +234,7 @@ class Branch(Generic[P]):
                 if steps.regular and self._side(point) != self._side(here):
                     turn = min(turn, 0.0)
             except ArithmeticError:
-                corrections, turn, ends_here = MANY + 1, -1.0, False
+                corrections, turn, ends_here = SHRINK_FROM + 1, -1.0, False
             if turn < steps.straight and length > steps.least:
                 length = max(SHRINKAGE * length, steps.least)
                 continue
@@ -255,14 +257,16 @@ class Branch(Generic[P]):
             points.append(point)
             watch(point.parameter)
             if reason_now := ends(here, point):
-                return Followed(tuple(points), reason_now)
-            if self._is_home(points, length):
-                return Followed((*points[:-1], start), "the branch closed", closed=True)
-            factor = GROWTH if corrections <= FEW else 1.0
-            factor = SHRINKAGE if corrections >= MANY else factor
+                return BranchTrace(tuple(points), reason_now)
+            if self._is_closed(points, length):
+                return BranchTrace(
+                    (*points[:-1], start), "the branch closed", closed=True
+                )
+            factor = GROWTH if corrections <= GROW_UP_TO else 1.0
+            factor = SHRINKAGE if corrections >= SHRINK_FROM else factor
             most = steps.most * max(1.0, self._size(point) / LARGE)
             length = min(factor * length, most)
-        return Followed(tuple(points), reason)
+        return BranchTrace(tuple(points), reason)
 
     def _side(self, point: Point) -> float:
         """Sign of the determinant of the equations and the tangent, which changes
@@ -282,13 +286,13 @@ class Branch(Generic[P]):
         x = before.x + part * (after.x - before.x)
         return self.at(x, limit, after.parameter > before.parameter)
 
-    def _is_home(self, points: list[Point], length: float) -> bool:
+    def _is_closed(self, points: list[Point], length: float) -> bool:
         if len(points) < 8:
             return False
         first, last = points[0], points[-1]
         apart = self.scaled(last.x - first.x, last.parameter - first.parameter)
-        near = np.linalg.norm(apart) < HOME * length
-        return bool(near and first.tangent @ last.tangent > STRAIGHT)
+        near = np.linalg.norm(apart) < CLOSURE_STEPS * length
+        return bool(near and first.tangent @ last.tangent > MIN_COSINE)
 
     def middle(self, before: Point, after: Point) -> Point:
         """The point of the arc between two, half way; raises NoSolution."""

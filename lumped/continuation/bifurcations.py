@@ -32,7 +32,7 @@ class HasStability(Protocol):
 P = TypeVar("P", bound=HasStability)
 
 
-def stretches(points: Sequence[P]) -> Iterator[tuple[bool, list[P]]]:
+def stability_segments(points: Sequence[P]) -> Iterator[tuple[bool, list[P]]]:
     """Stretches of equal stability; each goes on to the first point of the next."""
     last: list[P] = []
     for stable, group in groupby(points, lambda point: point.stable):
@@ -41,17 +41,17 @@ def stretches(points: Sequence[P]) -> Iterator[tuple[bool, list[P]]]:
         last = own[-1:]
 
 
-def beyond(multipliers: Multipliers, at: float) -> float:
+def multiplier_test(multipliers: Multipliers, at: float) -> float:
     """Changes its sign where a real multiplier passes through 1 or -1."""
     return float(np.prod(multipliers * at - 1.0).real)
 
 
-def by_multipliers(kind: str) -> Callable[[Multipliers], float] | None:
+def bifurcation_test(kind: str) -> Callable[[Multipliers], float] | None:
     """A function of multipliers that is zero in bifurcations of a kind, and around them
     not; None of crossings, around which another branch is as near."""
     tests: dict[str, Callable[[Multipliers], float]] = {
-        FOLD: partial(beyond, at=1.0),
-        DOUBLING: partial(beyond, at=-1.0),
+        FOLD: partial(multiplier_test, at=1.0),
+        DOUBLING: partial(multiplier_test, at=-1.0),
         TORUS: lambda multipliers: pair_modulus(multipliers) - 1.0,
     }
     return tests.get(kind)

@@ -9,7 +9,7 @@ import numpy as np
 
 from lumped.branches.periodic import PeriodicBranch
 from lumped.branches.points import KINDS, BranchPoint
-from lumped.continuation.bifurcations import stretches
+from lumped.continuation.bifurcations import stability_segments
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def draw_branches(
 
 
 def _draw_branch(axes: Axes, branch: PeriodicBranch, m: int, color: str) -> None:
-    for stable, points in stretches(branch.points):
+    for stable, points in stability_segments(branch.points):
         axes.plot(*_curve(points, m), color=color, ls="-" if stable else "--", lw=1.3)
     for point in branch.bifurcations:
         axes.plot(*_curve([point], m), MARKERS[point.kind], color=color, ms=4)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.clatter.gearbox import TEETH, Wheel
-from lumped.clatter.groups import Group
-from lumped.clatter.runs import State, move
+from lumped.clatter.gearbox import TEETH, LooseWheel
+from lumped.clatter.groups import WheelGroup
+from lumped.clatter.runs import State, simulate
 from lumped.figures.drawing import color_of, draw_title, panels
 
 if TYPE_CHECKING:
@@ -23,20 +23,20 @@ LABELS = {
 }
 
 
-def sample_plays(group: Group, start: State, times: Array) -> Array:
+def sample_plays(group: WheelGroup, start: State, times: Array) -> Array:
     """Plays (t, p) of a group at increasing times [s] from a start [m]."""
     state, rows, ratios = start.copy(), group.rows, group.ratios
     found = np.empty((times.size, ratios.size))
     waves = group.excitation.at(times)
     for number, time in enumerate(times):
-        for _ in move(group, state, float(time)):
+        for _ in simulate(group, state, float(time)):
             pass
         found[number] = ratios * waves[number] + rows @ state.q
     return found
 
 
 def draw_motion(
-    group: Group, wheel: Wheel, start: State, times: Array, title: str
+    group: WheelGroup, wheel: LooseWheel, start: State, times: Array, title: str
 ) -> Figure:
     """Plot every play of a wheel over time, between its edges."""
     own = [i for i, (each, _) in enumerate(group.plays) if each is wheel]

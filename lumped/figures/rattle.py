@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumped.figures.drawing import draw_legend, draw_title, panels
 from lumped.rattle.attractors import CHAOTIC, QUIET
-from lumped.rattle.basins import Basins
+from lumped.rattle.basins import BasinMap
 from lumped.rattle.machine import Machine
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lumped.rattle.manifolds import PlaneCurve
-    from lumped.rattle.noise import Noise
+    from lumped.rattle.noise import NoiseSample
 
 NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, undecided
 OTHERS = "#707070"
@@ -30,8 +30,11 @@ STICKING = re.compile(r"sticking\((\d+|irregular)\)(?: (\w))?")
 GOLDEN = 0.6180339887498949  # part of a turn of the hue from one itinerary to the next
 TONES = (0.45, 1.0), (1.0, 0.9), (0.55, 0.65), (0.95, 0.5)  # saturation and value
 AT_REST = 0.7, 0.42  # saturation and value of motions that come to rest
-MOST_NAMED = 12
-APART, MOST_AWAY = 0.2, 50  # least distance of colours, and most steps to reach it
+MAX_NAMED = 12
+LABEL_DISTANCE, MAX_OUTSIDE = (
+    0.2,
+    50,
+)  # least distance of colours, and most steps to reach it
 # colours of curves alone, and over basins
 CURVES = ("black", "tab:orange", "tab:red", "tab:blue", "tab:green", "tab:purple")
 CURVES_OVER = ("white", "black", "yellow", "magenta", "lime", "cyan", "orange")
@@ -67,7 +70,7 @@ def _number(turns: int, upper: int, lower: int) -> int:
     return one * (one + 1) * (one + 2) // 6 + two * (two + 1) // 2 + lower
 
 
-def colors_of(basins: Basins) -> list[Color]:
+def colors_of(basins: BasinMap) -> list[Color]:
     """Colours of the attractors by itinerary, shifted as far as necessary to differ
     from those of larger basins; the smallest of many share one."""
     from matplotlib.colors import to_rgb
@@ -76,30 +79,35 @@ def colors_of(basins: Basins) -> list[Color]:
     taken: list[Color] = [to_rgb(GREY), to_rgb(OTHERS)]
     for number in _largest(basins):
         name = basins.attractors[number].name
-        choices = (color_of_motion(name, away) for away in range(MOST_AWAY))
+        choices = (color_of_motion(name, away) for away in range(MAX_OUTSIDE))
         first = color_of_motion(name)
         colors[number] = next(
-            (c for c in choices if min(math.dist(c, t) for t in taken) > APART), first
+            (
+                c
+                for c in choices
+                if min(math.dist(c, t) for t in taken) > LABEL_DISTANCE
+            ),
+            first,
         )
         taken.append(colors[number])
     return colors
 
 
-def _largest(basins: Basins) -> list[int]:
+def _largest(basins: BasinMap) -> list[int]:
     """Indices of the attractors that are named, those with large basins first."""
     order = np.argsort(-basins.fractions, kind="stable")
-    return [int(number) for number in order[:MOST_NAMED]]
+    return [int(number) for number in order[:MAX_NAMED]]
 
 
-def draw_basins(basins: Basins, name: str) -> Figure:
+def draw_basins(basins: BasinMap, name: str) -> Figure:
     """Plot the attractors of departures from the upper flank over time and speed."""
     figure, ((axes,),) = panels(1, size=(8.0, 7.0))
     draw_legend(figure, _show_basins(axes, basins), 4)
-    draw_title(figure, f"{name}: {words_of(basins.machine)}")
+    draw_title(figure, f"{name}: {axis_labels(basins.machine)}")
     return figure
 
 
-def _show_basins(axes: Axes, basins: Basins) -> list[Any]:
+def _show_basins(axes: Axes, basins: BasinMap) -> list[Any]:
     """Draw basins and return the handles of a legend."""
     from matplotlib.colors import to_rgb
     from matplotlib.patches import Patch
@@ -144,7 +152,7 @@ def draw_curves(
     marks: Sequence[tuple[float, float]],
     velocity: tuple[float, float],
     title: str,
-    basins: Basins | None = None,
+    basins: BasinMap | None = None,
 ) -> Figure:
     """Plot curves by their labels, over basins if given.
 
@@ -177,7 +185,7 @@ def _open(curve: PlaneCurve) -> NDArray[np.float64]:
     return np.insert(curve.points, around, np.nan, axis=0)
 
 
-def draw_noise(noise: Noise, title: str) -> Figure:
+def draw_noise(noise: NoiseSample, title: str) -> Figure:
     """Plot the fraction of the runs below a noise level, and their motions."""
     figure, ((axes,),) = panels(1, size=(8.0, 5.0))
     order = np.argsort(noise.level, kind="stable")
@@ -197,12 +205,12 @@ def draw_noise(noise: Noise, title: str) -> Figure:
     if not order.size:
         words = "no attractor identified"
         axes.text(0.5, 0.5, words, ha="center", transform=axes.transAxes)
-    draw_legend(figure, axes.get_legend_handles_labels()[0][:MOST_NAMED], 4)
+    draw_legend(figure, axes.get_legend_handles_labels()[0][:MAX_NAMED], 4)
     draw_title(figure, title)
     return figure
 
 
-def words_of(machine: Machine, *without: str) -> str:
+def axis_labels(machine: Machine, *without: str) -> str:
     """Description of a machine for a title.
 
     without : parameters that vary

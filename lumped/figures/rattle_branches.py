@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.continuation.bifurcations import DOUBLING, FOLD, stretches
+from lumped.continuation.bifurcations import DOUBLING, FOLD, stability_segments
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 from lumped.rattle.branches import GRAZING, OrbitBranch
 from lumped.rattle.curves import GRAZING_FOLD, BifurcationCurve
@@ -41,7 +41,7 @@ def draw_orbit_branches(
     names = list(dict.fromkeys(branch.itinerary.name for branch in branches))
     for branch in branches:
         color = color_of(names.index(branch.itinerary.name))
-        for stable, points in stretches(branch.points):
+        for stable, points in stability_segments(branch.points):
             values = [point.parameter for point in points]
             speeds = [[speed for _, speed in point.departures] for point in points]
             style = "-" if stable else "--"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lumped.figures.drawing import COLORS, draw_legend, draw_title, panels
-from lumped.stability.intervals import Column
+from lumped.stability.intervals import StabilityScan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,7 @@ OTHERS, GREY = "others", "0.6"  # label and colour of combinations other than th
 
 def draw_chart(
     values: Sequence[float],
-    columns: Sequence[Column],
+    columns: Sequence[StabilityScan],
     speeds: tuple[float, float],
     label: str,
     title: str,
@@ -63,7 +63,7 @@ def draw_chart(
 def _fill(
     axes: Axes,
     values: Sequence[float],
-    columns: Sequence[Column],
+    columns: Sequence[StabilityScan],
     kind: str,
     color: str,
 ) -> Any:
@@ -91,7 +91,7 @@ def _fill(
 
 
 def _draw_expected(
-    axes: Axes, values: Sequence[float], columns: Sequence[Column]
+    axes: Axes, values: Sequence[float], columns: Sequence[StabilityScan]
 ) -> list[Any]:
     pairs = [
         (each.name, value, each.low, each.high)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 SHOWN_HARMONICS = 6  # harmonics of a mesh that are drawn over speed
 FAINT = 1e-4  # part of a mesh's largest amplitude below which lines are left out
-MOST_RAYS = 40  # largest multiple of the mesh frequency that is drawn
+MAX_RAYS = 40  # largest multiple of the mesh frequency that is drawn
 REST = 1e-12  # m, scale of amplitudes without vibration
 ABOVE = 1.15  # multiple of the highest natural frequency up to which lines are drawn
 COLUMNS = (
@@ -104,7 +104,9 @@ def spectra_over_speed(
     for response in branch.responses:
         if response.status == Status.DIVERGED:
             continue
-        spans = response.multiple or max(1, settings.multiples // branch.system.rounds)
+        spans = response.multiple or max(
+            1, settings.multiples // branch.system.repetitions
+        )
         at = Speed(response.frequency, settings)
         _, history = stepper.record(response.state, at, spans)
         periods = spans * branch.system.common_period[0]
@@ -178,7 +180,7 @@ def _draw_rays(
 ) -> None:
     """Draw multiples of a mesh's frequency, as far as they are in the plot."""
     low, high = min(speeds), max(speeds)
-    for order in range(1, min(MOST_RAYS, int(highest / (rate * low))) + 1):
+    for order in range(1, min(MAX_RAYS, int(highest / (rate * low))) + 1):
         end = min(high, highest / (order * rate))
         ray = order * rate * low, order * rate * end
         axes.plot((low, end), ray, color="0.8", lw=0.7, zorder=1)

@@ -47,7 +47,7 @@ class ModalSystem(NamedTuple):
     first_pair: Array
 
 
-class Samples(NamedTuple):
+class ExcitationSamples(NamedTuple):
     """Steps of a common period and the excitation on them.
 
     h (s,) step sizes; stiffness, gap (s, 3, p) at start, middle and end of each
@@ -122,8 +122,8 @@ class Convergence(NamedTuple):
     noise (m,) what the integrator adds to the deflection in a period [m]
     scale (m,) range of deflection that distances are relative to [m]
     counts (3,) common periods passed, the multiple that was found, how often in a row
-    at_once : whether sections that are the same but for round-off need no confirmation,
-        as after a long common period
+    accept_immediately : whether sections that are the same but for round-off need no
+        confirmation, as after a long common period
     """
 
     sections: Array
@@ -131,10 +131,10 @@ class Convergence(NamedTuple):
     angular: Array
     tolerance: float
     limits: Array
-    noise: Array
+    error_bound: Array
     scale: Array
     counts: Array
-    at_once: bool
+    accept_immediately: bool
 
     @property
     def period(self) -> int:
@@ -203,7 +203,7 @@ class Contacts(NamedTuple):
     sliding: Array
     arms: Array
     knots: Array
-    law: Array
+    load_curve: Array
     normal_compliance: Array
     tangential_compliance: Array
     errors: Array
@@ -223,10 +223,10 @@ class Position(NamedTuple):
     gap: Array
 
 
-class ContactProblem(NamedTuple):
+class PenetrationProblem(NamedTuple):
     """The equations for the penetrations of the n first `chosen` contacts, of all c.
 
-    knots, law : as in Contacts; place, part : as in Position; mesh_of : (c,)
+    knots, load_curve : as in Contacts; place, part : as in Position; mesh_of : (c,)
     reversed : (c,) whether a contact slides against its nominal direction
     free : (c,) penetrations without contact forces [m]; start : (c,) first guess
     cell : (c,) of the law where the last penetration was looked up
@@ -235,7 +235,7 @@ class ContactProblem(NamedTuple):
     """
 
     knots: Array
-    law: Array
+    load_curve: Array
     place: Array
     part: Array
     mesh_of: Array
@@ -340,9 +340,9 @@ class CoupledSteps(NamedTuple):
     penetration: Array
     ratio: Array
     load: Array
-    goes_on: Array
+    continues: Array
     force: Array
-    problem: ContactProblem
+    problem: PenetrationProblem
 
 
 class CoupledMotion(NamedTuple):
@@ -406,7 +406,7 @@ class QuadratureGrid(NamedTuple):
     gap: Array
 
 
-class Orbit(NamedTuple):
+class FourierOrbit(NamedTuple):
     """A periodic motion as Fourier series of the mesh deflections.
 
     series (2 h + 1, m) mean, then h cosines and h sines [m]

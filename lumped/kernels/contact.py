@@ -16,18 +16,18 @@ import math
 import numpy as np
 
 from lumped.common.compiled import allocating, compiled_part, inlined
-from lumped.kernels.arrays import ContactProblem, Position
+from lumped.kernels.arrays import PenetrationProblem, Position
 from lumped.kernels.elimination import eliminate
 
-MOST_ROUNDS = 60
+MAX_ITERATIONS = 60
 CONVERGED, NOT_CONVERGED = 0, 1
 X, LOADS, SLOPES, ERRORS, BEFORE, STEP = range(6)  # rows of Newton's method
 ON_GRID = 1e-6  # of a cell within which a position is on the grid
 LAST = 1e-7  # of the law's reach: a step after which no other is needed,
 SMALL = 2e-6  # or of the penetration: what is left is of the order of its square
-EXACT = 1e-11  # of the law's reach, of penetrations
+PENETRATION_RTOL = 1e-11  # of the law's reach, of penetrations
 STICKING = 5e-3  # m/s: a slower reversal of sliding does not reverse the friction
-NEAR = 0.05  # of the law's reach: contacts so little apart are solved for
+PROXIMITY = 0.05  # of the law's reach: contacts so little apart are solved for
 
 
 @inlined
@@ -126,7 +126,7 @@ def set_reversed(contacts, rotation, where, reversed_):
 def contact_problem(contacts, mesh_of, where):
     """The equations for meshes at `where`; what changes in a step is not set yet."""
     count = mesh_of.size
-    return ContactProblem(
+    return PenetrationProblem(
         *(contacts.knots, contacts.law, where.place, where.part, mesh_of),
         *(np.zeros(count, np.int64), np.empty(count), np.zeros(count)),
         *(np.zeros(count, np.int64), np.empty(count, np.int64)),
@@ -138,7 +138,7 @@ def contact_problem(contacts, mesh_of, where):
 @inlined
 def may_touch(problem, c, penetration):
     """Whether a contact touches or is so little apart that it may; so does NaN."""
-    return not penetration < -NEAR * problem.knots[problem.mesh_of[c], -1]
+    return not penetration < -PROXIMITY * problem.knots[problem.mesh_of[c], -1]
 
 
 @inlined
@@ -213,8 +213,8 @@ def solve_penetrations(problem, n):
     for i in range(n):
         newton[X, i] = problem.start[problem.chosen[i]]
     error = set_errors(problem, n)
-    for _ in range(MOST_ROUNDS):
-        if error <= EXACT * scale:
+    for _ in range(MAX_ITERATIONS):
+        if error <= PENETRATION_RTOL * scale:
             return CONVERGED
         if not error < math.inf:
             return NOT_CONVERGED
@@ -233,4 +233,4 @@ def solve_penetrations(problem, n):
             if error < before:
                 break
             length *= 0.5
-    return CONVERGED if error <= 1e3 * EXACT * scale else NOT_CONVERGED
+    return CONVERGED if error <= 1e3 * PENETRATION_RTOL * scale else NOT_CONVERGED

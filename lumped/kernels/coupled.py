@@ -27,13 +27,22 @@ from lumped.kernels.contact import (
     may_touch,
     solve_penetrations,
 )
+from lumped.kernels.convergence import (
+    FINISHED,
+    NOT_FINITE,
+    begin_period,
+    bounded,
+    close_section,
+    set_error_bound,
+    widen,
+)
 from lumped.kernels.coupled_changes import (
     advance_changes,
     begin_changes,
     get_changes,
     new_changes,
+    normalise_perturbations,
     set_changes,
-    shrink,
 )
 from lumped.kernels.coupled_variables import (
     SLOTS,
@@ -41,15 +50,6 @@ from lumped.kernels.coupled_variables import (
     dot,
     get_variables,
     set_variables,
-)
-from lumped.kernels.settling import (
-    FINISHED,
-    NOT_FINITE,
-    begin_period,
-    bounded,
-    close_section,
-    set_round_off,
-    widen,
 )
 
 STARTS = 4  # rounds after which the forces before the start are known
@@ -294,7 +294,7 @@ def extrapolate_changes(force, part):
 
 @inlined
 def record_row(system, steps, i, motion, v, out):
-    """The meshes (6 + 2 k, m) at node i, see `lumped.kernels.law.record`.
+    """The meshes (6 + 2 k, m) at node i, see `lumped.kernels.mesh_force.record`.
 
     Forces pass through every instant smoothly. The rate is that of the coordinates.
     After those rows come loads and penetrations of each mesh's contacts, k at most.
@@ -370,7 +370,7 @@ def settle_motion(system, steps, limit, state, check, most):
         get_state(steps, motion, q, v)
         if not bounded(q, v, limit):
             return NOT_FINITE, 1.0, False
-        set_round_off(check, count)
+        set_error_bound(check, count)
         if close_section(check, q, v):
             return FINISHED, 0.0, True
     remember(steps, motion)
@@ -448,7 +448,7 @@ def carry_motion(system, steps, limit, state, angular, sections, growth):
                 get_changes(steps, changes, state)
                 if not bounded(q[own], v[own], limit):
                     return NOT_FINITE, period
-                growth[period] += shrink(changes, state, angular)
+                growth[period] += normalise_perturbations(changes, state, angular)
     get_state(steps, motion, q[own], v[own])
     get_changes(steps, changes, state)
     return FINISHED, growth.size

@@ -191,7 +191,7 @@ def advance_changes(steps, i, near, motion, changes):
 
 
 @compiled_part
-def shrink(changes, state, angular):
+def normalise_perturbations(changes, state, angular):
     """Bring changes back to length 1 together; logarithm of their length before."""
     n, square = angular.size, 0.0
     for i in range(n, state.shape[1]):

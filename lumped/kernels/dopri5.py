@@ -20,8 +20,7 @@ import numpy as np
 
 from lumped.common.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.arrays import OFFSET, PITCH, AdaptiveWork
-from lumped.kernels.law import record, record_before
-from lumped.kernels.settling import (
+from lumped.kernels.convergence import (
     FINISHED,
     NOT_FINITE,
     begin_period,
@@ -29,7 +28,8 @@ from lumped.kernels.settling import (
     close_section,
     widen,
 )
-from lumped.kernels.waves import position, set_excitation, set_pitch, value_at
+from lumped.kernels.excitation import position, set_excitation, set_pitch, value_at
+from lumped.kernels.mesh_force import record, record_before
 
 C = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 A = np.array(
@@ -69,9 +69,9 @@ DENSE[:, 3] = [
 ]
 CHECKS = 4  # points of a step at which contacts are compared
 SHORTEST = 1e-11  # periods
-MOST_STEPS = 10_000_000  # per period; beyond it a run counts as lost
-EXACT = 1e-13  # periods within which a contact change is located
-SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of a new step
+MAX_STEPS = 10_000_000  # per period; beyond it a run counts as lost
+EVENT_TOL_PERIODS = 1e-13  # periods within which a contact change is located
+SAFETY, MIN_STEP_RATIO, MAX_STEP_RATIO = 0.9, 0.2, 5.0  # of a new step
 
 
 @compiled_part
@@ -130,7 +130,7 @@ def try_step(system, excitation, frequency, work, time, h, y):
 
 
 @inlined
-def take(end, y):
+def accept_step(end, y):
     """The state at the end of a step (2, n) becomes that at the next one's start."""
     for j in range(2):
         for i in range(y.shape[1]):
@@ -191,7 +191,7 @@ def first_change(system, excitation, work, time, side):
 
 
 @compiled_part
-def change_within(system, excitation, frequency, work, time, h, y):
+def locate_contact_change(system, excitation, frequency, work, time, h, y):
     """Part of the step at which the first pair changes its contact, and the pair.
 
     (2.0, -1) if none does. Looks at CHECKS points and bisects before the first one
@@ -210,7 +210,7 @@ def change_within(system, excitation, frequency, work, time, h, y):
     changed = -1
     while True:
         middle = 0.5 * (low + high)
-        done = (high - low) * h <= EXACT or middle <= low or middle >= high
+        done = (high - low) * h <= EVENT_TOL_PERIODS or middle <= low or middle >= high
         at = high if done else middle
         set_between(work.slopes, y, step, at, work.probe)
         found = first_change(system, excitation, work, time + at * h, -1)
@@ -234,7 +234,7 @@ def advance(system, excitation, rules, work, y, span, grid, out):
     contact, stiffness, gap, s = work.contact, work.stiffness, work.gap, work.deflection
     time, end = span
     stop, row, h, fresh, total = 0, 0, 1.0 / 64.0, True, 0.0
-    left = MOST_STEPS * (1.0 + end - time)
+    left = MAX_STEPS * (1.0 + end - time)
     while time < end:
         left -= 1.0
         if left < 0.0:
@@ -255,16 +255,16 @@ def advance(system, excitation, rules, work, y, span, grid, out):
         size = max(energy_norm(system, y), energy_norm(system, work.end))
         scale = rules.accuracy * (rules.size + size)
         if not error <= scale and h_now > SHORTEST:
-            h = h_now * max(LEAST, SAFETY * (scale / error) ** 0.2)
+            h = h_now * max(MIN_STEP_RATIO, SAFETY * (scale / error) ** 0.2)
             if not error < math.inf:
-                h = LEAST * h_now
+                h = MIN_STEP_RATIO * h_now
                 if h < SHORTEST:
                     return NOT_FINITE, time, total
             continue
-        part, changed = change_within(
+        part, changed = locate_contact_change(
             system, excitation, frequency, work, time, h_now, y
         )
-        h = h_now * min(MOST, SAFETY * (scale / max(error, 1e-300)) ** 0.2)
+        h = h_now * min(MAX_STEP_RATIO, SAFETY * (scale / max(error, 1e-300)) ** 0.2)
         h = max(h, SHORTEST)
         if changed >= 0 and part < 1.0:
             h_now = max(part * h_now, SHORTEST)
@@ -276,11 +276,11 @@ def advance(system, excitation, rules, work, y, span, grid, out):
             record_row(system, excitation, work, grid[row], out[row])
             set_pitch(excitation, time, 1)
             row += 1
-        take(work.end, y)
+        accept_step(work.end, y)
         total += error
         time = until if last else time + h_now
         if changed >= 0:
-            flip(system, excitation, work, changed, y, time)
+            switch_contact(system, excitation, work, changed, y, time)
         fresh = last
         if not bounded(y[0], y[1], rules.limit):
             return NOT_FINITE, time, total
@@ -308,7 +308,7 @@ def set_contacts(system, excitation, work, y, time):
 
 
 @compiled_part
-def flip(system, excitation, work, p, y, time):
+def switch_contact(system, excitation, work, p, y, time):
     """The state that pair p enters: from the nearer of its two borders."""
     backlash, contact = system.backlash[excitation.mesh_of[p]], work.contact
     if contact[p] == 0:
@@ -319,7 +319,7 @@ def flip(system, excitation, work, p, y, time):
 
 
 @inlined
-def set_noise(system, error, noise):
+def set_error_bound(system, error, noise):
     """Deflection of each mesh (m,) [m] that an error in the energy norm may mean."""
     rigidity, shapes = system.rigidity, system.shapes
     for m in range(noise.size):
@@ -380,7 +380,7 @@ def settle_dopri5(system, excitation, rules, rounds, state, check, most):
             error += part
             if status != FINISHED:
                 return NOT_FINITE, (number + time / length) / count, False
-        set_noise(system, error, check.noise)
+        set_error_bound(system, error, check.noise)
         if close_section(check, state[0], state[1]):
             return FINISHED, 0.0, True
     return FINISHED, 0.0, False

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from lumped.common.compiled import inlined
-from lumped.kernels.law import (
+from lumped.kernels.mesh_force import (
     pair_force,
     record,
     record_before,
@@ -101,7 +101,7 @@ def set_friction_acceleration(system, samples, instant, q, v, a, s):
 
 @inlined
 def record_friction(system, samples, k, q, v, out):
-    """The meshes (6 + 3 k, m) at the start of step k, see `lumped.kernels.law.record`.
+    """The meshes (6 + 3 k, m) at the start of step k, see `mesh_force.record`.
 
     After those rows come normal force [N], sliding speed [m/s] and power taken [W] of
     each mesh's pairs, k at most; all are 0 where teeth are apart.

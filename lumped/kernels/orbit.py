@@ -18,9 +18,9 @@ import numpy as np
 from lumped.common.compiled import compiled, inlined
 from lumped.kernels.arrays import OFFSET
 from lumped.kernels.elimination import eliminate
-from lumped.kernels.law import pair_force, pair_slope
+from lumped.kernels.excitation import position, set_excitation, set_pitch, value_at
+from lumped.kernels.mesh_force import pair_force, pair_slope
 from lumped.kernels.rk4 import rk4_step
-from lumped.kernels.waves import position, set_excitation, set_pitch, value_at
 
 # Gauss's points and weights of order 6 on (0, 1); collocation there, Hairer, Norsett
 # and Wanner, Solving Ordinary Differential Equations II, table IV.5.2
@@ -35,9 +35,9 @@ STAGES = np.array(
     ]
 )
 CHECKS = np.array([0.0, POINTS[0], 0.5, POINTS[2], 1.0])  # of a piece
-MOST_CUTS = 32  # of a piece
-EXACT = 1e-13  # periods within which a contact change is located
-MOST_HALVINGS = 100
+MAX_CUTS = 32  # of a piece
+EVENT_TOL_PERIODS = 1e-13  # periods within which a contact change is located
+MAX_HALVINGS = 100
 
 
 @inlined
@@ -70,8 +70,8 @@ def find_cut(orbit, p, shift, low, high, a, b):
         take the place of the next, that is the limit from below.
     """
     m, side = orbit.waves.mesh_of[p], 0
-    for _ in range(MOST_HALVINGS):
-        if high - low <= EXACT or a == b:
+    for _ in range(MAX_HALVINGS):
+        if high - low <= EVENT_TOL_PERIODS or a == b:
             break
         time = (low * b - high * a) / (b - a)
         value = overlap(orbit, p, m, shift, time)
@@ -168,12 +168,12 @@ def set_pieces(system, orbit, grid, pieces):
     0 where there are more of them than room.
     """
     count, pairs = 0, grid.gap.shape[2]
-    cuts, s = np.empty(MOST_CUTS + 1), np.empty(system.backlash.size)
+    cuts, s = np.empty(MAX_CUTS + 1), np.empty(system.backlash.size)
     room = np.empty(pairs), np.empty(pairs), s
     for i in range(grid.edges.size - 1):
         start, end = grid.edges[i], grid.edges[i + 1]
         set_pitch(orbit.waves, 0.5 * (start + end), 1)
-        found = set_cuts(system, orbit, grid, i, cuts[:MOST_CUTS])
+        found = set_cuts(system, orbit, grid, i, cuts[:MAX_CUTS])
         if count + found >= pieces.start.size:
             return 0
         cuts[found] = end

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 
 from lumped.common.compiled import chosen_by_record, compiled, inlined
-from lumped.kernels.arrays import FrictionSamples, Samples, VariedSteps
-from lumped.kernels.friction import record_friction, set_friction_acceleration
-from lumped.kernels.law import record, record_before, set_spring_acceleration
-from lumped.kernels.settling import (
+from lumped.kernels.arrays import ExcitationSamples, FrictionSamples, VariedSteps
+from lumped.kernels.convergence import (
     FINISHED,
     NOT_FINITE,
     begin_period,
     bounded,
     close_section,
-    set_round_off,
+    set_error_bound,
     widen,
 )
-from lumped.kernels.tangent import rescale, set_varied_acceleration
+from lumped.kernels.friction import record_friction, set_friction_acceleration
+from lumped.kernels.mesh_force import record, record_before, set_spring_acceleration
+from lumped.kernels.tangent import normalise_perturbations, set_varied_acceleration
 
 RESCALED = 64  # steps after which small changes are brought back to length 1
 
@@ -51,7 +51,7 @@ def set_acceleration(system, steps, instant, q, v, a, s):
 
 
 def record_row(system, steps, k, q, v, out):
-    """The meshes (6, m) at the start of step k; see `lumped.kernels.law.record`."""
+    """The meshes (6, m) at the start of step k; see `mesh_force.record`."""
     chosen: Any = record_springs
     if isinstance(steps, FrictionSamples):
         chosen = record_friction
@@ -61,7 +61,7 @@ def record_row(system, steps, k, q, v, out):
 chosen_by_record(
     set_acceleration,
     {
-        Samples: set_spring_acceleration,
+        ExcitationSamples: set_spring_acceleration,
         FrictionSamples: set_friction_acceleration,
         VariedSteps: set_varied_acceleration,
     },
@@ -69,7 +69,7 @@ chosen_by_record(
 chosen_by_record(
     record_row,
     {
-        Samples: record_springs,
+        ExcitationSamples: record_springs,
         FrictionSamples: record_friction,
     },
 )
@@ -151,7 +151,7 @@ def settle_motion(system, samples, limit, state, check, most):
             widen(check.limits, s)
             if not bounded(q, v, limit):
                 return NOT_FINITE, (k + 1) / steps, False
-        set_round_off(check, steps)
+        set_error_bound(check, steps)
         if close_section(check, q, v):
             return FINISHED, 0.0, True
     return FINISHED, 0.0, False
@@ -180,5 +180,5 @@ def carry_motion(system, varied, limit, state, angular, sections, growth):
             if not bounded(q[:n], v[:n], limit):
                 return NOT_FINITE, period
             if k % RESCALED == 0 or k == steps - 1:
-                growth[period] += rescale(q, v, angular)
+                growth[period] += normalise_perturbations(q, v, angular)
     return FINISHED, growth.size

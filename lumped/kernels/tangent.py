@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from lumped.common.compiled import inlined
-from lumped.kernels.law import pair_slope, set_spring_acceleration
+from lumped.kernels.mesh_force import pair_slope, set_spring_acceleration
 
 
 @inlined
@@ -57,7 +57,7 @@ def set_spring_motion(system, steps, varied, instant, q, v, a, s):
 
 
 @inlined
-def rescale(q, v, angular):
+def normalise_perturbations(q, v, angular):
     """Bring changes back to length 1 together; logarithm of their length before.
 
     q, v : (n (1 + k),) with the motion first; angular : (n,) velocities count by it

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.departures import Itinerary
 from lumped.rattle.kernels import arcs as kernel
 from lumped.rattle.machine import TURN, Machine
+from lumped.rattle.return_map import Itinerary
 
 Array = NDArray[np.float64]
 
@@ -51,11 +51,11 @@ def margin_of(machine: Machine, arcs: Array) -> float:
     leaving = -flights[:, kernel.SIDE] * flights[:, kernel.SPEED]
     meeting = flights[:, kernel.NEXT] * flights[:, kernel.LAST]
     slowest = float(min(leaving.min(), meeting.min())) / TURN
-    return min(slowest, float(kernel.least_clearance(machine.arc_arrays, arcs)))
+    return min(slowest, float(kernel.min_clearance(machine.arc_arrays, arcs)))
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class ArcSequence:
     """Sequence of arcs that make up a motion that repeats after `turns`.
 
     sides : (a,) side on which each arc starts, 1 or -1
@@ -73,11 +73,13 @@ class Layout:
         return Itinerary(self.turns, upper, len(flights) - upper)
 
     @property
-    def doubled(self) -> Layout:
+    def doubled(self) -> ArcSequence:
         """Layout of two periods."""
-        return Layout(2 * self.turns, np.tile(self.sides, 2), np.tile(self.pressed, 2))
+        return ArcSequence(
+            2 * self.turns, np.tile(self.sides, 2), np.tile(self.pressed, 2)
+        )
 
-    def join(
+    def join_residual(
         self, machine: Machine, starts: Array, closing: float = 1.0
     ) -> tuple[Array, Array]:
         """Errors (2 a,) of places and speeds by which arcs with starts (2, a), times
@@ -87,7 +89,7 @@ class Layout:
         """
         count = 2 * self.sides.size
         errors, by_x = np.empty(count), np.empty((count, count))
-        kernel.join(
+        kernel.join_residual(
             *(machine.arc_arrays, float(self.turns), self.sides, self.pressed),
             *(np.ascontiguousarray(starts), closing, errors, by_x),
         )
@@ -106,6 +108,8 @@ class Layout:
         return arcs
 
 
-def layout_of(arcs: Array, turns: int) -> Layout:
+def layout_of(arcs: Array, turns: int) -> ArcSequence:
     """Layout of arcs (a, 7) that join into an orbit."""
-    return Layout(turns, arcs[:, kernel.SIDE].copy(), arcs[:, kernel.PRESSED].copy())
+    return ArcSequence(
+        turns, arcs[:, kernel.SIDE].copy(), arcs[:, kernel.PRESSED].copy()
+    )

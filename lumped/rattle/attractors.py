@@ -17,29 +17,29 @@ from numpy.typing import NDArray
 
 from lumped.common.workers import run_together
 from lumped.rattle.arcs import arcs_of, linearised
-from lumped.rattle.departures import (
-    Settled,
-    apart,
-    follow,
-    itinerary,
-    settle_departures,
-    settling_returns,
-)
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
+from lumped.rattle.return_map import (
+    Settled,
+    distance,
+    follow,
+    iterate_map_points,
+    itinerary,
+    settling_returns,
+)
 from lumped.rattle.sticking import sticking_from
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 QUIET, CHAOTIC = "quiet", "chaotic"
-ENDS_ALIKE = 1e-5  # distance of departures on one orbit
-SEEN = 256  # cells a side of a chaotic attractor's footprint
+END_RTOL = 1e-5  # distance of departures on one orbit
+FOOTPRINT_CELLS = 256  # cells a side of a chaotic attractor's footprint
 SHARE = 20  # motions that one worker follows at a time
 GOLDEN = 0.6180339887498949
 
 
 @dataclass(frozen=True, kw_only=True)
-class SortingSettings:
+class ClassifierSettings:
     """How long motions that still change are followed, and which count as chaotic.
 
     long_returns : returns over which motions are followed one at a time
@@ -49,12 +49,12 @@ class SortingSettings:
         may count as chaotic
     late_returns : smallest number of further returns of the remaining motions
     late_motions : largest number of remaining motions that are followed so far
-    checked_cells, checked_multiple, most_settled : number of cells of a footprint that
+    checked_cells, checked_multiple, max_settled : number of cells of a footprint that
         are followed further, for which multiple of the iterations, and the largest part
         of them that may settle if the motions there are to count as lasting
     exponent_returns : returns over which a Lyapunov exponent is a mean
     neighbour_distance : distance of the neighbours that yield the exponent
-    least_exponent : smallest exponent per return of a chaotic motion; neighbours on
+    min_exponent : smallest exponent per return of a chaotic motion; neighbours on
         other motions part by log(n) / n in n returns
     common_part : part of the departures that equal chaotic motions have in common
     """
@@ -67,18 +67,18 @@ class SortingSettings:
     late_motions: int = 20_000
     checked_cells: int = 40
     checked_multiple: int = 4
-    most_settled: float = 0.35
+    max_settled: float = 0.35
     exponent_returns: int = 20_000
     neighbour_distance: float = 1e-8
-    least_exponent: float = 2e-3
+    min_exponent: float = 2e-3
     common_part: float = 0.5
 
 
-USUAL = SortingSettings()
+DEFAULT = ClassifierSettings()
 
 
 @dataclass(frozen=True)
-class Attractor:
+class RattleAttractor:
     """Motion that others converge to.
 
     name : quiet, P(m, n+, n-) for a motion of m turns with n+ departures from the upper
@@ -87,23 +87,23 @@ class Attractor:
     period : period in turns, 0 if there is none
     point : (time, speed) of a departure
     exponent : largest Lyapunov exponent per turn
-    settles : returns after which a chaotic motion was found to end, 0 if it was not
+    transient_returns : after which a chaotic motion was found to end, 0 if it was not
     """
 
     name: str
     period: int
     point: tuple[float, float]
     exponent: float
-    settles: int = 0
+    transient_returns: int = 0
 
 
-def sort_departures(
+def classify_attractors(
     machine: Machine,
     iterations: int,
     settled: Settled,
     only_settled: bool = True,
-    settings: SortingSettings = USUAL,
-) -> tuple[tuple[Attractor, ...], Numbers, Settled]:
+    settings: ClassifierSettings = DEFAULT,
+) -> tuple[tuple[RattleAttractor, ...], Numbers, Settled]:
     """Attractors, quiet first, the index (c,) of the one each departure leads to, -1 if
     undecided, and the settled departures after further returns of changing motions.
 
@@ -114,7 +114,7 @@ def sort_departures(
         changing = settled.period == kernel.CHANGING
         period = np.where(changing, kernel.UNKNOWN, settled.period)
         settled = settled._replace(period=period)
-    naming = Naming(machine, iterations, settings)
+    naming = AttractorClassifier(machine, iterations, settings)
     attractor, settled = naming.sort(settled)
     order = sorted(range(len(naming.found)), key=lambda i: _rank(naming.found[i]))
     place = np.empty(len(order) + 1, np.int64)
@@ -123,12 +123,14 @@ def sort_departures(
     return named, place[attractor], settled
 
 
-def _rank(attractor: Attractor) -> tuple[bool, bool, int, str, tuple[float, float]]:
+def _rank(
+    attractor: RattleAttractor,
+) -> tuple[bool, bool, int, str, tuple[float, float]]:
     quiet, chaotic = attractor.name == QUIET, attractor.name == CHAOTIC
     return not quiet, chaotic, attractor.period, attractor.name, attractor.point
 
 
-def _numbered(attractors: list[Attractor]) -> Iterator[Attractor]:
+def _numbered(attractors: list[RattleAttractor]) -> Iterator[RattleAttractor]:
     """Attractors with distinct names: chaotic ones numbered, equal names lettered."""
     seen: dict[str, int] = {}
     for each in attractors:
@@ -150,7 +152,7 @@ class Footprint:
     high: float
     near: NDArray[np.bool_]
 
-    def holds(self, points: Array) -> NDArray[np.bool_]:
+    def contains(self, points: Array) -> NDArray[np.bool_]:
         """Mask of the departures (c, 2), or more columns, that are in the footprint."""
         row, column = _cells(points, self.low, self.high)
         inside = (points[:, 1] > self.low) & (points[:, 1] < self.high)
@@ -159,9 +161,9 @@ class Footprint:
 
 def footprint_of(path: Array) -> Footprint:
     low, high = float(path[:, 1].min()), float(path[:, 1].max())
-    margin = (high - low) / SEEN
+    margin = (high - low) / FOOTPRINT_CELLS
     low, high = low - margin, high + margin
-    seen = np.zeros((SEEN, SEEN), bool)
+    seen = np.zeros((FOOTPRINT_CELLS, FOOTPRINT_CELLS), bool)
     seen[_cells(path, low, high)] = True
     near = np.zeros_like(seen)
     for shift in np.ndindex(3, 3):
@@ -171,16 +173,16 @@ def footprint_of(path: Array) -> Footprint:
 
 def _cells(points: Array, low: float, high: float) -> tuple[Numbers, Numbers]:
     """Rows and columns of points in a footprint."""
-    row = (points[:, 1] - low) / (high - low) * SEEN
-    column = points[:, 0] % 1.0 * SEEN
-    last = SEEN - 1
+    row = (points[:, 1] - low) / (high - low) * FOOTPRINT_CELLS
+    column = points[:, 0] % 1.0 * FOOTPRINT_CELLS
+    last = FOOTPRINT_CELLS - 1
     return (
         np.clip(row, 0, last).astype(np.int64),
         np.clip(column, 0, last).astype(np.int64),
     )
 
 
-def _put(settled: Settled, rows: Numbers, followed: Settled) -> None:
+def _update_rows(settled: Settled, rows: Numbers, followed: Settled) -> None:
     """Replace the results of departures by those of following them further."""
     for known, found in zip(settled, followed, strict=True):
         known[rows] = found
@@ -192,13 +194,13 @@ def _spread(count: int, most: int) -> Numbers:
 
 
 @dataclass
-class Naming:
+class AttractorClassifier:
     """Finder of the attractors of cells, one after another."""
 
     machine: Machine
     iterations: int
-    settings: SortingSettings = USUAL
-    found: list[Attractor] = field(default_factory=list)
+    settings: ClassifierSettings = DEFAULT
+    found: list[RattleAttractor] = field(default_factory=list)
     footprints: dict[int, Footprint] = field(default_factory=dict)  # by attractor
     lasting: bool | None = None  # whether changing motions keep changing, once known
 
@@ -216,7 +218,7 @@ class Naming:
             chosen = int(changing.size * (GOLDEN * attempt % 1.0))  # from everywhere
             found, inside, alone = self._long(settled.end[changing], chosen)
             number[changing[inside]] = found
-            _put(settled, changing[chosen : chosen + 1], alone)
+            _update_rows(settled, changing[chosen : chosen + 1], alone)
             changing = changing[~inside]
         if changing.size:
             # if there are more than can be followed, an evenly spread selection
@@ -226,25 +228,25 @@ class Naming:
             later = self._settle(settled.end[late], again)
             later.period[later.period == kernel.CHANGING] = kernel.UNKNOWN
             number[late] = self._clear(later)
-            _put(settled, late, later)
+            _update_rows(settled, late, later)
         return number, settled
 
     def _clear(self, settled: Settled) -> Numbers:
         """Index (c,) of the attractor of each cell whose motion no longer changes."""
         number = np.full(settled.period.size, -1)
-        if (quiet := settled.period == kernel.QUIET).any():
+        if (quiet := settled.period == kernel.MIN_VIBRATION).any():
             number[quiet] = self._quiet()
         for period in np.unique(settled.period[settled.period > 0]):
             own = settled.period == period
             number[own] = self._alike(
                 partial(self._orbit, int(period)),
                 settled.end[own],
-                np.round(settled.end[own] / ENDS_ALIKE),
+                np.round(settled.end[own] / END_RTOL),
             )
         if (sticking := settled.period == kernel.STICKING).any():
             ends = settled.end[sticking]
             signs = np.sign(ends[:, 1])  # the flank of the departure
-            cells = np.stack([np.round(ends[:, 0] / ENDS_ALIKE), signs], axis=1)
+            cells = np.stack([np.round(ends[:, 0] / END_RTOL), signs], axis=1)
             number[sticking] = self._alike(self._sticking, ends, cells)
         return number
 
@@ -252,7 +254,7 @@ class Naming:
         """Follow departures on all processors, see `Settled`."""
         shares = np.array_split(ends, max(1, len(ends) // SHARE))
         tasks = [
-            partial(settle_departures, self.machine, share, iterations)
+            partial(iterate_map_points, self.machine, share, iterations)
             for share in shares
         ]
         parts = zip(*run_together(tasks, threading.Event()), strict=True)
@@ -262,7 +264,7 @@ class Naming:
         for number, known in enumerate(self.found):
             if known.name == QUIET:
                 return number
-        return self._add(Attractor(QUIET, 1, (math.nan, 0.0), -math.inf))
+        return self._add(RattleAttractor(QUIET, 1, (math.nan, 0.0), -math.inf))
 
     def _alike(
         self, find: Callable[[Array], int], ends: Array, cells: Array
@@ -275,11 +277,11 @@ class Naming:
 
     def _known(self, name: str, point: tuple[float, float]) -> int | None:
         for number, known in enumerate(self.found):
-            if known.name == name and apart(known.point, point) < 10.0 * ENDS_ALIKE:
+            if known.name == name and distance(known.point, point) < 10.0 * END_RTOL:
                 return number
         return None
 
-    def _add(self, attractor: Attractor) -> int:
+    def _add(self, attractor: RattleAttractor) -> int:
         self.found.append(attractor)
         return len(self.found) - 1
 
@@ -289,7 +291,9 @@ class Naming:
             return -1
         if (number := self._known(motion.name, motion.point)) is not None:
             return number
-        return self._add(Attractor(motion.name, motion.turns, motion.point, -math.inf))
+        return self._add(
+            RattleAttractor(motion.name, motion.turns, motion.point, -math.inf)
+        )
 
     def _orbit(self, period: int, point: Array) -> int:
         """Index of the orbit through a departure, found by its fastest departure."""
@@ -299,7 +303,7 @@ class Naming:
         again = (
             n
             for n in range(1, period)
-            if apart(path[0], path[n]) < ENDS_ALIKE and path[n, 0] - path[0, 0] > 0.5
+            if distance(path[0], path[n]) < END_RTOL and path[n, 0] - path[0, 0] > 0.5
         )
         period = next(again, period)
         path = path[: period + 1]
@@ -311,41 +315,41 @@ class Naming:
         change = linearised(self.machine, arcs_of(self.machine, path))
         largest = float(np.abs(np.linalg.eigvals(change)).max())
         exponent = math.log(largest) / way.turns if largest else -math.inf
-        return self._add(Attractor(way.name, way.turns, at, exponent))
+        return self._add(RattleAttractor(way.name, way.turns, at, exponent))
 
     def _long(self, ends: Array, chosen: int) -> tuple[int, NDArray[np.bool_], Settled]:
         """Index of the attractor of one of the departures (c, 2), a mask of those that
         share it, and the settled departure; -1 if the motion has, as far as known,
         neither settled nor become chaotic."""
         given, start = self.settings, ends[chosen]
-        settled = settle_departures(self.machine, start[None], given.long_returns)
+        settled = iterate_map_points(self.machine, start[None], given.long_returns)
         alone = np.zeros(len(ends), bool)
         alone[chosen] = True
         if settled.period[0] == kernel.CHANGING:  # unless it has settled in the end
-            last = settle_departures(self.machine, settled.end, given.last_returns)
+            last = iterate_map_points(self.machine, settled.end, given.last_returns)
             settled = settled._replace(period=last.period, end=last.end)
         lasts = int(settled.returns[0])
         stretches = math.nan
         changes = settled.period[0] == kernel.CHANGING
         if changes or lasts >= given.lasting * self.iterations:
             stretches = self._exponent(start, min(given.exponent_returns, lasts))
-        if not stretches > given.least_exponent:
+        if not stretches > given.min_exponent:
             return int(self._clear(settled)[0]), alone, settled
         here = settled._replace(period=np.array([kernel.CHANGING]), end=start[None])
         path = follow(self.machine, start, lasts)
         footprint = footprint_of(path)
-        inside = footprint.holds(ends) | alone
+        inside = footprint.contains(ends) | alone
         if not self._lasts(ends[inside]):
             inside = alone
         for number, known in self.footprints.items():
-            if known.holds(path).mean() > given.common_part:
+            if known.contains(path).mean() > given.common_part:
                 return number, inside, here
         turns = path[-1, 0] - path[0, 0]
         exponent = stretches * lasts / turns
         fastest = int(path[:, 1].argmax())
         point = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
         settles = 0 if changes else lasts
-        number = self._add(Attractor(CHAOTIC, 0, point, exponent, settles))
+        number = self._add(RattleAttractor(CHAOTIC, 0, point, exponent, settles))
         self.footprints[number] = footprint
         return number, inside, here
 
@@ -357,10 +361,12 @@ class Naming:
             some = ends[_spread(len(ends), given.checked_cells)]
             later = self._settle(some, given.checked_multiple * self.iterations)
             part = np.mean(later.period != kernel.CHANGING)
-            self.lasting = bool(part < given.most_settled)
+            self.lasting = bool(part < given.max_settled)
         return self.lasting
 
     def _exponent(self, point: Array, count: int) -> float:
         """Lyapunov exponent per return."""
         arrays, apart_by = self.machine.arrays, self.settings.neighbour_distance
-        return float(kernel.stretch(arrays, point[0], point[1], count, apart_by))
+        return float(
+            kernel.lyapunov_exponent(arrays, point[0], point[1], count, apart_by)
+        )

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.workers import Arrays, Compute, in_threads
-from lumped.rattle.attractors import Attractor, sort_departures
-from lumped.rattle.departures import Settled, settle_departures
+from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.machine import Machine
+from lumped.rattle.return_map import Settled, iterate_map_points
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -27,7 +27,7 @@ BOX = 5  # cells per side of the boxes of basin entropy
 
 
 @dataclass(frozen=True, kw_only=True)
-class Grid:
+class InitialGrid:
     """Departures at the centres of cells, `side` of them in time and in speed.
 
     velocity : lowest and highest speed [rad per turn]; times span one turn
@@ -47,7 +47,7 @@ class Grid:
     def cells(self) -> int:
         return self.side**2
 
-    def departures(self, first: int, last: int) -> Array:
+    def initial_conditions(self, first: int, last: int) -> Array:
         """Times and speeds (c, 2) of cells by number, row by row of equal speeds."""
         low, high = self.velocity
         row, column = np.divmod(np.arange(first, last), self.side)
@@ -56,14 +56,14 @@ class Grid:
 
 
 @dataclass(frozen=True, eq=False)
-class Basins:
+class BasinMap:
     """Attractor index (side, side) of every cell, -1 if undecided, and the number of
     returns (side, side) until it was known; speeds increase with the rows."""
 
     machine: Machine
-    grid: Grid
+    grid: InitialGrid
     iterations: int
-    attractors: tuple[Attractor, ...]
+    attractors: tuple[RattleAttractor, ...]
     attractor: Numbers
     returns: Numbers
 
@@ -94,15 +94,15 @@ class Basins:
 
 
 def settle_tile(
-    machine: Machine, grid: Grid, first: int, last: int, iterations: int
+    machine: Machine, grid: InitialGrid, first: int, last: int, iterations: int
 ) -> Arrays:
     """Follow the cells from `first` to before `last`; see `Settled`."""
-    cells = grid.departures(first, last)
-    return settle_departures(machine, cells, iterations)._asdict()
+    cells = grid.initial_conditions(first, last)
+    return iterate_map_points(machine, cells, iterations)._asdict()
 
 
 def settle_grid(
-    machine: Machine, grid: Grid, iterations: int, compute: Compute = in_threads
+    machine: Machine, grid: InitialGrid, iterations: int, compute: Compute = in_threads
 ) -> Settled:
     """Follow all cells.
 
@@ -119,12 +119,12 @@ def settle_grid(
 
 
 def basins_of(
-    machine: Machine, grid: Grid, iterations: int, settled: Settled
-) -> Basins:
+    machine: Machine, grid: InitialGrid, iterations: int, settled: Settled
+) -> BasinMap:
     """Attractors that cells converge to, quiet first, with the basin of each."""
-    attractors, attractor, _ = sort_departures(machine, iterations, settled)
+    attractors, attractor, _ = classify_attractors(machine, iterations, settled)
     shape = grid.side, grid.side
-    return Basins(
+    return BasinMap(
         machine=machine,
         grid=grid,
         iterations=iterations,

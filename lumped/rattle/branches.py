@@ -17,24 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.continuation.arc_length import (
-    Branch,
-    Followed,
+    BranchTrace,
+    Continuation,
     NoSolution,
     Point,
-    Steps,
-    both_ways,
+    StepControl,
+    follow_both_ways,
 )
-from lumped.continuation.bifurcations import DOUBLING, FOLD, HALVED, beyond
-from lumped.rattle.arcs import Layout, arcs_of, layout_of, linearised, margin_of
-from lumped.rattle.departures import ALIKE, Itinerary, apart, follow
+from lumped.continuation.bifurcations import DOUBLING, FOLD, HALVED, multiplier_test
+from lumped.rattle.arcs import ArcSequence, arcs_of, layout_of, linearised, margin_of
 from lumped.rattle.kernels.arcs import SPEED, START
 from lumped.rattle.machine import Machine
+from lumped.rattle.return_map import MAP_POINT_TOL, Itinerary, distance, follow
 
 Array = NDArray[np.float64]
 GRAZING = "grazing"
 KINDS = FOLD, DOUBLING, GRAZING
 BESIDE = 1e-6  # difference, in the parameter's unit, for its derivatives
-FIRST, MOST = 2e-3, 0.02  # first and largest arc length, in turns and units
+FIRST, MAX_TURNS = 2e-3, 0.02  # first and largest arc length, in turns and units
 ASIDE = 2e-3  # arc length to the first point of a branch of twice the period
 ON_LIMIT = 1e-9  # part of the range within which a point is on its limit
 AT_GRAZE = 1e-5  # distance of unknowns within which a fold is a graze
@@ -55,7 +55,7 @@ class Orbits:
     machine: Machine
     figure: str
     unit: float
-    layout: Layout
+    layout: ArcSequence
     speed: float
 
     def at(self, value: float) -> Machine:
@@ -82,7 +82,9 @@ class Orbits:
     ) -> tuple[Array, Array]:
         """Errors (2 a,) over the scale of speeds and their derivatives (2 a, 2 a) by x,
         see `join`."""
-        errors, by_x = self.layout.join(self.at(value), self.starts(x), closing)
+        errors, by_x = self.layout.join_residual(
+            self.at(value), self.starts(x), closing
+        )
         return errors / self.speed, by_x * self._scales / self.speed
 
     def equations(self, x: Array, parameter: float) -> tuple[Array, Array, Array]:
@@ -113,9 +115,11 @@ class Orbits:
     def margin(self, x: Array, value: float) -> float:
         return margin_of(self.at(value), self.arcs(x, value))
 
-    def branch(self) -> Branch[Orbits]:
-        steps = Steps(size=1.0, unit=self.unit, first=FIRST, most=MOST, regular=True)
-        return Branch(self, steps)
+    def branch(self) -> Continuation[Orbits]:
+        steps = StepControl(
+            size=1.0, unit=self.unit, first=FIRST, most=MAX_TURNS, regular=True
+        )
+        return Continuation(self, steps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,7 +238,7 @@ class OrbitFinder:
         """Whether a branch already found passes through an orbit."""
         own = orbit_point(orbits, point).departures
         return any(
-            apart(own[0], each) < ALIKE * (1.0 + own[0][1])
+            distance(own[0], each) < MAP_POINT_TOL * (1.0 + own[0][1])
             for found in self.found
             if found.itinerary == orbits.layout.itinerary
             for near in orbits_at(found, point.parameter)
@@ -244,10 +248,10 @@ class OrbitFinder:
     def _follow(
         self, orbits: Orbits, start: Point, origin: str, doublings: int
     ) -> None:
-        followed = both_ways(start, partial(self._one_way, orbits))
+        followed = follow_both_ways(start, partial(self._one_way, orbits))
         self._add(orbits, followed, origin, doublings)
 
-    def _one_way(self, orbits: Orbits, start: Point) -> Followed:
+    def _one_way(self, orbits: Orbits, start: Point) -> BranchTrace:
         number, branch = len(self.found) + 1, orbits.branch()
         followed = branch.follow(
             *(start, self.limits, partial(_ends, orbits)),
@@ -263,14 +267,14 @@ class OrbitFinder:
                 except NoSolution:
                     break
                 points = (*followed.points, end)
-                return Followed(points, "the end of the range was reached")
+                return BranchTrace(points, "the end of the range was reached")
         return followed
 
     def _add(
-        self, orbits: Orbits, followed: Followed, origin: str, doublings: int
+        self, orbits: Orbits, followed: BranchTrace, origin: str, doublings: int
     ) -> None:
         """Store a branch, and follow those that start at its period doublings."""
-        points = tuple(_named_once(_with_bifurcations(orbits, followed)))
+        points = tuple(_drop_duplicate_folds(_with_bifurcations(orbits, followed)))
         if not points:
             return
         found = OrbitBranch(orbits, points, origin, followed.reason)
@@ -290,7 +294,7 @@ class OrbitFinder:
         orbits = replace(parent, layout=layout)
         x, branch = orbits.unknowns(np.hstack([times, later])), orbits.branch()
         try:
-            start = branch.aside(x, point.parameter, ASIDE)
+            start = branch.branch_switch(x, point.parameter, ASIDE)
             leaves = orbits.margin(start.x, start.parameter) > 0.0
         except NoSolution:
             return
@@ -306,11 +310,11 @@ class OrbitFinder:
 def _ends(orbits: Orbits, before: Point, after: Point) -> str:
     if orbits.margin(after.x, after.parameter) <= 0.0:
         return GRAZING
-    halves = [halves_apart(orbits, point.x) for point in (before, after)]
+    halves = [half_period_difference(orbits, point.x) for point in (before, after)]
     return HALVED if halves[0] @ halves[1] < 0.0 else ""
 
 
-def halves_apart(orbits: Orbits, x: Array) -> Array:
+def half_period_difference(orbits: Orbits, x: Array) -> Array:
     """Difference of the second half of an orbit's arcs and the first, flattened."""
     turns, starts = orbits.layout.turns, x.reshape(2, -1)
     if starts.shape[1] % 2:
@@ -319,7 +323,7 @@ def halves_apart(orbits: Orbits, x: Array) -> Array:
     return (two - one - [[0.5 * turns], [0.0]]).ravel()
 
 
-def _with_bifurcations(orbits: Orbits, followed: Followed) -> Iterator[OrbitPoint]:
+def _with_bifurcations(orbits: Orbits, followed: BranchTrace) -> Iterator[OrbitPoint]:
     """Physical points of a branch, and its bifurcations."""
     branch = orbits.branch()
     for one, two in pairwise(followed.points):
@@ -331,14 +335,14 @@ def _with_bifurcations(orbits: Orbits, followed: Followed) -> Iterator[OrbitPoin
                 at = orbit_point(orbits, branch.between(one, two, test), kind)
             except ArithmeticError:
                 continue
-            if _is_true(at):
+            if _is_physical(at):
                 yield at
         last = there
     if last.margin > 0.0:
         yield last
 
 
-def _named_once(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
+def _drop_duplicate_folds(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
     """Points without folds that are grazes. Where flanks stop parting, the duration of
     a flight passes through zero, and the branch of the equations turns back."""
     kept = list(points)
@@ -349,7 +353,7 @@ def _named_once(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
             yield point
 
 
-def _is_true(point: OrbitPoint) -> bool:
+def _is_physical(point: OrbitPoint) -> bool:
     """Whether a point is neither a pole of a multiplier near a graze nor beyond it."""
     if point.kind == GRAZING:
         return True
@@ -364,11 +368,15 @@ def _tests(
     (one, here), (two, there) = before, after
     if one.along * two.along < 0.0:
         yield FOLD, lambda point: point.along
-    signs = [beyond(np.array(each.multipliers), -1.0) for each in (here, there)]
+    signs = [
+        multiplier_test(np.array(each.multipliers), -1.0) for each in (here, there)
+    ]
     if signs[0] * signs[1] < 0.0:
         yield (
             DOUBLING,
-            lambda point: beyond(orbits.multipliers(point.x, point.parameter), -1.0),
+            lambda point: multiplier_test(
+                orbits.multipliers(point.x, point.parameter), -1.0
+            ),
         )
     if here.margin * there.margin <= 0.0:
         yield GRAZING, lambda point: orbits.margin(point.x, point.parameter)

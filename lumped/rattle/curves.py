@@ -15,32 +15,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.continuation.arc_length import (
-    Branch,
+    Continuation,
     NoSolution,
     Point,
-    Steps,
+    StepControl,
     joined,
 )
-from lumped.continuation.bifurcations import FOLD, beyond
+from lumped.continuation.bifurcations import FOLD, multiplier_test
 from lumped.rattle.branches import (
     GRAZING,
     OrbitBranch,
     OrbitPoint,
     Orbits,
-    halves_apart,
+    half_period_difference,
     machine_with,
 )
-from lumped.rattle.departures import Itinerary, apart
 from lumped.rattle.machine import TURN
+from lumped.rattle.return_map import Itinerary, distance
 
 Array = NDArray[np.float64]
 GRAZING_FOLD = "grazing fold"
 ON_LIMIT = 1e-6  # part of the range within which a point is on its limit
 HUGE = 1e6  # multiplier of an impact that vanishes
 HALVED = 0.02  # distance between halves of a period that become equal
-NEAR = 3e-3, 0.03  # distance from a curve: first parameter in its unit, and speed
+CURVE_TOL = 3e-3, 0.03  # distance from a curve: first parameter in its unit, and speed
 BESIDE = 1e-7  # difference of an unknown for derivatives
-FIRST, MOST = 2e-3, 0.02  # arc lengths, in turns and units of the parameters
+FIRST, MAX_TURNS = 2e-3, 0.02  # arc lengths, in turns and units of the parameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +98,10 @@ class Condition:
         errors = np.append(errors, self.distance(x, parameter))
         return errors, whole, change / (2.0 * step)
 
-    def branch(self) -> Branch[Condition]:
-        return Branch(self, Steps(size=1.0, unit=self.unit, first=FIRST, most=MOST))
+    def branch(self) -> Continuation[Condition]:
+        return Continuation(
+            self, StepControl(size=1.0, unit=self.unit, first=FIRST, most=MAX_TURNS)
+        )
 
 
 @dataclass(frozen=True)
@@ -168,9 +170,9 @@ def is_on(
         wide = two.second - one.second
         part = (value - one.second) / wide if wide else 0.0
         first = one.first + part * (two.first - one.first)
-        near = apart((time, 0.0), (one.departure[0], 0.0)) < 0.25
-        near &= abs(one.departure[1] - speed) < NEAR[1] * branch.orbits.speed
-        if near and abs(first - point.parameter) < NEAR[0] * branch.orbits.unit:
+        near = distance((time, 0.0), (one.departure[0], 0.0)) < 0.25
+        near &= abs(one.departure[1] - speed) < CURVE_TOL[1] * branch.orbits.speed
+        if near and abs(first - point.parameter) < CURVE_TOL[0] * branch.orbits.unit:
             return True
     return False
 
@@ -225,10 +227,10 @@ def _meeting(condition: Condition, point: Point) -> float:
     except NoSolution:
         return 1.0
     # a vanishing impact has no fold near it; halves become equal at a doubling
-    halves = halves_apart(orbits, point.x[:-1])
+    halves = half_period_difference(orbits, point.x[:-1])
     if np.abs(multipliers).max() > HUGE or np.abs(halves).max() < HALVED:
         return 1.0
-    return beyond(multipliers, 1.0)
+    return multiplier_test(multipliers, 1.0)
 
 
 def _if_inside(

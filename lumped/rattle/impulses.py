@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.rattle.machine import TURN
-from lumped.rattle.motions import Motions
+from lumped.rattle.motions import AssemblyIntegrator
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 class ImpulseRattle:
     """Motion with one impact on the upper flank in `turns`, in the impact limit.
 
-    least_eccentricity : eccentricity below which the motion does not exist [rad]
+    min_eccentricity : eccentricity below which the motion does not exist [rad]
     velocity : speed of departures [rad per turn]
     balance : eccentricity times the sine of a departure's time [rad]
     departure : state (2 n,) after an impact, before sides are turned to their flanks
@@ -33,21 +33,21 @@ class ImpulseRattle:
     It is not checked whether the motion meets a flank between impacts.
     """
 
-    motions: Motions
+    motions: AssemblyIntegrator
     turns: int
     velocity: float
     balance: float
     departure: Array
 
     @property
-    def least_eccentricity(self) -> float:
+    def min_eccentricity(self) -> float:
         return abs(self.balance)
 
     @property
     def times(self) -> tuple[float, ...]:
         """Departure times of both motions in turns, none if they do not exist."""
         eccentricity = self.motions.assembly.machine.eccentricity
-        if not eccentricity > self.least_eccentricity:
+        if not eccentricity > self.min_eccentricity:
             return ()
         first = math.asin(self.balance / eccentricity) / TURN
         return first % 1.0, (0.5 - first) % 1.0
@@ -64,7 +64,7 @@ class ImpulseRattle:
         return state
 
 
-def impulse_rattle(motions: Motions, turns: int = 1) -> ImpulseRattle:
+def impulse_rattle(motions: AssemblyIntegrator, turns: int = 1) -> ImpulseRattle:
     """Motion of an assembly; ValueError if flanks have a stiffness, or for ripple."""
     machine = motions.assembly.machine
     if not machine.is_impact or machine.ripple:

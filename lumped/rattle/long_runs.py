@@ -7,15 +7,22 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.attractors import USUAL, sort_departures
-from lumped.rattle.departures import ALIKE, follow, settle_departures, settling_returns
+from lumped.rattle.attractors import DEFAULT, classify_attractors
 from lumped.rattle.kernels.settle import CHANGING, STICKING, UNKNOWN
 from lumped.rattle.machine import Machine
+from lumped.rattle.return_map import (
+    MAP_POINT_TOL,
+    follow,
+    iterate_map_points,
+    settling_returns,
+)
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 STARTS = 6  # departures per side of the grid from which runs start
-MOST = 200_000  # returns before motions are classified; a damping of 2e-4 needs them
+MAX_TURNS = (
+    200_000  # returns before motions are classified; a damping of 2e-4 needs them
+)
 KEPT = 60  # departures that are stored of a motion that never repeats
 
 
@@ -34,7 +41,7 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
     low, high = np.minimum(velocity, machine.fastest)
     speeds = low + place * (high - low)
     starts = np.stack(np.meshgrid(place, speeds), axis=-1).reshape(-1, 2)
-    iterations = min(settling_returns(machine), MOST)
+    iterations = min(settling_returns(machine), MAX_TURNS)
     period, end = _settled(machine, iterations, starts)
     count = np.where((period == CHANGING) | (period == STICKING), KEPT, period)
     lasts = count > 0
@@ -45,20 +52,20 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
     found = np.vstack([np.empty((0, 2)), *paths])
     found = found[np.isfinite(found).all(axis=1) & (found[:, 1] > 0.0)]
     found[:, 0] %= 1.0
-    _, first = np.unique(np.round(found / ALIKE), axis=0, return_index=True)
+    _, first = np.unique(np.round(found / MAP_POINT_TOL), axis=0, return_index=True)
     lost = np.full((int(np.sum(period == UNKNOWN)), 2), math.nan)
     return np.vstack([found[np.sort(first)], lost])
 
 
 def _settled(machine: Machine, iterations: int, starts: Array) -> tuple[Numbers, Array]:
     """Period and end of runs, see `Settled`; only chaotic ones are CHANGING."""
-    settled = settle_departures(machine, starts, iterations)
-    _, motion, settled = sort_departures(machine, iterations, settled)
+    settled = iterate_map_points(machine, starts, iterations)
+    _, motion, settled = classify_attractors(machine, iterations, settled)
     period, _, end = settled
     period[motion < 0] = UNKNOWN
     # transients may depart from the same region as chaotic motions
     changing = np.flatnonzero(period == CHANGING)
-    later = settle_departures(machine, end[changing], USUAL.late_returns)
+    later = iterate_map_points(machine, end[changing], DEFAULT.late_returns)
     ended = later.period != CHANGING
     period[changing[ended]], end[changing[ended]] = (
         later.period[ended],

@@ -17,20 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.rattle.arcs import arcs_of, linearised
-from lumped.rattle.departures import follow
 from lumped.rattle.kernels import inverse as kernel
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.orbits import Orbit
+from lumped.rattle.return_map import follow
 
 Array = NDArray[np.float64]
 Evaluate = Callable[[Array], Array]
 BEGIN = 1e-6  # distance of the first piece of a manifold from its saddle
 FINEST = 1e-11  # change of a parameter at a jump of the curve
 END = 1e-6  # change of a parameter at the end of the curve
-FEWEST = 5  # number of parameters at the start
+MIN_POINTS = 5  # number of parameters at the start
 PIECES = 8  # pieces of a generation
-MOST_POINTS = 400_000  # largest number of points of a curve
-MOST_GENERATIONS = 200
+MAX_POINTS = 400_000  # largest number of points of a curve
+MAX_GENERATIONS = 200
 AT_REST = 1e-6  # relative growth of a branch per generation below which it ends
 SMALL = 0.02  # part of the spacing below which pieces may turn by any angle
 
@@ -78,12 +78,12 @@ class Manifold:
     curve: PlaneCurve
 
 
-def map_departures(machine: Machine, starts: Array, count: int) -> Array:
+def map_points(machine: Machine, starts: Array, count: int) -> Array:
     """Departures (n, 2) `count` returns later, or earlier if negative."""
     ends = np.empty_like(starts)
     arrays = machine.arrays if count >= 0 else machine.backward
     starts = np.ascontiguousarray(starts)
-    kernel.map_departures(arrays, starts, abs(count), count < 0, ends)
+    kernel.map_points(arrays, starts, abs(count), count < 0, ends)
     return ends
 
 
@@ -104,7 +104,7 @@ def grazing_curve(machine: Machine, before: int, fineness: Fineness) -> PlaneCur
     def evaluate(times: Array) -> Array:
         departures = np.empty((times.size, 2))
         kernel.graze(machine.backward, times, departures)
-        return map_departures(machine, departures, -before)
+        return map_points(machine, departures, -before)
 
     points = _refined(evaluate, (0.0, 1.0), _scale(machine), fineness)
     return _curve(points, _scale(machine))
@@ -167,12 +167,12 @@ def _grown(
 ) -> PlaneCurve:
     scale, pieces, before = _scale(machine), [seed.at[None] % [1.0, math.inf]], 0.0
     bounds = np.linspace(0.0, 1.0, PIECES + 1)
-    for generation in range(MOST_GENERATIONS):
+    for generation in range(MAX_GENERATIONS):
         start = before
 
         def evaluate(fractions: Array, generation: int = generation) -> Array:
             returns = generation * seed.returns
-            return map_departures(machine, seed.piece(fractions), returns)
+            return map_points(machine, seed.piece(fractions), returns)
 
         for limits in pairwise(bounds.tolist()):
             points = _refined(evaluate, limits, scale, fineness)
@@ -209,9 +209,9 @@ def _refined(
     evaluate: Evaluate, limits: tuple[float, float], scale: Array, fineness: Fineness
 ) -> Array:
     """Points of a curve (n, 2), times from 0 to 1, a NaN row at each jump."""
-    s = np.linspace(*limits, FEWEST)
+    s = np.linspace(*limits, MIN_POINTS)
     points = evaluate(s)
-    while s.size < MOST_POINTS:
+    while s.size < MAX_POINTS:
         need = _is_coarse(points, scale, fineness) & (np.diff(s) > FINEST)
         ends = np.diff(np.isnan(points[:, 0]).astype(int)) != 0
         need |= ends & (np.diff(s) > END)

@@ -23,7 +23,7 @@ SINGULAR = 1e12  # condition number of modes that do not form a basis
 
 
 @dataclass(frozen=True)
-class Motion:
+class AssemblyRun:
     """Motion of the flanks over some turns.
 
     noise : sum of squared impact speeds over the turns [rad^2 per turn^3]; NaN if an
@@ -42,7 +42,7 @@ class Motion:
         return self.noise == 0.0
 
 
-class Motions:
+class AssemblyIntegrator:
     """Assembly prepared for time integration.
 
     Raises ValueError for a gear on a spring without inertia, which no impact can stop.
@@ -91,7 +91,7 @@ class Motions:
         end: float,
         times: Array | None = None,
         start: float = 0.0,
-    ) -> Motion:
+    ) -> AssemblyRun:
         """Motion from a state (2 n,) at `start`; its noise counts from `begin` on."""
         instants = np.empty(0) if times is None else times
         rotation = np.full(instants.size, math.nan)
@@ -99,11 +99,11 @@ class Motions:
             *(self.system, state.copy(), start, begin, end, instants, rotation)
         )
         level = noise / (end - begin) if found else math.nan
-        return Motion(level, upper, lower, rotation)
+        return AssemblyRun(level, upper, lower, rotation)
 
     def run_all(
         self, states: Array, begin: float, end: float, times: Array | None = None
-    ) -> list[Motion]:
+    ) -> list[AssemblyRun]:
         """Motions from states (s, 2 n), on all processors."""
         tasks = [partial(self.run, state, begin, end, times) for state in states]
         return run_together(tasks, threading.Event())
@@ -132,7 +132,7 @@ class Motions:
             offset=np.concatenate([offset, drift]),
             drift=np.concatenate([drift, np.zeros(n)]),
             **self._waves(turn, ripple),
-            watched=watched,
+            event_row=watched,
             forced=forced,
             steady=steady,
         )
@@ -174,7 +174,7 @@ class Motions:
             offset=np.concatenate([mean[:-1], np.zeros(n)]),
             drift=np.zeros(2 * n),
             **self._waves(turn[:-1], ripple[:-1]),
-            watched=found["watched"],
+            event_row=found["watched"],
             forced=(complex(turn[-1]), complex(ripple[-1])),
             steady=(float(mean[-1]), 0.0),
         )

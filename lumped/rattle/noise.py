@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from lumped.common.workers import run_tasks
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.attractors import QUIET as QUIET_NAME
-from lumped.rattle.attractors import Attractor, sort_departures
-from lumped.rattle.departures import Settled, settle_departures
+from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.kernels import noise as kernel
-from lumped.rattle.kernels.settle import QUIET, UNKNOWN
+from lumped.rattle.kernels.settle import MIN_VIBRATION, UNKNOWN
 from lumped.rattle.machine import Machine
-from lumped.rattle.motions import Motion, Motions
+from lumped.rattle.motions import AssemblyIntegrator, AssemblyRun
+from lumped.rattle.return_map import Settled, iterate_map_points
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -37,7 +37,7 @@ SHARE = 250  # runs that a worker takes at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Noise:
+class NoiseSample:
     """Noise of n runs in steady state.
 
     starts : (n, 2) departures of the runs
@@ -48,13 +48,15 @@ class Noise:
 
     machine: Machine
     starts: Array
-    attractors: tuple[Attractor, ...]
+    attractors: tuple[RattleAttractor, ...]
     motion: Numbers
     level: Array
     impacts: Array
 
 
-def random_departures(count: int, velocity: tuple[float, float], seed: int) -> Array:
+def random_initial_conditions(
+    count: int, velocity: tuple[float, float], seed: int
+) -> Array:
     """Times in a turn and speeds (n, 2), uniformly distributed."""
     random = np.random.default_rng(seed)
     return random.uniform((0.0, velocity[0]), (1.0, velocity[1]), (count, 2))
@@ -66,7 +68,7 @@ def measure_noise(
     iterations: int,
     turns: int,
     report: Callable[[int, int], None] = lambda done, total: None,
-) -> Noise:
+) -> NoiseSample:
     """Noise of runs from departures (n, 2) in steady state.
 
     iterations : returns to the upper flank before the measurement; runs that still
@@ -79,24 +81,26 @@ def measure_noise(
     def compute(done: int, task: Callable[[slice], Result]) -> list[Result]:
         found: dict[int, Result] = {}
 
-        def take(number: int, result: Result) -> None:
+        def store_result(number: int, result: Result) -> None:
             found[number] = result
             report(done + len(found), 2 * len(limits))
 
         tasks = ((i, partial(task, slice(*each))) for i, each in enumerate(limits))
-        run_tasks(tasks, take, threading.Event())
+        run_tasks(tasks, store_result, threading.Event())
         return [found[i] for i in range(len(limits))]
 
-    shares = compute(0, lambda own: settle_departures(machine, starts[own], iterations))
+    shares = compute(
+        0, lambda own: iterate_map_points(machine, starts[own], iterations)
+    )
     settled = Settled(*map(np.concatenate, zip(*shares, strict=True)))
-    attractors, motion, settled = sort_departures(machine, iterations, settled)
+    attractors, motion, settled = classify_attractors(machine, iterations, settled)
     period = np.where(motion < 0, UNKNOWN, settled.period)
     meetings = compute(
         len(limits),
         lambda own: _meetings(machine, period[own], settled.end[own], turns),
     )
     level, impacts = np.concatenate(meetings).T
-    return Noise(machine, starts, attractors, motion, level, impacts)
+    return NoiseSample(machine, starts, attractors, motion, level, impacts)
 
 
 def measure_noise_of_parts(
@@ -105,7 +109,7 @@ def measure_noise_of_parts(
     settling: int,
     turns: int,
     report: Callable[[int, int], None] = lambda done, total: None,
-) -> Noise:
+) -> NoiseSample:
     """Noise of a machine whose relative motion has more than one equation.
 
     At the departures (n, 2) all parts except the driving side are in steady rotation.
@@ -115,16 +119,16 @@ def measure_noise_of_parts(
 
     Raises ValueError for parts without inertia.
     """
-    ready = Motions(assembly)
+    ready = AssemblyIntegrator(assembly)
     machine = assembly.machine
-    found: dict[int, Motion] = {}
+    found: dict[int, AssemblyRun] = {}
 
-    def run(time: float, speed: float) -> Motion:
+    def run(time: float, speed: float) -> AssemblyRun:
         state = ready.settled(machine.half_backlash, -speed, time)
         begin = time + settling
         return ready.run(state, begin, begin + turns, start=time)
 
-    def take(number: int, motion: Motion) -> None:
+    def store_result(number: int, motion: AssemblyRun) -> None:
         found[number] = motion
         report(len(found), len(starts))
 
@@ -132,7 +136,7 @@ def measure_noise_of_parts(
         (number, partial(run, float(time), float(speed)))
         for number, (time, speed) in enumerate(starts)
     )
-    run_tasks(tasks, take, threading.Event())
+    run_tasks(tasks, store_result, threading.Event())
     motions = [found[number] for number in range(len(starts))]
     level = np.array([each.noise for each in motions])
     clear = np.isfinite(level)
@@ -140,8 +144,8 @@ def measure_noise_of_parts(
     impacts = np.array([each.upper + each.lower for each in motions])
     motion = np.full(len(starts), -1)
     seen, motion[clear] = np.unique(kind[clear], return_inverse=True)
-    names = [Attractor(KINDS[i], 0, NOWHERE, math.nan) for i in seen]
-    return Noise(
+    names = [RattleAttractor(KINDS[i], 0, NOWHERE, math.nan) for i in seen]
+    return NoiseSample(
         *(machine, starts, tuple(names), motion, level),
         impacts=np.where(clear, impacts / turns, math.nan),
     )
@@ -152,7 +156,7 @@ def settling_turns(assembly: Assembly) -> float:
 
     Losses in impacts may end them sooner.
     """
-    regimes = Motions(assembly).system.regimes
+    regimes = AssemblyIntegrator(assembly).system.regimes
     rates = np.concatenate([each.rates for each in regimes])
     scale = np.abs(rates).max()
     slowest = np.min(-rates.real[np.abs(rates) > STILL * scale])
@@ -162,8 +166,8 @@ def settling_turns(assembly: Assembly) -> float:
 def _meetings(machine: Machine, periods: Numbers, ends: Array, turns: int) -> Array:
     """Noise level and impacts per turn (n, 2) of runs in steady state, see `Settled`;
     NaN for runs that are UNKNOWN."""
-    found = np.where((periods == QUIET)[:, None], np.zeros(2), math.nan)
-    loud = np.flatnonzero((periods != QUIET) & (periods != UNKNOWN))
+    found = np.where((periods == MIN_VIBRATION)[:, None], np.zeros(2), math.nan)
+    loud = np.flatnonzero((periods != MIN_VIBRATION) & (periods != UNKNOWN))
     meetings = np.empty((loud.size, 2))
     departures = np.ascontiguousarray(ends[loud])
     kernel.sum_impacts(

@@ -10,16 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.rattle.arcs import arcs_of, linearised
-from lumped.rattle.departures import ALIKE, Itinerary, apart, follow, itinerary
 from lumped.rattle.kernels import arcs as kernel
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import has_closed_form, simple_rattle, two_sided_rattle
+from lumped.rattle.return_map import (
+    MAP_POINT_TOL,
+    Itinerary,
+    distance,
+    follow,
+    itinerary,
+)
 
 Array = NDArray[np.float64]
 ARCS = 32  # largest number of arcs of a return in the search for an orbit
 STARTS = 24  # departures per side of the grid from which the search starts
 FAST_STARTS = 6  # rows of the grid for speeds that are higher than usual
-MOST_TURNS = 4  # largest number of turns of constructed motions
+MAX_TURNS = 4  # largest number of turns of constructed motions
 SLOWEST = 3e-4  # least speed of a departure, over that of P(1,1,0)
 
 
@@ -44,7 +50,7 @@ class Orbit:
         return max(map(abs, self.multipliers)) < 1.0
 
 
-def usual_speed(machine: Machine) -> float:
+def default_speed(machine: Machine) -> float:
     """Usual speed: twice that of P(1,1,0), plus the speed that takes gears through the
     play and back in a turn, if the forcing suffices."""
     return min(2.0 * machine.speed + 4.0 * machine.half_backlash, machine.fastest)
@@ -88,7 +94,7 @@ def _from_starts(
     low, high = max(velocity[0], slowest), velocity[1]
     arcs, change = np.empty((ARCS * count + 1, kernel.COLUMNS)), np.empty((2, 2))
     for start in _starts(machine, count, low, high):
-        at = kernel.close(
+        at = kernel.find_periodic_point(
             machine.arc_arrays, *start, count, slowest, machine.speed, arcs, change
         )
         if low <= at[1] <= high:
@@ -102,7 +108,7 @@ def _starts(
 ) -> Iterator[tuple[float, float]]:
     limit = replace(machine, stiffness=math.inf)
     if count == 1 and has_closed_form(limit):  # some repel the closest neighbours
-        for turns in range(1, MOST_TURNS + 1):
+        for turns in range(1, MAX_TURNS + 1):
             both = simple_rattle(limit, turns) + two_sided_rattle(limit, turns)
             yield from ((each.time, each.velocity) for each in both if each.physical)
     for speed in _speeds(machine, low, high):
@@ -111,7 +117,7 @@ def _starts(
 
 def _speeds(machine: Machine, low: float, high: float) -> list[float]:
     """Speeds of starts, equally dense at usual speeds however wide the limits are."""
-    usual = max(min(usual_speed(machine), high), low)
+    usual = max(min(default_speed(machine), high), low)
     parts = (np.arange(STARTS) + 0.5) / STARTS
     found = low + parts * (usual - low) if usual > low else np.empty(0)
     most = min(high, machine.fastest)
@@ -126,7 +132,7 @@ def _orbit(machine: Machine, at: tuple[float, float], count: int) -> Orbit | Non
     path = follow(machine, at, count + 1)
     if not np.isfinite(path).all():
         return None
-    near = [n for n in range(1, count) if apart(path[0], path[n]) < ALIKE]
+    near = [n for n in range(1, count) if distance(path[0], path[n]) < MAP_POINT_TOL]
     if near or path[:, 1].min() < SLOWEST * machine.speed:
         return None
     multipliers = np.linalg.eigvals(linearised(machine, arcs_of(machine, path)))
@@ -142,5 +148,5 @@ def _orbit(machine: Machine, at: tuple[float, float], count: int) -> Orbit | Non
 
 def _same(one: Orbit, two: Orbit) -> bool:
     return one.name == two.name and any(
-        apart(one.departures[0], other) < ALIKE for other in two.departures
+        distance(one.departures[0], other) < MAP_POINT_TOL for other in two.departures
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.arcs import Layout, margin_of
+from lumped.rattle.arcs import ArcSequence, margin_of
 from lumped.rattle.machine import TURN, Machine
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def has_closed_form(machine: Machine) -> bool:
     return machine.is_impact and not machine.ripple
 
 
-def least_eccentricity(machine: Machine, turns: int = 1) -> float:
+def min_eccentricity(machine: Machine, turns: int = 1) -> float:
     """Least eccentricity of P(m, 1, 0) [rad], eqs. 2.54 and 2.57 without series.
 
     With restitution r it is |2 - 2 delta m (1 + r e) / ((1 + r) (1 - e))|, e =
@@ -78,7 +78,7 @@ def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
     drift = 2.0 * TURN * machine.drive
     velocity = drift * turns * machine.damping * r / (1.0 + r)
     first = math.asin(sine) / TURN
-    layout = Layout(turns, ONE_FLANK, 0.0 * ONE_FLANK)
+    layout = ArcSequence(turns, ONE_FLANK, 0.0 * ONE_FLANK)
     found = []
     for time in (first, 0.5 - first):
         starts = np.array([[time], [-velocity]])
@@ -155,7 +155,7 @@ class _TwoSided:
         time = math.atan2(sine, cosine) / TURN
         after = speeds @ [cosine, sine, 1.0]
         starts = np.array([[time, time + lower], after])
-        layout = Layout(self.turns, BOTH_FLANKS, 0.0 * BOTH_FLANKS)
+        layout = ArcSequence(self.turns, BOTH_FLANKS, 0.0 * BOTH_FLANKS)
         margin = margin_of(self.machine, layout.arcs(self.machine, starts))
         velocity, in_phase = float(-after[0]), bool(cosine > 0.0)
         return SimpleRattle(self.turns, time % 1.0, velocity, in_phase, lower, margin)

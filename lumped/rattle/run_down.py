@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class RunDown:
+class ExponentialFit:
     """Fit speed(t) = start e^(-rate (t - first t)) by least squares.
 
     rate, rate_error : decay rate and its standard error for independent residuals [1/s]
@@ -27,7 +27,7 @@ class RunDown:
     residual: float
 
 
-def fit_run_down(time: Array, speed: Array) -> RunDown:
+def fit_run_down(time: Array, speed: Array) -> ExponentialFit:
     """Fit an exponential to speeds (n,) at times (n,) [s], with n at least 3.
 
     Raises ValueError if there are fewer speeds, or if not all are finite and positive.
@@ -50,7 +50,7 @@ def fit_run_down(time: Array, speed: Array) -> RunDown:
             *(at, speed / speed.max(), (math.exp(level) / speed.max(), -slope)),
         )
     left = speed / speed.max() - start * np.exp(-loss * at)
-    return RunDown(
+    return ExponentialFit(
         rate=float(loss / length),
         rate_error=float(math.sqrt(covariance[1, 1]) / length),
         start=float(start * speed.max()),

@@ -14,16 +14,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.rattle.departures import follow
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
+from lumped.rattle.return_map import follow
 
 Release = tuple[float, float]  # time [turns] and speed, negative from the lower flank
 AT_ONCE = 1e-8  # distance in turns of releases that are equal
 LONGEST = 100_000  # largest number of impacts from one release to the next
-MOST_RELEASES = 100  # largest number of releases in a period
+MAX_RELEASES = 100  # largest number of releases in a period
 FASTER = 10.0  # factor of the speed of a second release that is followed with each
-VARIED = np.geomspace(1.0, FASTER, 2 * MOST_RELEASES)  # speeds that model round-off
+VARIED = np.geomspace(1.0, FASTER, 2 * MAX_RELEASES)  # speeds that model round-off
 INSTANTS = 256  # instants at rest in each cycle of the fastest forcing
 
 
@@ -70,7 +70,7 @@ def _cycle(machine: Machine, release: Release) -> tuple[list[Release], int]:
     """Periodic releases that follow a release, none if it comes to rest no more, and
     their period in turns, 0 if uncertain."""
     path, certain = [release], list[bool]()
-    while len(path) <= MOST_RELEASES:
+    while len(path) <= MAX_RELEASES:
         after, clear = _next(machine, path[-1])
         if not math.isfinite(after[0]):
             break

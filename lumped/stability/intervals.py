@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.stability.combinations import ORDERS, Combination, combinations
+from lumped.stability.mode_labels import Names, candidates, growth
 from lumped.stability.multipliers import Method
-from lumped.stability.naming import Names, candidates, growth
 from lumped.stability.periodic import PeriodicSystem
 
 Array = NDArray[np.float64]
@@ -20,9 +20,9 @@ Places = NDArray[np.intp]
 EDGE = 2e-8  # relative error of the speed at an edge
 BISECTIONS = 40  # largest number of bisections for an edge
 HALVINGS = 6  # halvings of the distance of speeds near an extremum of the multiplier
-MOST_ORDERS = 60  # harmonics that are considered at low speeds
+MAX_ORDERS = 60  # harmonics that are considered at low speeds
 ROUND_OFF = 1e-9  # round-off of a multiplier
-APART = 0.004  # logarithmic distance of speeds that are always examined
+LOG_SPEED_STEP = 0.004  # logarithmic distance of speeds that are always examined
 INSIDE, BESIDE = 11, 0.5  # speeds in an expected interval, and margin in widths
 
 
@@ -42,7 +42,7 @@ class Interval:
 
 
 @dataclass(frozen=True, eq=False)
-class Column:
+class StabilityScan:
     """Largest multiplier of one system at speeds (f,), and intervals of growth.
 
     expected : combinations of modes by perturbation
@@ -61,7 +61,7 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class SpeedSamples:
     """Speeds (f,) [Hz], rising, with largest multipliers and growing combinations."""
 
     at: Array
@@ -70,18 +70,18 @@ class Samples:
 
     def inserted(
         self, places: Places, at: Array, largest: Array, kinds: Names
-    ) -> Samples:
+    ) -> SpeedSamples:
         """Return samples with more speeds before those at given indices."""
-        return Samples(
+        return SpeedSamples(
             np.insert(self.at, places, at),
             np.insert(self.largest, places, largest),
             np.insert(self.kinds, places, kinds),
         )
 
 
-def examined(
+def scan_stability(
     system: PeriodicSystem, speeds: ArrayLike, method: Method = "peano-baker"
-) -> Column:
+) -> StabilityScan:
     """Stability at speeds [Hz], rising, and between them.
 
     Edges do not depend on the grid, since additional speeds are examined, close
@@ -92,12 +92,12 @@ def examined(
         raise ValueError("speeds must be two or more that rise")
     limits = float(grid[0]), float(grid[-1])
     highest = 2.0 * float(system.frequency_Hz.max())
-    orders = min(max(ORDERS, math.ceil(highest / limits[0])), MOST_ORDERS)
+    orders = min(max(ORDERS, math.ceil(highest / limits[0])), MAX_ORDERS)
     every = combinations(system, orders=orders)
     known = candidates(system, every)
     own = _own_speeds(system, every, limits)
     at = np.unique(np.concatenate([grid, own]))
-    found = Samples(at, *growth(system, at, known, method))
+    found = SpeedSamples(at, *growth(system, at, known, method))
     on_grid = found.largest[np.searchsorted(at, grid)]
     for places, rounds in ((_extremes, HALVINGS), (_changes, BISECTIONS)):
         for _ in range(rounds):
@@ -109,7 +109,7 @@ def examined(
                 left + 1, between, *growth(system, between, known, method)
             )
     near = tuple(each for each in every if each.comes_near(limits))
-    return Column(on_grid, tuple(_intervals(found)), near)
+    return StabilityScan(on_grid, tuple(_intervals(found)), near)
 
 
 def _own_speeds(
@@ -120,26 +120,28 @@ def _own_speeds(
     They are close together where an interval is expected to be narrow.
     """
     top = 2.0 * float(system.frequency_Hz.max())
-    first, last = (math.log(speed / top) / APART for speed in limits)
-    even = top * np.exp(APART * np.arange(math.ceil(first), math.floor(last) + 1))
+    first, last = (math.log(speed / top) / LOG_SPEED_STEP for speed in limits)
+    even = top * np.exp(
+        LOG_SPEED_STEP * np.arange(math.ceil(first), math.floor(last) + 1)
+    )
     found = [even, np.array([c.at for c in known])]
     for each in known:
         width = each.high - each.low
-        if width < INSIDE * APART * each.at:
+        if width < INSIDE * LOG_SPEED_STEP * each.at:
             share = np.linspace(-BESIDE, 1.0 + BESIDE, INSIDE)
             found.append(each.low + width * share)
     at = np.concatenate(found)
     return at[(at > limits[0]) & (at < limits[1])]
 
 
-def _changes(found: Samples) -> Places:
+def _changes(found: SpeedSamples) -> Places:
     """Indices before a change of the growing modes, if the next speed is too far."""
     at = found.at
     changes = np.flatnonzero(found.kinds[1:] != found.kinds[:-1])
     return changes[at[changes + 1] - at[changes] > EDGE * at[changes]]
 
 
-def _extremes(found: Samples) -> Places:
+def _extremes(found: SpeedSamples) -> Places:
     """Indices near which growth may begin or end between samples: maxima of stable
     multipliers and minima of unstable ones."""
     stable = found.kinds == ""
@@ -154,7 +156,7 @@ def _extremes(found: Samples) -> Places:
     return np.unique(np.concatenate([place, place + 1]))
 
 
-def _intervals(found: Samples) -> Iterator[Interval]:
+def _intervals(found: SpeedSamples) -> Iterator[Interval]:
     """Intervals of successive speeds at which the same modes grow, up to midpoints."""
     at, largest, kinds = found.at, found.largest, found.kinds
     ends = np.flatnonzero(kinds[1:] != kinds[:-1])

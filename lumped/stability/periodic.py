@@ -159,7 +159,7 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
         phase = system.train.meshes[m].phase % 1.0
         rate = float(system.train.mesh_rates[m])
         pitch = base_pitch(system.train, m)
-        coefficient = system.friction[m].coefficient if system.rubs else 0.0
+        coefficient = system.friction[m].coefficient if system.has_friction else 0.0
         for pair in excitation.pairs:
             wave, place = _along(pair.stiffness, phase, rate, times)
             ahead = pair.ahead or 0

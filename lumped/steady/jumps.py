@@ -20,7 +20,7 @@ STRONG = 3.0  # least miss of a jump over the changes next to the step
 WEAK = 1.5  # the same, for the other meshes at a speed where one jumps
 SEEN = 0.1  # least miss of a jump over the larger value
 SMALLEST = 1e-3  # least miss of a jump over the largest value of the curve
-SAME = 0.02  # relative difference below which two branches are equal
+BRANCH_RTOL = 0.02  # relative difference below which two branches are equal
 PROMINENT = 0.1  # least height of a peak over its feet, per largest value of the curve
 ROUND_OFF = 1e-12  # m, curves below are flat
 
@@ -95,7 +95,7 @@ def _shared(branch: Branch, opposite: Branch) -> NDArray[np.bool_]:
     there = dict(zip(opposite.frequency_Hz, opposite.column("dte_rms"), strict=True))
     return np.array(
         [
-            f in there and np.allclose(rms, there[f], rtol=SAME, atol=0.0)
+            f in there and np.allclose(rms, there[f], rtol=BRANCH_RTOL, atol=0.0)
             for f, rms in zip(
                 branch.frequency_Hz, branch.column("dte_rms"), strict=True
             )

@@ -17,7 +17,7 @@ from lumped.steady.response import History, Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Watch
 from lumped.steady.steppers import steps_per_period
-from lumped.steady.sweep import SILENT, Direction, Observer, sweep
+from lumped.steady.sweep import MIN_PEAK_TO_PEAK, Direction, Observer, sweep
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -132,7 +132,7 @@ def arrive(
     start: float,
     end: float,
     settings: Settings | None = None,
-    observer: Observer = SILENT,
+    observer: Observer = MIN_PEAK_TO_PEAK,
 ) -> Array | None:
     """State (2, n) after a passage from one frequency to near another [Hz].
 
@@ -204,7 +204,7 @@ def wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
     for m, pairs in enumerate(motion.pairs):
         columns[f"mesh{m + 1}_dte_m"] = history.deflection[:, m].tolist()
         columns[f"mesh{m + 1}_force_N"] = history.force[:, m].tolist()
-        if motion.system.rubs:
+        if motion.system.has_friction:
             name = f"mesh{m + 1}_friction_power_W"
             columns[name] = motion.friction_power[:, m].tolist()
         for p in range(pairs.force.shape[1]):

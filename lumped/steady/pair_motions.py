@@ -21,7 +21,7 @@ from lumped.train.system import LumpedSystem
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Ends = tuple[Array, Array]  # at the starts and ends of steps
-FAR = -1.0  # m, penetration of a pair that has no contact on a side
+NO_CONTACT_GAP = -1.0  # m, penetration of a pair that has no contact on a side
 PARTS = 16  # parts of a step that resolve the duration of contact conditions
 MIDDLES = (np.arange(PARTS)[:, None] + 0.5) / PARTS
 ROWS = 8192  # steps whose parts are evaluated together
@@ -180,7 +180,10 @@ def _by_pairs(
     counted = found.pairs[own]
     ahead = np.arange(counted.min() - shift.max(), counted.max() - shift.min() + 1)
     pairs = shift[:, None] + ahead
-    loads, penetrations = np.zeros((2, *pairs.shape)), np.full((2, *pairs.shape), FAR)
+    loads, penetrations = (
+        np.zeros((2, *pairs.shape)),
+        np.full((2, *pairs.shape), NO_CONTACT_GAP),
+    )
     for c in own:
         side = int(found.contacts.side[c] < 0.0)
         rows, places = np.nonzero(pairs == found.pairs[c])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from lumped.common.checks import checked
 from lumped.steady.response import History, Response
 from lumped.steady.settings import Settings
-from lumped.steady.steady_state import Watch, confirmed, steady_state
+from lumped.steady.steady_state import Watch, confirm_steady_state, steady_state
 from lumped.steady.steppers import stepper_of
 from lumped.train.system import LumpedSystem
 
@@ -51,11 +51,11 @@ def respond_confirmed(
     watch: Watch = lambda frequency, period: None,
 ) -> tuple[Response, History, Settings]:
     """Return the result of `respond_with_history` after a check by finer steps, see
-    `confirmed`."""
+    `confirm_steady_state`."""
     settings = settings or Settings()
     start = _checked(system, state)
     stepper = stepper_of(system, settings)
-    return confirmed(stepper, frequency, settings, start, before, watch)
+    return confirm_steady_state(stepper, frequency, settings, start, before, watch)
 
 
 def _checked(system: LumpedSystem, state: Array | None) -> Array | None:

@@ -9,7 +9,7 @@ from lumped.common.checks import require_between, require_fields
 
 Method = Literal["rk4", "dopri5"]
 SPRING_STEPS, CONTACT_STEPS = 64, 80  # steps per period of the fastest mesh
-FINEST, USUAL = 1e-13, 1e-8  # error of a step: just above round-off, and the default
+FINEST, DEFAULT = 1e-13, 1e-8  # error of a step: just above round-off, and the default
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,13 +19,13 @@ class SteadySettings:
     tolerance : distance to the periodic motion at which a motion is steady, relative
         to each mesh's range of deflection
     max_periods : periods of the first mesh after which a motion counts as aperiodic;
-        None for the number that follows from the damping, at least `least_periods`
+        None for the number that follows from the damping, at least `min_periods`
     multiples : largest period multiple to look for
     windows : largest number of windows, of `multiples` common periods each, over which
         a motion that does not repeat is measured; fewer for a long common period
     """
 
-    least_periods: ClassVar[int]
+    min_periods: ClassVar[int]
     tolerance: float = 1e-4
     max_periods: int | None = None
     multiples: int = 8
@@ -54,13 +54,13 @@ class Settings(SteadySettings):
         the last decay
     """
 
-    least_periods: ClassVar[int] = 2_000
+    min_periods: ClassVar[int] = 2_000
     method: Method = "rk4"
     steps: int | None = None
     step_angle: float = 0.6
     accuracy: float | None = None
 
-    def least_steps(self, contacts: bool) -> int:
+    def min_steps(self, contacts: bool) -> int:
         """Least number of steps of rk4 per period of the fastest mesh.
 
         contacts : whether the model is the coupled one
@@ -73,7 +73,7 @@ class Settings(SteadySettings):
         """Error of a step of dopri5, relative to the deflection."""
         if self.accuracy is not None:
             return self.accuracy
-        return max(min(USUAL, 1e-3 * self.tolerance), FINEST)
+        return max(min(DEFAULT, 1e-3 * self.tolerance), FINEST)
 
     def __post_init__(self) -> None:
         if self.steps is not None:

@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Watch = Callable[[float, int], None]  # (frequency [Hz], common periods passed there)
-MOST_PERIODS = 200_000  # largest number of periods that a motion may take to settle
+MAX_PERIODS = 200_000  # largest number of periods that a motion may take to settle
 LEAP_PERIODS = 400  # least periods of the coupled model, whose slow motions leap
 MATTERS = 1e-3  # least part of a relevant mode's strain energy in the meshes
-FEWEST_WINDOWS = 4  # least number of windows for a long common period
+MIN_WINDOWS = 4  # least number of windows for a long common period
 WINDOW_PERIODS = 2_000  # most periods of the first mesh in more than FEWEST_WINDOWS
 LONG = 100  # cycles of the first mesh after which nothing repeats by chance
 JUMP = 0.25  # relative change of an RMS from speed to speed that may be a jump
 NEXT = 0.02  # relative change of the speed over which a period multiple persists
-ALIKE = 0.05  # relative difference below which two responses are equal
+RESPONSE_RTOL = 0.05  # relative difference below which two responses are equal
 
 
 class Diverged(FloatingPointError):
@@ -136,7 +136,7 @@ def steady_state(
             check = stepper.begin(now, settings)
         at = Speed(frequency, settings, partial(watch, frequency))
         now, multiple = _settle(stepper, now, at, check)
-        spans = multiple or max(1, settings.multiples // system.rounds)
+        spans = multiple or max(1, settings.multiples // system.repetitions)
         count = 1 if multiple else windows(settings.windows, spans * length)
         figures: list[dict[str, Array]] = []
         for number in range(count):
@@ -165,7 +165,7 @@ def _settle(
     check: Convergence,
 ) -> tuple[Any, int]:
     """State, and the common periods after which the motion repeats or 0."""
-    most = most_periods(stepper.system, at.frequency, at.settings)
+    most = max_periods(stepper.system, at.frequency, at.settings)
     while check.period < most:
         left, onward = most - check.period, at.after(check.period)
         state, settled = stepper.advance(state, onward, check, left)
@@ -175,7 +175,7 @@ def _settle(
     return state, 0
 
 
-def confirmed(
+def confirm_steady_state(
     stepper: Stepper,
     frequency: float,
     settings: SteadySettings,
@@ -207,7 +207,7 @@ def confirmed(
     """
     at = None if before is None else before.frequency
     found = steady_state(stepper, frequency, settings, state, at, watch)
-    while doubtful(found[0], before):
+    while needs_refinement(found[0], before):
         coarse = found[0]
         finer = stepper.refined(frequency, settings, coarse.multiple > 0)
         if finer is None:
@@ -216,12 +216,12 @@ def confirmed(
         if stepper.system.contacts is not None and not _jumps(before, coarse):
             state, at = coarse.state, frequency
         found = steady_state(stepper, frequency, settings, state, at, watch)
-        if alike(coarse, found[0]):
+        if same_response(coarse, found[0]):
             break
     return *found, settings
 
 
-def doubtful(response: Response, before: Response | None) -> bool:
+def needs_refinement(response: Response, before: Response | None) -> bool:
     """Whether a finer step might show another motion."""
     if response.status == Status.DIVERGED:
         return False
@@ -238,10 +238,10 @@ def _jumps(before: Response | None, response: Response) -> bool:
     return before is not None and _apart(before, response) > JUMP
 
 
-def alike(one: Response, two: Response) -> bool:
+def same_response(one: Response, two: Response) -> bool:
     """Whether two responses at one speed are the same motion."""
     return one.multiple == two.multiple and (
-        one.multiple == 0 or _apart(one, two) <= ALIKE
+        one.multiple == 0 or _apart(one, two) <= RESPONSE_RTOL
     )
 
 
@@ -255,15 +255,15 @@ def _apart(one: Response, two: Response) -> float:
 
 def windows(most: int, periods: int) -> int:
     """Number of windows of `periods` periods for a motion that does not repeat."""
-    return min(most, max(FEWEST_WINDOWS, WINDOW_PERIODS // periods))
+    return min(most, max(MIN_WINDOWS, WINDOW_PERIODS // periods))
 
 
-def straining(system: LumpedSystem) -> NDArray[np.bool_]:
+def mesh_mode_mask(system: LumpedSystem) -> NDArray[np.bool_]:
     """Mask (n,) of the modes that strain the meshes enough to matter."""
     return np.asarray(system.modes.mesh_energy.sum(axis=0) > MATTERS)
 
 
-def most_periods(
+def max_periods(
     system: LumpedSystem, frequency: float, settings: SteadySettings
 ) -> int:
     """Common periods after which a motion counts as aperiodic."""
@@ -278,17 +278,17 @@ def periods_to_settle(
 
     The decay is from the range of deflection down to the tolerance.
     """
-    least = settings.least_periods
+    least = settings.min_periods
     if system.contacts is not None:
         least = min(least, LEAP_PERIODS)
-    slowest = float(system.modes.angular[straining(system)].min(initial=math.inf))
+    slowest = float(system.modes.angular[mesh_mode_mask(system)].min(initial=math.inf))
     slowest *= system.train.damping_ratio
     if not slowest > 0.0:
         return least
     needed = 2.0 * math.log(1.0 / settings.tolerance) * frequency / slowest
-    if needed > 10.0 * MOST_PERIODS:  # decay this slow is ignored
+    if needed > 10.0 * MAX_PERIODS:  # decay this slow is ignored
         return least
-    return int(min(max(needed, least), MOST_PERIODS))
+    return int(min(max(needed, least), MAX_PERIODS))
 
 
 def diverged(
@@ -328,8 +328,8 @@ def new_convergence(
         angular=angular,
         tolerance=settings.tolerance,
         limits=np.zeros((2, meshes)),
-        noise=np.zeros(meshes),
+        error_bound=np.zeros(meshes),
         scale=np.empty(meshes),
         counts=np.zeros(3, np.int64),
-        at_once=cycles >= LONG,
+        accept_immediately=cycles >= LONG,
     )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.kernels.arrays import FrictionSamples, VariedSteps
-from lumped.steady.leap import settle_or_leap
+from lumped.steady.newton_shooting import integrate_or_shoot
 from lumped.steady.response import History
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import (
@@ -35,7 +35,7 @@ FINEST = 512  # fixed steps per period, beyond which results do not depend on th
 # Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3
 # times the square of its phase angle per step. At an angle of FLANK times the root of
 # the damping ratio, this is a tenth of half the bandwidth. Least and most angle [rad].
-FLANK, LEAST, MOST = 4.0, 0.25, 1.0
+FLANK, MIN_STEPS, MAX_STEPS = 4.0, 0.25, 1.0
 # The engagement of teeth is a kink of the excitation, whose high harmonics steps take
 # for lower ones: where the eighth harmonic met a resonance, 0.65 rad per step made
 # amplitudes 7 % too small, 0.3 rad 1 %. So up to FINEST steps have this angle [rad].
@@ -106,7 +106,7 @@ class FixedStepper(LumpedStepper):
         # without damping only the errors of the steps would approach anything
         if self.system.contacts is None or self.system.train.damping_ratio == 0.0:
             return now, self.settle(now, at, check, most)
-        return settle_or_leap(self, now, at, check, most)
+        return integrate_or_shoot(self, now, at, check, most)
 
     def settle(
         self, state: Array, at: Speed, check: Convergence, most: int, on: bool = False
@@ -208,7 +208,7 @@ class FixedStepper(LumpedStepper):
         steps = FINEST if far else min(2 * known, FINEST)
         finer = replace(settings, steps=steps)
         needed = steps_per_period(self.system, frequency, finer)
-        return finer if self.system.holds(needed) else None
+        return finer if self.system.fits_memory(needed) else None
 
 
 class AdaptiveStepper(LumpedStepper):
@@ -234,7 +234,7 @@ class AdaptiveStepper(LumpedStepper):
             self._rules(at),
             (
                 float(system.train.common_period[0]),
-                system.rounds,
+                system.repetitions,
                 system.excitation.turns,
             ),
             now,
@@ -253,13 +253,13 @@ class AdaptiveStepper(LumpedStepper):
         h = system.samples(steps_per_period(system, at.frequency, at.settings)).h
         time, out = _room(system, h, periods)
         rules, length = self._rules(at), system.train.common_period[0]
-        steps = h.size // system.rounds
+        steps = h.size // system.repetitions
         grid = np.concatenate([[0.0], np.cumsum(h[:steps])])
         grid[-1] = length
         for number, start in enumerate(range(0, time.size - 1, steps)):
             status, _ = dopri5.record_dopri5(
                 system.arrays,
-                system.excitation.pieces_in(number % system.rounds),
+                system.excitation.pieces_in(number % system.repetitions),
                 rules,
                 (0.0, float(length)),
                 now,
@@ -285,7 +285,7 @@ def stepper_of(
         return FixedStepper(system)
     if system.contacts is not None:
         raise ValueError("method must be rk4 for the coupled model, got dopri5")
-    if system.rubs:
+    if system.has_friction:
         raise ValueError("method must be rk4 for teeth with friction, got dopri5")
     return AdaptiveStepper(system)
 
@@ -314,7 +314,7 @@ def room_to_record(system: LumpedSystem, instants: int) -> Array:
     more = 0
     if system.contacts is not None:
         more = CONTACT_ROWS * np.bincount(system.contacts.mesh_of).max()
-    elif system.rubs:
+    elif system.has_friction:
         more = FRICTION_ROWS * np.bincount(system.excitation.mesh_of).max()
     return np.full((instants, 6 + more, len(system.excitations)), np.nan)
 
@@ -326,7 +326,7 @@ def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
     deflections, since hubs follow the mean rotations and the contact forces.
     """
     history = History(time, *out[:, :6].transpose(1, 0, 2))
-    if system.rubs:
+    if system.has_friction:
         mesh_of = system.excitation.mesh_of
         return replace(history, friction=_of_each(out, mesh_of, FRICTION_ROWS))
     if system.contacts is None:
@@ -358,10 +358,12 @@ def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings)
     """Fixed steps per period of the first mesh, rounded up to few different values."""
     fastest = float(max(system.train.mesh_rates))
     highest = float(np.sqrt(system.arrays.rigidity.max()))
-    base = settings.least_steps(system.contacts is not None) * fastest
+    base = settings.min_steps(system.contacts is not None) * fastest
     needed = max(base, highest / (frequency * settings.step_angle))
     if system.loaded is not None and settings.steps is None:
-        angle = min(max(FLANK * math.sqrt(system.train.damping_ratio), LEAST), MOST)
+        angle = min(
+            max(FLANK * math.sqrt(system.train.damping_ratio), MIN_STEPS), MAX_STEPS
+        )
         turned = system.strained_angular / frequency
         needed = max(needed, turned / angle, min(turned / CONTACT_ANGLE, FINEST))
     doublings = max(0, math.ceil(2.0 * math.log2(needed / base) - 1e-9))

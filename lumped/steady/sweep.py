@@ -17,17 +17,19 @@ from lumped.common.progress import Progress, silent
 from lumped.common.workers import Stop, Stopped, run_together
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings, SteadySettings
-from lumped.steady.steady_state import Stepper, Watch, confirmed
+from lumped.steady.steady_state import Stepper, Watch, confirm_steady_state
 from lumped.steady.steppers import stepper_of
-from lumped.steady.truncation import TruncationCheck
+from lumped.steady.truncation_check import TruncationCheck
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
 BOTH: tuple[Direction, ...] = ("up", "down")
 Keep = Callable[[float, Any], None]  # (frequency [Hz], record at that frequency)
-Station = tuple[Stepper, float]  # (stepper, frequency of the first mesh [Hz])
-Settle = Callable[..., tuple[Response, Any, Any]]  # same signature as `confirmed`
+SweepPoint = tuple[Stepper, float]  # (stepper, frequency of the first mesh [Hz])
+Settle = Callable[
+    ..., tuple[Response, Any, Any]
+]  # same signature as `confirm_steady_state`
 REFRESH = 0.2  # s between reports from within a speed
 
 
@@ -70,7 +72,7 @@ class Observer:
     watch: Watch = lambda frequency, period: None
 
 
-SILENT = Observer()
+MIN_PEAK_TO_PEAK = Observer()
 
 
 def reporting(report: Progress, total: int) -> Observer:
@@ -111,16 +113,16 @@ def sweep_branch(
     *,
     store: BranchStore | None = None,
     keep: Keep = lambda frequency, motion: None,
-    observer: Observer = SILENT,
+    observer: Observer = MIN_PEAK_TO_PEAK,
     stop: Stop | None = None,
 ) -> Branch:
     """Pass through mesh frequencies [Hz], each from the steady state of the previous.
 
     The frequencies are sorted by the direction. For the other arguments see
-    `settle_in_turn`.
+    `continue_sweep`.
     """
     ordered = in_order(frequencies, direction)
-    responses, complete = settle_in_turn(
+    responses, complete = continue_sweep(
         *(ordered, lambda frequency: (stepper, frequency), settings),
         store=store,
         keep=keep,
@@ -137,22 +139,23 @@ def in_order(values: Sequence[float] | Array, direction: Direction) -> list[floa
     return sorted(values, reverse=direction == "down")
 
 
-def settle_in_turn(
+def continue_sweep(
     values: Sequence[float],
-    station: Callable[[float], Station],
+    station: Callable[[float], SweepPoint],
     settings: SteadySettings,
     *,
     settle: Settle | None = None,
     store: BranchStore | None = None,
     keep: Keep = lambda frequency, motion: None,
-    observer: Observer = SILENT,
+    observer: Observer = MIN_PEAK_TO_PEAK,
     stop: Stop | None = None,
 ) -> tuple[tuple[Response, ...], bool]:
     """Settle at stations, each from the state of the previous, until one diverges.
 
     station : function that returns the station of a value, called in turn, and again
         for the last value in the store
-    settle : function that settles from one station to the next; None for `confirmed`
+    settle : function that settles from one point to the next; None for
+        `confirm_steady_state`
     keep : function called with the motion of a value before it counts as finished
     stop : event that ends the sweep at the next call of watch; without it Stopped,
         raised by the observer, leaves no responses
@@ -174,9 +177,9 @@ def settle_in_turn(
         stepper, frequency = station(values[len(responses)])
         before, state = responses[-1] if responses else None, None
         if before is not None and last is not None:
-            state = _passed_on(before.state, last.system, stepper.system)
+            state = _transfer_state(before.state, last.system, stepper.system)
         try:
-            response, motion, _ = (settle or confirmed)(
+            response, motion, _ = (settle or confirm_steady_state)(
                 stepper, frequency, settings, state, before, watched
             )
             if response.status != Status.DIVERGED:
@@ -194,7 +197,7 @@ def settle_in_turn(
     return tuple(responses), complete
 
 
-def _passed_on(state: Any, before: LumpedSystem, after: LumpedSystem) -> Any:
+def _transfer_state(state: Any, before: LumpedSystem, after: LumpedSystem) -> Any:
     """State to continue from, unchanged if the system is the same."""
     return state if before is after else after.state_from(before, state)
 
@@ -210,7 +213,7 @@ def sweep(
     direction: Direction = "up",
     settings: Settings | None = None,
     *,
-    observer: Observer = SILENT,
+    observer: Observer = MIN_PEAK_TO_PEAK,
     stop: Stop | None = None,
 ) -> Branch:
     """Pass through mesh frequencies [Hz] with a lumped system, see `sweep_branch`."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.common.checks import checked, require_fields
 from lumped.train.excitation import MODELS, MeshExcitation, PairExcitation, with_errors
 from lumped.train.waves import (
-    SAME,
+    POSITION_TOL,
     Wave,
     constant,
     cut_into_pitches,
@@ -207,7 +207,7 @@ def _nodes(springs: Sequence[PairExcitation]) -> tuple[list[float], Array]:
     corners = sorted({corner for wave in waves for corner in wave.corners})
     grid = np.arange(STE_POINTS + 1) / STE_POINTS
     x = np.unique(np.concatenate([grid, np.array(corners)]))
-    return corners, np.append(x[:-1][np.diff(x) > SAME], 1.0)
+    return corners, np.append(x[:-1][np.diff(x) > POSITION_TOL], 1.0)
 
 
 def _at_nodes(

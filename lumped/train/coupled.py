@@ -48,21 +48,21 @@ from numpy.typing import NDArray
 
 from lumped.kernels.arrays import (
     ContactGrid,
-    ContactProblem,
     Contacts,
     CoupledSteps,
     CoupledSystem,
+    PenetrationProblem,
     in_row_order,
 )
-from lumped.train.left_out import BodyInertia
 from lumped.train.propagator import LinearPart
+from lumped.train.truncation import TruncationModel
 
 Array = NDArray[np.float64]
-INGREDIENTS = "hardening", "pairs", "body", "meshes", "modes"
-FACING = 5e-3  # m, gaps beyond which flanks do not face each other
-MOST_ROUNDS = 60  # iterations of Newton's method for static equilibrium
+COMPONENTS = "hardening", "pairs", "body", "meshes", "modes"
+MAX_FACING_GAP = 5e-3  # m, gaps beyond which flanks do not face each other
+MAX_ITERATIONS = 60  # iterations of Newton's method for static equilibrium
 ROUNDING = 1e-9  # round-off of a position in a mesh cycle
-EXACT = 1e-12  # error relative to the range of the contacts' tables
+EQUILIBRIUM_RTOL = 1e-12  # error relative to the range of the contacts' tables
 
 
 OF_EACH = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
@@ -142,10 +142,10 @@ class CoupledContacts:
     paths : (m, 2) start and end of the nominal path of contact, base pitches past the
         pitch point
     rows : (c, p + 1, n) R, penetration per modal coordinate [1/sqrt(kg)]
-    closing : (c, p + 1) penetration per rotation of the driver times its base radius,
-        with the driven gear held
-    inertial : (c, p + 1, n) U, penetration under the inertial loads of all bodies per
-        acceleration of each coordinate, reversed [s2/sqrt(kg)]
+    penetration_rate : (c, p + 1) penetration per rotation of the driver times its base
+        radius, with the driven gear held
+    inertia_rows : (c, p + 1, n) U, penetration under the inertial loads of all bodies
+        per acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
     modes : modes of the bodies as separate coordinates; C, U and W still include them
     solved : all body modes that were solved, of which `modes` are coordinates
@@ -159,12 +159,12 @@ class CoupledContacts:
     pairs: NDArray[np.int64]
     paths: Array
     rows: Array
-    closing: Array
-    inertial: Array
+    penetration_rate: Array
+    inertia_rows: Array
     work: Array
     modes: BodyModes | None = None
     solved: BodyModes | None = None
-    inertia: BodyInertia | None = None
+    inertia: TruncationModel | None = None
     kept: NDArray[np.bool_] | None = None
     without: tuple[str, ...] = ()
 
@@ -192,7 +192,7 @@ class CoupledContacts:
 
 
 @dataclass(frozen=True, eq=False)
-class Springs:
+class ModalTrain:
     """Train without its meshes, in n modal coordinates of unit mass.
 
     stiffness : (n, n) stiffness K of shafts, couplings and bearings [1/s2]
@@ -217,7 +217,7 @@ class LoadedState:
     deflection : (p + 1, m) deflection of the meshes [m]
     load : (p + 1, c) load of the contacts [N]
     penetration : (p + 1, c) penetration of the contacts [m]
-    pressed : (p + 1, c, n) load of the contacts per coordinate
+    load_sensitivity : (p + 1, c, n) load of the contacts per coordinate
     place : (p + 1, n) coordinates
     springs : (n, n) stiffness without the meshes, in modal coordinates in mean axes
     tangent : (p, m, n, n) tangent stiffness of each mesh [1/s2]; a load that is
@@ -227,7 +227,7 @@ class LoadedState:
     deflection: Array
     load: Array
     penetration: Array
-    pressed: Array
+    load_sensitivity: Array
     place: Array
     springs: Array
     tangent: Array
@@ -260,11 +260,11 @@ class LoadedState:
         return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi), shapes
 
 
-def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
+def coupled_system(found: CoupledContacts, train: ModalTrain) -> CoupledSystem:
     """System in the form that the kernels take, without the ingredients left out."""
     if "body" in found.without:
-        nothing = np.zeros_like(found.inertial), np.zeros_like(found.work)
-        found = replace(found, inertial=nothing[0], work=nothing[1])
+        nothing = np.zeros_like(found.inertia_rows), np.zeros_like(found.work)
+        found = replace(found, inertia_rows=nothing[0], work=nothing[1])
     system, hubs = _in_mean_axes(*_with_bodies(found, train), found.bodies.pairs)
     start = _start(train, system)
     for name, leave_out in LEAVE_OUT.items():
@@ -275,7 +275,7 @@ def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
     return system._replace(damping=_damping(system, hubs, train, found.bodies))
 
 
-def _start(train: Springs, system: CoupledSystem) -> Array:
+def _start(train: ModalTrain, system: CoupledSystem) -> Array:
     """Coordinates (n,) near static equilibrium."""
     start = np.zeros(system.load.size)
     start[: train.start.size] = train.start
@@ -283,8 +283,8 @@ def _start(train: Springs, system: CoupledSystem) -> Array:
 
 
 def _with_bodies(
-    found: CoupledContacts, train: Springs
-) -> tuple[CoupledContacts, Springs]:
+    found: CoupledContacts, train: ModalTrain
+) -> tuple[CoupledContacts, ModalTrain]:
     """Contacts and springs in the coordinates of hubs and body modes, of unit mass."""
     bodies, hubs = found.bodies, train.load.size
     E, G, squares = bodies.rows, bodies.coupling, bodies.angular**2
@@ -296,7 +296,7 @@ def _with_bodies(
     compliance = found.contacts.normal_compliance - np.einsum(
         "cpb,dpb->pcd", E / squares, E
     )
-    inertial = found.inertial - np.einsum("cpb,bn->cpn", E / squares, G)
+    inertial = found.inertia_rows - np.einsum("cpb,bn->cpn", E / squares, G)
     work = np.zeros((size, size))
     work[:hubs, :hubs] = found.work - (G.T / squares) @ G
     stiffness = np.zeros((size, size))
@@ -306,7 +306,7 @@ def _with_bodies(
     contacts = replace(
         found,
         rows=joined(found.rows, E),
-        inertial=joined(inertial, np.zeros_like(E)),
+        inertia_rows=joined(inertial, np.zeros_like(E)),
         work=to_unit.T @ work @ to_unit,
         contacts=found.contacts._replace(normal_compliance=compliance),
     )
@@ -340,7 +340,7 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
 
     gap = between(system.contacts.gap)
     compliance = np.swapaxes(system.contacts.normal_compliance, 0, 1)
-    facing = gap < FACING
+    facing = gap < MAX_FACING_GAP
     faces = np.where(facing, np.arange(len(mesh_of)), len(mesh_of))
     faces = np.sort(faces)[:, : facing.sum(axis=1).max()]
     found = ContactGrid(
@@ -389,9 +389,9 @@ def coupled_steps(
 
 def _room(system: CoupledSystem) -> dict[str, Any]:
     count = len(system.mesh_of)
-    problem = ContactProblem(
+    problem = PenetrationProblem(
         knots=system.contacts.knots,
-        law=system.contacts.law,
+        load_curve=system.contacts.load_curve,
         place=np.zeros(system.rate.size, np.int64),
         part=np.zeros(system.rate.size),
         mesh_of=system.mesh_of,
@@ -420,7 +420,7 @@ class Hubs:
     """Displacement of the hubs (n,), per coordinate (n, n) and load (c, p + 1, n)."""
 
     turn: Array
-    ahead: Array
+    hub_compliance: Array
 
 
 def static_transmission_error(
@@ -443,20 +443,20 @@ def static_transmission_error(
     alone = replace(
         found,
         mesh_of=np.zeros(own.size, np.int64),
-        rows=found.closing[own][:, :, None],
-        inertial=none,
+        rows=found.penetration_rate[own][:, :, None],
+        inertia_rows=none,
         work=np.zeros((1, 1)),
         modes=None,
         contacts=contacts._replace(
             first=np.array([0, own.size]),
             gap=gap,
             knots=contacts.knots[[mesh]],
-            law=contacts.law[own],
+            load_curve=contacts.load_curve[own],
             normal_compliance=contacts.normal_compliance[:, own][:, :, own],
         ),
     )
     one = np.ones(1)
-    train = Springs(
+    train = ModalTrain(
         stiffness=np.zeros((1, 1)),
         damping=0.0 * one,
         load=force * one,
@@ -468,9 +468,9 @@ def static_transmission_error(
 
 
 def _in_mean_axes(
-    found: CoupledContacts, train: Springs, whirl: Array
+    found: CoupledContacts, train: ModalTrain, whirl: Array
 ) -> tuple[CoupledSystem, Hubs]:
-    R, U, W, K = found.rows, found.inertial, found.work, train.stiffness
+    R, U, W, K = found.rows, found.inertia_rows, found.work, train.stiffness
     S = np.linalg.inv(np.eye(len(W)) + K @ W)
     P, load = U - R @ W, S @ train.load
     turn = np.eye(len(W)) - W @ S @ K
@@ -492,18 +492,20 @@ def _in_mean_axes(
         rate=train.rate,
         mesh_of=found.mesh_of,
         rows=R + P @ S @ K,
-        ahead=hubs.ahead @ train.shapes.T,
+        ahead=hubs.hub_compliance @ train.shapes.T,
         contacts=contacts,
     )
     return system, hubs
 
 
 def _damping(
-    system: CoupledSystem, hubs: Hubs, train: Springs, bodies: BodyModes
+    system: CoupledSystem, hubs: Hubs, train: ModalTrain, bodies: BodyModes
 ) -> Array:
     """Damping matrix (n, n) of the hubs and of the body modes."""
     loaded = loaded_state(system, _start(train, system))
-    turned = hubs.turn + np.einsum("cpi,pcj->pij", hubs.ahead, loaded.pressed)
+    turned = hubs.turn + np.einsum(
+        "cpi,pcj->pij", hubs.hub_compliance, loaded.load_sensitivity
+    )
     turned = bodies.to_unit @ turned[:-1]
     both = np.concatenate([train.damping, bodies.damping])
     damped = np.tensordot(turned * both[:, None], turned, ((0, 1), (0, 1)))
@@ -546,11 +548,11 @@ def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     contacts = system.contacts
     top = np.maximum(loaded.penetration.max(axis=0), 1e-3 * contacts.knots[0, -1])
     load, _ = contact_loads(system, np.tile(top, (len(loaded.load), 1)))
-    law = np.zeros_like(contacts.law)
+    law = np.zeros_like(contacts.load_curve)
     secant = (load / top).T[:, :, None, None]
     law[..., 1] = secant
     law[..., 0] = secant * contacts.knots[system.mesh_of][:, None, None, :-1]
-    return contacts._replace(law=law)
+    return contacts._replace(load_curve=law)
 
 
 LEAVE_OUT = {  # in this order, in addition to the body
@@ -572,8 +574,8 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
     positions, count, n = B.shape
     q, eye = start + _closing(system, start), np.eye(count)
     x = _times(B, q) - gap
-    exact = EXACT * system.contacts.knots[:, -1].max()
-    for _ in range(MOST_ROUNDS):
+    exact = EQUILIBRIUM_RTOL * system.contacts.knots[:, -1].max()
+    for _ in range(MAX_ITERATIONS):
         F, D = contact_loads(system, x)
         miss = [
             x + _times(Q, F) - _times(B, q) + gap,
@@ -589,7 +591,7 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
         if not np.isfinite(step).all():
             break
         if (np.abs(step[:, :count]) < exact).all():
-            return _about(system, x, q, B)
+            return _linearise(system, x, q, B)
     raise ArithmeticError("no static equilibrium of the contacts was found")
 
 
@@ -611,7 +613,7 @@ def _closing(system: CoupledSystem, start: Array) -> Array:
     return found
 
 
-def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
+def _linearise(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
     F, D = contact_loads(system, x)
     by_loads = np.einsum("cpm,pc->pm", system.ahead, F)
     Q, eye = system.contacts.normal_compliance, np.eye(len(system.mesh_of))
@@ -625,7 +627,7 @@ def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
         deflection=system.offset + q @ system.shapes.T + by_loads,
         load=F,
         penetration=x,
-        pressed=pressed,
+        load_sensitivity=pressed,
         place=q,
         springs=system.stiffness,
         tangent=0.5 * (tangent + np.swapaxes(tangent, 2, 3)),
@@ -634,7 +636,10 @@ def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
 
 def contact_loads(system: CoupledSystem, x: Array) -> tuple[Array, Array]:
     """Loads [N] and slopes [N/m] of the contacts at penetrations, all (p + 1, c)."""
-    law, knots = system.contacts.law[:, :, 0], system.contacts.knots[system.mesh_of]
+    law, knots = (
+        system.contacts.load_curve[:, :, 0],
+        system.contacts.knots[system.mesh_of],
+    )
     reach, cells = knots[:, -1], law.shape[2]
     inside = np.clip(x, 0.0, reach)
     cell = np.minimum((cells * np.sqrt(inside / reach)).astype(int), cells - 1)

@@ -82,7 +82,7 @@ class Choice:
     tolerance : allowed error
     cutoff_Hz : lowest cut-off that is accurate enough, below which modes are retained;
         0 if there are none
-    kept : number of modes below the cut-off in each mesh
+    retained : number of modes below the cut-off in each mesh
     remaining : largest error with these modes retained
     """
 
@@ -92,7 +92,7 @@ class Choice:
     mesh: int
     tolerance: float
     cutoff_Hz: float
-    kept: tuple[int, ...]
+    retained: tuple[int, ...]
     remaining: float
 
     @property
@@ -100,7 +100,7 @@ class Choice:
         """Sentence that states the choice and its reason."""
         extent = "at most" if self.fidelity == "quasistatic" else "up to"
         where = f"at {_digits(self.speed_Hz, 4)} Hz"
-        where += f" in mesh {self.mesh + 1}" if len(self.kept) > 1 else ""
+        where += f" in mesh {self.mesh + 1}" if len(self.retained) > 1 else ""
         text = (
             f"{self.fidelity}: elastic inertia changes the mesh compliance by {extent} "
             f"{_percent(self.bound)} of the excitation's RMS ({where}), allowed are "
@@ -109,7 +109,7 @@ class Choice:
         if self.fidelity == "quasistatic":
             return text
         return (
-            f"{text}; {' + '.join(map(str, self.kept))} modes below "
+            f"{text}; {' + '.join(map(str, self.retained))} modes below "
             f"{_digits(self.cutoff_Hz / 1e3, 3)} kHz are kept, the others change it by "
             f"at most {_percent(self.remaining)}"
         )
@@ -181,7 +181,7 @@ def choose(
         mesh=int(mesh),
         tolerance=tolerance,
         cutoff_Hz=cutoff,
-        kept=kept,
+        retained=kept,
         remaining=remaining,
     )
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.kernels.arrays import FrictionSamples, Samples
+from lumped.kernels.arrays import ExcitationSamples, FrictionSamples
 from lumped.train.friction import (
     FrictionRows,
     ToothFriction,
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 def with_friction(
-    samples: Samples,
+    samples: ExcitationSamples,
     times: Array,
     excitation: TrainExcitation,
     friction: Sequence[ToothFriction],

@@ -67,7 +67,7 @@ class LinearPart:
         """Squared frequency of the contacts [1/s2]."""
         contacts, rows = self.system.contacts, self.system.rows[..., : self.standing]
         reach = contacts.knots[:, -1].max()
-        slope = contacts.law[:, 0, 0, -1, 0].max() / reach
+        slope = contacts.load_curve[:, 0, 0, -1, 0].max() / reach
         return float(slope * (rows**2).sum(axis=2).max())
 
     @cached_property

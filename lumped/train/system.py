@@ -14,9 +14,9 @@ from lumped.kernels.arrays import (
     ContactGrid,
     CoupledSteps,
     CoupledSystem,
+    ExcitationSamples,
     FrictionSamples,
     ModalSystem,
-    Samples,
 )
 from lumped.train.at_rest import (
     RestReference,
@@ -27,7 +27,7 @@ from lumped.train.at_rest import (
 from lumped.train.coupled import (
     CoupledContacts,
     LoadedState,
-    Springs,
+    ModalTrain,
     contact_grid,
     coupled_steps,
     coupled_system,
@@ -47,7 +47,7 @@ UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is o
 IN_MESHES = 0.25  # least part of strain energy in the meshes of a mesh mode
 FELT = 1e-3  # the same for a body mode that is listed among the resonances
 BALANCED = 1e-3  # relative imbalance of torques on a free motion that is round-off
-MOST_BYTES = 1e9  # largest memory of the excitation on the steps of a common period
+MAX_BYTES = 1e9  # largest memory of the excitation on the steps of a common period
 MOTION_BYTES = 150  # memory per step and mesh while a motion is recorded and measured
 CONTACT_BYTES = 32  # memory per step and contact of the coupled model, recorded twice
 RUNAWAY = 1e6  # multiple of the largest velocity expected from statics and gaps
@@ -110,7 +110,7 @@ class LumpedSystem:
                 raise TrainError("friction: needs tooth pairs, the excitation has none")
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether teeth have friction."""
         return any(each.coefficient for each in self.friction)
 
@@ -124,7 +124,7 @@ class LumpedSystem:
 
         They strain a mesh, or teeth slide in them and the sliding reverses friction.
         """
-        taking_part = self._straining
+        taking_part = self._moves_mesh
         if any(each.sliding == "instantaneous" for each in self.friction):
             sliding = sum(np.abs(row).max(axis=0) for row in self._friction_rows)
             by_sliding = sliding > UNTOUCHED * np.max(sliding)
@@ -132,7 +132,7 @@ class LumpedSystem:
         return np.flatnonzero(taking_part)
 
     @property
-    def _straining(self) -> NDArray[np.bool_]:
+    def _moves_mesh(self) -> NDArray[np.bool_]:
         """Mask of the modes that strain a mesh."""
         return np.asarray(self.modes.mesh_energy.sum(axis=0) > UNTOUCHED)
 
@@ -165,7 +165,7 @@ class LumpedSystem:
             return None
         known, shapes = self.arrays, self.arrays.shapes
         meshes = np.einsum("m,mi,mj->ij", known.mean_stiffness, shapes, shapes)
-        train = Springs(
+        train = ModalTrain(
             stiffness=np.diag(known.rigidity) - meshes,
             damping=known.damping,
             load=known.load,
@@ -224,7 +224,7 @@ class LumpedSystem:
     def resonances_Hz(self) -> Array:
         """Natural frequencies of modes that strain a mesh, under load if coupled."""
         if self.loaded is None:
-            return np.asarray(self.modes.frequency_Hz[self._straining])
+            return np.asarray(self.modes.frequency_Hz[self._moves_mesh])
         strained = self.loaded.mesh_energy.sum(axis=0) > FELT
         return np.asarray(self.loaded.frequency_Hz[strained])
 
@@ -296,9 +296,9 @@ class LumpedSystem:
         return self.excitation.common_period
 
     @property
-    def rounds(self) -> int:
+    def repetitions(self) -> int:
         """Number of periods of all meshes until their teeth repeat."""
-        return self.excitation.rounds
+        return self.excitation.repetitions
 
     @cached_property
     def energy_norm(self) -> float:
@@ -315,7 +315,7 @@ class LumpedSystem:
         """Sum of modal velocities beyond which a run has diverged."""
         return RUNAWAY * self.energy_norm
 
-    def samples(self, steps: int) -> Samples | FrictionSamples:
+    def samples(self, steps: int) -> ExcitationSamples | FrictionSamples:
         """Steps of one common period and the excitation on them.
 
         Step sizes are in periods of the first mesh. Raises TrainError if that exceeds
@@ -324,14 +324,16 @@ class LumpedSystem:
         steps : least number of steps per period of the first mesh
         """
         # long ones are not cached: computing them is fast compared with a period
-        return self._samples(steps) if self.rounds > 1 else self._kept_samples(steps)
+        return (
+            self._samples(steps) if self.repetitions > 1 else self._kept_samples(steps)
+        )
 
     def coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
         """Steps of the coupled model at a frequency of the first mesh [Hz]."""
         assert self.coupled_arrays is not None
         return coupled_steps(
             *(self.coupled_arrays, self._linear, self.contact_grid(steps)),
-            *(frequency, self.rounds),
+            *(frequency, self.repetitions),
         )
 
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
@@ -344,29 +346,29 @@ class LumpedSystem:
         )
 
     @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
-    def _kept_samples(self, steps: int) -> Samples | FrictionSamples:
+    def _kept_samples(self, steps: int) -> ExcitationSamples | FrictionSamples:
         return self._samples(steps)
 
-    def _samples(self, steps: int) -> Samples | FrictionSamples:
+    def _samples(self, steps: int) -> ExcitationSamples | FrictionSamples:
         self._require_memory(steps)
         times = self.excitation.grid(steps)
         samples = self.excitation.samples(times)
-        if not self.rubs:
+        if not self.has_friction:
             return samples
         kept = (row[:, self.moving] for row in self._friction_rows)
         rows = FrictionRows(*map(np.ascontiguousarray, kept))
         return with_friction(samples, times, self.excitation, self.friction, rows)
 
-    def holds(self, steps: int) -> bool:
+    def fits_memory(self, steps: int) -> bool:
         """Whether a common period with `steps` steps per period fits in memory."""
-        return self._bytes(steps) <= MOST_BYTES
+        return self._bytes(steps) <= MAX_BYTES
 
     def _bytes(self, steps: int) -> int:
         """Memory of the excitation on steps, and of the motion over a long period."""
         meshes = len(self.excitations)
         if self.contacts is None:
             length, each = self.common_period[0], 48 * self.arrays.first_pair[-1]
-            each = 5 * each // 2 if self.rubs else each
+            each = 5 * each // 2 if self.has_friction else each
             contacts = 0
         else:
             contacts, _, n = self.contacts.rows.shape
@@ -375,16 +377,16 @@ class LumpedSystem:
             length = self.train.common_period[0]
             each = 8 * contacts * (2 * contacts + n + meshes + 1)
         found = int(each) * length * steps
-        if self.rounds > 1:
+        if self.repetitions > 1:
             motion = MOTION_BYTES * meshes + CONTACT_BYTES * contacts
             found += motion * self.common_period[0] * steps
         return found
 
     def _require_memory(self, steps: int) -> None:
-        if self.holds(steps):
+        if self.fits_memory(steps):
             return
         what, teeth, ways = "excitation", "", "higher speeds or simpler tooth ratios"
-        if self.rounds > 1:
+        if self.repetitions > 1:
             what, teeth = "motion", " and tooth pairs with pitch errors"
             ways = "pitch errors of fewer gears or that repeat sooner, higher speeds"
             ways += " or fewer steps"

@@ -10,10 +10,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.kernels.arrays import PITCH, Pieces, Samples
+from lumped.kernels.arrays import PITCH, ExcitationSamples, Pieces
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.train import Train
-from lumped.train.waves import SAME, Wave
+from lumped.train.waves import POSITION_TOL, Wave
 
 Array = NDArray[np.float64]
 GAP_POINTS = 256  # points of a gap per base pitch
@@ -41,7 +41,7 @@ class TrainExcitation:
         return tuple(int(first * rate) for rate in rates)
 
     @property
-    def rounds(self) -> int:
+    def repetitions(self) -> int:
         """Number of periods of all meshes until their teeth repeat."""
         return self.common_period[0] // self.train.common_period[0]
 
@@ -68,7 +68,7 @@ class TrainExcitation:
             coefficients=np.concatenate(
                 [wave.coefficients.reshape(-1, 4) for wave in waves]
             ),
-            stops=np.unique(np.concatenate([self.corners(), self._handovers()])),
+            stops=np.unique(np.concatenate([self.corners(), self._pair_switches()])),
             mesh_of=self.mesh_of,
             pitches=np.stack(pitches, axis=1),
             offsets=np.concatenate([wave.offsets for wave in waves]),
@@ -85,7 +85,7 @@ class TrainExcitation:
         pitches[:, PITCH] += number * self.turns
         return self.pieces._replace(place=self.pieces.place.copy(), pitches=pitches)
 
-    def _handovers(self) -> Array:
+    def _pair_switches(self) -> Array:
         """Times at which a mesh starts a cycle and pairs pass their waves on."""
         length = self.train.common_period[0]
         return np.concatenate(
@@ -138,15 +138,19 @@ class TrainExcitation:
         ends = np.concatenate([self.corners(), [float(length)]])
         starts = np.concatenate([[0.0], self.corners()])
         parts = [
-            np.linspace(a, b, max(1, math.ceil((b - a) * steps - SAME)), endpoint=False)
+            np.linspace(
+                a, b, max(1, math.ceil((b - a) * steps - POSITION_TOL)), endpoint=False
+            )
             for a, b in zip(starts, ends, strict=True)
         ]
         return np.concatenate([*parts, [float(length)]])
 
-    def samples(self, times: Array) -> Samples:
+    def samples(self, times: Array) -> ExcitationSamples:
         """Steps of the common period between times of a grid, with the excitation."""
         stiffness, gap = (self.on_steps(waves, times) for waves in self._functions)
-        return Samples(np.tile(np.diff(times), self.rounds), stiffness, gap)
+        return ExcitationSamples(
+            np.tile(np.diff(times), self.repetitions), stiffness, gap
+        )
 
     def on_steps(self, waves: Sequence[Wave], times: Array) -> Array:
         """Values (s, 3, p) of a wave per pair at start, middle and end of all steps.
@@ -155,7 +159,7 @@ class TrainExcitation:
         """
         middle = 0.5 * (times[:-1] + times[1:])
         points = ((times[:-1], 1), (middle, 1), (times[1:], -1))
-        rounds = np.arange(self.rounds)[:, None]
+        rounds = np.arange(self.repetitions)[:, None]
         found = [self._values(waves, t, side, rounds) for t, side in points]
         return np.stack(found, axis=2).reshape(-1, 3, len(waves))
 
@@ -197,8 +201,8 @@ class TrainExcitation:
             for position in own:
                 first = (position - phase) % 1.0
                 found |= {(first + i) / rate for i in range(round(length * rate))}
-        times = np.sort([t for t in found if SAME < t < length - SAME])
-        return times[np.diff(times, prepend=-1.0) > 1e3 * SAME]
+        times = np.sort([t for t in found if POSITION_TOL < t < length - POSITION_TOL])
+        return times[np.diff(times, prepend=-1.0) > 1e3 * POSITION_TOL]
 
 
 def largest_gap(pair: PairExcitation) -> float:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.common.checks import require_fields
 
 Array = NDArray[np.float64]
-SAME = 1e-12  # base pitches within which two positions are equal
+POSITION_TOL = 1e-12  # base pitches within which two positions are equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,13 +75,13 @@ class Wave:
         pitch : whole base pitches to add to the positions
         """
         x = np.asarray(position, float)
-        x = np.where(np.abs(x - np.round(x)) < SAME, np.round(x), x)
+        x = np.where(np.abs(x - np.round(x)) < POSITION_TOL, np.round(x), x)
         whole = np.floor(x)
         x = x - whole
         if side < 0:
             at_start = x == 0.0
             x, whole = np.where(at_start, 1.0, x), whole - at_start
-        nudge = SAME if side > 0 else -SAME
+        nudge = POSITION_TOL if side > 0 else -POSITION_TOL
         piece = np.searchsorted(self.breaks, x + nudge, "right")
         piece = np.clip(piece - 1, 0, self.breaks.size - 2)
         turn = whole.astype(np.int64) + np.asarray(pitch)
@@ -120,7 +120,7 @@ def line(start: float, slope: float) -> Wave:
 def total(waves: Sequence[Wave]) -> Wave:
     """Sum of waves, with the corners of all of them except joints that cancel."""
     breaks = np.unique(np.concatenate([wave.breaks for wave in waves]))
-    breaks = np.append(breaks[:-1][np.diff(breaks) > SAME], 1.0)
+    breaks = np.append(breaks[:-1][np.diff(breaks) > POSITION_TOL], 1.0)
     middle = 0.5 * (breaks[:-1] + breaks[1:])
     rows = np.zeros((middle.size, 4))
     for wave in waves:
@@ -140,7 +140,7 @@ def product(one: Wave, other: Wave) -> Wave:
     if one.offsets.size or other.offsets.size:
         raise ValueError("a product is of waves without offsets")
     breaks = np.unique(np.concatenate([one.breaks, other.breaks]))
-    breaks = np.append(breaks[:-1][np.diff(breaks) > SAME], 1.0)
+    breaks = np.append(breaks[:-1][np.diff(breaks) > POSITION_TOL], 1.0)
     h, period = np.diff(breaks), math.lcm(one.period, other.period)
     values, slopes = [], []
     for wave in (one, other):
@@ -197,9 +197,15 @@ def cut_into_pitches(
     starts, ends = breaks[:-1], breaks[1:]
     marks = [float(corner) for corner in corners]
     waves = {}
-    for k in range(math.floor(breaks[0] + SAME), math.ceil(breaks[-1] - SAME)):
-        inner = starts[(starts > k + SAME) & (starts < k + 1 - SAME)]
-        rim = [x for x in (breaks[0], breaks[-1]) if k + SAME < x < k + 1 - SAME]
+    for k in range(
+        math.floor(breaks[0] + POSITION_TOL), math.ceil(breaks[-1] - POSITION_TOL)
+    ):
+        inner = starts[(starts > k + POSITION_TOL) & (starts < k + 1 - POSITION_TOL)]
+        rim = [
+            x
+            for x in (breaks[0], breaks[-1])
+            if k + POSITION_TOL < x < k + 1 - POSITION_TOL
+        ]
         own = np.unique(np.concatenate([[k], inner, rim, [k + 1.0]]))
         middle = 0.5 * (own[:-1] + own[1:])
         piece = np.searchsorted(ends, middle, "right")
@@ -209,7 +215,9 @@ def cut_into_pitches(
         rows[known] = shifted_cubics(
             coefficients[piece[known]], own[:-1][known] - starts[piece[known]]
         )
-        near = tuple(x - k for x in marks if k - SAME <= x < k + 1 - SAME)
+        near = tuple(
+            x - k for x in marks if k - POSITION_TOL <= x < k + 1 - POSITION_TOL
+        )
         waves[k] = Wave(_from_zero_to_one(own - k), rows, near)
     return waves
 
@@ -241,7 +249,7 @@ def line_pieces(points: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
     x = np.array([point[0] for point in points], float)
     y = np.array([point[1] for point in points], float)
     h = np.diff(x)
-    kept = np.flatnonzero(h > SAME)
+    kept = np.flatnonzero(h > POSITION_TOL)
     slope = np.diff(y)[kept] / h[kept]
     zero = np.zeros_like(slope)
     coefficients = np.stack([y[kept], slope, zero, zero], axis=1)

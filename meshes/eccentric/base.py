@@ -27,45 +27,45 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from meshes.eccentric.pitch import LEAST_GAP, EccentricPair, Frames, PitchCurve
+from meshes.eccentric.pitch import MIN_GAP, EccentricPair, Frames, PitchCurve
 
 Array = NDArray[np.float64]
 Side = Literal[1, -1]
 LEADING: Side = 1  # flanks that face the direction of the pitch point's motion
 TRAILING: Side = -1
 SAMPLES = 1024  # samples of a lobe, from which extremes are refined
-EXACT = 1e-13
+ROOT_TOL = 1e-13
 
 
 @dataclass(frozen=True)
 class Feasibility:
     """Existence of involute flanks on both pitch curves.
 
-    least_curvature : least curvature of the pitch curves times the radius; no flanks
+    min_curvature : least curvature of the pitch curves times the radius; no flanks
         exist if it is 0 or less
-    least_speed : least speed of the base curves along the pitch curves over cos(alpha);
+    min_speed : least speed of the base curves along the pitch curves over cos(alpha);
         cusps and crossings exist if it is 0 or less
     inside : whether the base curve stays inside the pitch curve
     largest_pressure_angle : limit for this eccentricity [rad], 0 if there is none
     largest_eccentricity : limit for this pressure angle [m]
     """
 
-    least_curvature: float
-    least_speed: float
+    min_curvature: float
+    min_speed: float
     inside: bool
     largest_pressure_angle: float
     largest_eccentricity: float
 
     @property
     def feasible(self) -> bool:
-        return self.least_curvature > 0.0 and self.least_speed > 0.0 and self.inside
+        return self.min_curvature > 0.0 and self.min_speed > 0.0 and self.inside
 
     @property
     def reason(self) -> str:
         """Reason why flanks do not exist, empty if they do."""
-        if not self.least_curvature > 0.0:
+        if not self.min_curvature > 0.0:
             return "the driven pitch curve is not convex"
-        if not self.least_speed > 0.0:
+        if not self.min_speed > 0.0:
             return "the base curve has cusps and cuts itself"
         return "" if self.inside else "the base curve leaves the pitch curve"
 
@@ -80,7 +80,7 @@ def base_points(frames: Frames, pressure_angle: float, side: Side) -> Array:
 @lru_cache(maxsize=8)
 def feasibility(pair: EccentricPair, pressure_angle: float) -> Feasibility:
     """Feasibility of both wheels; the driver's base curve is a circle and exists."""
-    curvature, steepest = least_curvature(pair), steepest_radius(pair)
+    curvature, steepest = min_curvature(pair), steepest_radius(pair)
     return Feasibility(
         curvature,
         1.0 - math.tan(pressure_angle) * steepest,
@@ -90,7 +90,7 @@ def feasibility(pair: EccentricPair, pressure_angle: float) -> Feasibility:
     )
 
 
-def least_curvature(pair: EccentricPair) -> float:
+def min_curvature(pair: EccentricPair) -> float:
     """Least curvature of the driven pitch curve times the driver's radius."""
 
     def curvature(angle: ArrayLike) -> Array:
@@ -102,7 +102,7 @@ def least_curvature(pair: EccentricPair) -> float:
 def steepest_radius(pair: EccentricPair) -> float:
     """Largest change of the driven curve's radius of curvature along it; infinite if
     the curve is not convex."""
-    if not least_curvature(pair) > 0.0:
+    if not min_curvature(pair) > 0.0:
         return math.inf
 
     def rate(angle: ArrayLike) -> Array:
@@ -124,8 +124,8 @@ def largest_eccentricity(radius: float, ratio: float, pressure_angle: float) -> 
         pair = EccentricPair(radius, part * radius, ratio)
         return largest_pressure_angle(pair) - pressure_angle
 
-    low, high = 0.0, 1.0 - LEAST_GAP
-    return radius * float(brentq(room, low, high, xtol=EXACT, rtol=EXACT))
+    low, high = 0.0, 1.0 - MIN_GAP
+    return radius * float(brentq(room, low, high, xtol=ROOT_TOL, rtol=ROOT_TOL))
 
 
 def _least(function: Callable[[ArrayLike], Array]) -> float:

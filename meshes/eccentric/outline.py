@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshes.eccentric.base import LEADING, TRAILING, Side
-from meshes.eccentric.teeth import Wheel
+from meshes.eccentric.teeth import ToothedWheel
 from meshes.outline import Curve, Edges
 from meshes.profile import Points
 
@@ -44,13 +44,13 @@ class WheelEdges:
         return WheelEdges(flank=flank, fillet=fillet, tip=tip, bore=bore, growth=growth)
 
 
-def wheel_outline(wheel: Wheel, edges: WheelEdges) -> list[Edges]:
+def wheel_outline(wheel: ToothedWheel, edges: WheelEdges) -> list[Edges]:
     """Pieces in order around the wheel; names end with the number of the tooth."""
     teeth = range(wheel.teeth)
     return [piece for tooth in teeth for piece in _tooth(wheel, tooth, edges)]
 
 
-def outline_points(wheel: Wheel, edges: WheelEdges) -> Points:
+def outline_points(wheel: ToothedWheel, edges: WheelEdges) -> Points:
     """Points (n, 2) of the closed outline, with the first repeated at the end [m]."""
     pieces = [piece.vertices[:-1] for piece in wheel_outline(wheel, edges)]
     return np.vstack([*pieces, pieces[0][:1]])
@@ -69,7 +69,7 @@ def flank_edges(outline: list[Edges]) -> dict[Side, NDArray[np.int64]]:
     return {side: flanks(side) for side in (TRAILING, LEADING)}
 
 
-def _tooth(wheel: Wheel, tooth: int, edges: WheelEdges) -> Iterator[Edges]:
+def _tooth(wheel: ToothedWheel, tooth: int, edges: WheelEdges) -> Iterator[Edges]:
     rack = wheel.rack
     steepest = 0.5 * math.pi - rack.pressure_angle
     places = {side: float(wheel.place(side)[tooth]) for side in (TRAILING, LEADING)}

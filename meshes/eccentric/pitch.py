@@ -33,9 +33,9 @@ from scipy.optimize import brentq
 from meshes.gear import GeometryError, floored
 
 Array = NDArray[np.float64]
-LEAST_GAP = 1e-3  # least distance from the bearing to the circle, over the radius
-MOST_LOBES = 100
-FEWEST, MOST = 64, 1 << 17  # terms of a periodic function of the angle
+MIN_GAP = 1e-3  # least distance from the bearing to the circle, over the radius
+MAX_LOBES = 100
+MIN_SAMPLES, MAX_SAMPLES = 64, 1 << 17  # terms of a periodic function of the angle
 ROUND_OFF = 4e-16
 MARGIN = 1e-6  # margin over the radius in the search for the centre distance
 
@@ -95,15 +95,15 @@ class EccentricPair:
         if not 0.0 < r < math.inf:
             got = f"{1e3 * r:g} mm; must be positive and finite"
             raise GeometryError("radius", got)
-        if not 0.0 <= e <= (1.0 - LEAST_GAP) * r:
-            most = floored(1e3 * (1.0 - LEAST_GAP) * r)
+        if not 0.0 <= e <= (1.0 - MIN_GAP) * r:
+            most = floored(1e3 * (1.0 - MIN_GAP) * r)
             got = f"{1e3 * e:g} mm; must be from 0 to {most} mm, below the radius"
             raise GeometryError("eccentricity", got)
-        whole = 1 <= self.ratio <= MOST_LOBES and self.ratio == int(self.ratio)
+        whole = 1 <= self.ratio <= MAX_LOBES and self.ratio == int(self.ratio)
         if not whole:
             raise GeometryError(
                 "ratio",
-                f"{self.ratio:.12g}; must be a whole number from 1 to {MOST_LOBES}, "
+                f"{self.ratio:.12g}; must be a whole number from 1 to {MAX_LOBES}, "
                 "else the driven pitch curve does not close",
             )
 
@@ -222,12 +222,12 @@ class EccentricPair:
 def _terms(function: Callable[[Array], Array]) -> Array:
     """Factors of cos(k theta) of an even periodic function, halved except the first,
     as many as exceed round-off."""
-    count = FEWEST
+    count = MIN_SAMPLES
     while True:
         angle = 2.0 * math.pi * np.arange(count) / count
         terms = np.fft.rfft(function(angle)).real / count
         tail = np.abs(terms[-count // 8 :]).max()
-        if tail <= ROUND_OFF * abs(terms[0]) or count >= MOST:
+        if tail <= ROUND_OFF * abs(terms[0]) or count >= MAX_SAMPLES:
             break
         count *= 2
     seen = np.flatnonzero(np.abs(terms) > ROUND_OFF * abs(terms[0]))

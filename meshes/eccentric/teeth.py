@@ -25,12 +25,12 @@ from meshes.eccentric.pitch import EccentricPair, PitchCurve
 from meshes.gear import GeometryError, floored
 
 Array = NDArray[np.float64]
-FEWEST_TEETH, MOST_TEETH = 5, 2_000
+MIN_TEETH, MAX_TEETH = 5, 2_000
 ROUNDING = 0.3  # rounding of the rack's tips, in modules, as usual in gear sets
-LEAST_TIP = 0.05  # least tip thickness in modules
-LEAST_ANGLE = 1.0  # degrees, smaller pressure angles do not help
+MIN_TIP = 0.05  # least tip thickness in modules
+MIN_ANGLE = 1.0  # degrees, smaller pressure angles do not help
 STEPS = 50  # largest number of Newton steps
-EXACT, ROUND_OFF = 1e-12, 2e-15  # error over a module, and over the circumference
+NEWTON_TOL, ROUND_OFF = 1e-12, 2e-15  # error over a module, and over the circumference
 LOOKED_AT = 33  # points of a flank that are checked
 
 
@@ -103,7 +103,7 @@ class Rack:
 
 
 @dataclass(frozen=True, eq=False)
-class Wheel:
+class ToothedWheel:
     """One wheel: its pitch curve and the positions of its teeth.
 
     teeth : number of teeth
@@ -165,7 +165,7 @@ class Wheel:
         sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)
         arc = place - side * 0.5 * rack.addendum / (sin * cos)
         below = arc + (place - arc) * cos**2
-        exact = EXACT * rack.module + ROUND_OFF * self.curve.length
+        exact = NEWTON_TOL * rack.module + ROUND_OFF * self.curve.length
         for _ in range(STEPS):
             here = self.curve.frames(arc / radius)
             foot = self.curve.frames(below / radius)
@@ -210,9 +210,9 @@ class ToothedPair:
     root_depth: float = 1.25
 
     def __post_init__(self) -> None:
-        most = MOST_TEETH // self.pair.lobes
-        if not FEWEST_TEETH <= self.teeth <= most:
-            allowed = f"allowed {FEWEST_TEETH} to {most}"
+        most = MAX_TEETH // self.pair.lobes
+        if not MIN_TEETH <= self.teeth <= most:
+            allowed = f"allowed {MIN_TEETH} to {most}"
             raise GeometryError("teeth", f"{self.teeth}; {allowed}")
         require_feasible(self.pair, self.pressure_angle)
         for name, wheel in (("driver", self.driver), ("driven wheel", self.driven)):
@@ -253,14 +253,14 @@ class ToothedPair:
         )
 
     @cached_property
-    def driver(self) -> Wheel:
-        return Wheel(self.pair.driver, self.rack, self.teeth, 0.0)
+    def driver(self) -> ToothedWheel:
+        return ToothedWheel(self.pair.driver, self.rack, self.teeth, 0.0)
 
     @cached_property
-    def driven(self) -> Wheel:
+    def driven(self) -> ToothedWheel:
         """Driven wheel, with its teeth in the driver's spaces."""
         count = self.teeth * self.pair.lobes
-        return Wheel(self.pair.driven, self.rack, count, 0.5 * self.rack.pitch)
+        return ToothedWheel(self.pair.driven, self.rack, count, 0.5 * self.rack.pitch)
 
     @cached_property
     def contact(self) -> Array:
@@ -284,7 +284,7 @@ def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
     found = feasibility(pair, pressure_angle)
     limit = floored(1e3 * found.largest_eccentricity)
     degrees = math.degrees(found.largest_pressure_angle)
-    if not found.feasible and degrees < LEAST_ANGLE:
+    if not found.feasible and degrees < MIN_ANGLE:
         raise GeometryError(
             "eccentricity",
             f"{1e3 * pair.eccentricity:g} mm; {found.reason}: below {limit} mm is "
@@ -299,7 +299,7 @@ def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
         )
 
 
-def require_teeth(wheel: Wheel, name: str, given: int) -> None:
+def require_teeth(wheel: ToothedWheel, name: str, given: int) -> None:
     """Raise GeometryError if teeth are undercut or pointed.
 
     given : number of teeth of the driver
@@ -314,10 +314,10 @@ def require_teeth(wheel: Wheel, name: str, given: int) -> None:
             got = f"{given}; teeth of the {name} are undercut, more teeth"
             raise GeometryError("teeth", f"{got} or a larger pressure angle are needed")
     thickness = wheel.tips[LEADING][1] - wheel.tips[TRAILING][1]
-    if not thickness.min() > LEAST_TIP * rack.module:
+    if not thickness.min() > MIN_TIP * rack.module:
         raise GeometryError(
             "teeth",
             f"{given}; teeth of the {name} are pointed, their tips thinner than "
-            f"{LEAST_TIP:g} modules; more teeth, a smaller pressure angle or addendum "
+            f"{MIN_TIP:g} modules; more teeth, a smaller pressure angle or addendum "
             "are needed",
         )

@@ -16,7 +16,7 @@ from meshes.eccentric.outline import (
     flank_edges,
     wheel_outline,
 )
-from meshes.eccentric.teeth import Wheel
+from meshes.eccentric.teeth import ToothedWheel
 from meshes.gear import GeometryError, floored
 from meshes.gmsh_session import gmsh_model
 from meshes.outline import Edges
@@ -46,18 +46,20 @@ class WheelMesh:
     flanks: Mapping[Side, Rows]
 
 
-def largest_bore(wheel: Wheel) -> float:
+def largest_bore(wheel: ToothedWheel) -> float:
     """Largest bore radius with some body below the teeth [m]; negative if none has."""
     arcs = wheel.curve.length * np.arange(SAMPLES) / SAMPLES
     root = wheel.land(arcs, -wheel.rack.dedendum)
     return float(np.hypot(*root.T).min()) - BELOW_ROOT * wheel.rack.module
 
 
-def usual_bore(wheel: Wheel) -> float:
+def default_bore(wheel: ToothedWheel) -> float:
     return BORE * largest_bore(wheel)
 
 
-def wheel_mesh(wheel: Wheel, bore: float, edges: WheelEdges | None = None) -> WheelMesh:
+def wheel_mesh(
+    wheel: ToothedWheel, bore: float, edges: WheelEdges | None = None
+) -> WheelMesh:
     """Mesh a wheel with a bore of a radius [m].
 
     Raises GeometryError if the bore does not fit.

@@ -13,7 +13,7 @@ import fegear
 from fegear.cli import app
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system, static_warnings
 from lumped.steady.respond import respond_with_history
 
@@ -67,7 +67,7 @@ def test_slow_motion_transmits_a_constant_force(model):
 def test_the_way_of_the_source_is_far_off_at_rest_and_warns():
     """Stiffnesses of teeth that share the load without relief."""
     gear_set = make_gear_set(LONG_RECESS)
-    source = LumpedModel(stiffness=Source(relief_stiffness="unmodified"))
+    source = LumpedModel(stiffness=StiffnessSource(relief_stiffness="unmodified"))
     system = lumped_system(gear_set, 50.0, source)
     (check,) = system.static_checks
     assert check.error > 0.5
@@ -80,7 +80,7 @@ def test_the_way_of_the_source_is_far_off_at_rest_and_warns():
 
 
 def test_rectangular_stiffness_has_no_reference():
-    model = LumpedModel(stiffness=Source(kind="rectangular"))
+    model = LumpedModel(stiffness=StiffnessSource(kind="rectangular"))
     system = lumped_system(load_gear_set("liu-idler"), 100.0, model)
     assert system.static_checks == ()
 

@@ -12,10 +12,10 @@ import pytest
 import fegear
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
-from fegear.files.store import Keeping
+from fegear.files.store import CheckpointOptions
 from fegear.statics.excitation import GivenTables
 from fegear.studies import STUDIES, load_study, stability
-from fegear.studies.study import Setting, group_of, offered
+from fegear.studies.study import Setting, exposed_fields, group_of
 from lumped.train.table import MeshTable, format_table
 
 NAMES = "branches", "motion", "stability", "sweep", "theory"
@@ -70,7 +70,7 @@ def test_all_studies_with_tables_are_here():
     assert set(NAMES) == {
         command
         for command in STUDIES
-        if any(e.name == "table" for e in offered(group_of(load_study(command))))
+        if any(e.name == "table" for e in exposed_fields(group_of(load_study(command))))
     }
 
 
@@ -105,7 +105,7 @@ def test_files_by_place_are_declared():
     found = set[str]()
 
     def walk(group, command):
-        for each in offered(group):
+        for each in exposed_fields(group):
             if each.group is not None:
                 walk(each.group, command)
             elif isinstance(each.declared, Setting) and each.declared.place:
@@ -130,7 +130,7 @@ def test_an_edited_table_is_not_resumed(tmp_path, monkeypatch):
     asked = with_table("stability", "t.csv")
     asked = replace(asked, model=fegear.LumpedModel(bending=0.39))
     words = ["--debug", *asked.words, "-o", "m.csv"]
-    known, calls = stability.examined, list[object]()
+    known, calls = stability.scan_stability, list[object]()
 
     def stopped(*given: Any) -> Any:
         calls.append(given)
@@ -141,8 +141,8 @@ def test_an_edited_table_is_not_resumed(tmp_path, monkeypatch):
     stiffer = {name: 1.1 * values for name, values in table.columns.items()}
     other = replace(table, columns=stiffer)
     with monkeypatch.context() as patched:
-        patched.setattr(stability, "examined", stopped)
-        keeping = Keeping(checkpoint=Path("m.csv.partial"))
+        patched.setattr(stability, "scan_stability", stopped)
+        keeping = CheckpointOptions(checkpoint=Path("m.csv.partial"))
         assert not fegear.run(asked, keeping, workers=1).complete
     Path("t.csv").write_text(format_table(other))
     with pytest.raises(InputError, match=r"^m\.csv\.partial: .* content of t\.csv = '"):

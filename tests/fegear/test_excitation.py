@@ -7,7 +7,12 @@ import pytest
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, Source, gap_points, unmodified
+from fegear.statics.excitation import (
+    Excitations,
+    StiffnessSource,
+    gap_points,
+    unmodified,
+)
 from lumped.train.analytic import static_error
 
 RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
@@ -15,7 +20,7 @@ RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
 
 @pytest.fixture(scope="module")
 def elements(private_cache):
-    return Excitations(Source(positions=64))
+    return Excitations(StiffnessSource(positions=64))
 
 
 def test_statics_of_model_1_are_those_of_the_elements(elements):
@@ -33,7 +38,7 @@ def test_statics_of_model_1_are_those_of_the_elements(elements):
 
 def test_relief_leaves_the_pair_stiffness_of_the_source():
     """Modified teeth that carry nothing at rest may meet in motion."""
-    source = Excitations(Source(positions=64, relief_stiffness="unmodified"))
+    source = Excitations(StiffnessSource(positions=64, relief_stiffness="unmodified"))
     plain = source.of(load_gear_set("liu-idler"), 0, 100.0, 1)
     relieved = source.of(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
     x = np.arange(64) / 64
@@ -101,20 +106,20 @@ def test_tables_are_solved_once(elements, monkeypatch):
 
 
 def test_printed_figures_win_over_tables():
-    source = Excitations(Source(kind="rectangular"))
+    source = Excitations(StiffnessSource(kind="rectangular"))
     excitation = source.of(load_gear_set("liu-idler"), 0, 100.0, 1)
     assert excitation.mean_stiffness == 2.9831e8
 
 
 @pytest.mark.parametrize("kind", ["trapezoid", "fourier"])
 def test_other_waves_keep_the_mean(kind):
-    source = Excitations(Source(kind=kind))
+    source = Excitations(StiffnessSource(kind=kind))
     excitation = source.of(load_gear_set("liu-idler"), 0, 100.0, 3)
     assert excitation.pairs[0].stiffness.mean == pytest.approx(2.9831e8, rel=1e-9)
 
 
 def test_fourier_knows_no_relief():
-    source = Excitations(Source(kind="fourier"))
+    source = Excitations(StiffnessSource(kind="fourier"))
     with pytest.raises(InputError, match="mesh 1 has a profile modification"):
         source.of(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
 

@@ -18,12 +18,12 @@ from fegear.train.lumped_models import (
     truncation_entries,
     truncation_warnings,
 )
-from lumped.steady import truncation
+from lumped.steady import truncation_check
 from lumped.steady.respond import respond
 from lumped.steady.response import Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
-from lumped.steady.truncation import check_truncation, leaves_modes_out
+from lumped.steady.truncation_check import check_truncation, leaves_modes_out
 
 COUPLED = LumpedModel(number="coupled")
 # an idler whose second harmonic meets a mode of its body at some 930 Hz
@@ -114,7 +114,7 @@ def test_a_motion_that_diverges_with_all_modes_is_warned_of(pair, monkeypatch):
     few = with_modes(pair, 2)
     one = respond(few, 5900.0)
     gone = replace(one, status=Status.DIVERGED, dte_rms=np.full(1, np.nan))
-    monkeypatch.setattr(truncation, "steady_state", lambda *_: (gone, None))
+    monkeypatch.setattr(truncation_check, "steady_state", lambda *_: (gone, None))
     checks = check_truncation(few, [one], Settings())
     assert [check.error for check in checks] == [np.inf]
     (warning,) = truncation_warnings(checks)

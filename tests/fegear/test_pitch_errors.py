@@ -13,7 +13,7 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import StaticsSettings, solve_mesh
 from lumped.train.table import format_table, parse_table
 from validation.study.solving import static_deflection
@@ -130,7 +130,7 @@ def test_estimates_of_the_discretisation_know_the_errors(uneven_set):
 
 def test_model_1_has_nearly_the_statics_of_the_finite_elements(uneven_set):
     """Exact where one pair carries, and within a part of the errors elsewhere."""
-    source = Excitations(Source(positions=64, resolution="coarse"))
+    source = Excitations(StiffnessSource(positions=64, resolution="coarse"))
     table = source.table(uneven_set, 0, 100.0)
     force = 100.0 / uneven_set.meshes[0].pair.driver.base_radius
     excitation = source.of(uneven_set, 0, 100.0, 1)
@@ -149,7 +149,7 @@ def test_model_1_has_nearly_the_statics_of_the_finite_elements(uneven_set):
 
 @pytest.mark.parametrize("model", [2, 3])
 def test_models_of_the_whole_mesh_take_the_table(uneven_set, model):
-    source = Excitations(Source(positions=64, resolution="coarse"))
+    source = Excitations(StiffnessSource(positions=64, resolution="coarse"))
     table = source.table(uneven_set, 0, 100.0)
     (spring,) = source.of(uneven_set, 0, 100.0, model).pairs
     assert spring.period == PITCHES
@@ -163,7 +163,7 @@ def test_an_idler_drives_with_the_flank_that_stands_ahead():
     idler = load_gear_set("liu-idler")
     errors = tuple(2e-6 if tooth == 30 else 0.0 for tooth in range(55))
     uneven = with_errors(idler, (), errors, ())
-    source = Excitations(Source(positions=16, resolution="coarse"))
+    source = Excitations(StiffnessSource(positions=16, resolution="coarse"))
     free = [source.table(uneven, m, 100.0)["nlte_m"][0] for m in range(2)]
     late, early = (each.reshape(55, -1) for each in free)
     assert late.max() == pytest.approx(2e-6, abs=1e-9)
@@ -176,7 +176,7 @@ def test_tables_know_which_tooth_is_first():
     """Another phase of the second mesh puts another tooth into its reference pair."""
     idler = load_gear_set("liu-idler")
     errors = tuple(2e-6 if tooth == 30 else 0.0 for tooth in range(55))
-    source = Excitations(Source(positions=16, resolution="coarse"))
+    source = Excitations(StiffnessSource(positions=16, resolution="coarse"))
     found = []
     for phase in (0.2, 1.2):
         meshes = (idler.meshes[0], replace(idler.meshes[1], phase=phase))

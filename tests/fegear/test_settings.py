@@ -16,8 +16,8 @@ import pytest
 import fegear
 import lumped
 from fegear.statics.excitation import GivenTables
-from fegear.studies.machines import LoadedMachine, MovingMachine
-from fegear.studies.trains import NamedSet
+from fegear.studies.machines import LoadMachineRef, MotionMachineRef
+from fegear.studies.trains import GearSetRef
 from lumped.branches.periodic import BranchSettings
 from lumped.steady.maps import Axis
 from lumped.train.at_rest import RestReference
@@ -108,9 +108,9 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Branches(gear_set="liu-pair", speeds=(1e3, 2e3)),
     fegear.Map(gear_set="liu-pair", over=["torque_Nm=50,100"], at=1e3),
     Axis("friction", (0.0, 0.1)),
-    NamedSet(name="liu-pair"),
-    LoadedMachine(name="roots-a"),
-    MovingMachine(name="roots-a"),
+    GearSetRef(name="liu-pair"),
+    LoadMachineRef(name="roots-a"),
+    MotionMachineRef(name="roots-a"),
 ]
 KNOWN = {type(each): each for each in EXAMPLES}
 OFFERED = [getattr(home, name) for home in (fegear, lumped) for name in home.__all__]

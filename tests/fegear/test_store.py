@@ -26,7 +26,7 @@ from fegear.files.store import open_checkpoint
 INPUTS = {"gear set": "pair.toml", "torque_Nm": "100.0", "speeds": "100 200 300"}
 UP, DOWN = "100-up", "100-down"
 AWKWARD = (math.nan, math.inf, -math.inf, -0.0, 0.1, 5e-324, 1.7976931348623157e308)
-STORIES = 120  # random damages in one test
+RANDOM_CASES = 120  # random damages in one test
 
 
 @pytest.fixture
@@ -270,7 +270,7 @@ def test_damage_never_yields_a_wrong_value(place):
         fill(checkpoint, UP, 4)
         fill(checkpoint, DOWN, 2)
     whole, chance = place.read_bytes(), random.Random(1)
-    for _ in range(STORIES):
+    for _ in range(RANDOM_CASES):
         place.write_bytes(damaged(whole, chance))
         try:
             checkpoint = open_checkpoint(place, INPUTS, resume=True)

@@ -11,7 +11,7 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import (
     GivenTables,
-    Source,
+    StiffnessSource,
     read_mesh_tables,
     table_warnings,
 )
@@ -51,7 +51,7 @@ def test_a_single_torque_serves_within_a_factor():
 def test_tables_of_several_torques_and_finite_elements_are_silent():
     several = hand_table(1.0, 1e6)
     assert lines(tables(several, several), 50.0) == []
-    assert lines(Source(), 50.0) == []
+    assert lines(StiffnessSource(), 50.0) == []
 
 
 def test_a_table_with_friction_is_named():

@@ -104,7 +104,7 @@ def elements_input(name, torque_of):
     moment = np.zeros(len(motion.pair_load))
     for each in contact_histories(model, motion, count):
         if each.side.mesh == 0:
-            lever = each.side.laws.lever[:, each.place]
+            lever = each.side.laws.moment_arms[:, each.place]
             own, aside = (
                 between(lever[:, column], each.ends, each.weights) for column in (0, 2)
             )

@@ -147,9 +147,16 @@ def fixed() -> Callable[..., Settings]:
 @pytest.fixture
 def uncompiled(monkeypatch) -> None:
     """All kernels as plain Python for one test."""
-    from lumped.kernels import dopri5, law, rk4, settling, tangent, waves
+    from lumped.kernels import (
+        convergence,
+        dopri5,
+        excitation,
+        mesh_force,
+        rk4,
+        tangent,
+    )
 
-    for module in (law, settling, waves, tangent, rk4, dopri5):
+    for module in (mesh_force, convergence, excitation, tangent, rk4, dopri5):
         for name, value in vars(module).copy().items():
             if hasattr(value, "py_func"):
                 monkeypatch.setattr(module, name, value.py_func)

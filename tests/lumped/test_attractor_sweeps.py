@@ -92,7 +92,7 @@ def test_motions_are_carried_on_to_other_systems_as_gears_move(at):
     np.testing.assert_allclose(one.state_from(one, state), state, rtol=1e-12)
 
 
-class Kept(list):
+class MemoryStore(list):
     """A store of values in memory."""
 
     def finished(self):
@@ -103,7 +103,7 @@ class Kept(list):
 
 
 def test_a_stopped_sweep_goes_on_where_it_ended(at, falling):
-    whole, store, stop = at(0.0)[0], Kept(), threading.Event()
+    whole, store, stop = at(0.0)[0], MemoryStore(), threading.Event()
     words = (SPEEDS, lambda speed: (whole, speed), "down", SETTINGS, FEW)
 
     def passed():
@@ -125,7 +125,7 @@ def test_a_sweep_that_is_stopped_at_once_has_no_stretches(at):
     stop.set()
     begun = sweep_attractors(SPEEDS, at, "down", SETTINGS, FEW, stop=stop)
     assert not begun.complete
-    assert begun.values == begun.stretches == ()
+    assert begun.values == begun.intervals == ()
 
 
 def test_a_motion_that_only_coarse_steps_hold_is_left(system, idler):
@@ -146,7 +146,7 @@ def test_a_divergence_ends_a_sweep(at, monkeypatch):
     found = sweep_attractors([900.0, 1000.0], at, "up")
     assert [each.name for each in found.attractors] == ["diverged"]
     assert not found.complete
-    assert np.isnan(found.stretches[0].exponent)
+    assert np.isnan(found.intervals[0].exponent)
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_changes_have_the_names_of_the_field(before, after, change):
         for multiple, exponent in (before, after)
     )
     branch = AttractorBranch("up", (1.0, 2.0), attractors, True)
-    assert branch.stretches[1].begins == change
+    assert branch.intervals[1].transition == change
 
 
 def test_a_wrong_direction_is_named(at):

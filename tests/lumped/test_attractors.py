@@ -77,7 +77,7 @@ def test_a_periodic_motion_has_the_exponent_of_its_floquet_multiplier(
     exponent = math.log(np.abs(multipliers).max()) / multiple
     assert found.exponent == pytest.approx(exponent, rel=0.02)
     assert found.exponent < 0.0
-    assert (found.spread, found.kind) == (0.0, Kind.PERIODIC)
+    assert (found.stderr, found.kind) == (0.0, Kind.PERIODIC)
     assert found.deflection.shape == (multiple, 2)
 
 
@@ -145,7 +145,7 @@ def test_a_chaotic_motion_parts_from_its_neighbours_as_fast(train, chaotic):
     runs = (neighbours(np.concatenate(each), CHAOTIC, 600)[50:] for each in points)
     growth = next(run for run in runs if run[-100:].mean() > 0.0)
     parts = np.array([part.mean() for part in np.array_split(growth, 15)])
-    spread = math.hypot(found.spread, parts.std(ddof=1) / math.sqrt(parts.size))
+    spread = math.hypot(found.stderr, parts.std(ddof=1) / math.sqrt(parts.size))
     assert spread < 0.06
     assert abs(found.exponent - parts.mean()) < 3.0 * spread
     assert found.deflection.shape == found.rate.shape == (100, 2)
@@ -208,12 +208,12 @@ def test_a_motion_that_diverges_has_no_exponent(train, multiple):
     found = find_attractor(train, lost, settings)
     assert found.kind == Kind.DIVERGED
     assert math.isnan(found.exponent)
-    assert math.isnan(found.spread)
+    assert math.isnan(found.stderr)
     assert found.deflection.shape == (0, 2)
 
 
 @pytest.mark.parametrize(
-    ("multiple", "exponent", "spread", "kind"),
+    ("multiple", "exponent", "stderr", "kind"),
     [
         (3, -0.2, 0.0, "periodic"),
         (0, 0.2, 0.01, "chaotic"),

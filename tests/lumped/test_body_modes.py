@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 from lumped import Settings, respond
 from lumped.branches.period_map import PeriodMap
-from lumped.train.left_out import BodyInertia
+from lumped.train.truncation import TruncationModel
 
 SOFT = 1.5e-9  # m/N of a gear's spokes
 WAVES = ((0.0, 3e-7), (1e-6, 2e-7), (5e-7, 2e-7), (0.0, 3e-7))
@@ -88,7 +88,7 @@ def test_changes_along_a_period_are_the_derivative_of_the_steps():
     np.testing.assert_allclose(by_frequency, slope, atol=1e-3 * np.abs(slope).max())
 
 
-def inertia(**changes) -> BodyInertia:
+def inertia(**changes) -> TruncationModel:
     given = {
         "frequencies_Hz": np.array([4e3, 9e3, 9e3, 30e3]),
         "damping_ratio": np.full(4, 0.01),
@@ -102,7 +102,7 @@ def inertia(**changes) -> BodyInertia:
         "energy": np.array([[0.8]]),
         "resonance_damping": 0.5,
     }
-    return BodyInertia(**given | changes)
+    return TruncationModel(**given | changes)
 
 
 def test_more_modes_leave_out_less_and_the_fewest_are_chosen():
@@ -139,9 +139,9 @@ def test_a_shifted_resonance_counts_by_half_bandwidths():
     shift = 0.8 * change / (2.0 * 0.005)
     grown = 0.1 / np.sqrt(1.1) * 0.8 / (2.0 * 0.005)  # the third harmonic
     expected = 0.5 * shift * grown / np.hypot(1.0, grown)
-    assert alone.flank_error(kept, band) == pytest.approx(expected, rel=1e-9)
-    assert alone.flank_error(kept, (2700.0, 3000.0)) == 0.0, "no harmonic meets it"
-    assert alone.flank_error(np.ones(4, bool), band) == 0.0
+    assert alone.flank_bound(kept, band) == pytest.approx(expected, rel=1e-9)
+    assert alone.flank_bound(kept, (2700.0, 3000.0)) == 0.0, "no harmonic meets it"
+    assert alone.flank_bound(np.ones(4, bool), band) == 0.0
 
 
 def test_little_damping_keeps_more_modes():

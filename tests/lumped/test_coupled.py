@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 from lumped.kernels.arrays import Contacts
 from lumped.train.coupled import (
     CoupledContacts,
-    Springs,
+    ModalTrain,
     contact_loads,
     coupled_system,
     loaded_state,
@@ -44,7 +44,7 @@ def contacts_of(count, hardening=0.0, coupling=0.0, mesh_of=None, gap=None):
         sliding=np.ones((count, POSITIONS + 1)),
         arms=np.zeros((2, count, POSITIONS + 1)),
         knots=np.tile(knots, (meshes, 1)),
-        law=law,
+        load_curve=law,
         normal_compliance=compliance,
         tangential_compliance=none,
         errors=np.zeros((count, 0)),
@@ -74,7 +74,7 @@ def found_of(mass=1.0, count=1, without=(), **words):
         np.zeros((1, 1)),
         without=tuple(without),
     )
-    train = Springs(
+    train = ModalTrain(
         stiffness=np.zeros((1, 1)),
         damping=np.zeros(1),
         load=np.array([LOAD * shape]),
@@ -180,7 +180,7 @@ def free_rim(spring, without=()):
         work,
         without=tuple(without),
     )
-    train = Springs(
+    train = ModalTrain(
         stiffness=np.zeros((1, 1)),
         damping=np.array([DAMPER * turn**2]),
         load=np.array([LOAD * turn]),

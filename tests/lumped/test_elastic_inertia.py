@@ -73,7 +73,7 @@ def test_low_speeds_err_by_order_two_and_are_quasistatic():
     assert order == pytest.approx(2.0, abs=0.01)
     choice = choose([(SEVERAL, SPECTRUM, 1.0)], speeds)
     assert (choice.fidelity, choice.speed_Hz) == ("quasistatic", 100.0)
-    assert (choice.cutoff_Hz, choice.kept) == (0.0, (0,))
+    assert (choice.cutoff_Hz, choice.retained) == (0.0, (0,))
     assert choice.remaining == choice.bound == errors[0]
 
 
@@ -133,7 +133,7 @@ def test_fewest_modes_that_suffice_are_kept():
     mesh = (SEVERAL, np.array([1.0]), 1.0)
     choice = choose([mesh], [9e3], tolerance=0.01)
     assert choice.fidelity == "reduced"
-    assert choice.kept == (3,)  # the pair at 10 kHz and the one at 18 kHz
+    assert choice.retained == (3,)  # the pair at 10 kHz and the one at 18 kHz
     assert 18e3 < choice.cutoff_Hz < 30e3
     rest = ElasticModes(np.array([30e3]), np.array([0.01]), ZETA)
     assert choice.remaining == pytest.approx(inertia_error(rest, [1.0], 9e3))
@@ -144,7 +144,7 @@ def test_fewest_modes_that_suffice_are_kept():
 def test_pairs_are_never_split():
     pair = ElasticModes(np.array([10e3, 10e3 * (1 + 1e-12)]), np.array([0.1, 0.1]), 0.1)
     choice = choose([(pair, [1.0], 1.0)], [9e3], tolerance=0.3)
-    assert choice.kept == (2,)
+    assert choice.retained == (2,)
 
 
 @given(st.floats(0.0, 0.3), st.floats(0.0, 0.3))
@@ -163,7 +163,7 @@ def test_worst_mesh_decides():
     assert choice.mesh == 1
     assert choice.speed_Hz == SPEEDS[-1]
     assert choice.bound == inertia_error(ONE, [1.0], 2.5 * SPEEDS[-1])
-    assert choice.kept == (1, 1)
+    assert choice.retained == (1, 1)
     assert choose([slow], SPEEDS).fidelity == "quasistatic"
 
 

@@ -11,7 +11,7 @@ from friction_pairs import pair_system
 from numba import njit
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Source
+from fegear.statics.excitation import StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.kernels.friction import set_friction_acceleration
 from lumped.steady.motion import time_history
@@ -205,7 +205,7 @@ def test_friction_gives_no_energy_where_flanks_hammer(transition):
 
 def liu_pair(sliding, speed):
     """Settled at a speed [Hz]: RMS of the transmission error and mean power taken."""
-    source = Source(kind="rectangular")
+    source = StiffnessSource(kind="rectangular")
     model = LumpedModel(stiffness=source, friction=0.1, bending=0.39, sliding=sliding)
     system = lumped_system(load_gear_set("liu-pair"), 100.0, model)
     found = time_history(system, speed, Settings(steps=256, max_periods=100))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from lumped import sweep_all
 from lumped.steady.jumps import find_jumps, find_peaks, prominent
@@ -109,7 +109,7 @@ def test_prominent_maxima():
 
 def idler_system(torque=100.0):
     """The built-in train with rectangular waves of the printed figures."""
-    excitations = Excitations(Source(kind="rectangular"))
+    excitations = Excitations(StiffnessSource(kind="rectangular"))
     gear_set = load_gear_set("liu-idler")
     return lumped_system(gear_set, torque, excitations=excitations)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from lumped import History, Settings, respond
 from lumped.common.csv_text import format_csv
@@ -30,7 +30,7 @@ from lumped.steady.sweep import Observer, sweep
 
 def idler_system(torque=100.0):
     """The built-in train with rectangular waves of the printed figures."""
-    excitations = Excitations(Source(kind="rectangular"))
+    excitations = Excitations(StiffnessSource(kind="rectangular"))
     gear_set = load_gear_set("liu-idler")
     return lumped_system(gear_set, torque, excitations=excitations)
 

@@ -179,7 +179,7 @@ def test_equal_teeth_are_left_as_they_were():
     """No offset, no longer period, and samples that are kept."""
     plain, zero = system_of(((), ())), system_of(((0.0,) * 7, (0.0,) * 9))
     for system in (plain, zero):
-        assert system.rounds == 1
+        assert system.repetitions == 1
         assert all(p.gap.offsets.size == 0 for p in system.excitations[0].pairs)
         assert system.samples(64) is system.samples(64)
 

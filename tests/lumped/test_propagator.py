@@ -32,7 +32,7 @@ class Linear:
         for matrix, value in zip(matrices, (WAVE**2, DECAY), strict=True):
             matrix[3, 3] = matrix[4, 4] = value
         contacts = SimpleNamespace(
-            knots=np.array([[0.0, 1e-5]]), law=np.ones((1, 1, 2, 1, 4))
+            knots=np.array([[0.0, 1e-5]]), load_curve=np.ones((1, 1, 2, 1, 4))
         )
         system = SimpleNamespace(
             stiffness=matrices[0],

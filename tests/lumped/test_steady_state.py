@@ -12,7 +12,7 @@ import lumped.steady.steady_state as module
 from lumped import Settings, Status, respond, sweep
 from lumped.steady.motion import time_history
 from lumped.steady.respond import respond_confirmed
-from lumped.steady.steady_state import alike, doubtful
+from lumped.steady.steady_state import needs_refinement, same_response
 from lumped.steady.steppers import FINEST
 
 RELIEF = 25e-6  # m: here fixed steps of 64 and 256 a period find no period
@@ -67,13 +67,17 @@ def test_a_plain_response_is_not_computed_twice(system, monkeypatch):
 def test_a_leap_is_in_doubt(regular):
     far = replace(regular, dte_rms=2.0 * regular.dte_rms)
     near = replace(regular, dte_rms=1.1 * regular.dte_rms)
-    assert doubtful(far, regular)
-    assert not doubtful(near, regular)
-    assert not doubtful(far, None)
+    assert needs_refinement(far, regular)
+    assert not needs_refinement(near, regular)
+    assert not needs_refinement(far, None)
     # resonances do as much between speeds that are further apart
-    assert not doubtful(far, replace(regular, frequency=0.97 * regular.frequency))
-    assert doubtful(replace(regular, multiple=2), None)
-    assert not doubtful(replace(regular, status=Status.DIVERGED, multiple=0), far)
+    assert not needs_refinement(
+        far, replace(regular, frequency=0.97 * regular.frequency)
+    )
+    assert needs_refinement(replace(regular, multiple=2), None)
+    assert not needs_refinement(
+        replace(regular, status=Status.DIVERGED, multiple=0), far
+    )
 
 
 @pytest.mark.parametrize("jumps", [False, True])
@@ -95,21 +99,21 @@ def test_finer_steps_of_the_coupled_model_go_on_from_its_end(
     far = (3.0 if jumps else 1.0) * start.dte_rms
     other = replace(start, dte_rms=far, frequency=2001.0)
     if not jumps:  # another period multiple is in doubt as well
-        monkeypatch.setattr(module, "doubtful", lambda *_: True)
+        monkeypatch.setattr(module, "needs_refinement", lambda *_: True)
     respond_confirmed(train, 2000.0, None, start.state, other)
     (_, _, coarse), (state, before, finer) = calls
     goes_on = coupled and not jumps
     assert (state is coarse.state, state is start.state) == (goes_on, not goes_on)
     assert before == (2000.0 if goes_on else 2001.0)
-    assert alike(coarse, finer)
+    assert same_response(coarse, finer)
 
 
 def test_what_is_alike(regular):
-    assert alike(regular, replace(regular, dte_rms=1.01 * regular.dte_rms))
-    assert not alike(regular, replace(regular, dte_rms=1.2 * regular.dte_rms))
-    assert not alike(regular, replace(regular, multiple=2))
+    assert same_response(regular, replace(regular, dte_rms=1.01 * regular.dte_rms))
+    assert not same_response(regular, replace(regular, dte_rms=1.2 * regular.dte_rms))
+    assert not same_response(regular, replace(regular, multiple=2))
     gone = replace(regular, dte_rms=np.full(2, np.nan))
-    assert not alike(regular, gone)
+    assert not same_response(regular, gone)
 
 
 def test_adaptive_steps_need_no_confirmation(relieved):

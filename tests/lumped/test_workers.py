@@ -12,19 +12,19 @@ import numpy as np
 import pytest
 
 from fegear.studies.map import respond_at, respond_over
-from fegear.studies.running import Board, Job
+from fegear.studies.running import Job, TaskProgress
 from lumped.common.progress import silent
-from lumped.common.workers import Cluster, Never, NoClusterError, run_tasks
+from lumped.common.workers import Cluster, NeverStop, NoClusterError, run_tasks
 from lumped.rattle import basins
-from lumped.rattle.basins import Grid, settle_grid
+from lumped.rattle.basins import InitialGrid, settle_grid
 from lumped.rattle.machine import Machine
 from lumped.steady.maps import Axis, ParameterMap, run_map
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import BOTH
 
-GRID = Grid(side=60, velocity=(0.0, 7.0))
+GRID = InitialGrid(side=60, velocity=(0.0, 7.0))
 AT = partial(respond_at, 2000.0, Settings())
-OVER = partial(respond_over, (1900.0, 2000.0), Settings(), BOTH, Never())
+OVER = partial(respond_over, (1900.0, 2000.0), Settings(), BOTH, NeverStop())
 MACHINE = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
 
 
@@ -91,7 +91,7 @@ def test_maps_in_processes_are_those_of_threads(system):
     def build(point):
         return system(harmonics=int(point[0]))
 
-    board = Board(silent, {"points": 0})
+    board = TaskProgress(silent, {"points": 0})
     job = Job(None, "points", board, threading.Event(), Cluster())
     cluster = run_map(grid, build, AT, partial(job.compute, "points"))
     assert cluster.cells == run_map(grid, build, AT).cells

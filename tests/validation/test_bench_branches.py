@@ -47,7 +47,7 @@ def test_stable_motions_are_those_of_sweeps_and_jumps_are_bifurcations(
 def test_disturbances_do_what_multipliers_say(finder, monkeypatch):
     monkeypatch.setattr(bench_branches, "DRAWN", 12)
     found = stability(finder, np.random.default_rng(2))
-    assert found.told == found.agree == 12
+    assert found.decided == found.agree == 12
     assert 0 < found.stable < 12
 
 

@@ -11,7 +11,7 @@ from validation.bench import benchmark as bench
 from validation.bench.bench_eccentric import contact_rows, distance_points, measure
 
 
-def quiet(what: str, done: int, total: int) -> None: ...
+def no_progress(what: str, done: int, total: int) -> None: ...
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_shooting_is_of_order_four_and_slower(points):
 def test_contact_converges(monkeypatch):
     monkeypatch.setattr(bench_eccentric, "FINENESS", (0.4, 0.8, 1.2))
     monkeypatch.setattr(bench_eccentric, "POSITIONS", 2)
-    rows = contact_rows(quiet)
+    rows = contact_rows(no_progress)
     assert rows[0].error > rows[1].error > rows[2].error == 0.0
     assert rows[0].freedoms < rows[1].freedoms
 
@@ -50,7 +50,7 @@ def test_ctrl_c_keeps_what_is_finished(monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(bench_eccentric, "contact_rows", stopped)
-    measured = measure(quiet)
+    measured = measure(no_progress)
     assert measured.interrupted
     assert measured.tables[bench.POINTS]
     assert measured.tables["contact"] == []

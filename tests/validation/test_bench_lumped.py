@@ -32,11 +32,11 @@ NAMED = {f"{f.__module__}.{f.__name__}": f for f in (*TRIALS, *COUPLED)}
 def test_every_promise_is_kept(name):
     found = list(NAMED[name]())
     assert found
-    assert not [trial for trial in found if not trial.kept]
+    assert not [trial for trial in found if not trial.passed]
 
 
 def test_nan_keeps_no_promise():
-    assert not Trial("a", "b", float("nan"), 1.0).kept
+    assert not Trial("a", "b", float("nan"), 1.0).passed
 
 
 def test_disks_add_moving_modes():

@@ -74,7 +74,7 @@ def test_a_chart_that_was_interrupted_has_no_time(monkeypatch):
     """What was finished before is there."""
     monkeypatch.setattr(bench_stability, "SPEEDS", 20)
     monkeypatch.setattr(bench_stability, "VALUES", 3)
-    known, seen = stability.examined, []
+    known, seen = stability.scan_stability, []
 
     def stopped(*args):
         seen.append(args)
@@ -82,7 +82,7 @@ def test_a_chart_that_was_interrupted_has_no_time(monkeypatch):
             raise KeyboardInterrupt
         return known(*args)
 
-    monkeypatch.setattr(stability, "examined", stopped)
+    monkeypatch.setattr(stability, "scan_stability", stopped)
     found = measure("liu-friction", 100.0, lambda *progress: None)
     assert found.interrupted
     assert not found.tables["chart"]

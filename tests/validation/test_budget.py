@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fegear.files.errors import InputError
-from lumped.train.coupled import INGREDIENTS
+from lumped.train.coupled import COMPONENTS
 from validation.report.figures import draw_budget
 from validation.report.values import budget_values
 from validation.study.budget import (
@@ -74,7 +74,7 @@ def test_what_a_part_brings_is_told_on_places_that_both_have():
     )
     ends = {"up": 0.01, "down": 0.0, "nowhere": 7.0}
     whole = BudgetRow("model-coupled", {**measured, "peak_frequency": ends}, 0, 1.0)
-    found = Budget((part, whole), 1.0).brought(part)
+    found = Budget((part, whole), 1.0).change_to_coupled(part)
     assert found["peak_frequency"] == pytest.approx(0.045)
     assert math.isnan(found["peak_force"])
     assert (part.label, whole.label) == ("without body", "coupled")
@@ -141,14 +141,14 @@ def test_the_figure_has_a_panel_for_what_was_measured(small):
 
 
 def test_parts_have_one_name_everywhere():
-    assert get_args(Part) == INGREDIENTS
+    assert get_args(Part) == COMPONENTS
 
 
 def test_a_case_asks_for_its_budget():
     case = load_case("idler")
     assert case.budget
     parts = [model.name.removeprefix("model-coupled-") for model in parts_of(case)]
-    assert parts == [f"without-{n}" for n in INGREDIENTS]
+    assert parts == [f"without-{n}" for n in COMPONENTS]
     assert not parts_of(replace(case, budget=False))
     judged = replace(case.model[-1], without=("body",))
     given = replace(case, model=(*case.model, judged))

@@ -23,11 +23,11 @@ def law_of(stiff, curved):
 def instant(**changes):
     values = {
         "knots": np.array([KNOTS, KNOTS]),
-        "law": np.array([law_of(STIFF, CURVED), law_of(0.5 * STIFF, 0.0)]),
+        "load_curve": np.array([law_of(STIFF, CURVED), law_of(0.5 * STIFF, 0.0)]),
         "gap": np.array([1e-6, 3e-6]),
         "compliance": np.array([[2e-9, 1e-9], [1e-9, 3e-9]]),
         "rows": np.array([[1.0, 0.4], [0.8, -0.3]]),
-        "inertial": np.array([[2e-9, 1e-9], [1e-9, 0.0]]),
+        "inertia_rows": np.array([[2e-9, 1e-9], [1e-9, 0.0]]),
         "work": np.array([[3e-9, 1e-9], [1e-9, 2e-9]]),
         "stiffness": np.array([[2e7, 0.0], [0.0, 5e7]]),
         "load": np.array([2000.0, 300.0]),
@@ -40,11 +40,11 @@ def test_a_single_spring_in_a_body():
     one = np.ones((1, 1))
     spring = Instant(
         knots=KNOTS[None],
-        law=law_of(STIFF, 0.0)[None],
+        load_curve=law_of(STIFF, 0.0)[None],
         gap=np.array([1e-6]),
         compliance=1e-9 * one,
         rows=one,
-        inertial=0.0 * one,
+        inertia_rows=0.0 * one,
         work=0.0 * one,
         stiffness=0.0 * one,
         load=np.array([1000.0]),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from validation.oracles.loaded_modes import (
     dense_rows,
@@ -17,7 +17,7 @@ from validation.oracles.loaded_modes import (
 )
 from validation.random_sets.reduced_gears import elastic_gears, reduced_gears
 
-SOURCE = Source(resolution="coarse", positions=64)
+SOURCE = StiffnessSource(resolution="coarse", positions=64)
 
 
 @pytest.fixture(scope="module")

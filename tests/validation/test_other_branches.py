@@ -87,4 +87,4 @@ def test_random_sets_and_cases_have_one_mechanism():
     assert verdicts.on_other_branch is on_other_branch
     assert verdicts.OTHER_MOTION == verdicts.TENTH == 0.08
     assert verdicts.SAME_MOTION == verdicts.MEDIAN == 0.02
-    assert verdicts.MOST_APART == 0.25
+    assert verdicts.MAX_OTHER_BRANCH == 0.25

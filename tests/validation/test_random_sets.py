@@ -12,7 +12,7 @@ import pytest
 from quick_sets import measure_quickly
 
 from fegear.gearset.inertia import body_inertia
-from lumped.train.left_out import ALLOWED
+from lumped.train.truncation import ALLOWED
 from validation.random_sets import generator, measuring
 from validation.random_sets.full import FullPoint, smallest_sets
 from validation.random_sets.generator import COUNT, kind_of, random_gear_set
@@ -28,7 +28,7 @@ from validation.random_sets.measuring import (
     measure,
 )
 from validation.random_sets.runs import FULL, SetRun, compared_sets, make_sets
-from validation.random_sets.verdicts import judge
+from validation.random_sets.verdicts import evaluate
 from validation.report import report_values, write_report
 
 SOURCES = REFERENCE, REDUCED, MODEL_1, WITHOUT, COUPLED_UP, COUPLED_DOWN, REFERENCE_DOWN
@@ -106,49 +106,49 @@ def curve(*errors):
 
 
 def test_the_promise_and_the_warning():
-    assert judge(set_with(curve())).words == "kept"
+    assert evaluate(set_with(curve())).words == "kept"
     off = set_with(curve(0.5, -0.3))
-    assert judge(off).words == "vibration off"
-    assert (judge(off).worst, judge(off).worst_Hz) == (pytest.approx(0.5), 100.0)
-    warned = judge(replace(off, warnings=["modes are left out"]))
-    assert (warned.words, warned.kept) == ("warns", True)
+    assert evaluate(off).words == "vibration off"
+    assert (evaluate(off).worst, evaluate(off).worst_Hz) == (pytest.approx(0.5), 100.0)
+    warned = evaluate(replace(off, warnings=["modes are left out"]))
+    assert (warned.words, warned.passed) == ("warns", True)
 
 
 def test_no_motion_is_no_small_error():
-    verdict = judge(set_with(curve(math.nan, math.nan)))
+    verdict = evaluate(set_with(curve(math.nan, math.nan)))
     assert (verdict.words, verdict.worst) == ("vibration off", math.inf)
 
 
 def test_a_speed_is_apart_where_the_falling_speed_has_the_reference():
     up = curve(0.5, 0.5, 0.5)
-    known = judge(set_with(up, down=[1.01e-6, 1.01e-6, 1.5e-6] + [1e-6] * 13))
-    assert (known.apart, known.words) == (2, "kept")
+    known = evaluate(set_with(up, down=[1.01e-6, 1.01e-6, 1.5e-6] + [1e-6] * 13))
+    assert (known.other_branch_speeds, known.words) == (2, "kept")
     assert known.worst == pytest.approx(0.5)
     assert known.tenth_all == pytest.approx(0.5)
-    unknown = judge(set_with(up))
-    assert (unknown.apart, unknown.words) == (0, "vibration off")
+    unknown = evaluate(set_with(up))
+    assert (unknown.other_branch_speeds, unknown.words) == (0, "vibration off")
 
 
 def test_a_speed_is_apart_where_the_falling_reference_is_at_the_coupled_model():
-    verdict = judge(set_with(curve(0.5, 0.7), reference_down=1.51e-6))
-    assert (verdict.apart, verdict.worst) == (1, pytest.approx(0.7))
+    verdict = evaluate(set_with(curve(0.5, 0.7), reference_down=1.51e-6))
+    assert (verdict.other_branch_speeds, verdict.worst) == (1, pytest.approx(0.7))
 
 
 def test_small_errors_are_never_apart():
-    verdict = judge(set_with(curve(0.07), down=[1e-6] * 16, periods=2))
-    assert (verdict.apart, verdict.worst) == (0, pytest.approx(0.07))
+    verdict = evaluate(set_with(curve(0.07), down=[1e-6] * 16, periods=2))
+    assert (verdict.other_branch_speeds, verdict.worst) == (0, pytest.approx(0.07))
 
 
 def test_other_periods_are_apart_but_not_everywhere():
-    assert judge(set_with(curve(0.5, 0.5), periods=2)).apart == 2
-    many = judge(set_with(curve(*[0.5] * 6), periods=2))
-    assert (many.apart, many.words) == (6, "vibration off")
+    assert evaluate(set_with(curve(0.5, 0.5), periods=2)).other_branch_speeds == 2
+    many = evaluate(set_with(curve(*[0.5] * 6), periods=2))
+    assert (many.other_branch_speeds, many.words) == (6, "vibration off")
 
 
 def test_natural_frequencies_count_both_ways():
     extra = [[900.0, 0.9], [1200.0, 0.1]]
     for name, other in (("natural", "natural_fe"), ("natural_fe", "natural")):
-        verdict = judge(set_with(curve(), **{name: extra, other: [[901.0, 0.9]]}))
+        verdict = evaluate(set_with(curve(), **{name: extra, other: [[901.0, 0.9]]}))
         assert (verdict.words, verdict.natural_Hz) == ("frequencies off", 1200.0)
 
 
@@ -247,9 +247,9 @@ def test_the_smallest_sets_have_the_fewest_teeth():
 @pytest.mark.usefixtures("private_cache")
 def test_a_gentle_set_from_end_to_end():
     measured = measure(random_gear_set(GENTLE), GENTLE, count=3)
-    verdict = judge(measured)
+    verdict = evaluate(measured)
     assert measured.speeds_Hz == measuring.speeds_of(measured.resonance_Hz, 3)
-    assert verdict.kept
+    assert verdict.passed
     assert verdict.natural < 1e-3
     assert 0.0 < measured.left_out < ALLOWED
     assert measured.body_modes > 0

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from lumped.rattle.machine import Machine
-from lumped.rattle.periodic import least_eccentricity
+from lumped.rattle.periodic import min_eccentricity
 from validation.reproduce.computations.kinds import COMPUTE
 from validation.reproduce.source_figures import load_figure, read_figure
 
@@ -63,7 +63,7 @@ names = ["P(1,1,0)"]
     (first,) = result.found["grazing fold of P(1,1,0).first"]
     (second,) = result.found["grazing fold of P(1,1,0).second"]
     machine = Machine(damping=first, eccentricity=second, half_backlash=0.6)
-    assert second == pytest.approx(least_eccentricity(machine), rel=1e-6)
+    assert second == pytest.approx(min_eccentricity(machine), rel=1e-6)
     (curve,) = result.curves
     assert curve.label == "fold of P(1,1,0)"
     assert math.isnan(curve.points[-1][0])

@@ -17,7 +17,7 @@ import validation.reproduce
 from fegear.cli import app, run
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.closed_forms import parametric_system
 from lumped.steady.respond import respond_confirmed
@@ -25,18 +25,23 @@ from lumped.steady.sweep import sweep
 from validation.reproduce import (
     figure_numbers,
     find_figure,
-    left_out_figures,
     load_figure,
+    omitted_figures,
     run_figure,
 )
-from validation.reproduce.comparison import Compared, compare, count_lines, overview
+from validation.reproduce.comparison import (
+    ReferenceCheck,
+    compare,
+    count_lines,
+    overview,
+)
 from validation.reproduce.computations.kinds import COMPUTE, KINDS
 from validation.reproduce.parts import Curve, PartResult
 from validation.reproduce.readings import read_found
-from validation.reproduce.references import Beside, Reference
+from validation.reproduce.references import OtherPart, Reference
 from validation.reproduce.runs import commands_of, curves_csv, read_curves
 from validation.reproduce.source_figures import FOLDER, read_figure
-from validation.study.kept import RESULT
+from validation.study.run_store import RESULT
 
 CHEAP = "table-2.1"  # takes milliseconds
 GOOD = """
@@ -96,7 +101,7 @@ resonances = [[1, "1/2"]]
 def test_figures_load_and_their_commands_can_be_typed(number):
     figure = load_figure(number)
     assert figure.number == number
-    assert len(figure.says) > 40
+    assert len(figure.caption) > 40
     known = dict(commands())
     for part in figure.part:
         scene = figure.scene(part)
@@ -349,11 +354,11 @@ def test_points_are_compared_as_a_whole():
     given = reference(point=(0.0, 0.7), scale=1.0)
     found = compared(((0.04, 0.16), (0.04, 0.96), (0.96, 0.72)), given)
     assert found.computed == (0.04, 0.96)
-    assert found.apart == pytest.approx(0.26)
+    assert found.relative_error == pytest.approx(0.26)
     assert "computed (0.04, 0.96) Hz (nearest of 3)" in found.line
     none = compared((), given)
     assert "none found" in none.line
-    assert math.isnan(none.apart)
+    assert math.isnan(none.relative_error)
 
 
 @pytest.mark.parametrize(
@@ -370,11 +375,11 @@ def test_a_bound_is_met_or_not(value, bound, verdict):
     found = compared((value,), reference(2.0, bound=bound))
     assert found.verdict == verdict
     assert f"printed {bound} 2 Hz, {verdict}" in found.line
-    assert math.isnan(found.apart) == (verdict == "not met")
+    assert math.isnan(found.relative_error) == (verdict == "not met")
 
 
 def test_another_method_is_a_reference_as_well():
-    given = reference(origin="method", beside=Beside(part="c", found="d"))
+    given = reference(origin="method", beside=OtherPart(part="c", found="d"))
     results = {
         "a": PartResult((), {"b": (2.2,)}),
         "c": PartResult((), {"d": (1.0, 2.0, 5.0)}),
@@ -388,12 +393,12 @@ def test_another_method_is_a_reference_as_well():
 
 def test_lines_are_counted_by_their_origin():
     lines = [
-        Compared(reference(100.0), 100.0, 100.5),
-        Compared(reference(100.0), 100.0, 104.0),
-        Compared(reference(100.0, why="because"), 100.0, 150.0),
-        Compared(reference(100.0), 100.0, math.nan),
-        Compared(reference(1.0, bound="above"), 1.0, 2.0),
-        Compared(reference(100.0, origin="fitted"), 100.0, 100.0),
+        ReferenceCheck(reference(100.0), 100.0, 100.5),
+        ReferenceCheck(reference(100.0), 100.0, 104.0),
+        ReferenceCheck(reference(100.0, why="because"), 100.0, 150.0),
+        ReferenceCheck(reference(100.0), 100.0, math.nan),
+        ReferenceCheck(reference(1.0, bound="above"), 1.0, 2.0),
+        ReferenceCheck(reference(100.0, origin="fitted"), 100.0, 100.0),
     ]
     printed, fitted = count_lines(lines)
     assert printed["lines"] == 5
@@ -524,7 +529,7 @@ def test_the_page_holds_what_was_made(tmp_path):
     page = (out / "index.html").read_text()
     figure = load_figure(CHEAP)
     assert figure.title in page
-    assert figure.says in page
+    assert figure.caption in page
     assert f"fegear reproduce {CHEAP} -o " in page
     assert "fegear modes liu-idler" in page
     links = set(re.findall(r'href="([^"#:]+)"', page))
@@ -571,7 +576,7 @@ def test_files_are_named_after_their_figures(tmp_path, monkeypatch):
 
 
 def test_figures_that_are_not_made_say_why():
-    left_out = left_out_figures()
+    left_out = omitted_figures()
     assert all(len(each.why) > 15 for each in left_out)
     assert "4.3" in {each.numbers for each in left_out}
 
@@ -658,7 +663,7 @@ def test_friction_of_a_figure_is_that_of_its_model():
     assert scene.friction_words(["friction_bending"]) == ["--friction", "0.1"]
     assert scene.friction_words(["friction", "friction_bending"]) == []
     own = read_figure(text + "friction = 0.0\n")
-    assert not own.scene(own.part[0]).system.rubs
+    assert not own.scene(own.part[0]).system.has_friction
     changed = scene.changed({"friction": 0.05, "friction_bending": 0.2})
     assert (changed.model.friction, changed.model.bending) == (0.05, 0.2)
 
@@ -763,7 +768,7 @@ def test_yes_and_no_are_no_printed_numbers():
 
 
 def test_the_list_names_what_is_not_made_of_every_source():
-    left_out = {each.numbers: each.why for each in left_out_figures()}
+    left_out = {each.numbers: each.why for each in omitted_figures()}
     assert {"2.1-2.4", "rattle-1.1-1.5", "rattle-table-2.1", "rattle-table-4.2"} <= (
         left_out.keys()
     )
@@ -806,7 +811,7 @@ def test_the_damping_ratio_of_chapter_2_ends_a_branch_between_printed_speeds():
     The branch is followed at 0.01 and the damping ratio then raised, on both sides of
     the interval that the note of the figures states.
     """
-    stiffness = Source(relief_stiffness="unmodified")
+    stiffness = StiffnessSource(relief_stiffness="unmodified")
     gears, excitations = load_gear_set("liu-idler"), Excitations(stiffness)
 
     def of(ratio):

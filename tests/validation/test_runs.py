@@ -30,7 +30,7 @@ from lumped.steady.steady_state import Diverged
 from lumped.steady.steppers import FixedStepper
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import Wave as PeriodicWave
-from validation.study import kept, runs, solving, tasks
+from validation.study import run_store, runs, solving, tasks
 from validation.study.cases import Model, SingleSpeed, Tolerance, load_case
 from validation.study.metrics import static_measures
 from validation.study.printed import printed_figure
@@ -282,9 +282,9 @@ def test_speeds_are_kept_until_the_result_is_written(few, tmp_path, monkeypatch,
             raise KeyboardInterrupt
         write(path, text)
 
-    write = kept.write_text
+    write = run_store.write_text
     with monkeypatch.context() as patch:
-        patch.setattr(kept, "write_text", interrupted)
+        patch.setattr(run_store, "write_text", interrupted)
         with pytest.raises(KeyboardInterrupt):
             runs.run_case(FEW, tmp_path)
     result = runs.run_case(FEW, tmp_path)
@@ -344,7 +344,7 @@ DAMAGE = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", DAMAGE)
-@pytest.mark.parametrize("name", [kept.INPUTS, *NAMES, kept.RESULT])
+@pytest.mark.parametrize("name", [run_store.INPUTS, *NAMES, run_store.RESULT])
 def test_a_damaged_run_is_made_again(few, tmp_path, name, kind):
     store = shutil.copytree(few[0], tmp_path / "store")
     path = next(store.glob(f"model-1*/{name}"))

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
-from fegear.statics.excitation import Source
-from fegear.train.lumped_models import LumpedModel, lumped_system, usual_speeds
-from lumped.branches.motions import OverSpeed
+from fegear.statics.excitation import StiffnessSource
+from fegear.train.lumped_models import LumpedModel, default_speeds, lumped_system
+from lumped.branches.motions import SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.points import BranchPoint
 from lumped.branches.shooting import ADAPTIVE, shoot
@@ -37,11 +37,11 @@ HARMONICS = 5, 10, 15, 20, 30, 40
 STEPS = 32, 64, 128, 256  # of the sweeps
 SPEED_STEPS = 170  # of a sweep's range
 SAMPLED = 60  # motions of the branches that are compared with shooting
-EXACT = Settings(steps=512, tolerance=1e-6)
+REFERENCE_RTOL = Settings(steps=512, tolerance=1e-6)
 DRAWN = 50  # motions whose stability is determined by integration
 MARGIN = 0.005  # of a multiplier from the unit circle, of those
 DISTURBED, FADED, GROWN = 1e-5, 1e-2, 1e2  # of the state, and of that
-MOST_PERIODS = 4000
+MAX_PERIODS = 4000
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class BranchCost:
 
 
 @dataclass(frozen=True)
-class Beside:
+class SweepComparison:
     """Branches compared with sweeps up and down.
 
     compared : motions of the sweeps that repeat soon enough; error of their RMS
@@ -80,12 +80,13 @@ class Beside:
 class Stability:
     """What small disturbances of random motions do, and what multipliers say.
 
-    drawn : motions, until for so many `told` it is known whether a disturbance decays
+    sampled : motions, until it is known for so many `decided` whether a disturbance
+        decays
     stable : of these, by their multipliers; agree : of both
     """
 
-    drawn: int
-    told: int
+    sampled: int
+    decided: int
     stable: int
     agree: int
 
@@ -111,14 +112,14 @@ def measure(
     """
     report("stiffness", 0, 1)
     system = lumped_system(gear_set, torque, LumpedModel(damping_ratio=damping))
-    smooth = Source(kind="fourier", harmonics=3)
+    smooth = StiffnessSource(kind="fourier", harmonics=3)
     waves = {
         "finite elements": system,
         "three harmonics": lumped_system(
             gear_set, torque, LumpedModel(damping_ratio=damping, stiffness=smooth)
         ),
     }
-    speeds = usual_speeds(system)
+    speeds = default_speeds(system)
     limits = speeds[0], speeds[-1]
     tables = "sweeps", "stability", "orders"
     rows, interrupted = bench.collect(_studies(waves, limits, report), *tables)
@@ -160,7 +161,7 @@ def followed(
 ) -> BranchFinder:
     """All branches, followed."""
     finder = BranchFinder(
-        OverSpeed(system), limits, BranchSettings(harmonics=harmonics)
+        SpeedFamily(system), limits, BranchSettings(harmonics=harmonics)
     )
     finder.find(limits[0])
     return finder
@@ -210,7 +211,7 @@ def sweep_point(
     branches = sweep_all([system], speeds, settings=settings)
     seconds = time.perf_counter() - start
     count = sum(len(branch.responses) for branch in branches)
-    finder = BranchFinder(OverSpeed(system), limits)
+    finder = BranchFinder(SpeedFamily(system), limits)
     settled = [r for branch in branches for r in branch.responses if r.multiple == 1]
     errors = []
     for response in settled[:: max(1, len(settled) // SAMPLED)]:
@@ -232,16 +233,16 @@ def sweep_point(
     )
 
 
-def beside_sweeps(finder: BranchFinder) -> Iterator[Beside]:
+def beside_sweeps(finder: BranchFinder) -> Iterator[SweepComparison]:
     """A row for each direction."""
     (system, _) = finder.family.at(finder.limits[0])
     speeds = np.linspace(*finder.limits, SPEED_STEPS)
-    up, down = sweep_all([system], speeds, settings=EXACT)
+    up, down = sweep_all([system], speeds, settings=REFERENCE_RTOL)
     for branch, other in ((up, down), (down, up)):
         yield _beside(finder, branch, other)
 
 
-def _beside(finder: BranchFinder, branch: Branch, other: Branch) -> Beside:
+def _beside(finder: BranchFinder, branch: Branch, other: Branch) -> SweepComparison:
     errors: list[float] = []
     for response in branch.responses:
         if _is_followed(finder, response):
@@ -254,7 +255,7 @@ def _beside(finder: BranchFinder, branch: Branch, other: Branch) -> Beside:
         if followed_at[jump.frequency_from] and followed_at[jump.frequency_to]
     }
     explained = [any(low <= at <= high for at in places) for low, high in steps]
-    return Beside(
+    return SweepComparison(
         direction=branch.direction,
         compared=len(errors),
         error_median=float(np.median(errors)),
@@ -299,8 +300,8 @@ def stability(finder: BranchFinder, random: np.random.Generator) -> Stability:
         if fades is not None:
             seen.append((point.stable, fades))
     return Stability(
-        drawn=drawn,
-        told=len(seen),
+        sampled=drawn,
+        decided=len(seen),
         stable=sum(stable for stable, _ in seen),
         agree=sum(stable == fades for stable, fades in seen),
     )
@@ -322,7 +323,7 @@ def _fades(
     size = np.abs(state).max(axis=1, keepdims=True)
     other = state + DISTURBED * size * random.standard_normal(state.shape)
     first = largest = float(np.linalg.norm((other - state) / size))
-    for _ in range(MOST_PERIODS // branch.multiple):
+    for _ in range(MAX_PERIODS // branch.multiple):
         # from the same motion each time, or its own errors would grow as well
         other, _ = stepper.record(other, at, branch.multiple)
         apart = float(np.linalg.norm((other - state) / size))
@@ -364,7 +365,7 @@ def _errors_at_speeds(
     """Relative error of the RMS, and whether contact is lost, by speed."""
     found = {}
     finder = BranchFinder(
-        OverSpeed(system), limits, BranchSettings(harmonics=harmonics)
+        SpeedFamily(system), limits, BranchSettings(harmonics=harmonics)
     )
     for response in sweep_all([system], np.linspace(*limits, 25), ("up",))[0].responses:
         if response.multiple != 1:

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from fegear.clatter.gearboxes import load_gearbox
-from lumped.clatter.groups import Group
-from lumped.clatter.runs import Impacts, joined, middle, move
+from lumped.clatter.groups import WheelGroup
+from lumped.clatter.runs import Impacts, centred_state, joined, simulate
 from lumped.common.progress import Progress
 from validation.bench import benchmark as bench
 
 GEARBOX = "seed-five-speed"
 TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)  # periods
-EXACT = 1e-15
+REFERENCE_RTOL = 1e-15
 COMPARED = 8  # first impacts: later ones are driven apart by chaos
 TIMED = 200_000
 
@@ -57,27 +57,27 @@ def _measured(report: Progress) -> Iterator[tuple[str, Any]]:
     }
     done, total = 0, len(studies) * len(TOLERANCES)
     for name, own in studies.items():
-        exact = _first(Group((own,), gearbox.excitation, EXACT))
+        exact = _first(WheelGroup((own,), gearbox.excitation, REFERENCE_RTOL))
         for tolerance in TOLERANCES:
             report(name, done, total)
-            group = Group((own,), gearbox.excitation, tolerance)
+            group = WheelGroup((own,), gearbox.excitation, tolerance)
             yield bench.POINTS, _point(name, group, exact)
             done += 1
 
 
-def _first(group: Group) -> Impacts:
+def _first(group: WheelGroup) -> Impacts:
     """Impacts one after another, until there are enough."""
-    alone = move(group, middle(group), math.inf, most=0)
+    alone = simulate(group, centred_state(group), math.inf, most=0)
     return joined(list(islice(alone, COMPARED)))
 
 
-def _point(study: str, group: Group, exact: Impacts) -> ImpactCost:
+def _point(study: str, group: WheelGroup, exact: Impacts) -> ImpactCost:
     found = _first(group)
     few = min(len(found), len(exact))
     apart = np.abs(found.time[:few] - exact.time[:few]).max()
     begin = time.perf_counter()
     count = 0
-    for part in move(group, middle(group), math.inf):
+    for part in simulate(group, centred_state(group), math.inf):
         count += len(part)
         if count >= TIMED:
             break

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.dynamics.build import FiniteElements, prepare
-from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, Steps
+from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, TimeSteps
 from fegear.files.memory import memory_level
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
@@ -171,13 +171,13 @@ def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, 
     size = 1.0 / (frequency * steps)
     length = stepper.model.reference.train.common_period[0]
     stepper.integrate(
-        state, Steps(frequency, size, 2, steps)
+        state, TimeSteps(frequency, size, 2, steps)
     )  # compiles and factorises
     best = math.inf
     for _ in range(math.ceil(PERIODS / length)):
         start = time.perf_counter()
         state, motion = stepper.integrate(
-            state, Steps(frequency, size, steps * length, steps)
+            state, TimeSteps(frequency, size, steps * length, steps)
         )
         best = min(best, time.perf_counter() - start)
         parts.append(motion.deflection[:-1])

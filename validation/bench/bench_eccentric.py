@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from fegear.eccentric.contact import solve_turn
+from fegear.eccentric.contact import solve_contact_cycle
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.turn import STEEL
 from lumped.common.progress import Progress
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.teeth import ToothedPair
-from meshes.eccentric.wheel_mesh import usual_bore, wheel_mesh
+from meshes.eccentric.wheel_mesh import default_bore, wheel_mesh
 from validation.bench import benchmark as bench
 from validation.oracles.rolling import adaptive, runge_kutta, shoot
 
@@ -48,7 +48,7 @@ class EccentricCost:
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactCost:
     """Transmission errors of a mesh and of the finest. freedoms : of the driver"""
 
     fineness: float
@@ -114,7 +114,7 @@ def _integral(samples: int) -> Callable[[], float]:
     return lambda: float(brentq(excess, 1.8, 3.0, xtol=1e-15))
 
 
-def contact_rows(report: Progress) -> list[Contact]:
+def contact_rows(report: Progress) -> list[ContactCost]:
     """Over the fineness, each compared with the finest."""
     toothed = ToothedPair(
         EccentricPair(RADIUS, PART * RADIUS), math.radians(20.0), TEETH
@@ -126,18 +126,18 @@ def contact_rows(report: Progress) -> list[Contact]:
         start = time.perf_counter()
         edges = WheelEdges().refined(fineness)
         driver, driven = (
-            ElasticWheel(wheel_mesh(wheel, usual_bore(wheel), edges), STEEL)
+            ElasticWheel(wheel_mesh(wheel, default_bore(wheel), edges), STEEL)
             for wheel in (toothed.driver, toothed.driven)
         )
         _ = driver.factor, driven.factor
         made = time.perf_counter()
-        errors = solve_turn(toothed, driver, driven, LOAD, arcs).error
+        errors = solve_contact_cycle(toothed, driver, driven, LOAD, arcs).error
         end = time.perf_counter()
         each = 1e3 * (end - made) / POSITIONS
         found.append((int(driver.basis.N), end - start, each, errors))
     finest = found[-1][3]
     return [
-        Contact(fineness, *row[:3], float(np.abs(row[3] / finest - 1.0).max()))
+        ContactCost(fineness, *row[:3], float(np.abs(row[3] / finest - 1.0).max()))
         for fineness, row in zip(FINENESS, found, strict=True)
     ]
 
@@ -152,7 +152,7 @@ def _distance_panel(points: Sequence[EccentricCost]) -> bench.Panel:
     return bench.Panel("relative error of the centre distance", "time [ms]", curves)
 
 
-def _contact_panels(rows: Sequence[Contact]) -> Iterator[bench.Panel]:
+def _contact_panels(rows: Sequence[ContactCost]) -> Iterator[bench.Panel]:
     own = [row for row in rows if row.error > 0.0]
     if own:
         places = [(row.error, row.seconds) for row in own]

@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Source
+from fegear.statics.excitation import StiffnessSource
 from fegear.studies.running import run
 from fegear.studies.stability import Stability
-from fegear.studies.trains import NamedSet
+from fegear.studies.trains import GearSetRef
 from fegear.studies.varied import FRICTION
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.common.progress import Progress
 from lumped.stability.combinations import Combination, combinations
-from lumped.stability.intervals import examined
+from lumped.stability.intervals import scan_stability
 from lumped.stability.kernels.transition import set_transitions
 from lumped.stability.multipliers import REACH, integrated, largest_multiplier
 from lumped.stability.periodic import PeriodicSystem, periodic_system
@@ -47,7 +47,7 @@ DIVISIONS = (1, 2, 5, 10, 20, 50, 100, 200)
 LEFT_OUT = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)  # of a series
 COEFFICIENT, DAMPING = 0.1, 0.001
 MODEL = LumpedModel(
-    stiffness=Source(kind="rectangular"),
+    stiffness=StiffnessSource(kind="rectangular"),
     translations=True,
     damping_ratio=DAMPING,
     bending=0.4,
@@ -274,7 +274,9 @@ def edge_error(system: PeriodicSystem, name: str) -> float:
         return math.nan
     margin = 2.0 * (near.high - near.low)
     speeds = np.linspace(near.low - margin, near.high + margin, 101)
-    found = [each for each in examined(system, speeds).intervals if each.kind == name]
+    found = [
+        each for each in scan_stability(system, speeds).intervals if each.kind == name
+    ]
     if not found:
         return math.nan
     own = max(found, key=lambda each: each.high - each.low)
@@ -286,7 +288,7 @@ def timed_chart(set_name: str, torque: float) -> Chart:
     coefficients = tuple(np.linspace(0.0, 0.2, VALUES).tolist())
     axis = Axis(FRICTION, coefficients)
     asked = Stability(
-        gear_set=NamedSet(name=set_name),
+        gear_set=GearSetRef(name=set_name),
         over=axis,
         torque=torque,
         model=MODEL,

@@ -32,15 +32,15 @@ class Instant:
     knots : (c, j + 1) penetrations [m]; law : (c, j, 4) cubics of the load beyond
         each, rising powers [N]
     gap : (c,) [m]; compliance : (c, c) C with hubs held [m/N]
-    rows, inertial : (c, n) R, U; work, stiffness : (n, n) W, K; load : (n,)
+    rows, inertia_rows : (c, n) R, U; work, stiffness : (n, n) W, K; load : (n,)
     """
 
     knots: Array
-    law: Array
+    load_curve: Array
     gap: Array
     compliance: Array
     rows: Array
-    inertial: Array
+    inertia_rows: Array
     work: Array
     stiffness: Array
     load: Array
@@ -52,7 +52,7 @@ class Instant:
 
     @cached_property
     def _cubics(self) -> list[PPoly]:
-        laws = zip(self.law, self.knots, strict=True)
+        laws = zip(self.load_curve, self.knots, strict=True)
         return [PPoly(law[:, ::-1].T, knots) for law, knots in laws]
 
     def solve(self, q: Array) -> tuple[Array, Array, Array]:
@@ -66,8 +66,10 @@ class Instant:
 
         def residual(unknowns: Array) -> Array:
             z, x, F, a = parts(unknowns)
-            mean = z - self.inertial.T @ F - self.work @ a - q
-            closed = self.rows @ z - self.gap - self.compliance @ F - self.inertial @ a
+            mean = z - self.inertia_rows.T @ F - self.work @ a - q
+            closed = (
+                self.rows @ z - self.gap - self.compliance @ F - self.inertia_rows @ a
+            )
             return np.concatenate([mean / unit, (closed - x) / scale])
 
         unit = scale / np.abs(self.rows).max()
@@ -84,7 +86,7 @@ class Instant:
         F = self.loads(x)
         closed = zip(self._cubics, np.maximum(x, 0.0), strict=True)
         contacts = sum(float(cubics.integrate(0.0, at)) for cubics, at in closed)
-        bodies = 0.5 * F @ self.compliance @ F + F @ self.inertial @ a
+        bodies = 0.5 * F @ self.compliance @ F + F @ self.inertia_rows @ a
         bodies += 0.5 * a @ self.work @ a
         return float(0.5 * z @ self.stiffness @ z - self.load @ z + contacts + bodies)
 
@@ -102,11 +104,11 @@ def instant_of(system: LumpedSystem, cycle: float) -> Instant:
     held = space.spring_rows @ system.modes.shapes[:, system.moving]
     return Instant(
         knots=found.contacts.knots[found.mesh_of],
-        law=at(found.contacts.law)[:, 0],
+        load_curve=at(found.contacts.load_curve)[:, 0],
         gap=at(found.contacts.gap),
         compliance=at(found.contacts.normal_compliance.swapaxes(0, 1)),
         rows=at(found.rows),
-        inertial=at(found.inertial),
+        inertia_rows=at(found.inertia_rows),
         work=found.work,
         stiffness=(held.T * space.spring_stiffness) @ held,
         load=system.arrays.load,

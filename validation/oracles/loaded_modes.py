@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-MOST_ROUNDS, SHORTEST = 200, 1e-6  # of Newton's method, and of its steps
-EXACT = 1e-11  # of the reach of the laws
+MAX_ITERATIONS, SHORTEST = 200, 1e-6  # of Newton's method, and of its steps
+EQUILIBRIUM_RTOL = 1e-11  # of the reach of the laws
 REFINED, PART = 1e-7, 1e-3  # of a squared frequency; the part of it for derivatives
 
 
@@ -133,7 +133,7 @@ class Linearised:
 
     def refined(self, square: float) -> tuple[float, float]:
         """A natural frequency [Hz] and its mesh energy, from its square nearby."""
-        for _ in range(MOST_ROUNDS):
+        for _ in range(MAX_ITERATIONS):
             squares, energies = self.near(square)
             nearest = int(np.argmin(np.abs(squares - square)))
             before, square = square, float(squares[nearest])
@@ -217,7 +217,7 @@ class Rest:
         found = np.zeros((2, x.size))
         for c in np.flatnonzero(x > 0.0):
             knots = contacts.knots[mesh_of[c]]
-            law = contacts.law[c, self.place, 0]
+            law = contacts.load_curve[c, self.place, 0]
             inside = min(x[c], knots[-1])
             cell = min(int(np.searchsorted(knots, inside, "right")) - 1, len(law) - 1)
             cubic = np.polynomial.Polynomial(law[cell])
@@ -230,9 +230,9 @@ class Rest:
         """Penetrations (c,) and hubs (h,) from such nearby, by damped Newton steps."""
         scale, count = self.model.contacts.knots.max(), x.size
         miss = self.miss(x, z)
-        for _ in range(MOST_ROUNDS):
+        for _ in range(MAX_ITERATIONS):
             step = np.linalg.solve(self.matrix(x), miss)
-            if np.abs(step[:count]).max() < EXACT * scale:
+            if np.abs(step[:count]).max() < EQUILIBRIUM_RTOL * scale:
                 return x, z
             size, part = self.size(miss), 1.0
             while part > SHORTEST:

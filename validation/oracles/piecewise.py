@@ -21,7 +21,7 @@ from scipy.linalg import eigh, expm
 from scipy.optimize import brentq
 
 Array = NDArray[np.float64]
-SAME = 1e-12  # periods within which two jumps are one
+TIME_TOL = 1e-12  # periods within which two jumps are one
 AHEAD = 1e-9  # periods ahead for which a contact at its border is judged
 GAUSS = np.polynomial.legendre.leggauss(4)
 
@@ -149,7 +149,7 @@ class StateEquation:
 
 
 @dataclass(frozen=True, eq=False)
-class Span:
+class LinearSegment:
     start: float
     length: float
     equation: StateEquation
@@ -157,11 +157,11 @@ class Span:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class PiecewiseSolution:
     """Exact motion in spans; changes are the times at which contacts changed [s]."""
 
     train: PiecewiseTrain
-    spans: tuple[Span, ...]
+    spans: tuple[LinearSegment, ...]
     changes: tuple[float, ...]
 
     @property
@@ -199,7 +199,7 @@ class Motion:
             ]
         )
 
-    def _inside(self, begin: float, end: float) -> list[Span]:
+    def _inside(self, begin: float, end: float) -> list[LinearSegment]:
         return [s for s in self.spans if begin <= s.start + 0.5 * s.length < end]
 
     def contact_loss(self, begin: float, end: float) -> Array:
@@ -259,13 +259,13 @@ def march(
     state: Array,
     periods: float,
     checks: int = 64,
-) -> Motion:
+) -> PiecewiseSolution:
     """From rotations and speeds (2 n,) over periods of the first mesh.
 
     frequency : of the first mesh [Hz]
     checks : points per period at which contacts are looked at
     """
-    spans: list[Span] = []
+    spans: list[LinearSegment] = []
     changes: list[float] = []
     z = np.concatenate([state, [1.0, 0.0]])
     for begin, end in pairwise(_edges(train, frequency, periods)):
@@ -273,7 +273,7 @@ def march(
         z[-1] = 0.0
         now = begin
         contact = _contacts(train, springs, z, 1.0 / frequency)
-        while end - now > SAME / frequency:
+        while end - now > TIME_TOL / frequency:
             equation = _state_equation(train, springs, contact)
             count = max(1, math.ceil((end - now) * frequency * checks))
             step = (end - now) / count
@@ -283,7 +283,7 @@ def march(
             if changed:
                 changes.append(now)
                 contact = _contacts(train, springs, z, 1.0 / frequency)
-    return Motion(train, tuple(spans), tuple(changes))
+    return PiecewiseSolution(train, tuple(spans), tuple(changes))
 
 
 def _edges(train: PiecewiseTrain, frequency: float, periods: float) -> list[float]:
@@ -297,7 +297,7 @@ def _edges(train: PiecewiseTrain, frequency: float, periods: float) -> list[floa
             turns = range(0, last, toothing.period)
             found |= {(first + i) / toothing.rate for i in turns}
     times = sorted(t for t in found if 0.0 <= t <= periods)
-    apart = [b for a, b in pairwise(times) if b - a > SAME]
+    apart = [b for a, b in pairwise(times) if b - a > TIME_TOL]
     return [t / frequency for t in [0.0, *apart]]
 
 
@@ -375,7 +375,7 @@ def _state_equation(
 
 
 def _advance(
-    spans: list[Span],
+    spans: list[LinearSegment],
     springs: Sequence[Spring],
     contact: Sequence[int],
     equation: StateEquation,
@@ -399,9 +399,9 @@ def _advance(
                 _crossing(spring, side, equation, z, step)
                 for spring, side in zip(found, sides, strict=True)
             )
-            spans.append(Span(now, first, equation, z))
+            spans.append(LinearSegment(now, first, equation, z))
             return expm(first * equation.generator) @ z, now + first, True
-        spans.append(Span(now, step, equation, z))
+        spans.append(LinearSegment(now, step, equation, z))
         z, now = after, now + step
     return z, end, False
 

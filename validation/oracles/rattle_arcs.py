@@ -68,7 +68,7 @@ def motion_between(
     return x, drift + rate + (fast * free[0] + slow * free[1]).real
 
 
-def least_clearances(
+def min_clearances(
     figures: dict[str, float], arcs: Array, samples: int
 ) -> tuple[Array, Array]:
     """How far arcs (a, 7) stay from the bounds between their ends, and from the bound

@@ -29,12 +29,13 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Equations:
+class DenseModel:
     """Dense matrices over n coordinates, tables over p + 1 positions and c contacts.
 
     inverse_mass, damping, stiffness : (n, n); load : (n,)
     turnover : (n, n) coordinates when teeth are counted anew, from those before
-    closing, push : (p + 1, c, n) squeeze per coordinate, generalised force per load
+    penetration_rate, push : (p + 1, c, n) penetration per coordinate, generalised force
+        per load
     gap : (p + 1, c) [m]; compliance : (p + 1, c, c) [m/N]
     knots : (j + 1,) [m]; law : (c, p + 1, j, 4) cubics by rising power
     errors : (n, c) what comes to the gap in n successive cycles [m]
@@ -45,16 +46,16 @@ class Equations:
     stiffness: Array
     load: Array
     turnover: Array
-    closing: Array
+    penetration_rate: Array
     push: Array
     gap: Array
     compliance: Array
     knots: Array
-    law: Array
+    load_curve: Array
     errors: Array
 
 
-def equations(model: DynamicModel) -> Equations:
+def equations(model: DynamicModel) -> DenseModel:
     """Written out from the packed arrays of a model with one mesh."""
     body, rows, contacts = model.modal, model.jacobian, model.contacts
     h, e = body.damping.size, body.rigidity.size
@@ -78,31 +79,33 @@ def equations(model: DynamicModel) -> Equations:
     drag = float(rows.friction) * contacts.sliding  # (c, p + 1)
     push = closed + drag[..., None] * drawn
     tangential = drag.T[:, None, :] * contacts.tangential_compliance
-    return Equations(
+    return DenseModel(
         inverse_mass=np.asarray(np.linalg.inv(mass), float),
         damping=np.diag(np.concatenate([body.damping, body.elastic_damping])),
         stiffness=K,
         load=np.concatenate([body.load, np.zeros(e)]),
         turnover=turnover,
-        closing=closed.transpose(1, 0, 2),
+        penetration_rate=closed.transpose(1, 0, 2),
         push=push.transpose(1, 0, 2),
         gap=contacts.gap.T,
         compliance=contacts.normal_compliance + tangential,
         knots=contacts.knots[0],
-        law=contacts.law[:, :, 0],
+        load_curve=contacts.load_curve[:, :, 0],
         errors=contacts.errors.T if contacts.errors.size else np.zeros((1, len(drag))),
     )
 
 
 def pair_loads(
-    e: Equations, place: int, part: float, squeeze: Array
+    e: DenseModel, place: int, part: float, squeeze: Array
 ) -> tuple[Array, Array]:
     """Loads (c,) at squeezes (c,) and their slopes, `part` of the way to the next."""
     inside = np.clip(squeeze, 0.0, e.knots[-1])
     cell = np.clip(np.searchsorted(e.knots, inside, "right") - 1, 0, e.knots.size - 2)
     x = inside - e.knots[cell]
     c = np.arange(squeeze.size)
-    a = (1.0 - part) * e.law[c, place, cell] + part * e.law[c, place + 1, cell]
+    a = (1.0 - part) * e.load_curve[c, place, cell] + part * e.load_curve[
+        c, place + 1, cell
+    ]
     slope = a[:, 1] + x * (2.0 * a[:, 2] + 3.0 * x * a[:, 3])
     load = a[:, 0] + x * (a[:, 1] + x * (a[:, 2] + x * a[:, 3]))
     load += slope * np.maximum(squeeze - e.knots[-1], 0.0)
@@ -111,14 +114,18 @@ def pair_loads(
 
 
 def contact_loads(
-    e: Equations, place: int, part: float, q: Array, cycle: int = 0
+    e: DenseModel, place: int, part: float, q: Array, cycle: int = 0
 ) -> Array:
     """Loads (c,) that go with the displacement q; ArithmeticError if not found."""
 
     def between(table: Array) -> Array:
         return np.asarray((1.0 - part) * table[place] + part * table[place + 1])
 
-    free = between(e.closing) @ q - between(e.gap) - e.errors[cycle % len(e.errors)]
+    free = (
+        between(e.penetration_rate) @ q
+        - between(e.gap)
+        - e.errors[cycle % len(e.errors)]
+    )
     if (free < 0.0).all():
         return np.zeros(free.size)
     R = between(e.compliance)
@@ -137,7 +144,7 @@ def contact_loads(
 
 
 def march(
-    e: Equations,
+    e: DenseModel,
     state: Array,
     frequency: float,
     periods: int,

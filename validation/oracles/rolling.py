@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-NEAR = 0.9, 1.1  # of Burmester's distance, between which the exact one is
+BRACKET = 0.9, 1.1  # of Burmester's distance, between which the exact one is
 
 
 def rates(s: float, place: Array, c: float, e: float) -> Array:
@@ -68,5 +68,5 @@ def shoot(end: Callable[[float], float], e: float) -> float:
     """The centre distance at which the curve closes."""
     from scipy.optimize import brentq
 
-    low, high = (part * 2.0 * (1.0 + 0.25 * e * e) for part in NEAR)
+    low, high = (part * 2.0 * (1.0 + 0.25 * e * e) for part in BRACKET)
     return float(brentq(end, low, high, xtol=1e-15))

@@ -25,7 +25,7 @@ class ScipyTrain:
     """Equations of motion M a + C v + K x + G^T F(G x, t) = T."""
 
     def __init__(self, system: LumpedSystem) -> None:
-        if system.rounds > 1:
+        if system.repetitions > 1:
             raise ValueError("teeth must be equal: a base pitch is read for all others")
         space, modes = system.modes.coordinates, system.modes
         self.mass, self.load, self.rows = space.mass, space.load, space.mesh_rows

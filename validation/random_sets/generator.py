@@ -27,7 +27,7 @@ MODULES_MM = 1.5, 5.0
 HUBS = 0.2, 0.8  # over the root radius
 WIDTHS = 8.0, 14.0  # over the module
 SHIFTS = -0.2, 0.5
-FEWEST_SHIFTED_IN = 25  # fewer teeth get no negative shift
+MIN_SHIFTED_IN = 25  # fewer teeth get no negative shift
 THINNING = 5.0, 15.0  # um for each mm of the module
 RELIEF_UM, RELIEF_PITCHES = (5.0, 30.0), (0.15, 0.45)
 RELIEVED, HEAVY, SPRUNG = 0.5, 0.3, 0.5  # parts of meshes, gears and shafts
@@ -145,7 +145,7 @@ def _gears(rng: np.random.Generator, module: float, *teeth: int) -> list[Tables]
 
 
 def _gear(rng: np.random.Generator, module: float, teeth: int) -> Tables:
-    lowest = 0.0 if teeth < FEWEST_SHIFTED_IN else SHIFTS[0]
+    lowest = 0.0 if teeth < MIN_SHIFTED_IN else SHIFTS[0]
     shift = rng.uniform(lowest, SHIFTS[1])
     root = module * (0.5 * teeth + shift - ROOT)
     return {

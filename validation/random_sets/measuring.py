@@ -24,9 +24,9 @@ from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import (
     COUPLED,
     LumpedModel,
-    doubts_of_bodies,
-    left_out_error,
+    body_modes_warnings,
     lumped_system,
+    truncation_bound,
 )
 from lumped.common.progress import Progress, silent
 from lumped.steady.settings import Settings, SteadySettings
@@ -85,7 +85,7 @@ class Measured:
     natural_fe: Rows
 
 
-class Source(NamedTuple):
+class SweepSpec(NamedTuple):
     """What is swept, in a direction of the speed."""
 
     stepper: Stepper
@@ -139,8 +139,8 @@ def measure(
         speeds_Hz=speeds,
         **found,
         body_modes=kept_count(coupled),
-        left_out=left_out_error(coupled, speeds) or math.nan,
-        warnings=list(doubts_of_bodies(coupled, speeds)),
+        left_out=truncation_bound(coupled, speeds) or math.nan,
+        warnings=list(body_modes_warnings(coupled, speeds)),
         resonance_Hz=resonance,
         natural=natural,
         natural_fe=natural_fe,
@@ -166,18 +166,18 @@ def kept_count(system: LumpedSystem) -> int:
     return system.contacts.bodies.count
 
 
-def fe_source(model: DynamicModel) -> Source:
+def fe_source(model: DynamicModel) -> SweepSpec:
     settings = DynamicSettings()
-    return Source(ReducedStepper(model, settings.scheme), settings)
+    return SweepSpec(ReducedStepper(model, settings.scheme), settings)
 
 
-def lumped_source(system: LumpedSystem) -> Source:
+def lumped_source(system: LumpedSystem) -> SweepSpec:
     settings = Settings()
-    return Source(stepper_of(system, settings), settings)
+    return SweepSpec(stepper_of(system, settings), settings)
 
 
 def sweep_sources(
-    sources: Mapping[str, Source], speeds: Sequence[float], report: Progress
+    sources: Mapping[str, SweepSpec], speeds: Sequence[float], report: Progress
 ) -> dict[str, Any]:
     """The fields `rms_m`, `multiples` and `ms_per_speed` of `Measured`."""
     found: dict[str, Any] = {"rms_m": {}, "multiples": {}, "ms_per_speed": {}}

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from fegear.dynamics.build import (
     FiniteElements,
+    default_cutoff,
     elastic_damping,
     modes_once,
-    usual_cutoff,
 )
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
-from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
+from fegear.dynamics.mesh_load_curves import all_mesh_laws, equal_tables
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
@@ -48,7 +48,7 @@ def elastic_gears(
     """
     ratio, highest, found = FiniteElements().elastic_damping, max(speeds), []
     for gear in gear_set.gears:
-        cutoff_Hz = more * usual_cutoff(gear, highest)
+        cutoff_Hz = more * default_cutoff(gear, highest)
         modes = modes_once(statics.sector(gear), gear.density, cutoff_Hz)
         damping = elastic_damping(gear, ratio)
         found.append(ElasticGear(modes, gear.face_width, damping))

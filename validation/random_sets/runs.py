@@ -1,4 +1,4 @@
-"""Runs of the random gear sets, kept and found again by hash, `validation.study.kept`.
+"""Runs of the random gear sets, stored and found again by hash, as `run_store` does.
 
 A run's directory below the store holds inputs.json, a table and result.json. For every
 set there is one with speeds.csv, the vibration by every source; for the smallest one
@@ -31,8 +31,14 @@ from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.random_sets.full import FullPoint, measure_full, smallest_sets
 from validation.random_sets.generator import COUNT, random_gear_set
 from validation.random_sets.measuring import REFERENCE, Measured, measure
-from validation.study.kept import RESULT, begin_run, sealed, whole_texts, write_texts
 from validation.study.provenance import machine
+from validation.study.run_store import (
+    RESULT,
+    begin_run,
+    read_verified,
+    with_digests,
+    write_texts,
+)
 from validation.study.sources import digest_of
 
 FORMAT = "fegear random gear set 2"  # of the files and of their content
@@ -159,7 +165,7 @@ def _texts(
     except (InputError, ArithmeticError) as error:
         result, rows = {"failure": str(error)}, []
     result = {"machine": machine(), "failure": ""} | result
-    return dict(sealed(inputs, {table: format_records(rows)}, result))
+    return dict(with_digests(inputs, {table: format_records(rows)}, result))
 
 
 def _directory_name(gear_set: GearSet, table: str) -> str:
@@ -242,7 +248,7 @@ def read_set(
     name: str, table: Path, inputs: dict[str, str], reused: bool
 ) -> SetRun | None:
     """None where a file is missing, damaged, or belongs to something else."""
-    texts = whole_texts(table.parent, inputs, [table.name])
+    texts = read_verified(table.parent, inputs, [table.name])
     if texts is None:
         return None
     result = json.loads(texts[RESULT])

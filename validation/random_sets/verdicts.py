@@ -41,7 +41,7 @@ from validation.study.other_branches import (
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 MEDIAN, TENTH = SAME_MOTION, OTHER_MOTION  # bounds on median and 90th percentile
-MOST_APART = MAX_SHARE  # of the speeds
+MAX_OTHER_BRANCH = MAX_SHARE  # of the speeds
 NATURAL_ERROR = 5e-3
 STRAINS, PARTNER = 1e-2, 1e-3  # mesh energy of modes that count, and of partners
 
@@ -50,17 +50,18 @@ STRAINS, PARTNER = 1e-2, 1e-3  # mesh energy of modes that count, and of partner
 class SetVerdict:
     """Verdict on a set: errors are relative, NaN where there is none.
 
-    apart : speeds that are counted apart; median_all, tenth_all : with these speeds
+    other_branch_speeds : speeds that are counted apart; median_all, tenth_all : with
+        these speeds
     reference : 90th percentile of the distance from the usual cut-off to the reference
     worst_Hz : where the largest error is that counts
     natural : largest error of a natural frequency, natural_Hz : of which
     """
 
     median: float
-    tenth: float
+    p90: float
     median_all: float
     tenth_all: float
-    apart: int
+    other_branch_speeds: int
     reference: float
     worst: float
     worst_Hz: float
@@ -74,7 +75,7 @@ class SetVerdict:
         return self.natural <= NATURAL_ERROR
 
     @property
-    def kept(self) -> bool:
+    def passed(self) -> bool:
         return (self.vibration_kept or self.warns) and self.natural_kept
 
     @property
@@ -88,22 +89,22 @@ class SetVerdict:
         return ", ".join(filter(None, (vibration, frequencies))) or "kept"
 
 
-def judge(measured: Measured) -> SetVerdict:
+def evaluate(measured: Measured) -> SetVerdict:
     errors = speed_errors(measured, COUPLED_UP)
     apart = other_branch(measured, errors)
     counted = errors[~apart]
-    median, tenth = spread(counted)
-    within = median <= MEDIAN and tenth <= TENTH and apart.mean() <= MOST_APART
+    median, tenth = quantiles(counted)
+    within = median <= MEDIAN and tenth <= TENTH and apart.mean() <= MAX_OTHER_BRANCH
     worst = int(np.argmax(np.where(apart, -1.0, errors)))
     natural, natural_Hz = largest_frequency_error(measured)
-    median_all, tenth_all = spread(errors)
+    median_all, tenth_all = quantiles(errors)
     return SetVerdict(
         median=median,
-        tenth=tenth,
+        p90=tenth,
         median_all=median_all,
         tenth_all=tenth_all,
-        apart=int(apart.sum()),
-        reference=spread(speed_errors(measured, REDUCED))[1],
+        other_branch_speeds=int(apart.sum()),
+        reference=quantiles(speed_errors(measured, REDUCED))[1],
         worst=float(errors[worst]),
         worst_Hz=measured.speeds_Hz[worst],
         natural=natural,
@@ -132,7 +133,7 @@ def other_branch(measured: Measured, errors: Array) -> Mask:
     return on_other_branch(errors, differs, known)
 
 
-def spread(errors: Array) -> tuple[float, float]:
+def quantiles(errors: Array) -> tuple[float, float]:
     """Median and 90th percentile of errors, infinite of none at all.
 
     The percentile is one of the errors: half of an infinite one is none.

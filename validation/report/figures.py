@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.figures.drawing import panels
-from validation.study.budget import QUANTITIES, WHOLE, Budget
+from validation.study.budget import COUPLED_MODEL, QUANTITIES, Budget
 from validation.study.metrics import METRICS, ForceCycle, MeasuredCurve, Verdict
 from validation.study.run_files import Run
 from validation.study.runs import CaseResult
-from validation.study.tasks import FE, FE_PLAIN
+from validation.study.tasks import FE, FE_FRICTIONLESS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,8 +48,10 @@ SPAN = (
 
 def source_name(source: str) -> str:
     """`model-1-rectangular` as `model 1, rectangular`."""
-    if source in (FE, FE_PLAIN):
-        return "finite elements" + (", no friction" if source == FE_PLAIN else "")
+    if source in (FE, FE_FRICTIONLESS):
+        return "finite elements" + (
+            ", no friction" if source == FE_FRICTIONLESS else ""
+        )
     model, *others = source.replace("-", " ", 1).split("-")
     words = ", ".join([model, *others])
     return words.replace("without, ", "without ").replace("bending, ", "bending ratio ")
@@ -214,7 +216,9 @@ def draw_budget(budget: Budget) -> Figure:
         axes = panels_[number // 2][number % 2]
         for place, row in enumerate(budget.rows):
             values = quantity.factor * np.array([*row.measured[name].values()])
-            color = "black" if row.model == WHOLE else COLORS[place % len(COLORS)]
+            color = (
+                "black" if row.model == COUPLED_MODEL else COLORS[place % len(COLORS)]
+            )
             level = np.full(values.size, float(place))
             axes.plot(values, level, "o", ms=3.0, alpha=0.5, color=color, mew=0.0)
             if values.size:

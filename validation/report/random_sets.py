@@ -17,13 +17,13 @@ from validation.random_sets.measuring import (
 )
 from validation.random_sets.runs import FULL, SPEEDS, SetRun
 from validation.random_sets.verdicts import (
+    MAX_OTHER_BRANCH,
     MEDIAN,
-    MOST_APART,
     NATURAL_ERROR,
     TENTH,
-    judge,
+    evaluate,
+    quantiles,
     speed_errors,
-    spread,
 )
 
 TIMED = {
@@ -50,7 +50,7 @@ def random_set_values(
         "allowed": {
             "median": MEDIAN,
             "tenth": TENTH,
-            "apart": MOST_APART,
+            "apart": MAX_OTHER_BRANCH,
             "natural": NATURAL_ERROR,
         },
         "kept": sum(row["kept"] for row in rows),
@@ -67,17 +67,17 @@ def row_values(run: SetRun, output: Path) -> dict[str, Any]:
     common = {"set": run.name, "csv": place, "failure": run.failure}
     if run.measured is None:
         return common | {"verdict": "failed", "kept": False, "figures": {}}
-    verdict = judge(run.measured)
+    verdict = evaluate(run.measured)
     return common | {
         "verdict": verdict.words,
-        "kept": verdict.kept,
-        "figures": figures_of(run.measured),
+        "kept": verdict.passed,
+        "figures": quantities(run.measured),
     }
 
 
-def figures_of(measured: Measured) -> dict[str, Any]:
+def quantities(measured: Measured) -> dict[str, Any]:
     """Columns of the table of random sets; errors are relative."""
-    verdict = judge(measured)
+    verdict = evaluate(measured)
     return {
         "kind": measured.kind,
         "teeth": "/".join(map(str, measured.teeth)),
@@ -87,15 +87,15 @@ def figures_of(measured: Measured) -> dict[str, Any]:
         "first_Hz": measured.speeds_Hz[0],
         "last_Hz": measured.speeds_Hz[-1],
         "median_error": verdict.median,
-        "tenth_error": verdict.tenth,
-        "apart": verdict.apart,
+        "tenth_error": verdict.p90,
+        "apart": verdict.other_branch_speeds,
         "median_with_apart": verdict.median_all,
         "tenth_with_apart": verdict.tenth_all,
         "worst_error": verdict.worst,
         "worst_Hz": verdict.worst_Hz,
         "usual_cutoff_tenth": verdict.reference,
-        "model_1_median": spread(speed_errors(measured, MODEL_1))[0],
-        "without_modes_median": spread(speed_errors(measured, WITHOUT))[0],
+        "model_1_median": quantiles(speed_errors(measured, MODEL_1))[0],
+        "without_modes_median": quantiles(speed_errors(measured, WITHOUT))[0],
         "natural_error": verdict.natural,
         "natural_Hz": verdict.natural_Hz,
         "body_modes": measured.body_modes,

@@ -144,7 +144,7 @@ def budget_values(budget: Budget | None) -> dict[str, Any]:
     """
     if budget is None:
         return {}
-    lacking = [budget.brought(row) for row in budget.rows]
+    lacking = [budget.change_to_coupled(row) for row in budget.rows]
     return {
         "models": [
             {

@@ -13,12 +13,12 @@ from validation.reproduce.references import ORIGINS, Reference
 from validation.study.printed import nearest
 
 LIMITS = (0.01, 0.05, 0.1)  # of the scale: how close values are counted
-SAME = 1e-6  # of the scale
+EQUAL_RTOL = 1e-6  # of the scale
 NONE = math.nan
 
 
 @dataclass(frozen=True)
-class Compared:
+class ReferenceCheck:
     """A reference and the computed value, NaN where there is none.
 
     value : of the reference; choices : computed values of which this is the nearest
@@ -42,17 +42,17 @@ class Compared:
         return self.reference.scale or size or NONE
 
     @property
-    def met(self) -> bool:
+    def is_met(self) -> bool:
         """Whether it keeps a bound."""
         bound = self.reference.bound
         gap = -self.difference if bound == "below" else self.difference
         return bool(bound) and gap > 0.0
 
     @property
-    def apart(self) -> float:
+    def relative_error(self) -> float:
         """Difference over the scale, 0 of a bound that is kept, NaN if it is not."""
         if self.reference.bound:
-            return 0.0 if self.met else NONE
+            return 0.0 if self.is_met else NONE
         return abs(self.difference) / self.scale
 
     @property
@@ -62,10 +62,10 @@ class Compared:
         if math.isnan(_as_point(self.computed)[0]):
             return "none found"
         if given.bound:
-            return "met" if self.met else "not met"
-        if self.apart < SAME:
+            return "met" if self.is_met else "not met"
+        if self.relative_error < EQUAL_RTOL:
             return "equal"
-        percent = f"{100.0 * self.apart:.2g} %"
+        percent = f"{100.0 * self.relative_error:.2g} %"
         if given.scale is None:
             return f"{percent} apart"
         gap = _shown(abs(self.difference), given.unit, 2)
@@ -76,8 +76,8 @@ class Compared:
         """`jump down: computed 0.81, printed 0.8, 1.2 % apart: why`."""
         given = self.reference
         words = [ORIGINS[given.origin][0], given.bound, _shown(self.value, given.unit)]
-        if given.beside is not None:
-            words = [*words[1 if given.bound else 0 :], f"of {given.beside.part}"]
+        if given.other_part is not None:
+            words = [*words[1 if given.bound else 0 :], f"of {given.other_part.part}"]
         told = " ".join(filter(None, words))
         why = f": {given.why}" if given.why else ""
         if math.isnan(_as_point(self.computed)[0]):
@@ -89,19 +89,21 @@ class Compared:
         )
 
 
-def compare(reference: Reference, results: Results) -> Compared:
+def compare(reference: Reference, results: Results) -> ReferenceCheck:
     """A reference and what its part found."""
     values = read_found(results, reference.part, reference.found)
     value: Value = NONE
-    if reference.beside is not None:
-        other = read_found(results, reference.beside.part, reference.beside.found)
+    if reference.other_part is not None:
+        other = read_found(
+            results, reference.other_part.part, reference.other_part.found
+        )
         value = _nearest(other, values[0]) if values and other else NONE
     elif reference.point is not None:
         value = reference.point
     elif reference.value is not None:
         value = reference.value
     computed = _nearest(values, value, far=reference.scale is not None)
-    return Compared(reference, value, computed, max(1, len(values)))
+    return ReferenceCheck(reference, value, computed, max(1, len(values)))
 
 
 def _nearest(values: Sequence[Value], value: Value, far: bool = True) -> Value:
@@ -132,7 +134,7 @@ def _shown(value: Value, unit: str, digits: int = 4) -> str:
     return words if unit == "1" else f"{words} {unit}"
 
 
-def count_lines(compared: Iterable[Compared]) -> list[dict[str, Any]]:
+def count_lines(compared: Iterable[ReferenceCheck]) -> list[dict[str, Any]]:
     """Count of lines by their origin: how many, how close, and how many with a reason.
 
     Lines that are neither within the last of LIMITS nor keep their bound are `beyond`.
@@ -144,10 +146,12 @@ def count_lines(compared: Iterable[Compared]) -> list[dict[str, Any]]:
         if not own:
             continue
         within = {
-            f"within_{100.0 * limit:g}_percent": sum(e.apart <= limit for e in own)
+            f"within_{100.0 * limit:g}_percent": sum(
+                e.relative_error <= limit for e in own
+            )
             for limit in LIMITS
         }
-        beyond = [each for each in own if not each.apart <= LIMITS[-1]]
+        beyond = [each for each in own if not each.relative_error <= LIMITS[-1]]
         rows.append(
             {"origin": origin, "meaning": meaning, "lines": len(own)}
             | within
@@ -159,9 +163,9 @@ def count_lines(compared: Iterable[Compared]) -> list[dict[str, Any]]:
     return rows
 
 
-def overview(compared: Sequence[Compared]) -> Mapping[str, Any]:
+def overview(compared: Sequence[ReferenceCheck]) -> Mapping[str, Any]:
     """The largest difference over its scale, and how many are not met or not found."""
-    apart = [each.apart for each in compared]
+    apart = [each.relative_error for each in compared]
     known = [value for value in apart if not math.isnan(value)]
     return {
         "largest_apart_percent": 100.0 * max(known, default=NONE),

@@ -17,16 +17,16 @@ class MachineScene:
     """A machine file and edits of its keys, `table.key`."""
 
     name: str
-    given: Mapping[str, Any]
+    overrides: Mapping[str, Any]
     no_commands = ""  # every part says for itself
 
     def changed(self, values: Mapping[str, Any]) -> MachineScene:
         """This scene with other parameters."""
-        return replace(self, given={**self.given, **values})
+        return replace(self, overrides={**self.overrides, **values})
 
     @cached_property
     def named(self) -> NamedMachine:
-        return load_machine(self.name, edits=self.given)
+        return load_machine(self.name, edits=self.overrides)
 
     @property
     def assembly(self) -> Assembly:

@@ -49,7 +49,7 @@ QUANTITIES: Mapping[str, tuple[str, str, float]] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Train:
+class TrainOverrides:
     """A train and what excites it, of a figure or changed for a part of it.
 
     edits : `KEY=VALUE` of the gear set; a part's come on top of the figure's
@@ -79,7 +79,7 @@ class Train:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part(Train):
+class Part(TrainOverrides):
     """A computation of a figure.
 
     name : by which printed values refer to it, that of its kind if empty

@@ -23,7 +23,7 @@ Unit = Literal[UnitOfTrains, UnitOfMachines]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Beside:
+class OtherPart:
     """What another part of the figure finds."""
 
     __pydantic_config__ = STRICT
@@ -36,7 +36,7 @@ class Beside:
 class Reference:
     """A value with which a computed one is compared.
 
-    value, point, beside : one of them; a point has two coordinates
+    value, point, other_part : one of them; a point has two coordinates
     origin : where it comes from, `method` if it is another part's value
     where : it was read, or what the source says of it
     bound : it is the largest or the least value that agrees, equal ones not
@@ -51,7 +51,7 @@ class Reference:
     quantity: Text
     value: Number | None = None
     point: tuple[Number, Number] | None = None
-    beside: Beside | None = None
+    other_part: OtherPart | None = None
     unit: Unit
     origin: Origin = "printed"
     where: Text
@@ -63,13 +63,15 @@ class Reference:
 
     def __post_init__(self) -> None:
         given = [
-            each for each in (self.value, self.point, self.beside) if each is not None
+            each
+            for each in (self.value, self.point, self.other_part)
+            if each is not None
         ]
         if len(given) != 1:
             raise ValueError("one of value, point and beside is needed")
-        if (self.beside is not None) != (self.origin == "method"):
+        if (self.other_part is not None) != (self.origin == "method"):
             raise ValueError("origin method and beside belong together")
-        size = self.value if self.beside is None and self.point is None else 1.0
+        size = self.value if self.other_part is None and self.point is None else 1.0
         if not (size or self.scale or self.bound):
             raise ValueError("scale is missing, for the value is 0")
         if self.bound and self.point is not None:

@@ -10,7 +10,7 @@ from fegear.files.output import make_directory, strict_json, write_text
 from lumped.common.csv_text import format_records
 from lumped.common.progress import Progress, silent
 from validation.pages import SavedFigure, filled, save_figure
-from validation.reproduce.comparison import Compared, count_lines, overview
+from validation.reproduce.comparison import ReferenceCheck, count_lines, overview
 from validation.reproduce.drawing import column_names, draw_figure
 from validation.reproduce.runs import FigureResult, PartRun, curves_csv
 from validation.study.provenance import provenance
@@ -40,7 +40,7 @@ def figure_values(result: FigureResult, output: Path) -> dict[str, Any]:
     return {
         "number": figure.number,
         "title": figure.title,
-        "says": figure.says,
+        "says": figure.caption,
         "notes": figure.notes,
         "missing": figure.missing,
         "seconds": result.seconds,
@@ -51,7 +51,7 @@ def figure_values(result: FigureResult, output: Path) -> dict[str, Any]:
     }
 
 
-def _compared_values(compared: Compared) -> dict[str, Any]:
+def _compared_values(compared: ReferenceCheck) -> dict[str, Any]:
     given = compared.reference
     return {
         "quantity": given.quantity,
@@ -63,7 +63,7 @@ def _compared_values(compared: Compared) -> dict[str, Any]:
         "computed": compared.computed,
         "difference": compared.difference,
         "scale": compared.scale,
-        "apart_percent": 100.0 * compared.apart,
+        "apart_percent": 100.0 * compared.relative_error,
         "verdict": compared.verdict,
         "why": given.why,
         "line": compared.line,

@@ -1,7 +1,7 @@
 """Figures as they are computed: every part is kept, and found again by hash.
 
 A part's directory below the store holds inputs.json, curves.csv with all that is drawn
-of it, and result.json with what it found; see `validation.study.kept`.
+of it, and result.json with what it found; see `validation.study.run_store`.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from fegear.files.store import digest
 from fegear.files.version import package_version
 from lumped.common.csv_text import format_csv, parse_csv
 from lumped.common.progress import Progress, silent
-from validation.reproduce.comparison import Compared, compare
+from validation.reproduce.comparison import ReferenceCheck, compare
 from validation.reproduce.computations.kinds import COMPUTE
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.source_figures import AnyScene, SourceFigure
-from validation.study.kept import (
+from validation.study.provenance import machine
+from validation.study.run_store import (
     RESULT,
     begin_run,
-    sealed,
-    whole_texts,
+    read_verified,
+    with_digests,
     write_texts,
 )
-from validation.study.provenance import machine
 from validation.study.sources import digest_of
 
 FORMAT = "fegear reproduce part 2"  # of the files and of their content
@@ -88,7 +88,7 @@ class FigureResult:
         return sum(run.seconds for run in self.runs)
 
     @property
-    def compared(self) -> tuple[Compared, ...]:
+    def compared(self) -> tuple[ReferenceCheck, ...]:
         """Every reference and what its part found."""
         results = {run.part.own_name: run.result for run in self.runs}
         return tuple(compare(each, results) for each in self.figure.printed)
@@ -169,7 +169,7 @@ def _found_or_made(
         "found": {name: list(found) for name, found in result.found.items()},
     }
     texts = {CURVES: curves_csv(result.curves)}
-    write_texts(directory, sealed(inputs, texts, values))
+    write_texts(directory, with_digests(inputs, texts, values))
     made = _read(part, scene, directory, inputs, reused=False)
     if made is None:
         raise InputError(f"{directory}: was changed while it was made; run again")
@@ -192,7 +192,7 @@ def _read(
     inputs: Mapping[str, str],
     reused: bool,
 ) -> PartRun | None:
-    texts = whole_texts(directory, inputs, (CURVES,))
+    texts = read_verified(directory, inputs, (CURVES,))
     if texts is None:
         return None
     values: dict[str, Any] = json.loads(texts[RESULT])

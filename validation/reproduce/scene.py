@@ -15,13 +15,19 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
+from fegear.statics.excitation import (
+    STIFFNESS,
+    Excitations,
+    GivenTables,
+    Kind,
+    StiffnessSource,
+)
 from fegear.studies.varied import BENDING, FRICTION, OF_TEETH
 from fegear.train.lumped_models import LumpedModel, Number, lumped_system
 from lumped.closed_forms.predictions import STRAINED
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable
-from validation.reproduce.parts import QUANTITIES, Part, Quantity, Train
+from validation.reproduce.parts import QUANTITIES, Part, Quantity, TrainOverrides
 from validation.study.data_files import edits_by_key
 
 # among keys of a gear set, though none is
@@ -32,19 +38,19 @@ DELAY, LEAD, CONTACT_RATIO = "delay_rad", "lead_rad", "contact_ratio"
 class Scene:
     """A train at a torque on its input gear [N m].
 
-    given : edits of the gear set, without the phase that a delay gives
+    overrides : edits of the gear set, without the phase that a delay gives
     delay : see `Train`
-    kept : harmonics of the finite elements' stiffness, None for all
+    stored : harmonics of the finite elements' stiffness, None for all
     relative : whether frequencies are those over the first natural frequency
     friction, bending : of the teeth, see `Train`
     """
 
     set_name: str
-    given: Mapping[str, Any]
+    overrides: Mapping[str, Any]
     torque: float
-    source: Source
+    source: StiffnessSource
     delay: float | None = None
-    kept: int | None = None
+    stored: int | None = None
     relative: bool = False
     quantity: Quantity = "dte_rms"
     number: Number = 1
@@ -77,11 +83,11 @@ class Scene:
         if CONTACT_RATIO in edits:
             ratio = float(edits.pop(CONTACT_RATIO))
             edits |= self.with_contact_ratio(ratio)
-        return replace(self, given={**self.given, **edits}, delay=delay, **own)
+        return replace(self, overrides={**self.overrides, **edits}, delay=delay, **own)
 
     def with_contact_ratio(self, ratio: float) -> dict[str, float]:
         """The tip of the driver that ends the path of mesh 1 there; its start stays."""
-        mesh = load_gear_set(self.set_name, self.given).meshes[0]
+        mesh = load_gear_set(self.set_name, self.overrides).meshes[0]
         pair = mesh.pair
         end = pair.path_start + ratio * pair.base_pitch
         tip = math.hypot(pair.driver.base_radius, end)
@@ -96,12 +102,12 @@ class Scene:
         stiffness drops, at the end of a tooth pair's path.
         """
         if self.delay is None:
-            return dict(self.given)
-        gear_set = load_gear_set(self.set_name, self.given)
+            return dict(self.overrides)
+        gear_set = load_gear_set(self.set_name, self.overrides)
         one, two = (mesh.pair.path[1] for mesh in gear_set.meshes[:2])
         rate = float(train_of(gear_set, self.torque).mesh_rates[1])
         phase = (two - rate * one - self.delay / (2.0 * math.pi)) % 1.0
-        return {**self.given, "mesh.2.phase": round(phase, 9)}
+        return {**self.overrides, "mesh.2.phase": round(phase, 9)}
 
     @cached_property
     def gear_set(self) -> GearSet:
@@ -112,14 +118,14 @@ class Scene:
         return LumpedModel(
             number=self.number,
             translations=self.translations,
-            stiffness=self.source if self.kept is None else self._few_harmonics(),
+            stiffness=self.source if self.stored is None else self._few_harmonics(),
             friction=self.friction,
             bending=self.bending,
         )
 
     @cached_property
     def system(self) -> LumpedSystem:
-        own = excitations_of(self.source) if self.kept is None else None
+        own = excitations_of(self.source) if self.stored is None else None
         return lumped_system(self.gear_set, self.torque, self.model, own)
 
     def _few_harmonics(self) -> GivenTables:
@@ -128,10 +134,10 @@ class Scene:
         for mesh, torque in enumerate(mesh_torques_at(self.gear_set, self.torque)):
             table = elements.table(self.gear_set, mesh, torque)
             waves = np.fft.rfft(table[STIFFNESS])
-            waves[:, (self.kept or 0) + 1 :] = 0.0
+            waves[:, (self.stored or 0) + 1 :] = 0.0
             columns = {STIFFNESS: np.fft.irfft(waves, table.position.size)}
             few = MeshTable(table.torque_Nm, table.position, columns, {})
-            tables.append((f"mesh {mesh + 1}, {self.kept} harmonics", few))
+            tables.append((f"mesh {mesh + 1}, {self.stored} harmonics", few))
         return GivenTables(tuple(tables))
 
     @cached_property
@@ -177,7 +183,7 @@ class Scene:
         return [option, str(source.harmonics)] if source.kind == "fourier" else []
 
     @property
-    def words(self) -> list[str]:
+    def argv(self) -> list[str]:
         """Words of a command of lumped models: what those of finite elements have, and
         the model."""
         found = [*self.element_words, "--model", str(self.number)]
@@ -225,9 +231,9 @@ class Scene:
     @property
     def no_commands(self) -> str:
         """Why no command has this train, empty where commands have it."""
-        if self.kept is not None:
+        if self.stored is not None:
             return "no command keeps few harmonics of the finite elements' stiffness"
-        if self.needs_tables and any(key.startswith("mesh.") for key in self.given):
+        if self.needs_tables and any(key.startswith("mesh.") for key in self.overrides):
             return "no command makes mesh tables of a mesh that --set changes"
         return ""
 
@@ -264,19 +270,19 @@ class NoScene:
 
 
 @cache
-def excitations_of(source: Source) -> Excitations:
+def excitations_of(source: StiffnessSource) -> Excitations:
     """One for all parts, whose tables are solved once each."""
     return Excitations(source)
 
 
-def scene_of(part: Part, figure: Train, **others: Any) -> Scene:
+def scene_of(part: Part, figure: TrainOverrides, **others: Any) -> Scene:
     """The figure's train with what a part changes.
 
     others : fields of the scene that are the figure's alone
     """
     values = {
         each.name: _latest((figure, part), each.name)
-        for each in fields(Train)
+        for each in fields(TrainOverrides)
         if each.name != "edits"
     }
     kind: Kind = values["excitation"] or "fe"
@@ -286,16 +292,16 @@ def scene_of(part: Part, figure: Train, **others: Any) -> Scene:
     # the source takes stiffnesses from teeth without relief
     relieved = kind == "fe" and any("_relief" in key for key in edits)
     return Scene(
-        given=edits,
+        overrides=edits,
         torque=values["torque_Nm"] or 100.0,
-        source=Source(
+        source=StiffnessSource(
             kind=kind,
             corner_contact=values["corner_contact"] is not False,
             relief_stiffness="unmodified" if relieved else "own",
             **fourier,
         ),
         delay=values["delay_rad"],
-        kept=kept if kind == "fe" else None,
+        stored=kept if kind == "fe" else None,
         number=values["model"] or 1,
         translations=bool(values["translations"]),
         friction=values["friction"] or 0.0,
@@ -304,6 +310,6 @@ def scene_of(part: Part, figure: Train, **others: Any) -> Scene:
     )
 
 
-def _latest(trains: Sequence[Train], name: str) -> Any:
+def _latest(trains: Sequence[TrainOverrides], name: str) -> Any:
     given = [getattr(train, name) for train in trains]
     return next((value for value in reversed(given) if value is not None), None)

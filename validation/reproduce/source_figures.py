@@ -18,7 +18,7 @@ from fegear.files.output import read_text
 from fegear.gearset.problems import nearest
 from validation.reproduce.computations.kinds import KINDS, AnyPart
 from validation.reproduce.machine_scene import MachineScene
-from validation.reproduce.parts import Part, Quantity, Train
+from validation.reproduce.parts import Part, Quantity, TrainOverrides
 from validation.reproduce.readings import found_keys
 from validation.reproduce.references import Reference
 from validation.reproduce.scene import NoScene, Scene, scene_of
@@ -41,10 +41,10 @@ def _require_number(text: str) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SourceFigure(Train):
+class SourceFigure(TrainOverrides):
     """A figure or a table, of a gear set or of a machine that may rattle.
 
-    says : what it shows, and what the source reads from it
+    caption : what it shows, and what the source reads from it
     notes : what was chosen where the source is silent
     meshes : that are shown, counted from 1
     relative : whether frequencies are those over the first natural frequency
@@ -56,7 +56,7 @@ class SourceFigure(Train):
 
     number: Annotated[str, AfterValidator(_require_number)]
     title: Text
-    says: Text
+    caption: Text
     notes: str = ""
     missing: str = ""
     gear_set: str = ""
@@ -82,7 +82,7 @@ class SourceFigure(Train):
             return NoScene()
         if self.machine:
             edits = edits_by_key((*self.edits, *part.edits))
-            return MachineScene(name=self.machine, given=edits)
+            return MachineScene(name=self.machine, overrides=edits)
         return scene_of(
             part,
             self,
@@ -133,7 +133,7 @@ def load_figure(number: str) -> SourceFigure:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeftOut:
+class OmittedFigure:
     """Figures of the source that are not made, and why."""
 
     __pydantic_config__ = STRICT
@@ -149,12 +149,12 @@ class LeftOutFigures:
 
     __pydantic_config__ = STRICT
 
-    figure: tuple[LeftOut, ...]
+    figure: tuple[OmittedFigure, ...]
 
 
-def left_out_figures() -> tuple[LeftOut, ...]:
+def omitted_figures() -> tuple[OmittedFigure, ...]:
     """Figures of the source that are not made, in its order."""
-    file = DataFile(LeftOutFigures, {"figure": LeftOut})
+    file = DataFile(LeftOutFigures, {"figure": OmittedFigure})
     return file.read(read_text(LEFT_OUT), LEFT_OUT.name).figure
 
 
@@ -169,9 +169,9 @@ def read_figure(text: str, source: str = "figure") -> SourceFigure:
     for number, given in enumerate(figure.printed, start=1):
         place = f"{source}: printed {number}"
         _require_found(figure, given.part, given.found, place)
-        if given.beside is not None:
+        if given.other_part is not None:
             other = f"{place} beside"
-            _require_found(figure, given.beside.part, given.beside.found, other)
+            _require_found(figure, given.other_part.part, given.other_part.found, other)
     return figure
 
 
@@ -190,7 +190,7 @@ def _require_one_subject(figure: SourceFigure, source: str) -> None:
             of = "machine" if part.of_machine else "gear_set"
             raise InputError(f"{source}: part {part.own_name} needs a {of}")
     for each in () if figure.gear_set else (figure, *figure.part):
-        for own in fields(Train):
+        for own in fields(TrainOverrides):
             if own.name != "edits" and getattr(each, own.name) is not None:
                 raise InputError(
                     f"{source}: {own.name} is of trains, not of {_of(figure)}"

@@ -15,7 +15,7 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.read import make_gear_set
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.respond import respond
@@ -60,7 +60,7 @@ def trial(function: Family) -> Family:
 @cache
 def excitations() -> Excitations:
     """Coarse tables, solved once for all attempts."""
-    return Excitations(Source(resolution="coarse", positions=32))
+    return Excitations(StiffnessSource(resolution="coarse", positions=32))
 
 
 def system_of(
@@ -256,9 +256,12 @@ def _standing(found: CoupledContacts) -> CoupledContacts:
     compliance = contacts.normal_compliance
     still = contacts._replace(
         gap=first(contacts.gap),
-        law=first(contacts.law),
+        load_curve=first(contacts.load_curve),
         normal_compliance=np.tile(compliance[:1], (len(compliance), 1, 1)),
     )
     return replace(
-        found, contacts=still, rows=first(found.rows), inertial=first(found.inertial)
+        found,
+        contacts=still,
+        rows=first(found.rows),
+        inertia_rows=first(found.inertia_rows),
     )

@@ -17,12 +17,12 @@ class Trial:
     """One attempt: a promise, the figure that was measured, and its bound."""
 
     name: str
-    promise: str
+    expectation: str
     measured: float
     bound: float
 
     @property
-    def kept(self) -> bool:
+    def passed(self) -> bool:
         return self.measured <= self.bound
 
 
@@ -42,5 +42,5 @@ def run_trials(
 
 def trials_csv(trials: Sequence[Trial]) -> str:
     names = ("attempt", "promise", "measured", "bound", "kept")
-    rows = ([*astuple(trial), "yes" if trial.kept else "no"] for trial in trials)
+    rows = ([*astuple(trial), "yes" if trial.passed else "no"] for trial in trials)
     return format_csv(names, rows)

@@ -12,7 +12,7 @@ from typing import Any
 from fegear.files.output import strict_json, write_text
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
-from fegear.studies.page import Columns, Grid, Page
+from fegear.studies.page import Columns, Page, RowTable
 from fegear.studies.study import (
     NO_PICTURES,
     Job,
@@ -137,7 +137,7 @@ class BenchmarkResult(StudyResult):
             columns: Columns = {
                 name.replace("_", "\n"): partial(_cell, name) for name in names
             }
-            yield Grid(rows, columns)
+            yield RowTable(rows, columns)
         yield from self.measured.findings
 
 
@@ -230,13 +230,13 @@ class LumpedBenchmark(
     def measured(self, report: Progress) -> Benchmark:
         return bench_lumped.measure(*loaded(self), self.damping, report)
 
-    def _tried(self, job: Job) -> StressResult:
+    def _tried(self, job: Job) -> StressTestResult:
         families = [*stress_lumped.TRIALS, *stress_coupled.TRIALS]
-        return StressResult(self, tuple(run_trials(families, job.report)))
+        return StressTestResult(self, tuple(run_trials(families, job.report)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StressResult(StudyResult):
+class StressTestResult(StudyResult):
     """Attempts to break the lumped models, with what was promised and measured."""
 
     study: LumpedBenchmark
@@ -244,7 +244,7 @@ class StressResult(StudyResult):
 
     @property
     def kept(self) -> int:
-        return sum(trial.kept for trial in self.trials)
+        return sum(trial.passed for trial in self.trials)
 
     @property
     def complete(self) -> bool:
@@ -257,7 +257,7 @@ class StressResult(StudyResult):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        rows = [asdict(trial) | {"kept": trial.kept} for trial in self.trials]
+        rows = [asdict(trial) | {"kept": trial.passed} for trial in self.trials]
         return {"trials": rows}
 
     def write(self, path: str | Path) -> None:
@@ -265,7 +265,9 @@ class StressResult(StudyResult):
         write_text(Path(path) / "stress.csv", trials_csv(self.trials))
 
     def page(self) -> Page:
-        yield Grid(self.summary["trials"], STRESS_COLUMNS, words=("attempt", "promise"))
+        yield RowTable(
+            self.summary["trials"], STRESS_COLUMNS, words=("attempt", "promise")
+        )
         yield f"{self.kept} of {len(self.trials)} promises kept"
 
 

@@ -15,13 +15,13 @@ from fegear.files.output import make_directory
 from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
 from fegear.studies.headings import edits_in_words
-from fegear.studies.page import Page, Sheet, number
+from fegear.studies.page import ColumnTable, Page, number
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
 from fegear.studies.trains import (
-    NamedSet,
-    one_load,
+    GearSetRef,
     refuse_edits,
+    single_torque,
     speeds_setting,
     torque_setting,
 )
@@ -48,7 +48,7 @@ class Contributions(
     the coupled model without each of its parts.
     """
 
-    gear_set: NamedSet
+    gear_set: GearSetRef
     speeds: tuple[float, ...] = speeds_setting(
         MISSING,
         "Mesh frequencies of the first mesh [Hz]; a number, or several with commas, as "
@@ -76,14 +76,14 @@ class Contributions(
     @cached_property
     def load(self) -> float:
         """Torque on the input gear [N m]."""
-        return one_load(self)
+        return single_torque(self)
 
     def tasks(self) -> Iterator[Task]:
         yield Task("runs", self._compared)
 
     def _compared(self, job: Job) -> ContributionsResult:
         speeds, name = written_speeds(self.speeds), self.gear_set.name
-        if self.gear_set.given is not None:
+        if self.gear_set.preloaded is not None:
             raise InputError(f"gear_set = {name}; must be a name or a path")
         try:
             case = budget_case(name, self.load, speeds, self.gear_set.edits)
@@ -160,7 +160,7 @@ class ContributionsResult(StudyResult):
             f"{each['quantity']} [{each['unit']}]" for each in values["quantities"]
         ]
         labels += ["peaks, jumps unmatched", "cost [ms a speed]"]
-        yield Sheet(labels, columns, CORNER, self._title)
+        yield ColumnTable(labels, columns, CORNER, self._title)
         yield f"finite elements take {1e3 * values['fe_per_speed_s']:.1f} ms a speed"
         best, allowed = values["recommended"], f"{100.0 * values['tolerance']:g} %"
         if best is None:

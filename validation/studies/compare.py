@@ -9,11 +9,11 @@ from typing import Any
 
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import StaticsSettings
-from fegear.studies.page import Columns, Grid, Page
+from fegear.studies.page import Columns, Page, RowTable
 from fegear.studies.study import (
     NO_PICTURES,
-    Group,
     Job,
+    SettingsGroup,
     Study,
     StudyResult,
     Task,
@@ -22,15 +22,15 @@ from fegear.studies.study import (
 )
 from fegear.studies.table import Table
 from fegear.studies.trains import (
+    DEFAULT_PAIR,
     PLANE,
-    USUAL_PAIR,
-    NamedSet,
+    GearSetRef,
     chosen_torque,
     mesh_index,
     mesh_setting,
     refuse_edits,
 )
-from validation.study.compare import Compared, compare_mesh
+from validation.study.compare import MeshComparison, compare_mesh
 
 WORDS = "quantity", "closed form"
 
@@ -65,7 +65,7 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
 
     pictures = NO_PICTURES
 
-    gear_set: NamedSet = USUAL_PAIR
+    gear_set: GearSetRef = DEFAULT_PAIR
     mesh: int = mesh_setting()
     torque: float | None = setting(
         None,
@@ -73,7 +73,7 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
         "of the gear set]",
     )
     elements: StaticsSettings = group(
-        Group(kind=StaticsSettings, offers={"plane": PLANE})
+        SettingsGroup(kind=StaticsSettings, exposed={"plane": PLANE})
     )
 
     @cached_property
@@ -101,7 +101,7 @@ class ClosedFormsResult(StudyResult):
     """Quantities by finite elements and by closed forms."""
 
     study: ClosedForms
-    found: Compared
+    found: MeshComparison
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -133,4 +133,4 @@ class ClosedFormsResult(StudyResult):
             f"{study.gears.name} mesh {study.mesh}, {study.load:g} N m, plane "
             f"{study.elements.plane}"
         )
-        yield Grid(self.summary["comparisons"], COLUMNS, title, WORDS)
+        yield RowTable(self.summary["comparisons"], COLUMNS, title, WORDS)

@@ -12,7 +12,7 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, require_writable
-from fegear.studies.page import Grid, Page
+from fegear.studies.page import Page, RowTable
 from fegear.studies.study import (
     NO_PICTURES,
     Job,
@@ -30,14 +30,14 @@ from validation.reproduce import (
     FigureResult,
     figure_numbers,
     find_figure,
-    left_out_figures,
     load_figure,
+    omitted_figures,
     report_values,
     write_report,
 )
 from validation.studies.interrupts import interrupted_by
 
-USUAL = "figures"
+DEFAULT = "figures"
 PAGE, REPORT = WRITTEN = ("index.html", "report.json")
 
 
@@ -62,7 +62,7 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         False, "List what can be made, and make nothing.", option="--list"
     )
     directory: str = setting(
-        USUAL,
+        DEFAULT,
         "Directory for the page index.html, pictures, tables, and runs, which the next "
         "call reuses.",
         option="--output",
@@ -75,7 +75,7 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         numbers = tuple(number.strip() for number in self.numbers)
         object.__setattr__(self, "numbers", numbers)
         if self.listed:
-            for name, usual in (("directory", USUAL), ("every", False)):
+            for name, usual in (("directory", DEFAULT), ("every", False)):
                 if getattr(self, name) != usual:
                     raise refusal(self, name, "{listed} makes nothing")
 
@@ -232,7 +232,7 @@ class FigureList(StudyResult):
 
     @cached_property
     def left_out(self) -> list[dict[str, Any]]:
-        return [] if self.study.numbers else [vars(each) for each in left_out_figures()]
+        return [] if self.study.numbers else [vars(each) for each in omitted_figures()]
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -244,7 +244,7 @@ class FigureList(StudyResult):
         return Table(tuple(self.rows[0]), lambda: [[*r.values()] for r in self.rows])
 
     def page(self) -> Page:
-        yield Grid(
+        yield RowTable(
             self.rows,
             {"figure": lambda row: row["number"], "title": _title},
             words=("figure", "title"),
@@ -255,7 +255,7 @@ class FigureList(StudyResult):
                 "title": lambda row: row["title"],
                 "why": lambda row: row["why"],
             }
-            yield Grid(self.left_out, columns, words=tuple(columns))
+            yield RowTable(self.left_out, columns, words=tuple(columns))
 
 
 def _title(row: Any) -> str:

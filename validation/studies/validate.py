@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, require_writable
-from fegear.studies.page import Columns, Grid, Page
+from fegear.studies.page import Columns, Page, RowTable
 from fegear.studies.study import (
     NO_PICTURES,
     Job,
@@ -38,7 +38,7 @@ from validation.study.tasks import tasks_of
 
 WRITTEN = ("index.html", "report.md", "report.json")
 RANDOM_SETS = "random-sets"  # a word among the names of cases
-MOST_LINES = 40  # of verdicts outside on the screen
+MAX_LINES = 40  # of verdicts outside on the screen
 
 
 def _per_cent(name: str, row: Mapping[str, Any]) -> str:
@@ -255,21 +255,21 @@ class ValidationResult(StudyResult):
     def page(self) -> Page:
         sets, cases = self.values["random_sets"], self.values["cases"]
         if sets:
-            yield Grid(sets["rows"], SETS, "Random gear sets", ("set", "verdict"))
+            yield RowTable(sets["rows"], SETS, "Random gear sets", ("set", "verdict"))
             kept, count = sets["kept"], sets["of"]
             yield f"{kept} of {count} random gear sets keep what is promised"
         if cases:
             rows = [
                 {"case": c["case"], **model} for c in cases for model in c["models"]
             ]
-            yield Grid(rows, OVERVIEW, "Verdicts", ("case", "model"))
+            yield RowTable(rows, OVERVIEW, "Verdicts", ("case", "model"))
             yield from self._verdicts()
         output = Path(self.study.directory)
         yield f"wrote {', '.join(str(output / name) for name in WRITTEN)}"
 
     def _verdicts(self) -> Page:
         outside = self.outside
-        if len(outside) > MOST_LINES:
+        if len(outside) > MAX_LINES:
             table = Path(self.study.directory) / "tables" / "verdicts.csv"
             yield f"{len(outside)} outside, see {table}"
         elif outside:

@@ -17,8 +17,8 @@ from validation.study.metrics import FE
 from validation.study.run_files import Run
 from validation.study.runs import CaseResult, measures, run_case, warnings_of
 
-FIRST, WHOLE = LADDER
-PART = f"{WHOLE}-without-"
+FIRST, COUPLED_MODEL = LADDER
+PART = f"{COUPLED_MODEL}-without-"
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class BudgetRow:
         """Such as `model 1`, `without body` or `coupled`."""
         if self.model.startswith(PART):
             return f"without {self.model.removeprefix(PART)}"
-        return "coupled" if self.model == WHOLE else "model 1"
+        return "coupled" if self.model == COUPLED_MODEL else "model 1"
 
     def largest(self, name: str) -> float:
         """Largest size of a metric; NaN where there is none, inf where one is NaN."""
@@ -99,13 +99,13 @@ class Budget:
         inside = [r for r in self.rows if r.worst <= tolerance and not r.unmatched]
         return min(inside, key=lambda row: row.per_speed_s, default=None)
 
-    def brought(self, row: BudgetRow) -> dict[str, float]:
+    def change_to_coupled(self, row: BudgetRow) -> dict[str, float]:
         """Mean change of the measured values when the part that the row lacks is added.
 
         From the row to the coupled model, on the mean of the places that both have; NaN
         where there is none. Distances that fall are negative.
         """
-        whole = next(each for each in self.rows if each.model == WHOLE)
+        whole = next(each for each in self.rows if each.model == COUPLED_MODEL)
         found = {}
         for name, places in row.measured.items():
             ends = whole.measured[name]
@@ -119,7 +119,7 @@ def budget_of(result: CaseResult) -> Budget | None:
     if not (set(LADDER) <= set(result.models) and result.case.speeds):
         return None
     parts = [run.source for run in result.runs if run.source.startswith(PART)]
-    models = (FIRST, *dict.fromkeys(parts), WHOLE)
+    models = (FIRST, *dict.fromkeys(parts), COUPLED_MODEL)
     return Budget(
         rows=tuple(_row(result, model) for model in models),
         fe_per_speed_s=result.per_speed_s(FE),

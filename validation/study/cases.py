@@ -21,7 +21,7 @@ from fegear.statics.excitation import Kind
 from lumped.steady.motion import APPROACH_STEP
 from lumped.steady.sweep import Direction
 from validation.study.data_files import (
-    MOST_SPEEDS,
+    MAX_SPEEDS,
     STRICT,
     DataFile,
     Edit,
@@ -98,7 +98,7 @@ class Model:
         return "-".join(parts + (["edited"] if self.edits else []))
 
     @property
-    def plain(self) -> Model:
+    def frictionless(self) -> Model:
         """This model without friction."""
         return replace(self, friction=False, bending=None)
 
@@ -191,7 +191,7 @@ class Case:
     @cached_property
     def speeds(self) -> tuple[float, ...]:
         """Frequencies of the first mesh [Hz]."""
-        return parsed_speeds(self.speeds_Hz, MOST_SPEEDS)
+        return parsed_speeds(self.speeds_Hz, MAX_SPEEDS)
 
     def edits_of(self, model: Model | None = None) -> dict[str, Any]:
         """Edits of the gear set by key; with those of a model."""
@@ -263,9 +263,9 @@ def _require_friction(case: Case, source: str) -> None:
     if not rubbing:
         raise InputError(f"{source}: metric {EFFECT} needs a model with friction")
     for model in rubbing:
-        if model.plain.name not in names:
+        if model.frictionless.name not in names:
             raise InputError(
-                f"{source}: metric {EFFECT} needs {model.plain.name} beside "
+                f"{source}: metric {EFFECT} needs {model.frictionless.name} beside "
                 f"{model.name}"
             )
 

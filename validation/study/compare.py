@@ -19,7 +19,7 @@ from fegear.statics.solving import (
     contact_problem,
     solve_mesh,
 )
-from fegear.studies.stiffness import doubts_of_table
+from fegear.studies.stiffness import table_warnings
 from meshes import GearPair
 from validation.oracles import hertz, iso6336, potential_energy, ring
 
@@ -77,7 +77,7 @@ class _Solved:
 
 
 @dataclass(frozen=True)
-class Compared:
+class MeshComparison:
     """All comparisons of a mesh; warnings : why some of them mean little."""
 
     rows: tuple[Comparison, ...]
@@ -86,7 +86,7 @@ class Compared:
 
 def compare_mesh(
     gear_set: GearSet, mesh: int, torque: float, settings: StaticsSettings
-) -> Compared:
+) -> MeshComparison:
     """All comparisons for one mesh at one torque on its driver [N m]."""
     spec = gear_set.meshes[mesh]
     teeth = without_pitch_errors(gear_set)
@@ -104,7 +104,7 @@ def compare_mesh(
         _pressure(in_other, solved, other),
     )
     unknown = tuple(_unknown_to_closed_forms(solved))
-    return Compared(rows, (*unknown, *doubts_of_table(solved.result)))
+    return MeshComparison(rows, (*unknown, *table_warnings(solved.result)))
 
 
 def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:

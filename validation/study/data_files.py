@@ -18,7 +18,7 @@ from fegear.gearset.problems import PHRASES, nearest, shown
 from fegear.gearset.read import parsed_toml
 
 T = TypeVar("T")
-MOST_SPEEDS = 10_000
+MAX_SPEEDS = 10_000
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
@@ -30,7 +30,7 @@ def _require_edit(text: str) -> str:
 
 
 def _require_speeds(text: str) -> str:
-    parsed_speeds(text, MOST_SPEEDS)
+    parsed_speeds(text, MAX_SPEEDS)
     return text
 
 

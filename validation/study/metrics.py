@@ -19,7 +19,7 @@ from lumped.steady.sweep import Direction
 
 Array = NDArray[np.float64]
 FE = "fe"  # source of the finite elements' values, in addition to the names of models
-FE_PLAIN = "fe-without-friction"  # the same, where others have friction
+FE_FRICTIONLESS = "fe-without-friction"  # the same, where others have friction
 EFFECT = "friction_effect"
 SAME_FEATURE = 0.15  # of the frequency: jumps or peaks further apart are two
 CYCLE_POINTS = 256  # of a cycle

@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from validation.study.metrics import FE, FE_PLAIN
+from validation.study.metrics import FE, FE_FRICTIONLESS
 from validation.study.printed_keys import CURVE, CYCLE, NATURAL, STATICS
 
 if TYPE_CHECKING:
     from validation.study.run_files import Run
 
-NEAR = 1.0 / 3.0  # of the frequency: what is further from a printed one is another
+MATCH_RTOL = (
+    1.0 / 3.0
+)  # of the frequency: what is further from a printed one is another
 
 
 def printed_figure(run: Run, key: str, near: float) -> tuple[float, str]:
@@ -32,13 +34,13 @@ def printed_figure(run: Run, key: str, near: float) -> tuple[float, str]:
 
 def nearest(values: Iterable[float], near: float) -> float:
     """The value nearest to a printed one; NaN where none is near."""
-    close = (v for v in values if abs(v - near) <= NEAR * max(v, near))
+    close = (v for v in values if abs(v - near) <= MATCH_RTOL * max(v, near))
     return min(close, key=lambda value: abs(value - near), default=nan)
 
 
 def _natural(run: Run, near: float) -> float:
     """The finite elements have none."""
-    return nearest(() if run.source in (FE, FE_PLAIN) else run.natural_Hz, near)
+    return nearest(() if run.source in (FE, FE_FRICTIONLESS) else run.natural_Hz, near)
 
 
 def _of_curve(run: Run, near: float, mesh: str, direction: str, kind: str) -> float:

@@ -23,11 +23,11 @@ from lumped.common.csv_text import format_csv, parse_csv
 from lumped.steady.jumps import Jump, Peak, find_jumps, find_peaks, opposites
 from lumped.steady.sweep import Branch
 from lumped.steady.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
-from validation.study.kept import RESULT, sealed, whole_texts
 from validation.study.metrics import CYCLE_POINTS, ForceCycle, MeasuredCurve, Statics
 from validation.study.provenance import machine
+from validation.study.run_store import RESULT, read_verified, with_digests
 from validation.study.solving import Cost, RunResult
-from validation.study.tasks import Task
+from validation.study.tasks import RunSpec
 
 SWEEP, STATICS, WAVES = "sweep.csv", "statics.csv", "waves.csv"
 NAMES = (SWEEP, STATICS, WAVES)
@@ -58,7 +58,7 @@ class Run:
     cost: Cost
 
 
-def contents(task: Task, found: RunResult) -> dict[str, str]:
+def contents(task: RunSpec, found: RunResult) -> dict[str, str]:
     """Texts of the files by name, the result last."""
     system = found.system
     pairs = [(task.torque, branch) for branch in found.branches]
@@ -83,7 +83,7 @@ def contents(task: Task, found: RunResult) -> dict[str, str]:
         STATICS: _statics_csv(found.statics),
         WAVES: _cycles_csv(found.cycles),
     }
-    return sealed(task.inputs, texts, result)
+    return with_digests(task.inputs, texts, result)
 
 
 def features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
@@ -126,12 +126,12 @@ def _cycles_csv(waves: Sequence[ForceCycle]) -> str:
     return format_csv(("wave", "mesh", "cycle", "force_N"), rows)
 
 
-def read_run(task: Task, directory: Path, reused: bool) -> Run | None:
+def read_run(task: RunSpec, directory: Path, reused: bool) -> Run | None:
     """None where a file is missing, damaged, or belongs to something else.
 
     Raises InputError where files are there and cannot be read.
     """
-    texts = whole_texts(directory, task.inputs, NAMES)
+    texts = read_verified(directory, task.inputs, NAMES)
     if texts is None:
         return None
     result = json.loads(texts[RESULT])

@@ -27,11 +27,10 @@ from pathlib import Path
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory
 from fegear.files.store import Checkpoint, open_checkpoint
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.study.cases import Case
-from validation.study.kept import begin_run, write_texts
 from validation.study.metrics import (
     EFFECT,
     Measured,
@@ -50,8 +49,9 @@ from validation.study.other_branches import (
     without_speeds,
 )
 from validation.study.run_files import NAMES, Run, contents, read_run
+from validation.study.run_store import begin_run, write_texts
 from validation.study.solving import solve_task
-from validation.study.tasks import FE, FE_PLAIN, Task, tasks_of
+from validation.study.tasks import FE, FE_FRICTIONLESS, RunSpec, tasks_of
 
 CHECKPOINT = "checkpoint"  # file in the directory of a run
 OFF = "the model is off"
@@ -81,7 +81,7 @@ class CaseResult:
     @property
     def judged(self) -> tuple[Run, ...]:
         """Runs without those that only the error budget needs."""
-        known = FE, FE_PLAIN, *self.models
+        known = FE, FE_FRICTIONLESS, *self.models
         return tuple(run for run in self.runs if run.source in known)
 
     def of(self, source: str) -> list[Run]:
@@ -113,7 +113,7 @@ def run_case(case: Case, store: Path, report: Progress = silent) -> CaseResult:
     runs = []
     for task in tasks:
         kind = "fe" if task.model is None else task.model.excitation
-        own = excitations.setdefault(kind, Excitations(Source(kind=kind)))
+        own = excitations.setdefault(kind, Excitations(StiffnessSource(kind=kind)))
         runs.append(_found_or_made(task, store, own, report))
     return CaseResult(case, tuple(runs), tuple(case_verdicts(case, runs)))
 
@@ -158,10 +158,10 @@ def make_runs(
         raise InputError(str(error)) from None
 
 
-def texts_of(task: Task) -> dict[str, str]:
+def texts_of(task: RunSpec) -> dict[str, str]:
     """The files of a run by name, made without a checkpoint."""
     kind = "fe" if task.model is None else task.model.excitation
-    excitations = Excitations(Source(kind=kind))
+    excitations = Excitations(StiffnessSource(kind=kind))
     found = solve_task(task, None, excitations, silent)
     return contents(task, found)
 
@@ -239,7 +239,7 @@ def _friction_measures(
     (model,) = (each for each in case.model if each.name == found.source)
     if not model.friction:
         return
-    names = FE, FE_PLAIN, model.plain.name
+    names = FE, FE_FRICTIONLESS, model.frictionless.name
     beside = {run.source: run for run in runs if run.torque == found.torque}
     others = (beside[name].curves for name in names)
     for fe, fe_plain, plain, own in zip(*others, found.curves, strict=True):
@@ -267,7 +267,7 @@ def _measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
 
 
 def _found_or_made(
-    task: Task, store: Path, excitations: Excitations, report: Progress
+    task: RunSpec, store: Path, excitations: Excitations, report: Progress
 ) -> Run:
     directory = make_directory(store / task.directory_name)
     found = read_run(task, directory, reused=True)
@@ -284,7 +284,7 @@ def _found_or_made(
 
 
 def _made(
-    task: Task,
+    task: RunSpec,
     directory: Path,
     checkpoint: Checkpoint | None,
     excitations: Excitations,
@@ -300,7 +300,7 @@ def _made(
 
 
 @contextmanager
-def _checkpoint(task: Task, directory: Path) -> Iterator[Checkpoint]:
+def _checkpoint(task: RunSpec, directory: Path) -> Iterator[Checkpoint]:
     """The checkpoint of a task, which stays unless what it is for is written."""
     checkpoint = open_checkpoint(directory / CHECKPOINT, task.inputs, resume=True)
     complete = False
@@ -311,7 +311,7 @@ def _checkpoint(task: Task, directory: Path) -> Iterator[Checkpoint]:
         checkpoint.close(keep=not complete)
 
 
-def _remove_checkpoint(task: Task, directory: Path) -> None:
+def _remove_checkpoint(task: RunSpec, directory: Path) -> None:
     """What is left where a process was ended after its last file."""
     with suppress(InputError, OSError), _checkpoint(task, directory):
         pass

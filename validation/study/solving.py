@@ -20,7 +20,7 @@ from fegear.gearset.pitch_errors import error_periods
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.solving import solve_mesh
-from fegear.studies.responses import doubts_of_sweep
+from fegear.studies.responses import sweep_warnings
 from fegear.train.lumped_models import (
     LumpedModel,
     lumped_system,
@@ -34,7 +34,7 @@ from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Stepper, steady_state
 from lumped.steady.steppers import stepper_of, steps_per_period, warm_up
 from lumped.steady.sweep import Branch, Direction, Observer, sweep_branch
-from lumped.steady.truncation import check_truncation
+from lumped.steady.truncation_check import check_truncation
 from lumped.train.analytic import lowest_deflection
 from lumped.train.coupled import static_transmission_error
 from lumped.train.excitation import MeshExcitation
@@ -42,7 +42,7 @@ from lumped.train.friction import torque_shares
 from lumped.train.system import LumpedSystem
 from validation.study.cases import SingleSpeed
 from validation.study.metrics import CYCLE_POINTS, ForceCycle, Statics, force_cycle
-from validation.study.tasks import Task
+from validation.study.tasks import RunSpec
 
 Array = NDArray[np.float64]
 
@@ -169,7 +169,7 @@ class Integrator:
 
 
 def solve_task(
-    task: Task,
+    task: RunSpec,
     checkpoint: Checkpoint | None,
     excitations: Excitations,
     report: Progress,
@@ -203,13 +203,13 @@ def solve_task(
         steps=sum(map(integrator.steps_to_settle, responses)),
     )
     swept = [(task.torque, branch) for branch in branches]
-    doubts = [*doubts_of_sweep(task.gear_set, swept), *_warnings(task, system, swept)]
+    warnings = [*sweep_warnings(task.gear_set, swept), *_warnings(task, system, swept)]
     cost = _with_memory(cost, level)
-    return RunResult(system, statics, branches, cycles, cost, tuple(doubts))
+    return RunResult(system, statics, branches, cycles, cost, tuple(warnings))
 
 
 def mesh_statics(
-    task: Task, excitations: Excitations, mesh: int, system: LumpedSystem
+    task: RunSpec, excitations: Excitations, mesh: int, system: LumpedSystem
 ) -> Statics:
     """Static deflection of a mesh (from 0) under the task's torque.
 
@@ -224,7 +224,7 @@ def mesh_statics(
     if pitches > 1:
         each = excitations.source.statics_of(gear_set, mesh).positions
     position = np.arange(pitches * each) / each
-    if system.rubs:
+    if system.has_friction:
         free = excitations.of(gear_set, mesh, torque, 1)
         return _rubbed_statics(system, free, mesh, force, position)
     if system.contacts is None:
@@ -236,7 +236,7 @@ def mesh_statics(
 
 
 def _element_statics(
-    task: Task, excitations: Excitations, mesh: int, torque: float, force: float
+    task: RunSpec, excitations: Excitations, mesh: int, torque: float, force: float
 ) -> Statics:
     table = free = excitations.table(task.gear_set, mesh, torque)
     if task.friction > 0.0:
@@ -312,7 +312,7 @@ def static_deflection(
 
 
 def _warnings(
-    task: Task, system: LumpedSystem, swept: Sequence[tuple[float, Branch]]
+    task: RunSpec, system: LumpedSystem, swept: Sequence[tuple[float, Branch]]
 ) -> Iterator[str]:
     """Warn of a lumped model at rest, and of body modes that it leaves out."""
     if task.model is None:
@@ -329,7 +329,7 @@ def _with_memory(cost: Cost, level: MemoryLevel) -> Cost:
     return replace(cost, memory_MB=peak, memory_above_start_MB=above)
 
 
-def _model(task: Task) -> LumpedModel:
+def _model(task: RunSpec) -> LumpedModel:
     """That of the task, or the one whose modes the finite elements are counted in."""
     return LumpedModel(
         number=1 if task.model is None else task.model.number,
@@ -341,12 +341,12 @@ def _model(task: Task) -> LumpedModel:
     )
 
 
-def _name(task: Task) -> str:
+def _name(task: RunSpec) -> str:
     return f"{task.source} {task.torque:g} N m"
 
 
 def _stepper(
-    task: Task, system: LumpedSystem, excitations: Excitations
+    task: RunSpec, system: LumpedSystem, excitations: Excitations
 ) -> tuple[Stepper, Any]:
     """The stepper and its settings, with its kernels compiled, to be timed alone."""
     stepper: Stepper
@@ -363,7 +363,7 @@ def _stepper(
 
 
 def _integrate(
-    task: Task, integrator: Integrator, report: Progress
+    task: RunSpec, integrator: Integrator, report: Progress
 ) -> tuple[list[Branch], list[ForceCycle], int]:
     """Sweeps, forces at single speeds, and speeds that no checkpoint held."""
     case = task.case

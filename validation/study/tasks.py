@@ -13,39 +13,39 @@ from fegear.files.store import digest
 from fegear.files.version import package_version
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
-from fegear.statics.excitation import Source
+from fegear.statics.excitation import StiffnessSource
 from fegear.train.lumped_models import shares_a_gear
 from lumped.steady.settings import Settings
 from validation.study.cases import Case, Model, Part, SingleSpeed
-from validation.study.metrics import EFFECT, FE, FE_PLAIN
+from validation.study.metrics import EFFECT, FE, FE_FRICTIONLESS
 from validation.study.sources import digest_of
 
 FORMAT = "fegear validation run 4"  # of the files and of their content
 
 
 @dataclass(frozen=True, kw_only=True)
-class Task:
+class RunSpec:
     """A run to be made; model None for the finite elements.
 
-    plain : whether these are without the friction of the case
+    frictionless : whether these are without the friction of the case
     """
 
     case: Case
     model: Model | None
     torque: float
     gear_set: GearSet
-    plain: bool = False
+    frictionless: bool = False
 
     @property
     def source(self) -> str:
         if self.model is None:
-            return FE_PLAIN if self.plain else FE
+            return FE_FRICTIONLESS if self.frictionless else FE
         return self.model.name
 
     @property
     def friction(self) -> float:
         """Coefficient of friction of the teeth."""
-        rubs = not self.plain if self.model is None else self.model.friction
+        rubs = not self.frictionless if self.model is None else self.model.friction
         return self.case.friction if rubs else 0.0
 
     @property
@@ -79,7 +79,7 @@ class Task:
         if model is None:
             settings = repr((self.elements, DynamicSettings()))
             return common | {"source": FE, "settings": settings}
-        source = Source(kind=model.excitation)
+        source = StiffnessSource(kind=model.excitation)
         words = {"model": repr(model.number), "excitation": repr(source)}
         words |= {"without": ", ".join(model.without)} if model.without else {}
         words |= {"friction": repr((self.friction, model.bending))}
@@ -94,7 +94,7 @@ class Task:
         return f"{self.source}-{self.torque:g}Nm-{digest(self.inputs)[:16]}"
 
 
-def tasks_of(case: Case) -> Iterator[Task]:
+def tasks_of(case: Case) -> Iterator[RunSpec]:
     """The finite elements first: what they take without tables at hand is theirs."""
     every = [(model, False) for model in (None, *case.model, *parts_of(case))]
     if EFFECT in {entry.name for entry in case.metric}:
@@ -102,8 +102,12 @@ def tasks_of(case: Case) -> Iterator[Task]:
     for model, plain in every:
         gear_set = load_gear_set(case.gear_set, case.edits_of(model))
         for torque in case.torques_Nm:
-            yield Task(
-                case=case, model=model, torque=torque, gear_set=gear_set, plain=plain
+            yield RunSpec(
+                case=case,
+                model=model,
+                torque=torque,
+                gear_set=gear_set,
+                frictionless=plain,
             )
 
 

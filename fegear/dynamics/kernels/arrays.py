@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from lumped.kernels.arrays import ContactProblem, Contacts
+from lumped.kernels.arrays import Contacts, PenetrationProblem
 
 Array = NDArray[Any]
 
@@ -98,7 +98,7 @@ class Newmark(NamedTuple):
     beta: float
 
 
-class Step(NamedTuple):
+class StepMatrices(NamedTuple):
     """A step size and what it makes of the model.
 
     mass_weight : of the mass in the step's matrix
@@ -146,7 +146,7 @@ class Row(NamedTuple):
     elastic: Array
 
 
-class Room(NamedTuple):
+class StepWorkspace(NamedTuple):
     """Working arrays of a step.
 
     predicted (2, n) displacement and velocity at its end without acceleration
@@ -165,4 +165,4 @@ class Room(NamedTuple):
     normal: Row
     pushing: Row
     moved: Array
-    problem: ContactProblem
+    problem: PenetrationProblem

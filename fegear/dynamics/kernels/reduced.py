@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from fegear.dynamics.kernels.arrays import Room, Row
+from fegear.dynamics.kernels.arrays import Row, StepWorkspace
 from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
 from lumped.common.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.contact import (
@@ -29,7 +29,7 @@ from lumped.kernels.contact import (
     solve_penetrations,
     start_position,
 )
-from lumped.kernels.settling import bounded
+from lumped.kernels.convergence import bounded
 
 FINISHED, DIVERGED, UNSOLVED = 0, 1, 2
 Q, V, A, PUSH = 0, 1, 2, 3  # rows of a state
@@ -118,18 +118,18 @@ def correct(newmark, predicted, acceleration, state):
 
 
 @compiled_part
-def pass_teeth(modal, kinematics, clock, before, state):
+def advance_teeth(modal, kinematics, clock, before, state):
     """Count the teeth of those gears anew that pass one in the coming step."""
     rate, first_mesh = kinematics.rate, kinematics.first_mesh
     for g in range(first_mesh.size):
         m = first_mesh[g]
         cycles = math.floor(rate[m] * (before + 1) / clock.cycle + 1e-9)
         if cycles > math.floor(rate[m] * before / clock.cycle + 1e-9):
-            count_anew(modal, g, state)
+            shift_tooth_index(modal, g, state)
 
 
 @compiled_part
-def count_anew(modal, gear, state):
+def shift_tooth_index(modal, gear, state):
     """The elastic coordinates of a gear when its next tooth becomes the first."""
     hubs, owner, partner = modal.rotation.shape[1], modal.owner, modal.partner
     for i in range(owner.size):
@@ -361,7 +361,7 @@ def make_room(model, where):
     count, wide = jacobian.mesh_of.size, jacobian.columns.shape[1]
     hubs = modal.damping.size
     size = hubs + modal.rigidity.size
-    return Room(
+    return StepWorkspace(
         np.empty((2, size)),
         np.empty(size),
         np.empty(size),
@@ -396,7 +396,7 @@ def march(model, step, clock, state, contact, record, where, room):
         record_step(model, state, contact, record, n)
         now = clock.start + n
         if clock.speed != 0.0:
-            pass_teeth(model.modal, model.kinematics, clock, now, state)
+            advance_teeth(model.modal, model.kinematics, clock, now, state)
             set_position(rate, model.contacts, clock.cycle, now + 1, where)
         status = advance(model, step, clock.speed, where, state, contact, room)
         if status != CONVERGED:

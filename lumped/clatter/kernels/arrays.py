@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-# whole ones of `Work`
+# whole ones of `ImpactWorkspace`
 NUMBERS = "locked", "contact", "side", "leaving", "basis", "edge"
 RECORD = 7  # columns of an impact, see `lumped.clatter.kernels.events.run`
 
 
-class Box(NamedTuple):
+class GroupArrays(NamedTuple):
     """Wheels that depend on each other: n coordinates q, p plays; time in periods.
 
     Between impacts q'' = push - fading q'; of a play low <= s <= high with
@@ -32,14 +32,14 @@ class Box(NamedTuple):
     jerk, snap (p,) : largest third and fourth derivative of what moves a play
     near : gaps below are closed
     rest : speed below which contacts do not bounce any more
-    most_hits : impacts at an instant; more are without end
+    max_impacts : impacts at an instant; more are without end
     tolerance : periods, of the time of an event
     longest : step in sustained contact of teeth, for a series to round-off
     """
 
-    push: Array
-    fading: Array
-    yielding: Array
+    drag_acceleration: Array
+    damping_rate: Array
+    inverse_mass: Array
     rows: Array
     ratios: Array
     low: Array
@@ -49,7 +49,7 @@ class Box(NamedTuple):
     own_cosine: Array
     own_sine: Array
     wall: Numbers
-    turning: Numbers
+    roundoff_coordinate: Numbers
     orders: Array
     cosines: Array
     sines: Array
@@ -58,12 +58,12 @@ class Box(NamedTuple):
     snap: Array
     near: float
     rest: float
-    most_hits: int
+    max_impacts: int
     tolerance: float
     longest: float
 
 
-class Work(NamedTuple):
+class ImpactWorkspace(NamedTuple):
     """Room for what a run computes at each step; see `lumped.clatter.kernels.events`.
 
     a, j (n,) : second and third derivatives of the coordinates; most_j, most_k (n,) :
@@ -84,8 +84,8 @@ class Work(NamedTuple):
 
     a: Array
     j: Array
-    most_j: Array
-    most_k: Array
+    max_j: Array
+    max_k: Array
     locked: Numbers
     s: Array
     bounds: Array
@@ -93,9 +93,9 @@ class Work(NamedTuple):
     side: Numbers
     leaving: Numbers
     edge: Numbers
-    met: Array
-    total: Array
-    lost: Array
+    approach_speed: Array
+    impulse: Array
+    dissipated: Array
     approach: Array
     delassus: Array
     inverse: Array
@@ -103,28 +103,30 @@ class Work(NamedTuple):
     z: Array
     basis: Numbers
     eliminated: Array
-    lift: Array
+    contact_acceleration: Array
     pull: Array
     e: Array
     drives: Array
     x: Array
 
 
-def work_for(n: int, p: int, terms: int) -> Work:
+def work_for(n: int, p: int, terms: int) -> ImpactWorkspace:
     """Room for n coordinates, p plays and so many terms of a series."""
     shapes = {
-        **dict.fromkeys(("a", "j", "most_j", "most_k", "locked", "pull"), (n,)),
+        **dict.fromkeys(("a", "j", "max_j", "max_k", "locked", "pull"), (n,)),
         **dict.fromkeys(("contact", "side", "leaving", "b", "z", "basis"), (p,)),
-        **dict.fromkeys(("edge", "met", "total", "lost", "approach"), (p,)),
+        **dict.fromkeys(
+            ("edge", "approach_speed", "impulse", "dissipated", "approach"), (p,)
+        ),
         **dict.fromkeys(("delassus", "inverse"), (p, p)),
         "s": (p, 4),
         "bounds": (p, 2),
         "eliminated": (p, p + 1),
-        "lift": (n, p),
+        "contact_acceleration": (n, p),
         "e": (terms,),
         "drives": (p, terms),
         "x": (terms, n),
     }
     kinds = {name: np.int64 if name in NUMBERS else np.float64 for name in shapes}
     room: dict[str, Any] = {k: np.zeros(v, kinds[k]) for k, v in shapes.items()}
-    return Work(**room)
+    return ImpactWorkspace(**room)

@@ -9,14 +9,14 @@ from __future__ import annotations
 import math
 
 from lumped.clatter.kernels.excitation import derive_drives, drive, excite
-from lumped.clatter.kernels.impact import complement, fill_delassus, solve_basis
+from lumped.clatter.kernels.impact import fill_delassus, solve_basis, solve_lcp
 from lumped.common.compiled import compiled_part, inlined
 
 TERMS = 19  # of a series
 
 
 @inlined
-def measure(box, work, t, q, v):
+def evaluate_plays(box, work, t, q, v):
     """Plays and their derivatives in `work.s`, of coordinates that fly."""
     e, e1, e2, e3, _ = excite(box, t)
     for p in range(box.ratios.size):
@@ -52,7 +52,7 @@ def gather_closed(box, work, fastest, event, side):
 
 
 @inlined
-def place(box, work, q, p, side):
+def snap_to_edge(box, work, q, p, side):
     """Put a contact onto its edge, to round-off."""
     edge = box.high[p] if side > 0 else box.low[p]
     i = box.turning[p]
@@ -60,14 +60,14 @@ def place(box, work, q, p, side):
 
 
 @compiled_part
-def hold(box, work, t, q, v, held, released):
+def select_held(box, work, t, q, v, held, released):
     """Choose which closed contacts without speed hold, by their forces.
 
     held (p,) : the edge of each play that holds, else 0
     released : a play whose force has just ended, -1 for none
     Returns how many plays of teeth hold, -1 where forces are not found.
     """
-    measure(box, work, t, q, v)
+    evaluate_plays(box, work, t, q, v)
     count, kept = gather_closed(box, work, box.rest, -1, 0), 0
     for i in range(count):
         p, side = work.contact[i], work.side[i]
@@ -85,7 +85,7 @@ def hold(box, work, t, q, v, held, released):
     for i in range(kept):
         p, side = work.contact[i], work.side[i]
         work.b[i] = -side * work.s[p, 2]
-    if kept > 0 and not complement(
+    if kept > 0 and not solve_lcp(
         work.delassus, work.b, work.z, work.basis, kept, work.eliminated
     ):
         return -1
@@ -97,15 +97,15 @@ def hold(box, work, t, q, v, held, released):
             teeth += 1 if box.wall[p] < 0 else 0
         else:
             work.leaving[p] = side
-    settle(box, work, v, kept)
-    fix(box, work, t, q, v, held)
+    project_speeds(box, work, v, kept)
+    project_held(box, work, t, q, v, held)
     if teeth > 0:
         couple(box, work, held)
     return teeth
 
 
 @compiled_part
-def settle(box, work, v, count):
+def project_speeds(box, work, v, count):
     """Take the speeds of contacts that hold, as impulses do, so that no energy comes.
 
     What is left of them would else kick the other contacts without end.
@@ -120,7 +120,7 @@ def settle(box, work, v, count):
 
 
 @compiled_part
-def fix(box, work, t, q, v, held):
+def project_held(box, work, t, q, v, held):
     """Put held contacts onto their edges and take their speeds, to round-off."""
     for i in range(box.push.size):
         work.locked[i] = 0

@@ -12,32 +12,32 @@ import math
 
 from lumped.clatter.kernels.contact import (
     bound_held,
+    evaluate_plays,
     expand,
-    fix,
     force_of,
     gather_closed,
     held_count,
-    hold,
-    measure,
-    place,
+    project_held,
+    select_held,
     slide,
+    snap_to_edge,
 )
 from lumped.clatter.kernels.excitation import drive, excite
 from lumped.clatter.kernels.impact import impact
 from lumped.common.compiled import compiled, compiled_part, inlined
-from lumped.rattle.kernels.flight import reach
+from lumped.rattle.kernels.flight import time_to_bound
 
 LONG = 0.5  # periods of a step, at most
-SHORT = 1e-6  # periods in which a contact without speed may part
+MIN_TIME = 1e-6  # periods in which a contact without speed may part
 INSTANT = 1e-12  # periods: events that are at once
-SAME = 1e-15  # periods: times that are one
-MOST_STEPS = 1_000_000  # in a time of `SHORT`
+TIME_TOL = 1e-15  # periods: times that are one
+MAX_STEPS = 1_000_000  # in a time of `SHORT`
 DONE, FULL, LOST = 0, 1, 2  # how a run ends
 ALONE, AGAIN = 1, 2  # how an impact is found
 
 
 @inlined
-def fade(z):
+def phi_functions(z):
     """(1 - e^-z) / z and (z - 1 + e^-z) / z^2, to round-off, for z >= 0."""
     if z < 0.1:
         second = 1.0 / 40320.0 - z * (1.0 / 362880.0 - z / 3628800.0)
@@ -56,7 +56,7 @@ def fly(box, work, q, v, h):
     for i in range(box.push.size):
         if work.locked[i] == 0:
             z = box.fading[i] * h
-            first, second = fade(z)
+            first, second = phi_functions(z)
             speed = v[i]
             q[i] += h * (speed * first + box.push[i] * h * second)
             v[i] = speed * (1.0 - z * first) + box.push[i] * h * first
@@ -102,13 +102,13 @@ def derive_plays(box, work, t, e, q, v, held, horizon):
             if later > 0.0 and away >= 0.0 and snap > 0.0:
                 lift = max(lift, 2.0 * later / snap)
             if most > 0.0:
-                horizon = min(horizon, max(lift, SHORT))
+                horizon = min(horizon, max(lift, MIN_TIME))
         if left <= 0:
             gap = max(box.high[p] - s, 0.0)
-            horizon = min(horizon, 2.0 * reach(gap, s1, s2))
+            horizon = min(horizon, 2.0 * time_to_bound(gap, s1, s2))
         if left >= 0:
             gap = max(s - box.low[p], 0.0)
-            horizon = min(horizon, 2.0 * reach(gap, -s1, -s2))
+            horizon = min(horizon, 2.0 * time_to_bound(gap, -s1, -s2))
     return horizon
 
 
@@ -127,9 +127,9 @@ def next_edge(box, work, held, horizon):
         down = min(most, max(-toward, 0.0) + rest)
         first, second = math.inf, math.inf
         if work.leaving[p] <= 0:
-            first = reach(max(box.high[p] - s, 0.0), s1, s2 + up)
+            first = time_to_bound(max(box.high[p] - s, 0.0), s1, s2 + up)
         if work.leaving[p] >= 0:
-            second = reach(max(s - box.low[p], 0.0), -s1, down - s2)
+            second = time_to_bound(max(s - box.low[p], 0.0), -s1, down - s2)
         own = min(first, second)
         if own < step:
             step, event, edge = own, p, 1 if first <= second else -1
@@ -144,7 +144,7 @@ def next_release(box, work, held, count, horizon):
     step, event, near = math.inf, -1, False
     for k in range(count):
         force, rate, most = force_of(box, work, held, count, k)
-        own = reach(max(force, 0.0), -rate, most)
+        own = time_to_bound(max(force, 0.0), -rate, most)
         if own < step:
             step, event = own, work.contact[k]
             near = own < box.tolerance or most * own * own < box.tolerance * -rate
@@ -168,7 +168,7 @@ def prepare(box, work, t, q, v, held, teeth, horizon):
 
 
 @inlined
-def choose(box, work, held, teeth, horizon):
+def next_event(box, work, held, teeth, horizon):
     """A step to the next event at most: its length, play, edge, whether it ends there.
 
     The edge is 0 where a contact force ends.
@@ -183,28 +183,28 @@ def choose(box, work, held, teeth, horizon):
 
 
 @inlined
-def move(box, work, now, q, v, held, teeth, step):
+def simulate(box, work, now, q, v, held, teeth, step):
     """A step of the motion, to a time."""
     for p in range(held.size):
         work.leaving[p] = work.leaving[p] if step < INSTANT else 0
     if teeth > 0:
         slide(box, work, q, v, step)
-        fix(box, work, now, q, v, held)
+        project_held(box, work, now, q, v, held)
     else:
         fly(box, work, q, v, step)
 
 
 @inlined
-def strike(box, work, t, q, v, event, edge):
+def resolve_impact(box, work, t, q, v, event, edge):
     """The impact of all closed contacts at an instant; its outcome.
 
     That is ALONE where no other play was closed, AGAIN, or -1 where it is not found.
     `work.met`, `work.total` and `work.lost` are of the plays that were struck.
     """
-    measure(box, work, t, q, v)
+    evaluate_plays(box, work, t, q, v)
     count = gather_closed(box, work, box.rest, event, edge)
     for i in range(count):
-        place(box, work, q, work.contact[i], work.side[i])
+        snap_to_edge(box, work, q, work.contact[i], work.side[i])
     for p in range(box.ratios.size):
         work.met[p], work.total[p], work.lost[p] = 0.0, 0.0, 0.0
     speed = edge * work.s[event, 1]
@@ -234,7 +234,7 @@ def other_closed(box, work, event):
 
 
 @inlined
-def parted(box, work, event):
+def has_separated(box, work, event):
     """Whether a contact that was struck alone parts again, at more than no speed."""
     return box.restitution[event] * work.met[event] > 2.0 * box.rest
 
@@ -255,7 +255,7 @@ def strike_again(box, work, t, q, v, count):
         for i in range(count):
             p = work.contact[i]
             work.approach[i] = work.side[i] * work.s[p, 1]
-        measure(box, work, t, q, v)
+        evaluate_plays(box, work, t, q, v)
         for i in range(count):
             p, side, approach = work.contact[i], work.side[i], work.approach[i]
             work.edge[p], work.met[p] = side, max(work.met[p], approach)
@@ -295,34 +295,34 @@ def run(box, work, clock, q, v, held, goal, records):
     whole, t = clock[0], clock[1]
     taken, steps, status, horizon = 0, 0, LOST, LONG
     since, passed = whole, t
-    teeth = hold(box, work, t, q, v, held, -1)
-    while steps < MOST_STEPS and teeth >= 0 and math.isfinite(t):
+    teeth = select_held(box, work, t, q, v, held, -1)
+    while steps < MAX_STEPS and teeth >= 0 and math.isfinite(t):
         if t >= 1.0 and box.pieces.shape[0] == 0:
             t -= 1.0
             whole += 1.0
         left = (goal[0] - whole) + (goal[1] - t)
-        if left <= SAME or taken + held.size > records.shape[0]:
-            status = DONE if left <= SAME else FULL
+        if left <= TIME_TOL or taken + held.size > records.shape[0]:
+            status = DONE if left <= TIME_TOL else FULL
             break
         reached = min(horizon, left)
         horizon, end = prepare(box, work, t, q, v, held, teeth, reached)
-        step, event, edge, ends = choose(box, work, held, teeth, horizon)
+        step, event, edge, ends = next_event(box, work, held, teeth, horizon)
         step = min(step, horizon)
         t = end if step == end - t else t + step
-        move(box, work, t, q, v, held, teeth, step)
-        steps, horizon = steps + 1, min(LONG, max(2.0 * step, 4.0 * SHORT))
-        if (whole - since) + (t - passed) > SHORT:
+        simulate(box, work, t, q, v, held, teeth, step)
+        steps, horizon = steps + 1, min(LONG, max(2.0 * step, 4.0 * MIN_TIME))
+        if (whole - since) + (t - passed) > MIN_TIME:
             steps, since, passed = 0, whole, t
         if not ends:
             continue
         horizon, released = LONG, event
         if edge != 0:
-            hit, released = strike(box, work, t, q, v, event, edge), -1
+            hit, released = resolve_impact(box, work, t, q, v, event, edge), -1
             if hit < 0:
                 break
             taken = record(box, work, whole, t, records, taken)
-            if hit == ALONE and parted(box, work, event):
+            if hit == ALONE and has_separated(box, work, event):
                 continue  # nothing is at rest
-        teeth = hold(box, work, t, q, v, held, released)
+        teeth = select_held(box, work, t, q, v, held, released)
     clock[0], clock[1] = whole, t
     return taken, status

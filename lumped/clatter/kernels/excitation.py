@@ -53,7 +53,7 @@ def excite(box, t):
 
 
 @inlined
-def sway(box, p, t):
+def edge_wave(box, p, t):
     """The wave of a play's own edge and three derivatives."""
     own = TURN * box.own_order[p]
     c, s = turned(box.own_order[p] * t)
@@ -68,7 +68,7 @@ def drive(box, p, t, e):
     c = box.ratios[p]
     s, s1, s2, s3 = c * e[0], c * e[1], c * e[2], c * e[3]
     if box.own_order[p] > 0.0:
-        w, w1, w2, w3 = sway(box, p, t)
+        w, w1, w2, w3 = edge_wave(box, p, t)
         s, s1, s2, s3 = s + w, s1 + w1, s2 + w2, s3 + w3
     return s, s1, s2, s3
 
@@ -102,7 +102,7 @@ def derive_drives(box, t, plays, count, e, out):
             out[k, m] = box.ratios[p] * e[m]
         if box.own_order[p] > 0.0:
             own = TURN * box.own_order[p]
-            wave, speed, _, _ = sway(box, p, t)
+            wave, speed, _, _ = edge_wave(box, p, t)
             for m in range(e.size):
                 out[k, m] += wave
                 wave, speed = speed, -own * own * wave

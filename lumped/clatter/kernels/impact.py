@@ -43,7 +43,7 @@ def solve_basis(g, b, z, basis, count, rows):
 
 
 @compiled
-def complement(g, b, z, basis, count, rows):
+def solve_lcp(g, b, z, basis, count, rows):
     """Least z >= 0 with G z + b >= 0 and z (G z + b) = 0; whether it was found.
 
     Principal pivoting by least index (Murty 1974), finite for positive definite G.
@@ -109,9 +109,7 @@ def impact(box, work, v, count, bounces):
             bounce = box.restitution[p] if speed < -box.rest else 0.0
             speed = (1.0 + bounce) * min(speed, 0.0)
         work.b[i] = speed
-    found = complement(
-        work.delassus, work.b, work.z, work.basis, count, work.eliminated
-    )
+    found = solve_lcp(work.delassus, work.b, work.z, work.basis, count, work.eliminated)
     for i in range(count):
         p = work.contact[i]
         if work.z[i] > 0.0:

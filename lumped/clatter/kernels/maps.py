@@ -11,8 +11,8 @@ import math
 
 from lumped.common.compiled import compiled, inlined
 
-EXACT = 1e-15  # periods
-MOST_STEPS = 100_000
+EVENT_TOL_PERIODS = 1e-15  # periods
+MAX_STEPS = 100_000
 TURN = 2.0 * math.pi
 
 
@@ -45,7 +45,7 @@ def turn(box, v, h):
 
 
 @inlined
-def safe_span(speed, gap, most):
+def time_to_bound(speed, gap, most):
     """A time in which a gap is not passed, of accelerations up to `most`."""
     root = math.sqrt(speed * speed + 2.0 * most * gap)
     return 2.0 * gap / (speed + root) if speed > 0.0 else (root - speed) / most
@@ -63,15 +63,15 @@ def next_root(box, t, v, edge):
     start = high if edge > 0 else low
     begin, _ = displace(box, t)
     h = 0.0
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         e, e1 = displace(box, t + h)
         shift, rate = turn(box, v, h)
         s, speed = start + e - begin + shift, e1 + rate
         up = max(high - s, 0.0) if h > 0.0 or edge < 0 else 0.0
         down = max(s - low, 0.0) if h > 0.0 or edge > 0 else 0.0
-        upper, lower = safe_span(speed, up, most), safe_span(-speed, down, most)
+        upper, lower = time_to_bound(speed, up, most), time_to_bound(-speed, down, most)
         h += min(upper, lower)
-        if min(upper, lower) < EXACT:
+        if min(upper, lower) < EVENT_TOL_PERIODS:
             return h, 1 if upper < lower else -1, speed
     return math.inf, 0, 0.0
 

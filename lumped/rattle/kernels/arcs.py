@@ -11,14 +11,19 @@ from __future__ import annotations
 import math
 
 from lumped.common.compiled import compiled, inlined
-from lumped.rattle.kernels.flight import bounce, fly, forced, push
+from lumped.rattle.kernels.flight import (
+    apply_contact,
+    forced_state,
+    free_acceleration,
+    free_flight,
+)
 
 START, SPEED, END, LAST, SIDE, NEXT, PRESSED = range(7)  # columns of arcs
 COLUMNS = 7
 SAMPLES = 48  # of a turn, or an oscillation on a flank, where turning points are sought
-MOST_HALVINGS = 60
-MOST_CORRECTIONS = 30
-EXACT = 1e-11  # largest last correction
+MAX_HALVINGS = 60
+MAX_CORRECTIONS = 30
+NEWTON_TOL = 1e-11  # largest last correction
 LONGEST = 0.1  # turns of a correction, at most
 
 
@@ -35,10 +40,10 @@ def trace(m, t, v, count, arcs):
     while count > 0:
         if used + 3 > arcs.shape[0]:
             return 0
-        end, last, to = fly(m, t, side * m.play, w)
+        end, last, to = free_flight(m, t, side * m.play, w)
         if not math.isfinite(end):
             return 0
-        after, away = bounce(m, end, last, to)
+        after, away = apply_contact(m, end, last, to)
         if not math.isfinite(after):
             return 0
         _put(arcs[used], t, w, end, last, side, to, 0.0)
@@ -73,17 +78,17 @@ def fundamental(m, pressed, tau):
 
 
 @inlined
-def moved(m, pressed, side, t, w, end):
+def arc_state(m, pressed, side, t, w, end):
     """Place and speed at a time, of an arc that starts at a bound."""
     if pressed == 0.0:
-        first, first_rate = forced(m.order, m.free, t)
-        value, rate = forced(m.order, m.free, end)
+        first, first_rate = forced_state(m.order, m.free, t)
+        value, rate = forced_state(m.order, m.free, end)
         loss = w - m.drift - first_rate
         fade = math.expm1(-m.damping * (end - t))
         x = side * m.play + m.drift * (end - t) + value - first
         return x - loss * fade / m.damping, m.drift + rate + loss * (1.0 + fade)
-    first, first_rate = forced(m.order, m.pressed, t)
-    value, rate = forced(m.order, m.pressed, end)
+    first, first_rate = forced_state(m.order, m.pressed, t)
+    value, rate = forced_state(m.order, m.pressed, end)
     a, b, c, d = fundamental(m, pressed, end - t)
     x, speed = -m.offset - first, w - first_rate
     place = side * m.play + m.offset + value + a * x + b * speed
@@ -91,13 +96,15 @@ def moved(m, pressed, side, t, w, end):
 
 
 @inlined
-def carried(m, arc, dt, dw):
+def propagate_change(m, arc, dt, dw):
     """What a change of time and speed at the start of an arc becomes at its end."""
     t, w, end, last, pressed = arc[START], arc[SPEED], arc[END], arc[LAST], arc[PRESSED]
     a, b, c, d = fundamental(m, pressed, end - t)
-    x, speed = -w * dt, dw - (push(m, t) - m.damping * w) * dt
+    x, speed = -w * dt, dw - (free_acceleration(m, t) - m.damping * w) * dt
     later = -(a * x + b * speed) / last
-    return later, c * x + d * speed + (push(m, end) - m.damping * last) * later
+    return later, c * x + d * speed + (
+        free_acceleration(m, end) - m.damping * last
+    ) * later
 
 
 @compiled
@@ -106,7 +113,7 @@ def linearise(m, arcs, used, out):
     for k in range(2):
         dt, dw = (1.0, 0.0) if k == 0 else (0.0, -1.0)
         for i in range(used):
-            dt, dw = carried(m, arcs[i], dt, dw)
+            dt, dw = propagate_change(m, arcs[i], dt, dw)
             if m.stiffness == math.inf:
                 dw *= -m.restitution
                 if i + 1 < used and arcs[i + 1, START] > arcs[i, END]:
@@ -115,7 +122,7 @@ def linearise(m, arcs, used, out):
 
 
 @compiled
-def close(m, t, v, count, least, longest, arcs, change):
+def find_periodic_point(m, t, v, count, least, longest, arcs, change):
     """The departure near one that repeats after so many returns, by Newton's method.
 
     least : speed of departures below which it is given up
@@ -123,7 +130,7 @@ def close(m, t, v, count, least, longest, arcs, change):
     arcs (a, 7), change (2, 2) : are overwritten
     NaN where there is none.
     """
-    for _ in range(MOST_CORRECTIONS):
+    for _ in range(MAX_CORRECTIONS):
         used = trace(m, t, v, count, arcs) if v >= least else 0
         if used == 0:
             break
@@ -140,13 +147,13 @@ def close(m, t, v, count, least, longest, arcs, change):
             break
         part = 1.0 / max(1.0, size)
         t, v = t - part * dt, v - part * dv
-        if max(abs(dt), abs(dv)) < EXACT:
+        if max(abs(dt), abs(dv)) < NEWTON_TOL:
             return t, v
     return math.nan, math.nan
 
 
 @compiled
-def join(m, turns, sides, pressed, starts, closing, errors, by_x):
+def join_residual(m, turns, sides, pressed, starts, closing, errors, by_x):
     """How far arcs (a,) with starts (2, a), times and speeds, miss to join an orbit.
 
     errors (2 a,) : of place and of speed at the end of each arc
@@ -161,10 +168,10 @@ def join(m, turns, sides, pressed, starts, closing, errors, by_x):
         j = (i + 1) % a
         t, w = times[i], speeds[i]
         end = times[j] + (turns if j == 0 else 0.0)
-        place, speed = moved(m, pressed[i], sides[i], t, w, end)
+        place, speed = arc_state(m, pressed[i], sides[i], t, w, end)
         one, two, three, four = fundamental(m, pressed[i], end - t)
-        start = push(m, t) - m.damping * w
-        force = push(m, end) - m.damping * speed
+        start = free_acceleration(m, t) - m.damping * w
+        force = free_acceleration(m, end) - m.damping * speed
         if pressed[i] != 0.0:
             force -= m.stiffness * (place - sides[i] * m.play)
         turned = -m.restitution if m.stiffness == math.inf else 1.0
@@ -184,15 +191,15 @@ def join(m, turns, sides, pressed, starts, closing, errors, by_x):
 def turning_point(m, arc, low, high):
     """Place where an arc that turns between two times does so."""
     pressed, side, t, w = arc[PRESSED], arc[SIDE], arc[START], arc[SPEED]
-    _, first = moved(m, pressed, side, t, w, low)
-    for _ in range(MOST_HALVINGS):
+    _, first = arc_state(m, pressed, side, t, w, low)
+    for _ in range(MAX_HALVINGS):
         middle = 0.5 * (low + high)
-        _, now = moved(m, pressed, side, t, w, middle)
+        _, now = arc_state(m, pressed, side, t, w, middle)
         if now * first > 0.0:
             low = middle
         else:
             high = middle
-    return moved(m, pressed, side, t, w, low)[0]
+    return arc_state(m, pressed, side, t, w, low)[0]
 
 
 @inlined
@@ -207,7 +214,7 @@ def clearance(m, arc):
     before, speed_before = t, w
     for k in range(1, count):
         at = t + lasts * k / count
-        _, speed = moved(m, pressed, side, t, w, at)
+        _, speed = arc_state(m, pressed, side, t, w, at)
         if speed * speed_before < 0.0:
             x = turning_point(m, arc, before, at)
             peak = 1.0 if speed_before > 0.0 else -1.0
@@ -220,7 +227,7 @@ def clearance(m, arc):
 
 
 @compiled
-def least_clearance(m, arcs):
+def min_clearance(m, arcs):
     """Least distance [rad] that arcs (a, 7) keep from bounds between their ends.
 
     Negative where an arc passes a bound without an event, or leaves a flank before
@@ -241,4 +248,4 @@ def sample(m, arcs, count, out):
         for k in range(count):
             at = t + lasts * k / count
             out[i * count + k, 0] = at
-            out[i * count + k, 1] = moved(m, pressed, side, t, w, at)[0]
+            out[i * count + k, 1] = arc_state(m, pressed, side, t, w, at)[0]

@@ -18,7 +18,7 @@ from lumped.common.compiled import compiled, inlined
 TURN = 2.0 * math.pi
 LONG = 0.5  # turns of a first step, at most
 CLOSE = 1e-14  # turns: a step so short ends a search
-MOST_STEPS = 10_000  # of a search
+MAX_STEPS = 10_000  # of a search
 REST = 1e-9  # rad per turn: slower flanks rest on each other
 FADED = 1e-18  # rad per turn: a transient that is none any more
 AGAIN, ENDED, LOST = 0.0, 1.0, 2.0  # of a search: goes on, has found it, has not
@@ -46,7 +46,7 @@ def turned(t):
 
 
 @inlined
-def faded(z):
+def expm1_neg(z):
     """e^-z - 1 for z from -1 to 1, to round-off."""
     y = -0.25 * z
     e = 1.0 / 3628800.0 + y * (1.0 / 39916800.0 + y / 479001600.0)
@@ -58,14 +58,16 @@ def faded(z):
 
 
 @inlined
-def forced(order, part, t):
+def forced_state(order, part, t):
     """A forced part at a time and its rate."""
-    value, rate, _, _ = bent(order, part, t, part[2] != 0.0 or part[3] != 0.0)
+    value, rate, _, _ = forced_derivatives(
+        order, part, t, part[2] != 0.0 or part[3] != 0.0
+    )
     return value, rate
 
 
 @inlined
-def bent(order, part, t, rippled):
+def forced_derivatives(order, part, t, rippled):
     """A forced part at a time and its first three derivatives.
 
     rippled : whether it has a part of `order` turns
@@ -87,7 +89,7 @@ def bent(order, part, t, rippled):
 
 
 @inlined
-def reach(distance, speed, bend):
+def time_to_bound(distance, speed, bend):
     """Shortest time to a bound ahead under a constant acceleration; inf if never."""
     square = speed * speed + 2.0 * bend * distance
     root = math.sqrt(max(square, 0.0))
@@ -99,12 +101,12 @@ def reach(distance, speed, bend):
 
 
 @inlined
-def launch(m, t, x, w, rippled):
+def start_state(m, t, x, w, rippled):
     """A flight from (t, x, w), in the play or leaving a flank, before its first step.
 
     (x, w, acceleration, third derivative, transient speed, forced part, longest step)
     """
-    value, rate, bend, jerk = bent(m.order, m.free, t, rippled)
+    value, rate, bend, jerk = forced_derivatives(m.order, m.free, t, rippled)
     transient = m.drift + rate - w
     a = m.damping * transient + bend
     jerk -= m.damping * m.damping * transient
@@ -116,7 +118,7 @@ def launch(m, t, x, w, rippled):
 def first_step(m, w, a, transient):
     """Longest first step of a flight: twice its time where it falls back, and from a
     graze as long as the acceleration keeps its sign."""
-    back = reach(0.0, -abs(w), -a if w > 0.0 else a)
+    back = time_to_bound(0.0, -abs(w), -a if w > 0.0 else a)
     jerk = m.growth * abs(transient) * m.damping * m.damping + m.free_jerk
     first = 2.0 * back if back > 0.0 else abs(a) / jerk
     return min(LONG, min(m.lasting, first))
@@ -126,28 +128,29 @@ def first_step(m, w, a, transient):
 def advance(m, t, flight, rippled):
     """A step of a flight that cannot pass a bound.
 
-    (time, flight as from `launch`, side of the bound that it leads to, AGAIN or ENDED)
+    (time, flight as from `start_state`, side of the bound that it leads to, AGAIN or
+    ENDED)
     """
     x, w, a, jerk, transient, value, horizon = flight
     own = m.growth * abs(transient) * m.damping * m.damping
     most, snap = own + m.free_jerk, own * abs(m.damping) + m.free_snap
     side = -1.0 if w < 0.0 or (w == 0.0 and a < 0.0) else 1.0
     ahead, behind = max(m.play - side * x, 0.0), max(m.play + side * x, 0.0)
-    horizon = min(horizon, 2.0 * reach(ahead, side * w, side * a))
+    horizon = min(horizon, 2.0 * time_to_bound(ahead, side * w, side * a))
     # up to the horizon, accelerations are on average at most these above a
     toward, rest = side * jerk * horizon / 3.0, snap * horizon * horizon / 12.0
     most *= horizon / 3.0
     turn = min(most, max(toward, 0.0) + rest)
     back = min(most, max(-toward, 0.0) + rest)
-    first = reach(ahead, side * w, side * a + turn)
-    second = reach(behind, -side * w, back - side * a)
+    first = time_to_bound(ahead, side * w, side * a + turn)
+    second = time_to_bound(behind, -side * w, back - side * a)
     side = -side if second < first else side
     bound = min(first, second)
     step = min(horizon, bound)
     t += step
-    lost = transient * faded(min(max(m.damping * step, -1.0), 1.0))
+    lost = transient * expm1_neg(min(max(m.damping * step, -1.0), 1.0))
     before = value
-    value, rate, bend, jerk = bent(m.order, m.free, t, rippled)
+    value, rate, bend, jerk = forced_derivatives(m.order, m.free, t, rippled)
     x += value - before + m.drift * step + lost * m.fading
     transient += lost
     transient = 0.0 if abs(transient) < FADED else transient
@@ -161,7 +164,7 @@ def advance(m, t, flight, rippled):
 
 
 @inlined
-def fly(m, t, x, w):
+def free_flight(m, t, x, w):
     """Time and speed at which the play ends, and its side; time is inf where no end is
     found in MOST_STEPS.
 
@@ -170,9 +173,9 @@ def fly(m, t, x, w):
     rippled = m.free[2] != 0.0 or m.free[3] != 0.0
     turns = math.floor(t)
     t -= turns
-    flight = launch(m, t, x, w, rippled)
+    flight = start_state(m, t, x, w, rippled)
     side, state = 1.0, AGAIN
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         t, flight, side, state = advance(m, t, flight, rippled)
         if state != AGAIN:
             break
@@ -183,14 +186,14 @@ def fly(m, t, x, w):
 
 
 @inlined
-def press(m, t, w, side):
+def contact_phase(m, t, w, side):
     """Time and speed at which flanks part again that met at a speed w; NaN if never,
     inf where it is not found in MOST_STEPS.
 
     side : of the flanks, 1 or -1. Distances count into the flank.
     """
     rippled = m.pressed[2] != 0.0 or m.pressed[3] != 0.0
-    value, rate, bend, _ = bent(m.order, m.pressed, t, rippled)
+    value, rate, bend, _ = forced_derivatives(m.order, m.pressed, t, rippled)
     half, own = 0.5 * m.damping, math.sqrt(m.stiffness)
     turn = math.sqrt(m.stiffness - half * half)
     mean = side * m.offset
@@ -200,18 +203,18 @@ def press(m, t, w, side):
     tau, into, speed, fade = 0.0, 0.0, side * w, 1.0
     swung, swing_rate = a, turn * b - half * a
     horizon = math.sqrt(6.0) / own  # an oscillation's first step to its end
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         if mean - size * fade > m.swing and half > 0.0:
             return math.nan, 0.0
         jerk = m.growth * own**3 * size * fade + m.pressed_jerk
         pull = m.damping * swing_rate + m.stiffness * swung - side * bend
-        step = reach(max(into, 0.0), -speed, pull + jerk * horizon / 3.0)
+        step = time_to_bound(max(into, 0.0), -speed, pull + jerk * horizon / 3.0)
         limited = step >= horizon
         step = min(step, horizon)
         tau += step
         fade = math.exp(-half * tau)
         c, s = turned(turn * tau / TURN)
-        value, rate, bend, _ = bent(m.order, m.pressed, t + tau, rippled)
+        value, rate, bend, _ = forced_derivatives(m.order, m.pressed, t + tau, rippled)
         swung = fade * (a * c + b * s)
         swing_rate = fade * ((turn * b - half * a) * c - (turn * a + half * b) * s)
         into = mean + side * value + swung
@@ -223,25 +226,25 @@ def press(m, t, w, side):
 
 
 @inlined
-def push(m, t):
+def free_acceleration(m, t):
     """Acceleration of flanks in the play at rest."""
     rippled = m.free[2] != 0.0 or m.free[3] != 0.0
-    _, rate, bend, _ = bent(m.order, m.free, t, rippled)
+    _, rate, bend, _ = forced_derivatives(m.order, m.free, t, rippled)
     return m.damping * (m.drift + rate) + bend
 
 
 @inlined
-def loosen(m, t, side):
+def liftoff_time(m, t, side):
     """Time from which flanks at rest on each other are pulled apart; NaN if never, inf
     where it is not found in MOST_STEPS."""
     rippled = m.free[2] != 0.0 or m.free[3] != 0.0
     rate = TURN * m.order if rippled else TURN
     most = m.free_jerk * (rate + m.damping)  # second derivative of the load
     tau = 0.0
-    for _ in range(MOST_STEPS):
-        _, slow, bend, jerk = bent(m.order, m.free, t + tau, rippled)
+    for _ in range(MAX_STEPS):
+        _, slow, bend, jerk = forced_derivatives(m.order, m.free, t + tau, rippled)
         load = side * (m.damping * (m.drift + slow) + bend)
-        step = reach(max(load, 0.0), -side * (m.damping * bend + jerk), most)
+        step = time_to_bound(max(load, 0.0), -side * (m.damping * bend + jerk), most)
         if load <= 0.0 or step < CLOSE:
             return t + tau
         tau += step
@@ -251,33 +254,33 @@ def loosen(m, t, side):
 
 
 @inlined
-def bounce(m, t, w, side):
+def apply_contact(m, t, w, side):
     """Time and speed at which flanks part that met at a speed w; NaN if never, inf
     where it is not found."""
     if m.stiffness < math.inf:
-        return press(m, t, w, side)
+        return contact_phase(m, t, w, side)
     away = -m.restitution * w
     if abs(away) > REST:
         return t, away
     # they rest on each other until something pulls them apart
-    return loosen(m, t, side), -side * REST
+    return liftoff_time(m, t, side), -side * REST
 
 
 @compiled
-def returned(m, t, v):
+def return_map(m, t, v):
     """The next departure (t, v) from the upper flank after one at a speed v > 0.
 
     Third is how often the lower flank was met; t is NaN where the flanks stay together,
     inf where it is not clear what follows. A speed v < 0 is that of the lower flank.
     """
-    now, w, side = fly(m, t, math.copysign(m.play, v), -v)
+    now, w, side = free_flight(m, t, math.copysign(m.play, v), -v)
     lower = 0
     while side < 0:
         lower += 1
-        now, w = bounce(m, now, w, -1)
+        now, w = apply_contact(m, now, w, -1)
         if not math.isfinite(now):
             return now, 0.0, lower
-        now, w, side = fly(m, now, -m.play, w)
+        now, w, side = free_flight(m, now, -m.play, w)
     if now < math.inf:
-        now, w = bounce(m, now, w, 1)
+        now, w = apply_contact(m, now, w, 1)
     return now, -w, lower

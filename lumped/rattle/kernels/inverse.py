@@ -9,28 +9,34 @@ from __future__ import annotations
 import math
 
 from lumped.common.compiled import compiled, inlined
-from lumped.rattle.kernels.flight import REST, bounce, fly, push, returned
+from lumped.rattle.kernels.flight import (
+    REST,
+    apply_contact,
+    free_acceleration,
+    free_flight,
+    return_map,
+)
 
 
 @inlined
-def retraced(m, t, v):
+def inverse_return_map(m, t, v):
     """The departure (t, v) before one; t is inf where it is not clear.
 
     m : the machine backward in time. Rest has many pasts: slow departures have none.
     """
     if not v > REST:
         return math.inf, 0.0
-    now, w = bounce(m, -t, v, 1)
+    now, w = apply_contact(m, -t, v, 1)
     while math.isfinite(now):
-        now, w, side = fly(m, now, math.copysign(m.play, -w), w)
+        now, w, side = free_flight(m, now, math.copysign(m.play, -w), w)
         if side > 0 or not math.isfinite(now):
             return -now, w
-        now, w = bounce(m, now, w, -1)
+        now, w = apply_contact(m, now, w, -1)
     return math.inf, 0.0
 
 
 @compiled
-def map_departures(m, starts, count, backward, ends):
+def map_points(m, starts, count, backward, ends):
     """Departures (n, 2) some returns after others, or before; NaN where not clear.
 
     m : the machine, backward in time where `backward`
@@ -39,9 +45,9 @@ def map_departures(m, starts, count, backward, ends):
         t, v = starts[i, 0], starts[i, 1]
         for _ in range(count):
             if backward:
-                t, v = retraced(m, t, v)
+                t, v = inverse_return_map(m, t, v)
             else:
-                t, v, _ = returned(m, t, v)
+                t, v, _ = return_map(m, t, v)
             if not math.isfinite(t):
                 t, v = math.nan, math.nan
                 break
@@ -57,8 +63,8 @@ def graze(m, times, departures):
     """
     for i in range(times.size):
         t, v = math.nan, math.nan
-        if push(m, -times[i]) > 0.0:
-            start, speed, side = fly(m, -times[i], -m.play, 0.0)
+        if free_acceleration(m, -times[i]) > 0.0:
+            start, speed, side = free_flight(m, -times[i], -m.play, 0.0)
             if side > 0 and math.isfinite(start):
                 t, v = -start, speed
         departures[i, 0], departures[i, 1] = t, v

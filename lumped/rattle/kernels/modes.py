@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from lumped.common.compiled import compiled, inlined
 from lumped.rattle.kernels.arrays import SHORT, STEADY
-from lumped.rattle.kernels.flight import reach
+from lumped.rattle.kernels.flight import time_to_bound
 
 TURN = 2.0 * math.pi
 LONG = 0.25  # turns of a first step, at most
 CLOSE = 1e-13  # turns: a step so short ends a search
-MOST_STEPS = 10_000_000  # of a search
-MOST_MEETINGS = 10_000  # of flanks in a turn
+MAX_STEPS = 10_000_000  # of a search
+MAX_EVENTS = 10_000  # of flanks in a turn
 REST = 1e-9  # rad per turn: slower flanks rest on each other
 
 
@@ -32,7 +32,7 @@ class Regime(NamedTuple):
     with e^(rates t). The relative rotation of the flanks is row (n,) times the
     rotations, and the transmission error.
 
-    watched : what ends the regime, by the amplitudes of the modes (2 n,); forced,
+    event_row : what ends the regime, by the amplitudes of the modes (2 n,); forced,
         steady : its amplitudes at a turn and at `order`, its offset and drift
     """
 
@@ -46,7 +46,7 @@ class Regime(NamedTuple):
     ripple: NDArray[Any]
     order: float
     error: float
-    watched: NDArray[Any]
+    event_row: NDArray[Any]
     forced: tuple[complex, complex]
     steady: tuple[float, float]
 
@@ -68,7 +68,7 @@ def at(m, state, amplitudes, start, t):
 
 
 @inlined
-def excite(m, state, t, amplitudes):
+def modal_amplitudes(m, state, t, amplitudes):
     """Amplitudes of the modes of a state at a time t."""
     n = state.size
     one = np.exp(1j * TURN * t)
@@ -94,7 +94,7 @@ def relative(m, state, t):
 
 
 @inlined
-def look(m, amplitudes, tau, t):
+def event_function(m, amplitudes, tau, t):
     """What is watched, its rate, second derivative, and a bound on the third one from
     t on, `tau` after the start of the regime."""
     one = m.forced[0] * np.exp(1j * TURN * t)
@@ -115,22 +115,22 @@ def look(m, amplitudes, tau, t):
 
 
 @inlined
-def leave(m, amplitudes, start, low, high, until):
+def next_event(m, amplitudes, start, low, high, until):
     """Time at which what is watched leaves low to high, and by which end.
 
     0 is that of `until`, come before; the time is NaN where no end is found.
     """
     tau, horizon = 0.0, LONG
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         if start + tau >= until:
             return until, 0
-        x, w, a, jerk = look(m, amplitudes, tau, start + tau)
+        x, w, a, jerk = event_function(m, amplitudes, tau, start + tau)
         bend = jerk * horizon / 3.0
         step, side = horizon, 0
         if high < math.inf:
-            step, side = min(step, reach(max(high - x, 0.0), w, a + bend)), 1
+            step, side = min(step, time_to_bound(max(high - x, 0.0), w, a + bend)), 1
         if low > -math.inf:
-            down = reach(max(x - low, 0.0), -w, bend - a)
+            down = time_to_bound(max(x - low, 0.0), -w, bend - a)
             if side == 0 or down < step:
                 step, side = min(step, down), -1
         horizon = min(2.0 * horizon, LONG) if step == horizon else step
@@ -160,7 +160,7 @@ class System(NamedTuple):
 
 
 @inlined
-def ends(s, side):
+def event_bounds(s, side):
     """Between which what is watched in the play, 0, or on a flank, 1 or -1, stays."""
     low = -s.bound if side == 0 else s.edge
     high = s.bound if side == 0 else -s.edge
@@ -168,7 +168,7 @@ def ends(s, side):
 
 
 @inlined
-def slow_down(s, state, w):
+def apply_impulse(s, state, w):
     """Take a speed w of the flanks from the parts."""
     n = s.kick.size
     for i in range(n):
@@ -176,7 +176,7 @@ def slow_down(s, state, w):
 
 
 @inlined
-def fades(s, state, t, side, w, amplitudes):
+def comes_to_rest(s, state, t, side, w, amplitudes):
     """Whether flights that begin with a speed w off a flank only become shorter.
 
     As of one equation: where the load of flanks that stay together, at least, is above
@@ -184,7 +184,7 @@ def fades(s, state, t, side, w, amplitudes):
     flanks rest. The load's parts may all add up: no bound is closer than it needs.
     """
     m = s.regimes[side + 1]
-    excite(m, state, t, amplitudes)
+    modal_amplitudes(m, state, t, amplitudes)
     steady, one, two = side * m.steady[0], abs(m.forced[0]), abs(m.forced[1])
     change, slope = one + two, TURN * (one + m.order * two)
     for j in range(amplitudes.size):
@@ -214,11 +214,11 @@ def run(s, state, start, begin, end, times, out):
     x, _ = relative(s.regimes[1], state, start)
     side = int(x > s.bound) - int(x < -s.bound) if s.kick.size == 0 else 0
     t, shown, noise, high, low, turn, often = start, 0, 0.0, 0, 0, start, 0
-    while t < end and often <= MOST_MEETINGS:
+    while t < end and often <= MAX_EVENTS:
         m = s.regimes[side + 1]
-        excite(m, state, t, amplitudes)
-        bottom, top = ends(s, side)
-        now, to = leave(m, amplitudes, t, bottom, top, end)
+        modal_amplitudes(m, state, t, amplitudes)
+        bottom, top = event_bounds(s, side)
+        now, to = next_event(m, amplitudes, t, bottom, top, end)
         if math.isnan(now):
             break
         while shown < times.size and times[shown] <= now:
@@ -230,7 +230,7 @@ def run(s, state, start, begin, end, times, out):
         t = now
         if to == 0 or side != 0:
             # flanks that were at rest leave with a speed, so that they are apart
-            slow_down(s, state, w + side * REST)
+            apply_impulse(s, state, w + side * REST)
             side = 0
             continue
         if t >= begin:
@@ -238,17 +238,17 @@ def run(s, state, start, begin, end, times, out):
             noise += w * w
         turn, often = (turn, often + 1) if t < turn + 1.0 else (t, 0)
         side = to if s.restitution * abs(w) < REST else 0
-        slow_down(s, state, w if side != 0 else (1.0 + s.restitution) * w)
+        apply_impulse(s, state, w if side != 0 else (1.0 + s.restitution) * w)
         if side != 0 and s.edge == 0.0:
             m = s.regimes[side + 1]
-            excite(m, state, t, amplitudes)
-            if side * look(m, amplitudes, 0.0, t)[0] <= 0.0:
-                slow_down(s, state, side * REST)
+            modal_amplitudes(m, state, t, amplitudes)
+            if side * event_function(m, amplitudes, 0.0, t)[0] <= 0.0:
+                apply_impulse(s, state, side * REST)
                 side = 0
         elif side == 0 and times.size == 0 and s.inertia > 0.0:
             speed = s.restitution * abs(w)
             # the least load is below the mean one
             short = 2.0 * speed * s.inertia < SHORT * abs(s.regimes[to + 1].steady[0])
-            if short and fades(s, state, t, to, speed, amplitudes):
+            if short and comes_to_rest(s, state, t, to, speed, amplitudes):
                 return 0.0, 0, 0, True
     return noise, high, low, t >= end

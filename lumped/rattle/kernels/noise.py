@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from lumped.common.compiled import compiled
-from lumped.rattle.kernels.flight import bounce, fly
-from lumped.rattle.kernels.settle import SAME, STICKING
+from lumped.rattle.kernels.flight import apply_contact, free_flight
+from lumped.rattle.kernels.settle import MAP_POINT_TOL, STICKING
 
-MOST_IMPACTS = 10_000  # per turn
+MAX_IMPACTS = 10_000  # per turn
 
 
 @compiled
@@ -28,9 +28,9 @@ def sum_impacts(m, starts, periods, turns, found):
         t, w, side = begin, -starts[i, 1], -1 if starts[i, 1] < 0.0 else 1
         period, rests = periods[i], periods[i] == STICKING
         total, count, returns, whole = 0.0, 0, 0, period <= 0 and not rests
-        while (t - begin < turns or not whole) and count < MOST_IMPACTS * turns:
+        while (t - begin < turns or not whole) and count < MAX_IMPACTS * turns:
             before, start = side, t
-            t, w, side = fly(m, t, side * m.play, w)
+            t, w, side = free_flight(m, t, side * m.play, w)
             if not math.isfinite(t):
                 break
             if before > 0 and side > 0 and t - start < m.short:
@@ -39,13 +39,13 @@ def sum_impacts(m, starts, periods, turns, found):
             total += w * w
             count += 1
             met = t
-            t, w = bounce(m, t, w, side)
+            t, w = apply_contact(m, t, w, side)
             if period > 0:
                 returns += side > 0
                 whole = side > 0 and returns % period == 0
             elif rests:
                 turn = t - begin
-                whole = t > met and abs(turn - math.floor(turn + 0.5)) < SAME
+                whole = t > met and abs(turn - math.floor(turn + 0.5)) < MAP_POINT_TOL
         lasts = turns if math.isnan(t) else t - begin
         found[i, 0], found[i, 1] = total / lasts, count / lasts
         if t == math.inf or lasts < turns:

@@ -15,21 +15,21 @@ from lumped.rattle.kernels.arrays import SHORT
 from lumped.rattle.kernels.flight import (
     AGAIN,
     LOST,
-    MOST_STEPS,
+    MAX_STEPS,
     REST,
     advance,
-    bounce,
+    apply_contact,
     first_step,
-    fly,
-    launch,
-    loosen,
-    returned,
+    free_flight,
+    liftoff_time,
+    return_map,
+    start_state,
 )
 
-SAME = 1e-9  # turns, and of a speed: departures that are one
-EXACT = 1e-13  # the same to round-off
+MAP_POINT_TOL = 1e-9  # turns, and of a speed: departures that are one
+ROUNDOFF_DISTANCE = 1e-13  # the same to round-off
 ANCHORED = 32  # returns, at least, after which departures are compared with another one
-QUIET, CHANGING, UNKNOWN, STICKING = -1, 0, -2, -3  # in place of a period
+MIN_VIBRATION, CHANGING, UNKNOWN, STICKING = -1, 0, -2, -3  # in place of a period
 LANES = 32
 # where the lanes' values of each kind begin, see `advance`
 KINDS = 11
@@ -64,7 +64,7 @@ CELL = np.dtype(
 
 
 @inlined
-def apart(t, v, other_t, other_v):
+def distance(t, v, other_t, other_v):
     """Distance of two departures."""
     turn = t - other_t
     return abs(turn - math.floor(turn + 0.5)) + abs(v - other_v) / (1.0 + v)
@@ -92,7 +92,7 @@ def release(cell, t, upper):
     if cell.period != CHANGING:
         return
     turn = t - cell.release
-    if upper == cell.upper and abs(turn - math.floor(turn + 0.5)) < SAME:
+    if upper == cell.upper and abs(turn - math.floor(turn + 0.5)) < MAP_POINT_TOL:
         cell.period, cell.clear = STICKING, cell.returns + int(upper > 0.0)
     elif cell.releases >= cell.replaced:
         cell.release, cell.upper = t, upper
@@ -102,7 +102,7 @@ def release(cell, t, upper):
 
 
 @inlined
-def take(m, cell, t, v, early):
+def record_return(m, cell, t, v, early):
     """A return of a cell at a time from 0 to 1; whether it was the last.
 
     early : stop where it is clear what the cell leads to; what is found is the same
@@ -111,15 +111,15 @@ def take(m, cell, t, v, early):
     i, now = cell.returns, cell.turns + t
     lasted, passed = now - cell.before, cell.lower > 0
     cell.before, cell.lower = now, 0
-    if cell.period == QUIET and (passed or lasted > SHORT):
+    if cell.period == MIN_VIBRATION and (passed or lasted > SHORT):
         cell.period = UNKNOWN  # never seen
     if cell.period == CHANGING and not passed and lasted < m.short:
-        cell.period, cell.clear = QUIET, i
+        cell.period, cell.clear = MIN_VIBRATION, i
         cell.most = i if early else cell.most
     if cell.period == CHANGING:
-        gap = apart(t, v, cell.anchor_t, cell.anchor_v)
-        same = gap < SAME and now - cell.anchor > 0.5
-        closing = gap <= cell.gap or gap < EXACT
+        gap = distance(t, v, cell.anchor_t, cell.anchor_v)
+        same = gap < MAP_POINT_TOL and now - cell.anchor > 0.5
+        closing = gap <= cell.gap or gap < ROUNDOFF_DISTANCE
         if same and closing and cell.gap < math.inf:
             # twice in a row, and no further apart: departures close in on an orbit
             cell.period, cell.clear = i - cell.anchored, i
@@ -135,23 +135,23 @@ def take(m, cell, t, v, early):
 
 @inlined
 def put(lanes, i, flight):
-    """Put a flight into a lane before its first step; see `launch`."""
+    """Put a flight into a lane before its first step; see `start_state`."""
     x, w, a, jerk, transient, value, horizon = flight
     lanes[PLACE + i], lanes[SPEED + i], lanes[PULL + i] = x, w, a
     lanes[JERK + i], lanes[TRANSIENT + i], lanes[VALUE + i] = jerk, transient, value
-    lanes[HORIZON + i], lanes[STATE + i], lanes[LEFT + i] = horizon, AGAIN, MOST_STEPS
+    lanes[HORIZON + i], lanes[STATE + i], lanes[LEFT + i] = horizon, AGAIN, MAX_STEPS
 
 
 @inlined
-def take_off(m, lanes, i, t, x, w):
+def start_flight(m, lanes, i, t, x, w):
     """Begin a flight in a lane."""
     rippled = m.free[2] != 0.0 or m.free[3] != 0.0
     lanes[TIME + i] = t
-    put(lanes, i, launch(m, t, x, w, rippled))
+    put(lanes, i, start_state(m, t, x, w, rippled))
 
 
 @inlined
-def turn_round(m, lanes, i, x, w):
+def restart(m, lanes, i, x, w):
     """Begin a flight in a lane at the impact that ended another: all but what depends
     on the speed is known."""
     slower = lanes[SPEED + i] - w
@@ -189,29 +189,29 @@ def advance_all(m, lanes, count, rippled):
 
 
 @inlined
-def land(m, lanes, i, cell, early):
+def process_event(m, lanes, i, cell, early):
     """Let the flight of a lane end and the next begin; whether its cell is finished."""
     t, w, up = lanes[TIME + i], lanes[SPEED + i], lanes[SIDE + i] > 0.0
     after = math.inf
     if lanes[STATE + i] != LOST and math.isfinite(w):
-        after, w = bounce(m, t, w, 1 if up else -1)
+        after, w = apply_contact(m, t, w, 1 if up else -1)
     if not math.isfinite(after):
         cell.returns += 1
         cell.clear = cell.returns
-        cell.period = QUIET if math.isnan(after) else UNKNOWN
+        cell.period = MIN_VIBRATION if math.isnan(after) else UNKNOWN
         return True
     x, whole = m.play if up else -m.play, math.floor(after)
     cell.turns += whole
     if after == t:
-        turn_round(m, lanes, i, x, w)
+        restart(m, lanes, i, x, w)
         lanes[TIME + i] = t - whole
     else:
-        take_off(m, lanes, i, after - whole, x, w)
+        start_flight(m, lanes, i, after - whole, x, w)
         if m.stiffness == math.inf:
             release(cell, after - whole, lanes[SIDE + i])
     last = False
     if up:
-        last = take(m, cell, after - whole, -w, early)
+        last = record_return(m, cell, after - whole, -w, early)
     else:
         cell.lower += 1
     return last or (early and cell.period == STICKING)
@@ -233,14 +233,16 @@ def settle_cells(m, times, speeds, most, early, found, end):
     taken = count = min(LANES, times.size)
     for i in range(count):
         depart(cells[i], i, times[i], speeds[i], most)
-        take_off(m, lanes, i, times[i], m.play, -speeds[i])
+        start_flight(m, lanes, i, times[i], m.play, -speeds[i])
     while count > 0:
         if rippled:
             advance_all(m, lanes, count, True)
         else:
             advance_all(m, lanes, count, False)
         for i in range(count - 1, -1, -1):
-            if lanes[STATE + i] == AGAIN or not land(m, lanes, i, cells[i], early):
+            if lanes[STATE + i] == AGAIN or not process_event(
+                m, lanes, i, cells[i], early
+            ):
                 continue
             number = cells[i].number
             found[number, 0], found[number, 1] = cells[i].period, cells[i].clear
@@ -249,7 +251,7 @@ def settle_cells(m, times, speeds, most, early, found, end):
                 end[number, 0], end[number, 1] = cells[i].release, cells[i].upper * REST
             if taken < times.size:
                 depart(cells[i], taken, times[taken], speeds[taken], most)
-                take_off(m, lanes, i, times[taken], m.play, -speeds[taken])
+                start_flight(m, lanes, i, times[taken], m.play, -speeds[taken])
                 taken += 1
                 continue
             count -= 1  # the last lane takes this one's place
@@ -259,14 +261,14 @@ def settle_cells(m, times, speeds, most, early, found, end):
 
 
 @compiled
-def follow(m, t, v, count, out):
+def iterate_map(m, t, v, count, out):
     """Departures (count, 3): time, speed, and how often the lower flank was met.
 
     out : NaN from where the flanks stay together, or where it is not clear what follows
     """
     for i in range(count):
         out[i, 0], out[i, 1] = t, v
-        t, v, lower = returned(m, t, v)
+        t, v, lower = return_map(m, t, v)
         out[i, 2] = lower
         if not math.isfinite(t):
             break
@@ -274,8 +276,8 @@ def follow(m, t, v, count, out):
 
 @compiled
 def release_of(m, t, side):
-    """Time and speed of the release of flanks that are at rest at a time; `loosen`."""
-    return loosen(m, t, side), side * REST
+    """Time, see `liftoff_time`, and speed at which flanks at rest are released."""
+    return liftoff_time(m, t, side), side * REST
 
 
 @compiled
@@ -287,10 +289,10 @@ def next_release(m, t, v, most):
     """
     w, side = -v, -1 if v < 0.0 else 1
     for _ in range(most):
-        met, w, side = fly(m, t, side * m.play, w)
+        met, w, side = free_flight(m, t, side * m.play, w)
         if not math.isfinite(met):
             return met, 0.0
-        t, w = bounce(m, met, w, side)
+        t, w = apply_contact(m, met, w, side)
         if not math.isfinite(t):
             return t, 0.0
         if t > met and m.stiffness == math.inf:
@@ -299,15 +301,15 @@ def next_release(m, t, v, most):
 
 
 @compiled
-def stretch(m, t, v, count, small):
+def lyapunov_exponent(m, t, v, count, small):
     """Largest Lyapunov exponent per return, of a neighbour kept at a distance `small`.
 
     NaN where the flanks stay together, or where it is not clear what follows.
     """
     other_t, other_v, total = t, v + small, 0.0
     for _ in range(count):
-        t, v, _ = returned(m, t, v)
-        other_t, other_v, _ = returned(m, other_t, other_v)
+        t, v, _ = return_map(m, t, v)
+        other_t, other_v, _ = return_map(m, other_t, other_v)
         if not (math.isfinite(t) and math.isfinite(other_t)):
             return math.nan
         whole = math.floor(t)

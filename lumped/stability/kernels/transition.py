@@ -17,7 +17,7 @@ import numpy as np
 
 from lumped.common.compiled import compiled, inlined
 
-MOST_TERMS = 40
+MAX_TERMS = 40
 LARGE = 1e100  # of a state, which is then made small again
 
 
@@ -32,7 +32,7 @@ def set_transitions(steps, stiffness, damping, periods, reach, error, out, growt
         frequency; error : of a step over the motion, which sets the terms of a series
     """
     pieces, count, n = stiffness.shape[:3]
-    terms = np.empty((MOST_TERMS + 1, n, 2 * n))
+    terms = np.empty((MAX_TERMS + 1, n, 2 * n))
     q, w = np.empty((n, 2 * n)), np.empty((n, 2 * n))
     shifted = np.empty((count, n, n))
     for f in range(periods.size):
@@ -49,14 +49,14 @@ def set_transitions(steps, stiffness, damping, periods, reach, error, out, growt
             for part in range(parts):
                 shift(stiffness[p], part * h, h, shifted)
                 advance(shifted, damping, period * h, order, terms, q, w, h)
-                growth[f] += made_small(q, w)
+                growth[f] += normalise_state(q, w)
         for i in range(n):
             for c in range(2 * n):
                 out[f, i, c], out[f, n + i, c] = q[i, c], w[i, c]
 
 
 @inlined
-def made_small(q, w):
+def normalise_state(q, w):
     """Logarithm of the factor by which a large state was divided."""
     size = 0.0
     for i in range(q.shape[0]):
@@ -75,10 +75,10 @@ def made_small(q, w):
 def terms_needed(angle, error):
     """Order of a series whose next term is below an error, of a step's angle [rad]."""
     order, term = 2, 0.5 * angle * angle
-    while term > error and order < MOST_TERMS:
+    while term > error and order < MAX_TERMS:
         order += 1
         term *= angle / order
-    return order + 1 if order < MOST_TERMS else order
+    return order + 1 if order < MAX_TERMS else order
 
 
 @compiled

@@ -18,7 +18,7 @@ WORDS = ["bifurcations", *CHAPTER_3, "--sections", "30"]
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def outputs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bifurcations")
     path, plot = folder / "b.csv", folder / "b.png"
     values = printed(*WORDS, "--over", SPEEDS, "--json", "-o", path, "--plot", plot)

@@ -24,7 +24,7 @@ def run(*words: object, code: int = 0) -> str:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def outputs(tmp_path_factory):
     """(values of the summary, rows of the file, folder)."""
     folder = tmp_path_factory.mktemp("branches")
     values = run(*SHORT, "--json", "-o", folder / "b.csv", "--plot", folder / "b.png")

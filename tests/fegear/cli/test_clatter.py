@@ -11,10 +11,10 @@ from cli_commands import printed, rows_of
 
 from fegear.clatter.gearboxes import load_gearbox
 from fegear.cli import run
-from fegear.files.store import Keeping
+from fegear.files.store import CheckpointOptions
 from fegear.studies import running as study
 from fegear.studies.clatter import Clatter
-from lumped.clatter.groups import Group
+from lumped.clatter.groups import WheelGroup
 
 GEARBOX = """
 name = "own"
@@ -69,7 +69,7 @@ def test_the_play_varies_as_the_file_says(tmp_path, capsys):
     words = "tooth_play_amplitude_mm = 0.04\ntooth_play_order = 2\n"
     (tmp_path / "own.toml").write_text(f"{GEARBOX}{words}tooth_play_phase_deg = 90\n")
     gearbox = load_gearbox(str(tmp_path / "own.toml")).gearbox
-    group = Group(gearbox.groups[0], gearbox.excitation)
+    group = WheelGroup(gearbox.groups[0], gearbox.excitation)
     times = np.array([0.0, 0.01, 0.02])
     np.testing.assert_allclose(group.widths(times)[:, 0], [1.4e-4, 6e-5, 1.4e-4])
     assert run(["clatter", str(tmp_path / "own.toml"), "--map", "fermi"]) == 2
@@ -88,10 +88,10 @@ def test_a_run_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
 
     path = tmp_path / "i.csv.partial"
     with pytest.raises(KeyboardInterrupt):
-        study.run(asked, Keeping(checkpoint=path), stop)
+        study.run(asked, CheckpointOptions(checkpoint=path), stop)
     assert path.exists()
     assert calls[-1] < 1000
-    later = study.run(asked, Keeping(checkpoint=path, resume=True))
+    later = study.run(asked, CheckpointOptions(checkpoint=path, resume=True))
     assert later.table.csv() == whole.table.csv()
     assert not path.exists()
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from cli_commands import ROOF, commands
+from cli_commands import ROOT_COMMAND, commands
 from history_files import written
 from pydantic import BaseModel
 from quick_benchmarks import answer_at_once
@@ -795,7 +795,7 @@ def test_every_option_of_every_command_has_a_case():
         for words, command in commands()
     }
     assert {words: set(cases) for words, cases in OPTIONS.items()} == listed
-    assert {option_name(param) for param in ROOF.params} == AT_THE_ROOF
+    assert {option_name(param) for param in ROOT_COMMAND.params} == AT_THE_ROOF
 
 
 @pytest.fixture(scope="module")

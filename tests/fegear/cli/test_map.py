@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import fegear
 from fegear.cli import app
 from fegear.files.errors import InputError
-from fegear.files.store import Keeping
+from fegear.files.store import CheckpointOptions
 
 RELIEF = "mesh.{}.tip_relief.magnitude_um"
 BASE = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
@@ -83,7 +83,7 @@ def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
         model=fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular")),
     )
     with pytest.raises(KeyboardInterrupt):
-        fegear.run(asked, Keeping(checkpoint=kept), stopped)
+        fegear.run(asked, CheckpointOptions(checkpoint=kept), stopped)
     words = [*SMALL, "-o", path]
     with pytest.raises(InputError, match=r"at = '1700\.0', now '1800\.0'"):
         run(*words, "--at", 1800, "--resume")
@@ -96,7 +96,7 @@ def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
     run(*words, "--at", 1700, "--resume")
     assert path.read_bytes() == other.read_bytes()
     with pytest.raises(KeyboardInterrupt):
-        fegear.run(asked, Keeping(checkpoint=kept), stopped)
+        fegear.run(asked, CheckpointOptions(checkpoint=kept), stopped)
     run(*words, "--at", 1800, "--overwrite")
     assert "at 1800 Hz" in path.read_text()
     assert not kept.exists()

@@ -15,30 +15,30 @@ from ended_runs import killed_after
 from typer.testing import CliRunner
 
 from fegear.cli import app, run
-from fegear.studies.machines import usual_returns
-from fegear.studies.rattle_basin import usual_side
+from fegear.studies.machines import default_returns
+from fegear.studies.rattle_basin import default_side
 
 README = Path(__file__).parents[3] / "README.md"
 BASIN = "rattle", "basin", "roots-scaled"
 SMALL = (*BASIN, "--grid", "30", "--delta", "0.575")
 
 
-def told(*words: str) -> dict:
+def json_output(*words: str) -> dict:
     result = CliRunner().invoke(app, [*words, "--json"])
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
 
 def test_critical_eccentricity_of_the_built_in_pump():
-    values = told("rattle", "critical", "roots-a")
+    values = json_output("rattle", "critical", "roots-a")
     assert values["critical_eccentricity_rad"] == pytest.approx(9.378e-5, rel=1e-4)
     assert not values["quiet_motion_exists"]
     helps = values["percent_of_critical_per_percent"]
     assert helps["damping"] == pytest.approx(1.0, abs=1e-3)
     assert 0.0 < helps["stiffness"] < 0.1
-    quieter = told("rattle", "critical", "roots-a", "--epsilon", "9e-5")
+    quieter = json_output("rattle", "critical", "roots-a", "--epsilon", "9e-5")
     assert quieter["quiet_motion_exists"]
-    impact = told("rattle", "critical", "roots-a", "--kappa", "inf")
+    impact = json_output("rattle", "critical", "roots-a", "--kappa", "inf")
     assert impact["stiffness"] is None
     assert impact["critical_eccentricity_rad"] == pytest.approx(3e-4 / math.pi)
 
@@ -46,7 +46,7 @@ def test_critical_eccentricity_of_the_built_in_pump():
 def test_basins_on_screen_in_files_and_for_machines(tmp_path):
     """All say the same."""
     file, plot = tmp_path / "b.npz", tmp_path / "b.png"
-    values = told(*SMALL, "-o", str(file), "--plot", str(plot))
+    values = json_output(*SMALL, "-o", str(file), "--plot", str(plot))
     names = [each["name"] for each in values["attractors"]]
     assert names == ["quiet", "P(1,1,0)", "P(1,2,0)", "P(2,2,1)"]
     assert sum(each["fraction"] for each in values["attractors"]) == pytest.approx(1.0)
@@ -65,7 +65,7 @@ def test_basins_on_screen_in_files_and_for_machines(tmp_path):
 
 
 def test_motions_that_repeat_are_listed_with_their_stability():
-    values = told("rattle", "periodic", "roots-scaled", "--departures", "1")
+    values = json_output("rattle", "periodic", "roots-scaled", "--departures", "1")
     seen = [(each["name"], each["stable"]) for each in values["orbits"]]
     assert seen == [
         *(("P(1,1,0)", True), ("P(1,1,0)", False)),
@@ -89,7 +89,7 @@ def test_a_machine_file_is_read(tmp_path):
         'name = "mine"\n[machine]\ndamping = 0.6\neccentricity_rad = 0.059\n'
         "half_backlash_rad = 0.6\n"
     )
-    values = told("rattle", "basin", str(path), "--grid", "10")
+    values = json_output("rattle", "basin", str(path), "--grid", "10")
     assert [each["name"] for each in values["attractors"]] == ["quiet"]
 
 
@@ -157,16 +157,16 @@ def test_a_run_taken_up_where_there_is_none_says_so_once(tmp_path, capsys):
 
 def test_what_comes_to_rest_has_one_name_in_all_commands():
     words = "roots-scaled", "--epsilon", "0.2", "--restitution", "0.95"
-    basins = told("rattle", "basin", *words, "--grid", "40")
+    basins = json_output("rattle", "basin", *words, "--grid", "40")
     (attractor,) = basins["attractors"]
     assert (attractor["name"], attractor["period"]) == ("sticking(1)", 1)
     assert attractor["lyapunov_per_turn"] is None
-    noise = told("rattle", "noise", *words, "--starts", "20", "--turns", "20")
+    noise = json_output("rattle", "noise", *words, "--starts", "20", "--turns", "20")
     assert [each["name"] for each in noise["motions"]] == ["sticking(1)"]
-    orbits = told("rattle", "periodic", *words, "--departures", "1")["orbits"]
+    orbits = json_output("rattle", "periodic", *words, "--departures", "1")["orbits"]
     (rests,) = [each for each in orbits if each["name"] == "sticking(1)"]
     assert rests["departures"] == [pytest.approx(attractor["point"], abs=1e-9)]
-    assert not told("rattle", "periodic", "roots-scaled", "--restitution", "0")[
+    assert not json_output("rattle", "periodic", "roots-scaled", "--restitution", "0")[
         "orbits"
     ]
 
@@ -174,7 +174,9 @@ def test_what_comes_to_rest_has_one_name_in_all_commands():
 def test_speeds_are_those_of_the_machine():
     """And not those of another: of roots-a twice 2 pi damping and 4 half backlashes."""
     words = "--grid", "5", "--iterations", "100"
-    low, high = told("rattle", "basin", "roots-a", *words)["velocity_rad_per_turn"]
+    low, high = json_output("rattle", "basin", "roots-a", *words)[
+        "velocity_rad_per_turn"
+    ]
     assert low == 0.0
     assert high == pytest.approx(4.0 * math.pi * 3e-4 + 4.0 * 6e-4)
 
@@ -189,14 +191,14 @@ def test_what_has_not_settled_is_told_and_left_out():
     )
     assert "--iterations 138200" in result.stderr
     assert "basin entropy" not in result.stdout
-    values = told(*basin)
+    values = json_output(*basin)
     assert (values["attractors"], values["basin_entropy"]) == ([], None)
     assert values["unclear_fraction"] == 1.0
     words = "noise", "roots-a", "--starts", "4", "--turns", "20"
-    few = told("rattle", *words, "--iterations", "200")
+    few = json_output("rattle", *words, "--iterations", "200")
     assert few["noise_rad2_per_turn3"] is None
     assert few["unclear_fraction"] == 1.0
-    enough = told("rattle", *words)
+    enough = json_output("rattle", *words)
     assert enough["iterations"] == 138_200
     assert enough["noise_rad2_per_turn3"] > 0.0
     assert not enough["warnings"]
@@ -208,7 +210,7 @@ def test_basins_of_low_damping_are_followed_until_transients_end(tmp_path):
     (text,) = [block for block in blocks if 'name = "my-pump"' in block]
     machine = tmp_path / "my-pump.toml"
     machine.write_text(text, "utf-8")
-    values = told("rattle", "basin", str(machine), "--grid", "5")
+    values = json_output("rattle", "basin", str(machine), "--grid", "5")
     assert values["iterations"] == 138_200
     assert values["unclear_fraction"] < 0.5
     assert len(values["attractors"]) > 1
@@ -216,19 +218,19 @@ def test_basins_of_low_damping_are_followed_until_transients_end(tmp_path):
 
 def test_returns_by_default_are_those_of_the_damping():
     """One rule for basins and noise; a grid takes no more returns for it."""
-    assert usual_returns(1499) == 1499
-    assert usual_returns(138_200) == 138_200
-    assert usual_returns(4.14e10) == usual_returns(math.inf) == 1499
-    assert usual_side(1499) == 400
-    assert usual_side(138_200) ** 2 * 138_200 <= 400**2 * 1499
-    assert usual_side(10_000_000) == 20
+    assert default_returns(1499) == 1499
+    assert default_returns(138_200) == 138_200
+    assert default_returns(4.14e10) == default_returns(math.inf) == 1499
+    assert default_side(1499) == 400
+    assert default_side(138_200) ** 2 * 138_200 <= 400**2 * 1499
+    assert default_side(10_000_000) == 20
 
 
 @pytest.mark.parametrize("words", ["basin --grid 5", "noise --starts 4"])
 def test_no_more_returns_are_advised_than_are_allowed(words):
     command, *few = words.split()
     figures = "roots-scaled", "--delta", "1e-9", *few
-    (warning,) = told("rattle", command, *figures)["warnings"]
+    (warning,) = json_output("rattle", command, *figures)["warnings"]
     assert warning.startswith("100 % of the")
     assert warning.endswith(
         "half the damping ends transients in 4.14e+10, which --iterations cannot be: "

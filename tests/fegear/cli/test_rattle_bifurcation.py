@@ -10,7 +10,7 @@ from cli_commands import printed, rows_of
 
 from fegear.cli import run
 from lumped.rattle.machine import Machine
-from lumped.rattle.periodic import least_eccentricity
+from lumped.rattle.periodic import min_eccentricity
 
 WORDS = (
     *("rattle", "bifurcation", "roots-scaled", "--over", "delta=0.57:0.62"),
@@ -120,7 +120,7 @@ def test_curves_over_two_figures(tmp_path):
     ]
     for damping, eccentricity in folds:
         machine = Machine(damping=damping, eccentricity=0.1, half_backlash=0.6)
-        assert eccentricity == pytest.approx(least_eccentricity(machine), rel=1e-8)
+        assert eccentricity == pytest.approx(min_eccentricity(machine), rel=1e-8)
     assert plot.stat().st_size > 10_000
 
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from fegear.cli import app, run
 from fegear.rattle.machines import load_machine
-from lumped.rattle.kernels.flight import returned
+from lumped.rattle.kernels.flight import return_map
 
 GEARS = (
     *("rattle", "gears", "liu-pair", "--resolution", "coarse"),
@@ -22,7 +22,7 @@ TURN = 2.0 * math.pi
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def outputs(tmp_path_factory):
     """What is told of a machine, and its file."""
     path = tmp_path_factory.mktemp("gears") / "m.toml"
     result = CliRunner().invoke(app, [*GEARS, "-o", str(path), "--json"])
@@ -89,7 +89,7 @@ def test_machine_of_gears_moves_as_both_in_si_units(made):
     values, path = made
     machine = load_machine(path).machine
     for start in ((0.2, 0.02), (0.6, 0.05)):
-        t, v, _ = returned(machine.arrays, *start)
+        t, v, _ = return_map(machine.arrays, *start)
         assert (t, v) == pytest.approx(next_departure(values, *start), rel=1e-5)
 
 

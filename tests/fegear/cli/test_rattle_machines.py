@@ -57,7 +57,7 @@ def written(tmp_path, tables, **more) -> str:
     return str(path)
 
 
-def told(*words: str) -> dict[str, Any]:
+def json_output(*words: str) -> dict[str, Any]:
     result = CliRunner().invoke(app, ["rattle", *words, "--json"])
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
@@ -66,9 +66,9 @@ def told(*words: str) -> dict[str, Any]:
 def answer(path: str, command: str) -> Any:
     """Of a command, without the figures that it repeats."""
     if command == "basin":
-        values = told("basin", path, "--grid", "8", "--iterations", "200")
+        values = json_output("basin", path, "--grid", "8", "--iterations", "200")
         return [(each["name"], each["point"]) for each in values["attractors"]]
-    values = told("critical", path)
+    values = json_output("critical", path)
     names = "critical_eccentricity_rad", "least_contact_load_over_mean"
     return [values[name] for name in names]
 
@@ -104,7 +104,7 @@ def test_name_description_and_inferences_are_on_the_screen(tmp_path):
         shown = CliRunner().invoke(app, words).stdout
         for text in ("x: A pump of mine", "inferred: its play", "inferred: its mass"):
             assert text in shown
-    values = told("critical", path)
+    values = json_output("critical", path)
     assert {name: values[name] for name in texts} == texts
 
 
@@ -180,12 +180,12 @@ def test_noise_of_a_sprung_gear_is_told_by_the_flanks_that_meet():
     """Some ten times that without springs, table 6.1."""
     words = "--velocity", "0:0.002", "--starts", "12", "--turns", "50"
     figures = "--epsilon", "8e-5", "--kappa", "inf", "--iterations", "500"
-    sprung = told("noise", "roots-a-sprung", *words, *figures)
+    sprung = json_output("noise", "roots-a-sprung", *words, *figures)
     names = {each["name"] for each in sprung["motions"]}
     assert names <= {"quiet", "single-sided rattle", "double-sided rattle"}
     assert sprung["unclear_fraction"] == 0.0
     assert "transients of the parts fade to 0.001 in 8" in sprung["warnings"][0]
-    alone = told("noise", "roots-a", *words, *figures[:4])
+    alone = json_output("noise", "roots-a", *words, *figures[:4])
     ratio = sprung["noise_rad2_per_turn3"] / alone["noise_rad2_per_turn3"]
     assert 4.0 < ratio < 20.0
 
@@ -212,10 +212,10 @@ def test_speeds_of_unequal_shafts_are_the_same_in_all_commands(tmp_path, more_dr
     }
     path = written(tmp_path, tables)
     words = "--iterations", "100"
-    found = [told("noise", path, "--starts", "2", "--turns", "5", *words)]
+    found = [json_output("noise", path, "--starts", "2", "--turns", "5", *words)]
     if not more_drag:
-        found += [told("basin", path, "--grid", "5", *words)]
-        found += [told("periodic", path, "--departures", "1")]
+        found += [json_output("basin", path, "--grid", "5", *words)]
+        found += [json_output("periodic", path, "--departures", "1")]
     exact = 4.0 * math.pi * 0.4 * 2.5 + 1.6
     for each in found:
         assert each["velocity_rad_per_turn"] == pytest.approx([0.0, exact], rel=1e-5)
@@ -224,7 +224,7 @@ def test_speeds_of_unequal_shafts_are_the_same_in_all_commands(tmp_path, more_dr
 def test_unequal_shafts_that_slow_down_at_one_rate_have_basins(tmp_path):
     shafts = {"driving_inertia": 1.5, "driving_drag": 1.5}
     path = written(tmp_path, IMPACTS | {"shafts": shafts})
-    values = told("basin", path, "--grid", "8", "--iterations", "200")
+    values = json_output("basin", path, "--grid", "8", "--iterations", "200")
     assert values["drive"] == pytest.approx(1.25 / 1.5)
     assert values["damping"] == 0.6
 
@@ -234,7 +234,7 @@ def test_built_in_machines_are_read_and_marked(name):
     named = load_machine(name)
     assert named.name == name
     assert named.description
-    assert told("critical", name)["critical_eccentricity_rad"] > 0.0
+    assert json_output("critical", name)["critical_eccentricity_rad"] > 0.0
 
 
 def test_phase_of_two_eccentric_gears(tmp_path):
@@ -245,14 +245,15 @@ def test_phase_of_two_eccentric_gears(tmp_path):
         "driven_eccentricity_rad": 0.1,
     }
     path = written(tmp_path, {"machine": parts | gears})
-    values = told("critical", path)
+    values = json_output("critical", path)
     within = values["quiet_for_phases_within_rad"]
     for change, quiet in ((-1e-6, True), (1e-6, False)):
         turned = {
             "machine": parts | gears | {"eccentricity_phase_rad": within + change}
         }
         assert (
-            told("critical", written(tmp_path, turned))["quiet_motion_exists"] is quiet
+            json_output("critical", written(tmp_path, turned))["quiet_motion_exists"]
+            is quiet
         )
     path = written(tmp_path, {"machine": parts | gears})
     shown = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
@@ -262,7 +263,7 @@ def test_phase_of_two_eccentric_gears(tmp_path):
 def test_sensitivities_are_slopes_of_the_critical_eccentricity(tmp_path):
     tables = {k: v for k, v in BASE.items() if k != "machine"}
     tables["machine"] = SCALED | {"stiffness": 900.0}
-    helps = told("critical", written(tmp_path, tables))[
+    helps = json_output("critical", written(tmp_path, tables))[
         "percent_of_critical_per_percent"
     ]
     for table, key in (("driving_gear", "stiffness"), ("absorber", "mass")):
@@ -270,7 +271,7 @@ def test_sensitivities_are_slopes_of_the_critical_eccentricity(tmp_path):
         for factor in (0.999, 1.001):
             changed = tables[table] | {key: tables[table][key] * factor}
             path = written(tmp_path, tables | {table: changed})
-            found.append(told("critical", path)["critical_eccentricity_rad"])
+            found.append(json_output("critical", path)["critical_eccentricity_rad"])
         slope = math.log(found[1] / found[0]) / math.log(1.001 / 0.999)
         assert helps[f"{table}.{key}"] == pytest.approx(slope, rel=1e-3)
 
@@ -279,7 +280,9 @@ def test_a_ripple_that_the_eccentricity_cancels_has_a_quiet_window(tmp_path):
     rippled = {k: v for k, v in SCALED.items() if k != "stiffness"} | {"ripple": 7.9}
 
     def at(**changes: float) -> dict:
-        return told("critical", written(tmp_path, {"machine": rippled | changes}))
+        return json_output(
+            "critical", written(tmp_path, {"machine": rippled | changes})
+        )
 
     values = at(eccentricity_rad=0.2)
     assert values["quiet_motion_exists"]
@@ -310,7 +313,7 @@ def test_a_figure_at_its_limit_has_no_change_beyond_it(tmp_path):
     """Flanks whose stiffness is that of critical damping, 0.5 % aside."""
     least = SCALED["damping"] ** 2 / 8.0
     tables = {"machine": SCALED | {"stiffness": 1.005 * least}}
-    values = told("critical", written(tmp_path, tables))
+    values = json_output("critical", written(tmp_path, tables))
     less, more = values["percent_of_critical_per_percent"]["stiffness"]
     assert less is None
     assert more < 0.0
@@ -329,12 +332,12 @@ def test_changes_of_both_sides_are_told_where_the_critical_one_bends(
     absorber = {"mass": 1e-3, "pivot_radius": 0.4, "path_radius": 0.4}
     tables = {"machine": SCALED | {"damping": 1e-4}, "driving_gear": gear}
     tables |= {"absorber": absorber} if key.startswith("absorber") else {}
-    values = told("critical", written(tmp_path, tables))
+    values = json_output("critical", written(tmp_path, tables))
     less, more = values["percent_of_critical_per_percent"][key]
     table, name = key.split(".")
     for factor, change in ((0.99, less), (1.01, more)):
         own = tables[table] | {name: tables[table][name] * factor}
-        there = told("critical", written(tmp_path, tables | {table: own}))
+        there = json_output("critical", written(tmp_path, tables | {table: own}))
         ratio = there["critical_eccentricity_rad"] / values["critical_eccentricity_rad"]
         assert change == pytest.approx(100.0 * (ratio - 1.0), rel=1e-6)
     shown = (
@@ -349,8 +352,10 @@ def test_changes_of_both_sides_are_told_where_the_critical_one_bends(
 def test_rattle_of_one_impact_a_turn_exists_from_the_checked_eccentricity():
     """0.05964 at a damping of 0.6; other parts than shafts may strike twice."""
     name = "simple_rattle_in_impacts_from_rad"
-    assert told("critical", "roots-scaled")[name] == pytest.approx(0.05964, rel=1e-4)
-    assert told("critical", "roots-a-refined")[name] is None
+    assert json_output("critical", "roots-scaled")[name] == pytest.approx(
+        0.05964, rel=1e-4
+    )
+    assert json_output("critical", "roots-a-refined")[name] is None
     shown = CliRunner().invoke(app, ["rattle", "critical", "roots-scaled"]).stdout
     assert "rattle of one impact a turn exists from 0.05964 rad" in shown
 

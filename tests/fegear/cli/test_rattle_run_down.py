@@ -22,7 +22,7 @@ def written(tmp_path, name: str, speed, time=TIME) -> str:
     return str(path)
 
 
-def told(*words: str) -> dict:
+def json_output(*words: str) -> dict:
     result = CliRunner().invoke(app, ["rattle", "run-down", *words, "--json"])
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
@@ -32,11 +32,11 @@ def told(*words: str) -> dict:
 def test_damping_is_the_rate_over_turns_per_second(tmp_path, unit):
     """3e-4 at 50 turns per second is a rate of 0.015 per second."""
     path = written(tmp_path, unit, UNITS[unit] * np.exp(-0.015 * TIME))
-    values = told(path)
+    values = json_output(path)
     assert values["damping"] == pytest.approx(3e-4)
     assert values["speed_at_start_rpm"] == pytest.approx(3000.0)
     assert values["drag_goes_with_speed"]
-    other = told(path, "--speed-rpm", "1500", "--inertia-kgm2", "0.04")
+    other = json_output(path, "--speed-rpm", "1500", "--inertia-kgm2", "0.04")
     assert other["damping"] == pytest.approx(6e-4)
     assert other["damping_coefficient_Nms_per_rad"] == pytest.approx(6e-4)
     shown = CliRunner().invoke(app, ["rattle", "run-down", path]).stdout
@@ -45,7 +45,7 @@ def test_damping_is_the_rate_over_turns_per_second(tmp_path, unit):
 
 def test_drag_that_does_not_go_with_the_speed_is_told(tmp_path):
     path = written(tmp_path, "speed_rpm", 3000.0 - 25.0 * TIME)
-    assert not told(path)["drag_goes_with_speed"]
+    assert not json_output(path)["drag_goes_with_speed"]
     shown = CliRunner().invoke(app, ["rattle", "run-down", path]).stdout
     assert "the drag does not go with the speed alone" in shown
 
@@ -78,4 +78,6 @@ def test_a_speed_with_a_separator_of_thousands_is_refused(tmp_path, capsys):
     assert run(["rattle", "run-down", str(path)]) == 2
     assert "'2,990' may be 2.990 or 2990; write" in capsys.readouterr().err
     path.write_text(path.read_text().replace(",", ""))
-    assert told(str(path))["speed_at_start_rpm"] == pytest.approx(2990.0, rel=0.01)
+    assert json_output(str(path))["speed_at_start_rpm"] == pytest.approx(
+        2990.0, rel=0.01
+    )

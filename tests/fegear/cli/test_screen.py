@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from fegear.cli import run
 from fegear.cli.screen import ruled_table, screen
 from fegear.rendering.labels import BAR_LETTERS, legend
-from fegear.rendering.look import COLOURS, Look
+from fegear.rendering.look import COLOURS, RenderStyle
 from fegear.studies.page import number
 from lumped.figures.drawing import draw_legend, draw_title, panels
 
@@ -142,7 +142,7 @@ def test_what_is_an_axis_of_a_map_is_not_said_to_be_fixed(monkeypatch, tmp_path)
 def test_lines_beside_a_picture_are_short():
     for shown in COLOURS:
         for exact in (True, False):
-            look = Look.__new__(Look)
+            look = RenderStyle.__new__(RenderStyle)
             values = {"shown": shown, "exact": exact, "largest": 123456.0}
             for name, value in (values | {"limits": (0.0, 1.0)}).items():
                 object.__setattr__(look, name, value)

@@ -21,7 +21,7 @@ WORDS = [
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def outputs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stability")
     path, plot = folder / "s.csv", folder / "s.png"
     values = printed(*WORDS, "--json", "-o", path, "--plot", plot)
@@ -67,7 +67,7 @@ def test_methods_tell_the_same(made, tmp_path):
 
 def test_an_interrupted_chart_goes_on_to_the_same_bytes(made, tmp_path, monkeypatch):
     _, _, folder = made
-    path, known = tmp_path / "s.csv", stability.examined
+    path, known = tmp_path / "s.csv", stability.scan_stability
     seen = []
 
     def stopped(*args):
@@ -76,10 +76,10 @@ def test_an_interrupted_chart_goes_on_to_the_same_bytes(made, tmp_path, monkeypa
             raise KeyboardInterrupt
         return known(*args)
 
-    monkeypatch.setattr(stability, "examined", stopped)
+    monkeypatch.setattr(stability, "scan_stability", stopped)
     printed(*WORDS, "-o", path, code=130)
     assert "incomplete" in path.read_text("utf-8")
-    monkeypatch.setattr(stability, "examined", known)
+    monkeypatch.setattr(stability, "scan_stability", known)
     printed(*WORDS, "-o", path, "--resume")
     assert path.read_bytes() == (folder / "s.csv").read_bytes()
 
@@ -92,7 +92,7 @@ def test_the_bending_ratio_is_told_and_kept_runs_of_another_are_refused(
     header = (folder / "s.csv").read_text("utf-8")
     assert "# friction-bending ratio: 0.39\n" in header
     assert "# friction coefficient" not in header
-    known, seen = stability.examined, []
+    known, seen = stability.scan_stability, []
 
     def stopped(*given):
         seen.append(given)
@@ -100,7 +100,7 @@ def test_the_bending_ratio_is_told_and_kept_runs_of_another_are_refused(
             raise KeyboardInterrupt
         return known(*given)
 
-    monkeypatch.setattr(stability, "examined", stopped)
+    monkeypatch.setattr(stability, "scan_stability", stopped)
     path = tmp_path / "s.csv"
     printed(*WORDS, "-o", path, code=130)
     capsys.readouterr()

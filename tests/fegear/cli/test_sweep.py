@@ -16,7 +16,7 @@ from fegear.files.errors import InputError
 from fegear.files.speeds import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
 from fegear.statics.solving import StaticsSettings, solve_mesh
-from fegear.train.lumped_models import lumped_system, usual_speeds
+from fegear.train.lumped_models import default_speeds, lumped_system
 from lumped.steady.response import Status
 from lumped.steady.sweep_table import read_sweep
 from lumped.train.analytic import StiffnessFigures, analytic_excitation
@@ -163,7 +163,7 @@ def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
             response = replace(response, status=Status.DIVERGED, dte_rms=nothing)
         return response, *rest
 
-    monkeypatch.setattr(module, "confirmed", diverging)
+    monkeypatch.setattr(module, "confirm_steady_state", diverging)
     path = tmp_path / "s.csv"
     words = (*FAST, "--speeds", "900:1000:20", "--direction", "up", "--json")
     result = CliRunner().invoke(
@@ -229,7 +229,7 @@ def test_usual_speeds_span_the_resonances_of_both_meshes():
     for name in ("liu-idler", "liu-countershaft"):
         gear_set = load_gear_set(name)
         system = lumped_system(gear_set, 100.0, excitations=GivenMean())
-        speeds = usual_speeds(system)
+        speeds = default_speeds(system)
         assert 100 < len(speeds) <= 402
         spans[name] = speeds[0], speeds[-1]
     assert spans["liu-idler"] == (800.0, 4200.0)

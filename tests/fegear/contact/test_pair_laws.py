@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import root
 
-from fegear.contact.pair_laws import NOMINAL, REVERSED, pair_laws
+from fegear.contact.pair_load_curves import NOMINAL, REVERSED, pair_laws
 from fegear.contact.problem import back_side_position
 from fegear.gearset.model import Relief
 

@@ -16,11 +16,11 @@ from fegear.dynamics.build import elastic_damping
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.full import FullStepper, full_model
 from fegear.dynamics.kernels.arrays import Clock
-from fegear.dynamics.mesh_laws import mesh_laws
+from fegear.dynamics.mesh_load_curves import mesh_laws
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
 from fegear.dynamics.scheme import generalized_alpha
-from fegear.dynamics.sides import MeshLaws
-from fegear.dynamics.stepper import MotionState, ReducedStepper, Steps, empty_record
+from fegear.dynamics.sides import MeshLoadCurves
+from fegear.dynamics.stepper import MotionState, ReducedStepper, TimeSteps, empty_record
 from fegear.elasticity.cyclic_gear import cyclic_gear
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import gear_modes
@@ -30,7 +30,7 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import StaticsSettings
 from lumped import LumpedSystem
 from meshes import MeshSize
@@ -63,7 +63,7 @@ class Case:
 
     gear_set: GearSet
     reference: LumpedSystem
-    laws: list[MeshLaws]
+    laws: list[MeshLoadCurves]
     settings: StaticsSettings
 
     @cached_property
@@ -113,7 +113,9 @@ def case_of(private_cache) -> Callable[..., Case]:
     held : stiffness that holds the last gear [N m/rad]; backlash : [m]
     errors : pitch errors of every gear [m]
     """
-    tables = cache(lambda level: Excitations(Source(resolution=level, positions=64)))
+    tables = cache(
+        lambda level: Excitations(StiffnessSource(resolution=level, positions=64))
+    )
 
     @cache
     def make(
@@ -166,7 +168,7 @@ class Track:
 def track() -> Callable[..., Track]:
     """March step by step and keep every state: (stepper, state, steps)."""
 
-    def march(stepper: ReducedStepper, state: MotionState, steps: Steps) -> Track:
+    def march(stepper: ReducedStepper, state: MotionState, steps: TimeSteps) -> Track:
         from fegear.dynamics.kernels import reduced as kernel
 
         model, made = stepper.model, stepper.step(steps.size)

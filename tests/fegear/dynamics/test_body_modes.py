@@ -10,7 +10,7 @@ import pytest
 from fegear.dynamics.body_modes import DAMPING, body_modes, static_inertias
 from fegear.dynamics.build import elastic_damping
 from fegear.dynamics.elastic import ElasticGear
-from fegear.dynamics.mesh_laws import pitch_point
+from fegear.dynamics.mesh_load_curves import pitch_point
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import contact_sides
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
@@ -62,7 +62,7 @@ def without_relief_of_inertia(contacts):
     softness = bodies.angular**-2
     return replace(
         contacts,
-        inertial=np.einsum("cpb,bn->cpn", bodies.rows * softness, bodies.coupling),
+        inertia_rows=np.einsum("cpb,bn->cpn", bodies.rows * softness, bodies.coupling),
         work=(bodies.coupling.T * softness) @ bodies.coupling,
     )
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.stepper import MotionState, Steps
+from fegear.dynamics.stepper import MotionState, TimeSteps
 from fegear.gearset.inertia import inertia_of
 
 CUTOFF = 30e3  # Hz
@@ -47,7 +47,7 @@ def collide(stepper, step, speed=SPEED, gap=3e-6):
     """(state before, state after, recorded motion) of one meeting."""
     before = thrown(stepper.model, speed, gap)
     steps = math.ceil((2.0 * gap / speed + 2.0 * CONTACT_TIME) / step) + 80
-    after, motion = stepper.integrate(before, Steps(0.0, step, steps, 128))
+    after, motion = stepper.integrate(before, TimeSteps(0.0, step, steps, 128))
     assert motion.pair_load.any()
     assert not motion.pair_load[-60:].any()
     return before, after, motion
@@ -110,7 +110,7 @@ def test_energy_is_kept_throughout(colliding, track, kind):
     """Contact stores what hubs and modes give, compliance between pairs included."""
     stepper = colliding.stepper(KINDS[kind], 0.0, 1.0)
     model, step = stepper.model, 5e-7
-    run = track(stepper, thrown(model, 0.1, 1e-6), Steps(0.0, step, 500, 128))
+    run = track(stepper, thrown(model, 0.1, 1e-6), TimeSteps(0.0, step, 500, 128))
     parts = np.array(
         [
             (free_energy(model, motion), contact_energy(model, touch))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.stepper import DynamicSettings, Steps
+from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from lumped.steady.response import FIGURES, Status
 from lumped.steady.steady_state import steady_state
 
@@ -27,7 +27,7 @@ def test_start_is_at_rest(stepper):
     assert state.motion.shape == (4, stepper.model.size)
     assert state.contact.shape == (3, stepper.model.contact_count)
     assert (state.motion[1:3] == 0.0).all()
-    _, motion = stepper.integrate(state, Steps(0.0, 1e-5, 64, 256))
+    _, motion = stepper.integrate(state, TimeSteps(0.0, 1e-5, 64, 256))
     scale = np.abs(motion.deflection[0])
     assert (np.ptp(motion.deflection, axis=0) < 1e-6 * scale).all()
 
@@ -78,9 +78,9 @@ def test_rate_is_the_slope_of_the_deflection(stepper):
 def test_marching_on_is_marching_at_once(stepper):
     start = stepper.start()
     step = 1.0 / (FREQUENCY * 256)
-    half, first = stepper.integrate(start, Steps(FREQUENCY, step, 256, 256))
-    end, second = stepper.integrate(half, Steps(FREQUENCY, step, 256, 256))
-    whole, motion = stepper.integrate(start, Steps(FREQUENCY, step, 512, 256))
+    half, first = stepper.integrate(start, TimeSteps(FREQUENCY, step, 256, 256))
+    end, second = stepper.integrate(half, TimeSteps(FREQUENCY, step, 256, 256))
+    whole, motion = stepper.integrate(start, TimeSteps(FREQUENCY, step, 512, 256))
     np.testing.assert_allclose(end.motion, whole.motion, rtol=1e-9, atol=1e-12)
     joined = np.concatenate([first.pair_load, second.pair_load[1:]])
     np.testing.assert_allclose(joined, motion.pair_load, rtol=1e-9, atol=1e-6)

@@ -15,7 +15,7 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.elasticity.modes import lowest_modes
 from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
-from fegear.statics.excitation import Source
+from fegear.statics.excitation import StiffnessSource
 from fegear.statics.solving import BODIES, solve_mesh
 from fegear.train.coupled import contacts_of
 from fegear.train.lumped_models import LumpedModel, lumped_system
@@ -25,7 +25,7 @@ from lumped.steady.respond import respond
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper
-from lumped.train.coupled import INGREDIENTS, contact_loads
+from lumped.train.coupled import COMPONENTS, contact_loads
 
 HIGH = 120e3  # Hz, elastic modes of the finite elements
 
@@ -143,7 +143,7 @@ def test_vibration_is_that_of_the_reduced_elements(case, system, speed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", INGREDIENTS)
+@pytest.mark.parametrize("name", COMPONENTS)
 def test_each_ingredient_changes_what_it_should(case_of, name):
     case = case_of("liu-idler")
     whole, less = vibrating(case), vibrating(case, without=(name,))
@@ -161,7 +161,7 @@ def test_two_models_left_out_of_all_are_one(case_of):
     case = case_of("liu-idler")
     one, two = (
         coupled(case, without=names).resonances_Hz
-        for names in (INGREDIENTS, INGREDIENTS[::-1])
+        for names in (COMPONENTS, COMPONENTS[::-1])
     )
     np.testing.assert_array_equal(one, two)
 
@@ -209,7 +209,7 @@ def test_back_flanks_are_as_stiff_as_drive_flanks(case_of):
 def test_it_does_not_matter_which_gear_drives():
     """Statics pass the cycle the other way round; natural frequencies are the same."""
     turned = {"mesh.1.driver": "idler", "mesh.1.driven": "pinion", "load.gear": "idler"}
-    model = LumpedModel(number="coupled", stiffness=Source(positions=64))
+    model = LumpedModel(number="coupled", stiffness=StiffnessSource(positions=64))
     one = lumped_system(load_gear_set("liu-pair"), 100.0, model)
     other = load_gear_set("liu-pair", turned)
     two = lumped_system(other, 100.0 * 55.0 / 38.0, model)

@@ -13,18 +13,18 @@ from fegear.cli import app
 from fegear.dynamics.build import FiniteElements, modes_once, prepare
 from fegear.dynamics.contact_history import ContactHistory
 from fegear.dynamics.cross_mesh import _flank_table
-from fegear.dynamics.stepper import DynamicSettings, Steps
+from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import RESOLUTIONS
 from fegear.train.lumped_models import lumped_system
 from meshes import sector as meshing
 
 TORQUE, SPEED, CUTOFF = 100.0, 1500.0, 15e3
 SET = "liu-idler-small-hubs"  # whose idler twists below the cut-off
-STRAIN = Source(resolution="coarse", positions=64, plane="strain")
+STRAIN = StiffnessSource(resolution="coarse", positions=64, plane="strain")
 STRESS = replace(STRAIN, plane="stress")
 
 
@@ -88,7 +88,7 @@ def test_plane_strain_is_plane_stress_of_another_material(idler, fidelity):
 def marched(gear_set, fidelity, torque):
     stepper = prepared(gear_set, STRESS, fidelity, torque)
     size, steps = 1.0 / (SPEED * 128), 128
-    _, motion = stepper.integrate(stepper.start(), Steps(SPEED, size, steps, steps))
+    _, motion = stepper.integrate(stepper.start(), TimeSteps(SPEED, size, steps, steps))
     return motion.deflection
 
 

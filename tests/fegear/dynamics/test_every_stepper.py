@@ -125,7 +125,7 @@ def test_mesh_gives_what_damping_takes(settled, stepper):
     assert work < 0.0  # of the train on the mesh
 
 
-class Memory:
+class MemoryStore:
     """Keeps finished speeds of a branch."""
 
     def __init__(self):
@@ -146,7 +146,7 @@ def test_a_stopped_sweep_goes_on_as_if_it_had_not_stopped(
     whole = sweep_branch(stepper, SPEEDS, "down", quick)
     checkpoint = open_checkpoint(tmp_path / "kept", {"of": kind}, resume=True)
     lumped = isinstance(settings, Settings)
-    store = Memory() if lumped else StoredBranch(Records(checkpoint, "down"))
+    store = MemoryStore() if lumped else StoredBranch(Records(checkpoint, "down"))
     stop = threading.Event()
     begun = sweep_branch(
         *(stepper, SPEEDS, "down", quick),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.stepper import Steps
+from fegear.dynamics.stepper import TimeSteps
 
 FREQUENCY, CYCLE = 1600.0, 128
 
@@ -15,7 +15,7 @@ def passed(stepper, periods=1):
     """Deflection from rest over mesh periods, and the state after them."""
     state, size = stepper.start(), 1.0 / (FREQUENCY * CYCLE)
     state, motion = stepper.integrate(
-        state, Steps(FREQUENCY, size, periods * CYCLE, CYCLE)
+        state, TimeSteps(FREQUENCY, size, periods * CYCLE, CYCLE)
     )
     return motion, state
 
@@ -83,7 +83,7 @@ def test_marching_on_is_marching_at_once(full_of):
     whole, end = passed(stepper, periods=2)
     _, half = passed(stepper)
     size = 1.0 / (FREQUENCY * CYCLE)
-    after, second = stepper.integrate(half, Steps(FREQUENCY, size, CYCLE, CYCLE))
+    after, second = stepper.integrate(half, TimeSteps(FREQUENCY, size, CYCLE, CYCLE))
     np.testing.assert_allclose(second.deflection, whole.deflection[CYCLE:], rtol=1e-9)
     for one, other in zip(after.fields, end.fields, strict=True):
         scale = np.abs(other).max(axis=(1, 2), keepdims=True)

@@ -21,7 +21,7 @@ from fegear.dynamics.history import (
     history_table,
 )
 from fegear.dynamics.root_stress import root_influence
-from fegear.dynamics.stepper import DynamicSettings, Steps, steps_per_cycle
+from fegear.dynamics.stepper import DynamicSettings, TimeSteps, steps_per_cycle
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.lumped_train import train_of
@@ -158,7 +158,7 @@ def test_back_side_contacts_have_columns_of_their_own(case_of):
     state = stepper.start()
     apart = stepper.model.kinematics.deflection[0]
     state.motion[1] = -0.5 / (apart @ apart) * apart  # thrown apart at 0.5 m/s
-    _, motion = stepper.integrate(state, Steps(FAST, 1.0 / (FAST * 128), 128, 128))
+    _, motion = stepper.integrate(state, TimeSteps(FAST, 1.0 / (FAST * 128), 128, 128))
     columns = history_table(stepper.model, motion, 128).columns
     sums = {"pair": 0.0, "back": 0.0}
     for kind in sums:

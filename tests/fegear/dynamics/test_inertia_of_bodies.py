@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.build import FiniteElements, prepare
-from fegear.dynamics.stepper import DynamicSettings, Steps
+from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from fegear.files.errors import InputError
 from fegear.gearset import read_gear_set
 from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.steady_state import steady_state
 
@@ -31,7 +31,7 @@ def example():
 
 @pytest.fixture(scope="module")
 def prepared(example, private_cache):
-    tables = Excitations(Source(resolution="coarse", positions=64))
+    tables = Excitations(StiffnessSource(resolution="coarse", positions=64))
     reference = lumped_system(example, TORQUE, excitations=tables)
 
     def make(fidelity):
@@ -51,7 +51,7 @@ def test_modes_and_all_freedoms_agree_from_rest(prepared):
         stepper = prepared(fidelity)
         size = 1.0 / (speed * steps)
         _, motion = stepper.integrate(
-            stepper.start(), Steps(speed, size, 3 * steps, steps)
+            stepper.start(), TimeSteps(speed, size, 3 * steps, steps)
         )
         found.append(motion.deflection[:, 0])
     full, *others = found

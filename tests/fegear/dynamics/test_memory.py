@@ -10,10 +10,10 @@ import pytest
 from fegear.dynamics import memory
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.memory import full_bytes, require_memory
-from fegear.dynamics.stepper import DynamicSettings, Steps
+from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.train.lumped_models import lumped_system
 
 FULL = FiniteElements(fidelity="full", mesh=0.35)
@@ -22,7 +22,7 @@ FULL = FiniteElements(fidelity="full", mesh=0.35)
 @pytest.fixture(scope="module")
 def made(private_cache):
     """Prepares a gear set at 100 N m."""
-    tables = Excitations(Source(resolution="coarse", positions=64))
+    tables = Excitations(StiffnessSource(resolution="coarse", positions=64))
 
     def make(name):
         gear_set = load_gear_set(name)
@@ -46,7 +46,7 @@ def test_estimate_is_above_what_is_used_and_near_it(made, monkeypatch, name):
     stepper = made(name).stepper
     state = stepper.start()
     for size in 1e-5 * np.array([1.0, 1.1, 1.2]):
-        state, _ = stepper.integrate(state, Steps(1000.0, size, 3, 100))
+        state, _ = stepper.integrate(state, TimeSteps(1000.0, size, 3, 100))
     used = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert 0.3 * noted[-1] < used < noted[-1]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.stepper import DynamicSettings, Steps
+from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from lumped.steady.steady_state import steady_state
 
 CUTOFF = 30e3  # Hz
@@ -32,7 +32,7 @@ def deflections(stepper, state, frequency, cells, fine):
     """At the ends of position cells, `fine` steps in each."""
     step = 1.0 / (1600.0 * CYCLE * fine)
     _, motion = stepper.integrate(
-        state, Steps(frequency, step, cells * fine, CYCLE * fine)
+        state, TimeSteps(frequency, step, cells * fine, CYCLE * fine)
     )
     return motion.deflection[::fine, 0], motion.force[::fine, 0]
 

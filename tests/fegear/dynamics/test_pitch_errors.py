@@ -11,10 +11,10 @@ from fegear.dynamics import stepper as stepping
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.history import history_table
 from fegear.dynamics.sides import BACK, DRIVE
-from fegear.dynamics.stepper import DynamicSettings, Steps, steps_per_cycle
+from fegear.dynamics.stepper import DynamicSettings, TimeSteps, steps_per_cycle
 from fegear.files.errors import InputError
 from fegear.gearset.phases import mesh_phases
-from fegear.statics.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import RESOLUTIONS, StaticsSettings, contact_problem
 from lumped.steady.steady_state import steady_state
 from validation.oracles import reduced_motion
@@ -132,7 +132,7 @@ def test_steps_are_those_of_the_equations(uneven):
     )
     steps = 128 * 8
     _, motion = stepper.integrate(
-        state, Steps(frequency, 1.0 / (frequency * steps), cycles * steps, steps)
+        state, TimeSteps(frequency, 1.0 / (frequency * steps), cycles * steps, steps)
     )
     found = motion.deflection[::8, 0]
     exact = states[:, 0, : shape.size] @ shape
@@ -145,11 +145,13 @@ def test_a_later_start_is_another_pair(uneven):
     stepper, cycle = uneven.stepper(None), 128
     size = 1.0 / (1600.0 * cycle)
     first = stepper.start()
-    _, whole = stepper.integrate(first, Steps(1600.0, size, 4 * cycle, cycle))
-    half, _ = stepper.integrate(first, Steps(1600.0, size, 2 * cycle, cycle))
-    _, later = stepper.integrate(half, Steps(1600.0, size, 2 * cycle, cycle, 2 * cycle))
+    _, whole = stepper.integrate(first, TimeSteps(1600.0, size, 4 * cycle, cycle))
+    half, _ = stepper.integrate(first, TimeSteps(1600.0, size, 2 * cycle, cycle))
+    _, later = stepper.integrate(
+        half, TimeSteps(1600.0, size, 2 * cycle, cycle, 2 * cycle)
+    )
     np.testing.assert_array_equal(later.deflection, whole.deflection[2 * cycle :])
-    _, again = stepper.integrate(half, Steps(1600.0, size, 2 * cycle, cycle))
+    _, again = stepper.integrate(half, TimeSteps(1600.0, size, 2 * cycle, cycle))
     assert np.abs(again.pair_load - later.pair_load).max() > 10.0
 
 
@@ -202,7 +204,7 @@ def test_every_fidelity_moves_as_the_pairs_of_teeth(fidelity, case_of):
     case = case_of(errors=errors, resolution="coarse")
     elements = FiniteElements(fidelity=fidelity)
     settings = DynamicSettings(tolerance=1e-2, multiples=1)
-    source = Excitations(Source(resolution="coarse"))
+    source = Excitations(StiffnessSource(resolution="coarse"))
     given = case.reference, [1000.0], elements, settings, source
     found = prepare(case.gear_set, 100.0, *given)
     response, _ = steady_state(found.stepper, 1000.0, settings)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.stepper import DynamicSettings, Steps
+from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from lumped.steady.steady_state import steady_state
 
 CUTOFF = 30e3  # Hz
@@ -51,7 +51,7 @@ def imbalance(stepper, track, frequency, steps):
     state = response.state
     assert response.multiple == 1
     run = track(
-        stepper, state, Steps(frequency, 1.0 / (frequency * steps), steps, steps)
+        stepper, state, TimeSteps(frequency, 1.0 / (frequency * steps), steps, steps)
     )
     # periodic: the trapezoid rule is the mean of all points but the last
     velocity, touch = run.motion[:-1, kernel.V], run.contact[:-1]

@@ -13,7 +13,7 @@ import pytest
 import fegear.statics.solving as statics
 from fegear.contact.problem import solve_cycle
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.stepper import MotionState, Steps
+from fegear.dynamics.stepper import MotionState, TimeSteps
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import Resolution, StaticsSettings, contact_problem
@@ -45,7 +45,7 @@ def at_rest(stepper, track):
     found, moment = [], []
     for n in range(POSITIONS):
         place = n * CYCLE // POSITIONS
-        run = track(stepper, state, Steps(0.0, 1e-2, 6, CYCLE, place))
+        run = track(stepper, state, TimeSteps(0.0, 1e-2, 6, CYCLE, place))
         motion = run.motion[-1]
         motion[1:3] = 0.0
         state = MotionState(motion, run.contact[-1])
@@ -101,7 +101,7 @@ def test_slow_motion_with_friction_is_static(case_of, track, relief):
     stepper = case.stepper(CUTOFF, remaining=0.0)
     frequency, steps = 0.5, 64 * POSITIONS
     _, motion = stepper.integrate(
-        stepper.start(), Steps(frequency, 1.0 / (frequency * steps), steps, steps)
+        stepper.start(), TimeSteps(frequency, 1.0 / (frequency * steps), steps, steps)
     )
     found = motion.deflection[: -1 : steps // POSITIONS, 0]
     # at the pitch point itself, and off balance at the very start
@@ -158,7 +158,7 @@ def test_teeth_counted_anew_stand_where_they_stood(both_sides, kind):
     state = np.random.default_rng(1).standard_normal((4, model.size))
     after = state.copy()
     for gear in range(3):
-        uncompiled(kernel.count_anew)(model.modal, gear, after)
+        uncompiled(kernel.shift_tooth_index)(model.modal, gear, after)
     assert not np.allclose(after, state)
     count, columns, mesh_of = (
         model.jacobian.widths,
@@ -207,7 +207,7 @@ def test_a_march_is_continuous_where_teeth_are_counted_anew(case_of, track):
     run = track(
         stepper,
         stepper.start(),
-        Steps(300.0, 1.0 / (300.0 * steps), 2 * steps, steps),
+        TimeSteps(300.0, 1.0 / (300.0 * steps), 2 * steps, steps),
     )
     force = np.stack(
         [
@@ -220,7 +220,7 @@ def test_a_march_is_continuous_where_teeth_are_counted_anew(case_of, track):
     assert bend[around].max() <= np.quantile(bend, 0.99)
 
 
-class OtherWay(GearSet):
+class ReversedGearSet(GearSet):
     """A gear set whose first driver turns clockwise."""
 
     @property
@@ -228,7 +228,7 @@ class OtherWay(GearSet):
         return tuple(-sense for sense in super().senses)
 
 
-class OtherTrain(Train):
+class ReversedTrain(Train):
     @property
     def speeds(self):
         return tuple(-speed for speed in super().speeds)
@@ -242,7 +242,7 @@ def moving_in_the_plane(case, torque, mirrored):
     """The case on its bearings, or its picture along the row of its centres."""
     gear_set, kind = case.gear_set, Train
     if mirrored:
-        gear_set, kind = same_parts(OtherWay, gear_set), OtherTrain
+        gear_set, kind = same_parts(ReversedGearSet, gear_set), ReversedTrain
     train = same_parts(kind, train_of(gear_set, torque, translations=True))
     reference = LumpedSystem(train, case.reference.excitations)
     return replace(case, gear_set=gear_set, reference=reference)
@@ -266,7 +266,7 @@ def test_a_mirrored_train_moves_alike(both_ways, cutoff):
         kick = np.linalg.pinv(deflection) @ [0.2, -0.2]  # m/s
         state.motion[kernel.V, : kick.size] += kick
         step = 1.0 / (1500.0 * 256)
-        runs.append(stepper.integrate(state, Steps(1500.0, step, 512, 256))[1])
+        runs.append(stepper.integrate(state, TimeSteps(1500.0, step, 512, 256))[1])
     force = runs[0].force
     assert (force == 0.0).any()
     assert (force < 0.0).any()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.stepper import Steps
+from fegear.dynamics.stepper import TimeSteps
 from validation.oracles import reduced_motion
 
 CUTOFF = 30e3  # Hz
@@ -33,7 +33,7 @@ def run(request, case_of):
 def marched(stepper, state, fine):
     steps = POSITIONS * fine
     _, motion = stepper.integrate(
-        state, Steps(FREQUENCY, 1.0 / (FREQUENCY * steps), PERIODS * steps, steps)
+        state, TimeSteps(FREQUENCY, 1.0 / (FREQUENCY * steps), PERIODS * steps, steps)
     )
     return motion
 
@@ -68,18 +68,18 @@ def test_loads_at_rest_are_those_of_the_equations(run):
 def test_oracle_is_exact_without_contact():
     """Free vibration of a damped mode, in closed form."""
     omega, zeta, n = 2e4, 0.05, 3
-    free = reduced_motion.Equations(
+    free = reduced_motion.DenseModel(
         inverse_mass=np.eye(n),
         damping=2.0 * zeta * omega * np.eye(n),
         stiffness=omega**2 * np.eye(n),
         load=np.zeros(n),
         turnover=np.eye(n),
-        closing=np.zeros((POSITIONS + 1, 2, n)),
+        penetration_rate=np.zeros((POSITIONS + 1, 2, n)),
         push=np.zeros((POSITIONS + 1, 2, n)),
         gap=np.full((POSITIONS + 1, 2), 1.0),
         compliance=np.zeros((POSITIONS + 1, 2, 2)),
         knots=np.linspace(0.0, 1.0, 4),
-        law=np.zeros((2, POSITIONS + 1, 3, 4)),
+        load_curve=np.zeros((2, POSITIONS + 1, 3, 4)),
         errors=np.zeros((1, 2)),
     )
     start = np.stack([np.ones(n), np.zeros(n)])

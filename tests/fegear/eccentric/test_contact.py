@@ -11,7 +11,7 @@ from scipy.integrate import quad
 
 import fegear
 from fegear.contact.problem import ContactProblem, solve_cycle
-from fegear.eccentric.contact import pairs_at, share_load, solve_turn
+from fegear.eccentric.contact import pairs_at, share_load, solve_contact_cycle
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
@@ -65,7 +65,9 @@ def test_without_eccentricity_the_pair_of_a_gear_set():
     toothed = ToothedPair(EccentricPair(radius, 0.0), ALPHA, teeth)
     wheels = wheels_of(toothed, 8e-3)
     # the pair of teeth 0 is at its pitch point a quarter of a pitch early
-    found = solve_turn(toothed, *wheels, load, toothed.rack.pitch * (position - 0.25))
+    found = solve_contact_cycle(
+        toothed, *wheels, load, toothed.rack.pitch * (position - 0.25)
+    )
     error = found.driver_error * gear.base_radius
     np.testing.assert_allclose(error, expected.ste[0], rtol=1e-3)
     pressure = expected.pressure[0].max(axis=1)
@@ -91,7 +93,7 @@ def test_torque_follows_the_kinematics_at_tip_corners(ends):
     toothed = ToothedPair(EccentricPair(0.02, 0.007), ALPHA, 36)
     inside = (1 - 2 * ends) * 1e-9 * toothed.rack.pitch
     arcs = np.concatenate([toothed.contact[:9, ends] + i * inside for i in range(2)])
-    found = solve_turn(toothed, *wheels_of(toothed, 4e-3, 0.7), 2e3, arcs)
+    found = solve_contact_cycle(toothed, *wheels_of(toothed, 4e-3, 0.7), 2e3, arcs)
     expected = toothed.pair.torque_ratio(arcs / toothed.pair.radius)
     np.testing.assert_allclose(found.torque_ratio / expected, 1.0, atol=1e-3)
 
@@ -128,7 +130,7 @@ def test_mesh_refinement():
     toothed = ToothedPair(EccentricPair(0.02, 0.004), ALPHA, 20)
     arcs = toothed.rack.pitch * np.array([3.0, 3.4, 17.7])
     errors = [
-        solve_turn(toothed, *wheels_of(toothed, 4e-3, f), 2e3, arcs).error
+        solve_contact_cycle(toothed, *wheels_of(toothed, 4e-3, f), 2e3, arcs).error
         for f in (0.5, 1.0, 1.7)
     ]
     far, near = (np.abs(e / errors[-1] - 1.0).max() for e in errors[:2])
@@ -144,7 +146,7 @@ def test_transmission_error_is_continuous_at_tip_corners():
     wheels = wheels_of(toothed, 4e-3)
     for corner, inward in zip(toothed.contact[5], (1.0, -1.0), strict=True):
         arcs = corner + inward * toothed.rack.pitch * np.array([0.0, 1e-4, 1e-3, 1e-2])
-        error = solve_turn(toothed, *wheels, 2e3, arcs).error
+        error = solve_contact_cycle(toothed, *wheels, 2e3, arcs).error
         np.testing.assert_allclose(error, error[-1], rtol=0.01)
 
 

@@ -140,7 +140,7 @@ def test_a_file_cut_short_of_a_cycle_is_refused(tmp_path):
 def test_a_film_of_a_long_motion_shows_the_cycle_of_the_largest_force(tmp_path):
     """Tooth pairs with pitch errors may take thousands of cycles to repeat."""
     found = motion(tmp_path / "h.csv")
-    assert found.filmed == (0, 2)
+    assert found.film_cycles == (0, 2)
     each = ROWS // CYCLES
     cycles = 40
     rows = np.arange(cycles * each + 1)
@@ -153,7 +153,7 @@ def test_a_film_of_a_long_motion_shows_the_cycle_of_the_largest_force(tmp_path):
         loads={(0, False): load, (-1, False): 0.0 * load},
     )
     assert long.cycles == cycles
-    assert long.filmed == (23, 1)
+    assert long.film_cycles == (23, 1)
     frames = long.frames(4)
     assert [f.position for f in frames] == pytest.approx([0.0, 0.25, 0.5, 0.75])
     assert frames[0].time == pytest.approx(23 * each * found.time[1])

@@ -25,9 +25,9 @@ from fegear.cli import app, run
 from fegear.cli import study_group as groups
 from fegear.files.errors import InputError
 from fegear.files.output import strict_json
-from fegear.files.store import NOTHING, Keeping
+from fegear.files.store import NO_CHECKPOINT, CheckpointOptions
 from fegear.studies import STUDIES, load_study
-from fegear.studies.page import Grid, Page, cell
+from fegear.studies.page import Page, RowTable, cell
 from fegear.studies.running import Job as RunningJob
 from fegear.studies.running import run as run_study
 from fegear.studies.study import (
@@ -36,8 +36,8 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
+    exposed_fields,
     group_of,
-    offered,
     setting,
 )
 from fegear.studies.table import Table
@@ -62,11 +62,11 @@ class Squares(Study, command="squares", example="squares --count 3"):
             yield Task(str(sign), lambda job, sign=sign: self._squared(job, sign))
 
     def _squared(self, job: Job, sign: int) -> list[float]:
-        found = [record["square"] for record in job.kept]
+        found = [record["square"] for record in job.records]
         for number in range(len(found), self.count):
             job.report(f"squares {sign}", number, self.count)
             found.append(sign * (number + 1.0) ** self.power)
-            job.keep({"square": found[-1]}, {"last": np.array(found[-1:])})
+            job.add_record({"square": found[-1]}, {"last": np.array(found[-1:])})
         return found
 
     def gather(self, found: Mapping[str, Any]) -> SquaresResult:
@@ -93,7 +93,7 @@ class SquaresResult(StudyResult):
 
     def page(self) -> Page:
         yield f"{len(self.squares)} squares"
-        yield Grid([{"sum": sum(self.squares)}], {"sum": cell("sum")})
+        yield RowTable([{"sum": sum(self.squares)}], {"sum": cell("sum")})
 
 
 @pytest.fixture
@@ -153,17 +153,17 @@ def test_resumed_is_whole_to_the_byte(tmp_path, stop):
 
     asked = Squares(count=4)
     with pytest.raises(KeyboardInterrupt):
-        run_study(asked, Keeping(checkpoint=path), progress, workers=1)
+        run_study(asked, CheckpointOptions(checkpoint=path), progress, workers=1)
     assert path.exists() or stop == 2  # nothing may be in it then
-    later = run_study(asked, Keeping(checkpoint=path, resume=True))
+    later = run_study(asked, CheckpointOptions(checkpoint=path, resume=True))
     assert later.table.csv() == run_study(asked).table.csv()
     assert not path.exists()
     calls.clear()
     with pytest.raises(KeyboardInterrupt):
-        run_study(asked, Keeping(checkpoint=path), progress, workers=1)
+        run_study(asked, CheckpointOptions(checkpoint=path), progress, workers=1)
     if path.exists():
         with pytest.raises(InputError, match="was begun with count = '4', now '5'"):
-            run_study(Squares(), Keeping(checkpoint=path, resume=True))
+            run_study(Squares(), CheckpointOptions(checkpoint=path, resume=True))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,9 +204,9 @@ def test_parts_that_are_finished_are_not_computed_again(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_study(asked, Keeping(checkpoint=kept), progress, workers=1)
+        run_study(asked, CheckpointOptions(checkpoint=kept), progress, workers=1)
     CALLS.clear()
-    keeping = Keeping(checkpoint=kept, resume=True, tell=said.append)
+    keeping = CheckpointOptions(checkpoint=kept, resume=True, notify=said.append)
     later = run_study(asked, keeping, workers=1)
     (line,) = said
     finished = int(line.removeprefix(f"{kept}: ").partition(" powers are")[0])
@@ -239,7 +239,7 @@ def test_a_file_that_fails_leaves_what_was_computed(
     assert table.exists() == (fails == "s.png")
     assert not plot.exists()
     assert kept.exists()
-    monkeypatch.setattr(RunningJob, "keep", lambda *given: computed.append(1))
+    monkeypatch.setattr(RunningJob, "add_record", lambda *given: computed.append(1))
     resumed = toy(*words, "--resume")
     assert resumed.exit_code == 0, resumed.output
     assert not computed
@@ -251,7 +251,7 @@ def test_a_file_that_fails_leaves_what_was_computed(
 def test_what_a_caller_delivers_is_safe(tmp_path):
     """`run` of Python without files removes the checkpoint, as nothing is to come."""
     kept, seen = tmp_path / "s.partial", list[bool]()
-    keeping = Keeping(checkpoint=kept, resume=True)
+    keeping = CheckpointOptions(checkpoint=kept, resume=True)
     run_study(Squares(), keeping)
     assert not kept.exists()
 
@@ -393,7 +393,7 @@ EXAMPLES = {
 
 
 # of a run, or a difference of what agrees but for round-off
-OF_RUNS = {
+RUN_DEPENDENT_KEYS = {
     *("seconds", "peak_memory_MB", "interpolation_error", "reused"),
     *("compiled_signatures", "functions", "signatures"),  # of a cache that others use
 }
@@ -412,7 +412,7 @@ def files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def made(command: str) -> Study:
+def outputs(command: str) -> Study:
     study: Any = load_study(command)
     given = dict(EXAMPLES[command])
     kind = get_type_hints(study).get("machine")
@@ -438,7 +438,7 @@ def test_the_list_says_what_the_study_says(command):
 @pytest.mark.parametrize("command", STUDIES)
 def test_words_of_a_study_ask_for_it(command, monkeypatch):
     """From values to words and back, floats to the last bit."""
-    asked, found = made(command), []
+    asked, found = outputs(command), []
     monkeypatch.setattr(
         "fegear.studies.running.run", lambda study, *_: found.append(study)
     )
@@ -451,7 +451,7 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
 
 @pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
 def test_the_command_and_the_call_find_the_same(command, tmp_path):
-    asked = made(command)
+    asked = outputs(command)
     path = tmp_path / f"t{asked.endings[0]}"
     files = ["-o", path] if asked.output_names else []
     values = json.loads(printed(*asked.words, "--json", *files))
@@ -478,7 +478,7 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
 def of_runs_left_out(values: Any) -> Any:
     """Values without those that differ from run to run, at any depth."""
     if isinstance(values, dict):
-        left = values.keys() - OF_RUNS
+        left = values.keys() - RUN_DEPENDENT_KEYS
         return {key: of_runs_left_out(values[key]) for key in left}
     return [of_runs_left_out(v) for v in values] if isinstance(values, list) else values
 
@@ -498,7 +498,9 @@ class Interrupted:
             raise KeyboardInterrupt
 
 
-def interrupted(asked: Study, at: int, keeping: Keeping = NOTHING) -> Any:
+def interrupted(
+    asked: Study, at: int, keeping: CheckpointOptions = NO_CHECKPOINT
+) -> Any:
     """The result after Ctrl-C at a call of the progress, None where there is none."""
     with suppress(KeyboardInterrupt):
         return run_study(asked, keeping, Interrupted(at), workers=1)
@@ -522,16 +524,16 @@ def contents(path: Path) -> Mapping[str, bytes]:
 @pytest.mark.parametrize("command", RESUMING)
 def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
     """Interrupted at a third and at two thirds of its way, then resumed."""
-    asked, count = made(command), Interrupted()
+    asked, count = outputs(command), Interrupted()
     path = tmp_path / f"t{asked.endings[0]}"
     whole = content(run_study(asked, progress=count, workers=1), path)
     kept = tmp_path / "t.partial"
     for part in (1, 2):
-        keeping = Keeping(checkpoint=kept, resume=kept.exists())
+        keeping = CheckpointOptions(checkpoint=kept, resume=kept.exists())
         found = interrupted(asked, 1 + part * count.calls // 3, keeping)
         assert kept.exists() or found is None or found.complete
     assert kept.exists() or (found is not None and found.complete)
-    later = run_study(asked, Keeping(checkpoint=kept, resume=kept.exists()))
+    later = run_study(asked, CheckpointOptions(checkpoint=kept, resume=kept.exists()))
     assert later.complete
     assert not kept.exists()
     assert content(later, path) == whole
@@ -540,7 +542,7 @@ def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("command", STUDIES)
 def test_ctrl_c_leaves_no_result_or_one_that_is_not_complete(command, tmp_path):
-    asked = made(command)
+    asked = outputs(command)
     path = tmp_path / f"t{asked.endings[0]}"
     assert interrupted(asked, 1) is None
     for at in (2, 3):
@@ -551,7 +553,7 @@ def test_ctrl_c_leaves_no_result_or_one_that_is_not_complete(command, tmp_path):
 
 @pytest.mark.parametrize("command", STUDIES)
 def test_defaults_are_within_their_ranges(command):
-    for each in offered(group_of(load_study(command))):
+    for each in exposed_fields(group_of(load_study(command))):
         allowed, default = getattr(each.declared, "allowed", None), each.field.default
         if allowed and default not in (None, (), MISSING):
             assert each.declared.place or default in allowed

@@ -17,7 +17,7 @@ from lumped import (
     Train,
     analytic_excitation,
 )
-from lumped.branches.motions import OverSpeed
+from lumped.branches.motions import SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import constant, from_samples
@@ -74,7 +74,7 @@ def test_instability_is_that_of_meissners_equation(variation, damping):
     around = 1.7 * NATURAL, 2.0 * NATURAL, 2.3 * NATURAL
     exact = [brentq(beyond, *ends, xtol=1e-9) for ends in pairwise(around)]
     settings = BranchSettings(harmonics=20, period_multiple=1)
-    finder = BranchFinder(OverSpeed(system), (around[0], around[2]), settings)
+    finder = BranchFinder(SpeedFamily(system), (around[0], around[2]), settings)
     finder.from_rest(around[0])
     (branch,) = finder.found
     assert [point.kind for point in branch.bifurcations] == ["period doubling"] * 2
@@ -106,7 +106,7 @@ def test_one_harmonic_is_the_describing_function_of_clearance():
     system = pair(excitation, damping, CLEARANCE)
     limits = 0.6 * NATURAL, 1.2 * NATURAL
     settings = BranchSettings(harmonics=1, period_multiple=1)
-    finder = BranchFinder(OverSpeed(system), limits, settings)
+    finder = BranchFinder(SpeedFamily(system), limits, settings)
     finder.find(limits[0])
     opened = struck = 0
     for branch in finder.found:

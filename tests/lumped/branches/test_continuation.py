@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lumped.continuation.arc_length import Branch, NoSolution, Steps
+from lumped.continuation.arc_length import Continuation, NoSolution, StepControl
 
 
 class Circle:
@@ -34,7 +34,7 @@ class Wall:
 
 
 def branch_of(problem, **steps):
-    return Branch(problem, Steps(size=1.0, unit=1.0, **steps))
+    return Continuation(problem, StepControl(size=1.0, unit=1.0, **steps))
 
 
 def test_a_circle_closes():

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lumped.continuation.arc_length import Branch, Steps
+from lumped.continuation.arc_length import Continuation, StepControl
 
 DAMPING, CUBIC, FORCE = 0.05, 1.0, 0.1
 
@@ -47,7 +47,7 @@ def speeds(amplitude):
 
 @pytest.fixture(scope="module")
 def followed():
-    branch = Branch(Duffing(), Steps(size=0.5, unit=1.0))
+    branch = Continuation(Duffing(), StepControl(size=0.5, unit=1.0))
     start = branch.at(np.array([FORCE, 0.0]), 0.3)
     return branch, branch.follow(start, (0.3, 3.0))
 

@@ -9,9 +9,9 @@ import pytest
 
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.location import root
-from lumped.branches.motions import OverFigure, OverSpeed
+from lumped.branches.motions import ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
-from lumped.branches.plain import plain_branch, read_branch
+from lumped.branches.serialization import branch_from_dict, branch_to_dict
 from lumped.branches.shooting import shoot
 from lumped.continuation.arc_length import NoSolution
 from lumped.continuation.bifurcations import DOUBLING, FOLD
@@ -33,7 +33,7 @@ def train(system):
 def bifurcations(train, harmonics, limits=LIMITS, **others):
     """With the branch of each."""
     settings = BranchSettings(harmonics=harmonics, sweep_points=2, **others)
-    finder = BranchFinder(OverSpeed(train), limits, settings)
+    finder = BranchFinder(SpeedFamily(train), limits, settings)
     finder.find(limits[0])
     return [(each, point) for each in finder.found for point in each.bifurcations]
 
@@ -50,9 +50,9 @@ def test_places_are_those_of_many_harmonics(train, few):
     assert [point.kind for _, point in few] == [point.kind for _, point in many]
     missed = []
     for (_, point), (_, exact) in zip(few, many, strict=True):
-        assert point.place == pytest.approx(exact.place, rel=1e-7)
+        assert point.place == pytest.approx(exact.best_parameter, rel=1e-7)
         assert point.place == pytest.approx(exact.parameter, rel=1e-6)
-        missed.append(abs(point.parameter / exact.place - 1.0))
+        missed.append(abs(point.parameter / exact.best_parameter - 1.0))
     assert max(missed) > 5e-5
 
 
@@ -92,15 +92,15 @@ def test_true_contact_alone_is_located(train):
     smooth = bifurcations(train, FEW, (3000.0, 3100.0), steepness=1e8)
     assert smooth
     for _, point in smooth:
-        assert math.isnan(point.located)
-        assert point.place == point.parameter
+        assert math.isnan(point.refined_parameter)
+        assert point.best_parameter == point.parameter
 
 
 def test_kept_branches_have_their_places(few):
     branch, _ = few[0]
-    again = read_branch(plain_branch(branch))
+    again = branch_from_dict(branch_to_dict(branch))
     places = [point.located for point in branch.points]
-    np.testing.assert_array_equal([p.located for p in again.points], places)
+    np.testing.assert_array_equal([p.refined_parameter for p in again.points], places)
 
 
 def test_folds_are_located(train):
@@ -108,7 +108,7 @@ def test_folds_are_located(train):
     folds = [point for _, point in found if point.kind == FOLD]
     assert folds
     for point in folds:
-        assert point.located == pytest.approx(point.parameter, rel=1e-3)
+        assert point.refined_parameter == pytest.approx(point.parameter, rel=1e-3)
 
 
 def test_a_root_by_secants():
@@ -124,9 +124,9 @@ def test_over_a_figure(system):
     def at(value):
         return system(variation=value)
 
-    family = OverFigure("variation", at, 3200.0, (0.05, 0.3))
+    family = ParameterFamily("variation", at, 3200.0, (0.05, 0.3))
     settings = BranchSettings(harmonics=FEW, sweep_points=2, period_multiple=1)
     finder = BranchFinder(family, family.limits, settings)
     finder.find(0.05)
     (point,) = [p for p in finder.found[0].bifurcations if p.kind == DOUBLING]
-    assert point.located == pytest.approx(point.parameter, rel=1e-8)
+    assert point.refined_parameter == pytest.approx(point.parameter, rel=1e-8)

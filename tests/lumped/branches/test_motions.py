@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lumped import respond
-from lumped.branches.motions import Motions, OverFigure, OverSpeed
+from lumped.branches.motions import ParameterFamily, PeriodicProblem, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.steady.settings import Settings
 
@@ -24,7 +24,7 @@ def damped(system, idler):
 
 @pytest.fixture(scope="module")
 def found(damped):
-    family = OverFigure("damping_ratio", damped, SPEED, LIMITS)
+    family = ParameterFamily("damping_ratio", damped, SPEED, LIMITS)
     finder = BranchFinder(family, LIMITS, SETTINGS)
     finder.find(LIMITS[1])
     return finder.found
@@ -40,7 +40,7 @@ def test_folds_over_damping_are_folds_over_speed(damped, found):
     assert len(folds) >= 2
     for fold in folds[:2]:
         finder = BranchFinder(
-            OverSpeed(damped(fold.parameter)), (SPEED - 60.0, SPEED + 60.0), SETTINGS
+            SpeedFamily(damped(fold.parameter)), (SPEED - 60.0, SPEED + 60.0), SETTINGS
         )
         finder.from_rest(SPEED + 60.0)
         finder.from_sweeps()
@@ -55,7 +55,7 @@ def test_motions_are_those_of_integration(damped, found):
             if point.largest > 0.9:  # next to a fold another motion is near
                 continue
             system = damped(point.parameter)
-            motions = Motions(OverSpeed(system), HARMONICS, branch.multiple)
+            motions = PeriodicProblem(SpeedFamily(system), HARMONICS, branch.multiple)
             start = motions.at(SPEED)[0].state(point.x, SPEED)
             settled = respond(system, SPEED, Settings(steps=256), start)
             np.testing.assert_allclose(
@@ -80,7 +80,7 @@ def test_nothing_is_asked_for_beyond_the_limits(damped):
         asked.append(ratio)
         return damped(ratio)
 
-    family = OverFigure("damping_ratio", system_of, 2000.0, LIMITS)
+    family = ParameterFamily("damping_ratio", system_of, 2000.0, LIMITS)
     finder = BranchFinder(family, LIMITS, SETTINGS)
     finder.from_rest(LIMITS[0])
     assert finder.found[0].points[-1].parameter == LIMITS[1]
@@ -88,8 +88,8 @@ def test_nothing_is_asked_for_beyond_the_limits(damped):
 
 
 def test_a_change_of_the_figure_is_its_derivative(damped):
-    family = OverFigure("damping_ratio", damped, SPEED, LIMITS)
-    motions = Motions(family, HARMONICS)
+    family = ParameterFamily("damping_ratio", damped, SPEED, LIMITS)
+    motions = PeriodicProblem(family, HARMONICS)
     x = motions.at(0.05)[0].static
     x = x + 1e-6 * np.random.default_rng(3).standard_normal(x.size)
     _, _, change = motions.equations(x, 0.05)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import pytest
 
-from lumped.branches.motions import OverSpeed
+from lumped.branches.motions import SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
 
 # in the order of the branch [Hz]
@@ -40,7 +40,7 @@ def train(system, idler):
 
 
 def branches(train, low, high, **settings):
-    finder = BranchFinder(OverSpeed(train), (low, high), BranchSettings(**settings))
+    finder = BranchFinder(SpeedFamily(train), (low, high), BranchSettings(**settings))
     finder.from_rest(low)
     finder.doublings()
     return finder.found

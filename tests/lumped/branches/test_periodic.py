@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lumped.branches.balance import HarmonicBalance
-from lumped.branches.motions import OverSpeed
+from lumped.branches.motions import SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.steady.jumps import find_jumps
 from lumped.steady.settings import Settings
@@ -27,7 +27,9 @@ def train(system):
 
 @pytest.fixture(scope="module")
 def found(train):
-    finder = BranchFinder(OverSpeed(train), LIMITS, BranchSettings(harmonics=HARMONICS))
+    finder = BranchFinder(
+        SpeedFamily(train), LIMITS, BranchSettings(harmonics=HARMONICS)
+    )
     finder.find(LIMITS[0])
     return finder.found
 

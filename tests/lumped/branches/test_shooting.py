@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lumped.branches.balance import HarmonicBalance
-from lumped.branches.motions import OverSpeed
+from lumped.branches.motions import SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.branches.shooting import shoot
 from lumped.continuation.arc_length import NoSolution
@@ -21,7 +21,7 @@ def train(system):
 
 def branches(train, harmonics, limits=FUNDAMENTAL):
     settings = BranchSettings(harmonics=harmonics)
-    finder = BranchFinder(OverSpeed(train), limits, settings)
+    finder = BranchFinder(SpeedFamily(train), limits, settings)
     finder.find(limits[0])
     return finder.found
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from loose_wheels import SINE, freedom, helical, spur
 
-from lumped.clatter.groups import Group
+from lumped.clatter.groups import WheelGroup
 from lumped.clatter.kernels.arrays import work_for
 from lumped.clatter.kernels.contact import TERMS
-from lumped.clatter.kernels.impact import complement, impact
+from lumped.clatter.kernels.impact import impact, solve_lcp
 
 
 def enumerated(g, b):
@@ -30,7 +30,7 @@ def enumerated(g, b):
 def solved(g, b):
     n = len(b)
     z, basis = np.zeros(n), np.zeros(n, np.int64)
-    assert complement(g, b, z, basis, n, np.zeros((n, n + 1)))
+    assert solve_lcp(g, b, z, basis, n, np.zeros((n, n + 1)))
     return z
 
 
@@ -60,7 +60,7 @@ CLOSING = [(0, -1), (1, -1), (2, -1)]
 
 
 def test_no_order_of_contacts_matters():
-    group = Group((helical(0.6),), SINE)
+    group = WheelGroup((helical(0.6),), SINE)
     first, _ = struck(group, SPEEDS, CLOSING)
     for order in itertools.permutations(CLOSING):
         after, _ = struck(group, SPEEDS, order)
@@ -70,7 +70,7 @@ def test_no_order_of_contacts_matters():
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_impacts_of_several_plays_follow_equation_6(count):
     """q+ = [E - M^-1 Z0' (Z0 M^-1 Z0')^-1 (Z0 + Z1)] q- - M^-1 Z0' (...)^-1 Z2."""
-    group, e_rate = Group((helical(0.6),), SINE), 1e-3
+    group, e_rate = WheelGroup((helical(0.6),), SINE), 1e-3
     contacts = CLOSING[:count]
     after, impulses = struck(group, SPEEDS, contacts, e_rate)
     assert np.all(impulses > 0.0)
@@ -86,7 +86,7 @@ def test_impacts_of_several_plays_follow_equation_6(count):
 
 def test_an_impact_of_teeth_follows_equation_3():
     wheel = helical(0.6)
-    group, e_rate = Group((wheel,), SINE), 2e-3
+    group, e_rate = WheelGroup((wheel,), SINE), 2e-3
     v = np.array([0.001, -0.001, 0.002])
     w = np.array(
         [
@@ -108,7 +108,7 @@ def test_a_mesh_of_loose_wheels_keeps_their_momentum():
     sides = {"axial": freedom(1e-4, 0.5), "radial": freedom(5e-5, 0.5)}
     first = spur(0.6, ratio=1.3, mass=2.0, helix_angle=0.1, **sides)
     second = helical(0.6, name="second", driver="spur", ratio=0.8, mass=0.7)
-    group = Group((first, second), SINE)
+    group = WheelGroup((first, second), SINE)
     v = np.array([1.0, 0.02, -0.03, -2.0, 0.01, 0.04])
     rate = float(group.rows[3] @ v)
     after, impulses = struck(group, v, [(3, 1 if rate > 0.0 else -1)])
@@ -124,7 +124,7 @@ def test_a_mesh_of_loose_wheels_keeps_their_momentum():
 def test_no_impact_adds_energy(own):
     teeth, axial, radial = own
     wheel = helical(teeth, axial=freedom(1e-4, axial), radial=freedom(5e-5, radial))
-    group = Group((wheel,), SINE)
+    group = WheelGroup((wheel,), SINE)
     random = np.random.default_rng(1)
     for _ in range(200):
         v = random.normal(size=3) * np.array([25.0, 1.0, 1.0])

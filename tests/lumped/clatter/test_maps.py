@@ -10,9 +10,9 @@ import pytest
 from loose_wheels import SINE, freedom, spur
 
 from lumped.clatter.gearbox import Harmonics
-from lumped.clatter.groups import Group
+from lumped.clatter.groups import WheelGroup
 from lumped.clatter.maps import follow_map, map_exponent
-from lumped.clatter.runs import middle, move
+from lumped.clatter.runs import centred_state, simulate
 
 # R = m = Theta = 1, equal dampings and a radial play that is never used up
 UNIT = spur(
@@ -27,11 +27,11 @@ UNIT = spur(
 
 @pytest.mark.parametrize("wheel", [UNIT, spur(), spur(0.7, -0.02, 0.0)])
 def test_the_implicit_map_is_the_event_system(wheel):
-    group = Group((wheel,), SINE)
-    state = middle(group)
+    group = WheelGroup((wheel,), SINE)
+    state = centred_state(group)
     # chaos drives them apart in many impacts: the map starts from each event anew
     compared, last, start = 0, None, None
-    for part in move(group, state, 2.0, most=0):
+    for part in simulate(group, state, 2.0, most=0):
         if start is not None and len(part) == 1 and part.speed[0] > 1e-5:
             mapped = follow_map(group, "implicit", start, int(last.edge[0]), 1)
             for name in ("time", "edge", "speed", "impulse"):
@@ -49,8 +49,8 @@ def test_the_fermi_map_is_where_the_implicit_one_leads():
     wheel = replace(wheel, rotation=replace(wheel.rotation, play=1e-2))
     errors = []
     for size in (1e-5, 1e-6):
-        group = Group((wheel,), Harmonics(1.0, (size,), (0.2,)))
-        state = middle(group)
+        group = WheelGroup((wheel,), Harmonics(1.0, (size,), (0.2,)))
+        state = centred_state(group)
         state.q[0] = (group.excitation.at(np.zeros(1))[0]) / wheel.base_radius
         state.v[0] = 0.5 / wheel.base_radius  # from the upper edge to the lower one
         few = 5
@@ -65,9 +65,9 @@ def test_the_fermi_map_is_where_the_implicit_one_leads():
 
 def test_the_exponent_of_the_fermi_map_is_that_of_its_derivative():
     """Tangents of t' = t + d / |J|, J' = -eps J + (1 + eps) e'(t') in plain Python."""
-    group = Group((spur(0.9, 0.0, 0.0, ratio=1.0),), SINE)
-    state = middle(group)
-    first = next(iter(move(group, state, 1.0, most=0)))
+    group = WheelGroup((spur(0.9, 0.0, 0.0, ratio=1.0),), SINE)
+    state = centred_state(group)
+    first = next(iter(simulate(group, state, 1.0, most=0)))
     found = map_exponent(group, "fermi", state, int(first.edge[0]), 4000)
     turn, size, phase, count = 2.0 * math.pi / 0.04, 0.15e-3, 0.3, 40_000
     t, j = state.time * 0.04, 0.04 * state.v[0] / 0.04
@@ -87,9 +87,9 @@ def test_the_exponent_of_the_fermi_map_is_that_of_its_derivative():
 
 
 def test_a_map_ends_where_the_wheel_rests():
-    group = Group((spur(0.3, -0.5),), SINE)
-    state = middle(group)
-    first = next(iter(move(group, state, 1.0, most=0)))
+    group = WheelGroup((spur(0.3, -0.5),), SINE)
+    state = centred_state(group)
+    first = next(iter(simulate(group, state, 1.0, most=0)))
     found = follow_map(group, "implicit", state, int(first.edge[0]), 10_000)
     assert 3 < len(found) < 1000
     assert found.speed.min() * SINE.period > group.box.rest

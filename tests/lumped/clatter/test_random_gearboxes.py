@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lumped.clatter.gearbox import Freedom, Gearbox, Harmonics, Variation, Wheel
-from lumped.clatter.groups import Group
-from lumped.clatter.runs import move, scattered
+from lumped.clatter.gearbox import Freedom, Gearbox, Harmonics, LooseWheel, Variation
+from lumped.clatter.groups import WheelGroup
+from lumped.clatter.runs import random_state, simulate
 
 
-def random_wheel(random: np.random.Generator, number: int) -> Wheel:
+def random_wheel(random: np.random.Generator, number: int) -> LooseWheel:
     """A loose wheel, driven by the input or by one before it."""
 
     def size(low: float, high: float) -> float:
@@ -28,7 +28,7 @@ def random_wheel(random: np.random.Generator, number: int) -> Wheel:
     driver = str(random.integers(0, number)) if random.random() < 0.7 * number else None
     turning, part = freedom(inertia, 0.1), float(random.choice([0.0, 0.3, -0.9]))
     waves = Variation(part * turning.play, number + 1, size(-1, 1))
-    return Wheel(
+    return LooseWheel(
         name=str(number),
         inertia=inertia,
         mass=mass,
@@ -51,10 +51,10 @@ def test_no_random_wheel_leaves_its_plays(seed):
     excitation = Harmonics(0.04, sizes, tuple(random.uniform(0.0, 6.0, waves)))
     wheels = tuple(random_wheel(random, k) for k in range(4))
     for own in Gearbox(excitation, wheels).groups:
-        group = Group(own, excitation)
-        state, count = scattered(group, seed), 0
+        group = WheelGroup(own, excitation)
+        state, count = random_state(group, seed), 0
         for time in np.arange(0.0133, 2.0, 0.0133):
-            for part in move(group, state, time, most=10_000):
+            for part in simulate(group, state, time, most=10_000):
                 count += len(part)
                 if count > 50_000:
                     break
@@ -83,7 +83,7 @@ def test_constant_drags_bring_every_wheel_to_rest(seed):
         )
 
     wheels = tuple(
-        Wheel(
+        LooseWheel(
             name=str(number),
             inertia=float(10.0 ** random.uniform(-4.0, -2.0)),
             mass=float(10.0 ** random.uniform(-2.0, 1.0)),
@@ -96,9 +96,9 @@ def test_constant_drags_bring_every_wheel_to_rest(seed):
         )
         for number in range(2)
     )
-    group = Group(wheels, still)
-    state, count = scattered(group, seed), 0
-    for part in move(group, state, 400.0):
+    group = WheelGroup(wheels, still)
+    state, count = random_state(group, seed), 0
+    for part in simulate(group, state, 400.0):
         count += len(part)
         assert count < 200_000
     assert np.all(state.held != 0)

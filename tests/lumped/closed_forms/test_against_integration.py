@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lumped import Settings, respond_with_history, sweep
-from lumped.branches.motions import OverSpeed
+from lumped.branches.motions import SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.closed_forms import (
     contact_loss_amplitude,
@@ -140,7 +140,7 @@ def test_a_subharmonic_grows_inside_of_its_interval_only(chapter_3):
 def unstable_by_balance(system, near, scale):
     """Frequencies and RMS of mesh 2 on the branch by harmonic balance, (n,) each."""
     ends = near.at * (1.0 - 0.35 * scale), near.at * (1.0 + 0.25 * scale)
-    family = OverSpeed(system, unit=0.2 * scale * near.at)
+    family = SpeedFamily(system, unit=0.2 * scale * near.at)
     finder = BranchFinder(family, ends, BranchSettings(harmonics=12))
     finder.from_rest(ends[1])
     points = [point for branch in finder.found for point in branch.points]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from lumped.rattle.arcs import arcs_of, history_of, linearised
-from lumped.rattle.departures import follow
 from lumped.rattle.machine import Machine
+from lumped.rattle.return_map import follow
 
 MACHINES = {
     "impacts": {},

@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 
 from lumped.figures.rattle import color_of_motion, colors_of, draw_basins
-from lumped.rattle.attractors import Attractor, sort_departures
+from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.basins import (
-    Basins,
-    Grid,
+    BasinMap,
+    InitialGrid,
     basins_of,
     settle_grid,
     settle_tile,
 )
-from lumped.rattle.departures import settle_departures, settling_returns
 from lumped.rattle.kernels.settle import CHANGING
 from lumped.rattle.machine import TURN, Machine
-from lumped.rattle.orbits import usual_speed
+from lumped.rattle.orbits import default_speed
+from lumped.rattle.return_map import iterate_map_points, settling_returns
 
-GRID = Grid(side=60, velocity=(0.0, 7.0))
+GRID = InitialGrid(side=60, velocity=(0.0, 7.0))
 
 
 def machine(damping=0.6, eccentricity=0.1, stiffness=math.inf):
@@ -63,9 +63,9 @@ def test_motions_that_are_printed_are_there(damping, eccentricity, names):
 def test_early_ends_change_nothing(figures):
     """Cells that fade away never leave; those of an orbit stay on it."""
     which, (first, last) = machine(*figures), (0, GRID.cells)
-    departures = GRID.departures(first, last)
-    early = settle_departures(which, departures, 1499)
-    whole = settle_departures(which, departures, 1499, early=False)
+    departures = GRID.initial_conditions(first, last)
+    early = iterate_map_points(which, departures, 1499)
+    whole = iterate_map_points(which, departures, 1499, early=False)
     np.testing.assert_array_equal(early.period, whole.period)
     np.testing.assert_array_equal(early.returns, whole.returns)
     one, two = (basins_of(which, GRID, 1499, s) for s in (early, whole))
@@ -74,9 +74,9 @@ def test_early_ends_change_nothing(figures):
 
 def test_cells_beside_each_other_do_not_change_each_other():
     which = machine(0.6, 0.1)
-    departures = GRID.departures(0, 300)
-    settled = settle_departures(which, departures, 300)
-    alone = [settle_departures(which, each[None], 300) for each in departures]
+    departures = GRID.initial_conditions(0, 300)
+    settled = iterate_map_points(which, departures, 300)
+    alone = [iterate_map_points(which, each[None], 300) for each in departures]
     for one, parts in zip(settled, zip(*alone, strict=True), strict=True):
         np.testing.assert_array_equal(one, np.concatenate(parts))
 
@@ -126,7 +126,7 @@ def parts_by_brute_force(count):
     random = np.random.default_rng(7)
     starts = random.uniform((0.0, 0.0), (1.0, 7.0), (count, 2))
     quiet = 1.0 - float(np.mean(brute_force(which, starts)))
-    cells = found(which, Grid(side=200, velocity=(0.0, 7.0))).fractions[0]
+    cells = found(which, InitialGrid(side=200, velocity=(0.0, 7.0))).fractions[0]
     return quiet, cells, math.sqrt(cells * (1.0 - cells) / count)
 
 
@@ -170,13 +170,13 @@ def test_tiles_are_in_the_order_of_the_cells(monkeypatch):
 
 def test_entropy_is_that_of_the_mixture():
     assert found(machine(0.7)).entropy == 0.0
-    assert found(machine(0.5), Grid(side=100, velocity=(0.0, 7.0))).entropy > 0.3
+    assert found(machine(0.5), InitialGrid(side=100, velocity=(0.0, 7.0))).entropy > 0.3
 
 
 @pytest.mark.parametrize("velocity", [(-1.0, 2.0), (3.0, 3.0), (0.0, math.inf)])
 def test_a_grid_of_no_speeds_is_refused(velocity):
     with pytest.raises(ValueError, match="velocity must rise from 0 or more"):
-        Grid(side=10, velocity=velocity)
+        InitialGrid(side=10, velocity=velocity)
 
 
 def processor_time(which, cells, iterations):
@@ -186,7 +186,7 @@ def processor_time(which, cells, iterations):
     times = []
     for _ in range(3):
         begin = time.thread_time()
-        settle_departures(which, starts, iterations)
+        iterate_map_points(which, starts, iterations)
         times.append(time.thread_time() - begin)
     return min(times)
 
@@ -201,7 +201,7 @@ def test_time_grows_with_cells_and_iterations():
 def test_memory_is_that_of_the_picture():
     """And not that of the trajectories."""
     which, peaks = machine(0.6), []
-    grid = Grid(side=100, velocity=(0.0, 7.0))
+    grid = InitialGrid(side=100, velocity=(0.0, 7.0))
     for iterations in (100, 800):
         tracemalloc.start()
         settle_grid(which, grid, iterations)
@@ -215,12 +215,14 @@ def test_runs_on_their_way_are_not_chaotic_by_where_they_depart():
     """They settle to orbits in ten times as many returns, beside one that is chaotic;
     the orbits attract at half the damping."""
     which = Machine(damping=0.01, eccentricity=0.002, half_backlash=0.012)
-    departures = Grid(side=7, velocity=(0.0, usual_speed(which))).departures(0, 49)
+    departures = InitialGrid(
+        side=7, velocity=(0.0, default_speed(which))
+    ).initial_conditions(0, 49)
     iterations = settling_returns(which)
-    settled = settle_departures(which, departures, iterations)
-    later = settle_departures(which, departures, 10 * iterations)
+    settled = iterate_map_points(which, departures, iterations)
+    later = iterate_map_points(which, departures, 10 * iterations)
     assert (settled.period == CHANGING).sum() > 40
-    attractors, number, _ = sort_departures(which, iterations, settled)
+    attractors, number, _ = classify_attractors(which, iterations, settled)
     chaotic = [i for i, each in enumerate(attractors) if each.exponent > 0.0]
     assert len(chaotic) == 1
     assert (later.period[np.isin(number, chaotic)] == CHANGING).all()
@@ -233,11 +235,11 @@ def test_runs_on_their_way_are_not_chaotic_by_where_they_depart():
 def test_motions_that_are_named_in_a_picture_have_colors_that_differ():
     """Large basins those of their itinerary; the least of many share one."""
     names = [f"P({m},{n},0)" for m in range(1, 5) for n in range(1, 5)]
-    attractors = [Attractor(name, 1, (0.1, 1.0), -1.0) for name in names]
+    attractors = [RattleAttractor(name, 1, (0.1, 1.0), -1.0) for name in names]
     cells = np.repeat(np.arange(16), np.arange(32, 0, -2))
     number = np.resize(cells, (16, 16))
-    grid = Grid(side=16, velocity=(0.0, 1.0))
-    basins = Basins(machine(), grid, 100, tuple(attractors), number, number)
+    grid = InitialGrid(side=16, velocity=(0.0, 1.0))
+    basins = BasinMap(machine(), grid, 100, tuple(attractors), number, number)
     colors = np.array(colors_of(basins))
     assert tuple(colors[0]) == color_of_motion("P(1,1,0)")
     assert (colors[12:] == colors[12]).all()

@@ -10,15 +10,15 @@ import pytest
 from lumped.continuation.bifurcations import DOUBLING, FOLD
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.branches import GRAZING, OrbitFinder, orbits_at
-from lumped.rattle.departures import apart, follow
 from lumped.rattle.machine import Machine
-from lumped.rattle.orbits import find_orbits, usual_speed
+from lumped.rattle.orbits import default_speed, find_orbits
 from lumped.rattle.periodic import (
-    least_eccentricity,
+    min_eccentricity,
     simple_rattle,
     two_sided_rattle,
 )
-from lumped.rattle.quiet import quiet_motion
+from lumped.rattle.permanent_contact import quiet_motion
+from lumped.rattle.return_map import distance, follow
 
 SPEEDS = 0.0, 7.0
 SCALED = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
@@ -72,7 +72,7 @@ def test_printed_bifurcations_over_eccentricity(over_eccentricity):
     (doubles,) = points(over_eccentricity, "P(1,1,1)", DOUBLING)
     assert doubles == pytest.approx(0.076, abs=5e-4)
     (born,) = points(over_eccentricity, "P(1,1,0)", FOLD)
-    assert born == pytest.approx(least_eccentricity(SCALED), rel=1e-9)
+    assert born == pytest.approx(min_eccentricity(SCALED), rel=1e-9)
     (born,) = points(over_eccentricity, "P(1,1,1)", FOLD)
     for value, count in ((born - 1e-7, 0), (born + 1e-7, 2)):
         machine = replace(SCALED, eccentricity=value)
@@ -96,7 +96,7 @@ def test_every_orbit_is_a_fixed_point_of_the_return_map(over_damping):
             machine = replace(SCALED, damping=point.parameter)
             count = len(point.departures)
             path = follow(machine, point.departures[0], count + 1)
-            assert apart(path[0], path[-1]) < 1e-6 * max(1.0, point.largest)
+            assert distance(path[0], path[-1]) < 1e-6 * max(1.0, point.largest)
             assert path[:-1, 2].sum() == branch.itinerary.lower
 
 
@@ -106,7 +106,7 @@ def test_a_doubled_motion_settles_where_it_is_stable(over_damping):
     assert orbit.stable
     machine = replace(SCALED, damping=0.585)
     path = follow(machine, np.add(orbit.departures[0], 1e-4), 401)
-    gap = min(apart(path[-1], each) for each in orbit.departures)
+    gap = min(distance(path[-1], each) for each in orbit.departures)
     assert gap < 1e-9
     assert branch.origin.startswith("period doubling of branch ")
 
@@ -135,7 +135,7 @@ def test_any_figure_of_the_machine_can_vary(figure, limits, changes):
         for point in branch.points[1:-1:3]:
             there = replace(machine, **{figure: point.parameter})
             path = follow(there, point.departures[0], 2)
-            assert apart(path[0], path[-1]) < 1e-6
+            assert distance(path[0], path[-1]) < 1e-6
 
 
 def test_a_branch_that_comes_back_to_a_limit_turns_once():
@@ -177,7 +177,7 @@ def test_branches_that_nearly_cross_are_not_mixed_up():
     )
     finder = OrbitFinder(pump, "eccentricity", (0.0, 2e-3), 0)
     there = replace(pump, eccentricity=5.5e-4)
-    for orbit in find_orbits(there, 1, (0.0, usual_speed(there))):
+    for orbit in find_orbits(there, 1, (0.0, default_speed(there))):
         if orbit.name == "P(1,1,1)":
             finder.from_departure(orbit.itinerary, orbit.departures[0], 5.5e-4)
     assert len(finder.found) == 2

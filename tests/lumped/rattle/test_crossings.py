@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from lumped.rattle.arcs import arcs_of
-from lumped.rattle.departures import follow
 from lumped.rattle.machine import Machine
-from validation.oracles.rattle_arcs import least_clearances
+from lumped.rattle.return_map import follow
+from validation.oracles.rattle_arcs import min_clearances
 
 FIGURES = {"damping": 0.6, "eccentricity": 0.1, "half_backlash": 0.6}
 KINDS = {
@@ -41,7 +41,7 @@ def misses(name: str, count: int, seed: int = 1) -> tuple[int, float, float]:
         starts = random.uniform((0.0, 0.0), (1.0, fastest), (share, 2))
         found = [arcs_of(machine, follow(machine, start, 2)) for start in starts]
         arcs = np.concatenate(found)
-        clearance, ends = least_clearances(figures, arcs, SAMPLES)
+        clearance, ends = min_clearances(figures, arcs, SAMPLES)
         total += len(arcs)
         deepest = max(deepest, float(-clearance.min()) / figures["half_backlash"])
         farthest = max(farthest, float(ends.max()) / figures["half_backlash"])
@@ -63,7 +63,7 @@ def test_a_meeting_that_is_missed_would_be_seen():
     arcs = arcs_of(machine, follow(machine, (0.3, 6.5), 2))
     assert len(arcs) == 2
     arcs[0, 2] = arcs[1, 2]
-    clearance, _ = least_clearances(FIGURES, arcs[:1], SAMPLES)
+    clearance, _ = min_clearances(FIGURES, arcs[:1], SAMPLES)
     assert clearance[0] < -0.1
 
 

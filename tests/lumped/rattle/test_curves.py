@@ -11,10 +11,10 @@ from lumped.continuation.bifurcations import DOUBLING, FOLD
 from lumped.rattle.arcs import arcs_of, linearised
 from lumped.rattle.branches import GRAZING, OrbitFinder
 from lumped.rattle.curves import GRAZING_FOLD, curve_of, is_on
-from lumped.rattle.departures import apart, follow
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import find_orbits
-from lumped.rattle.periodic import least_eccentricity, simple_rattle, two_sided_rattle
+from lumped.rattle.periodic import min_eccentricity, simple_rattle, two_sided_rattle
+from lumped.rattle.return_map import distance, follow
 
 LIMITS = (0.5, 0.8), (0.02, 0.2)
 
@@ -43,9 +43,7 @@ def test_the_fold_of_simple_rattle_is_the_closed_form(curves):
     curve = curves["P(1,1,0)", FOLD]
     assert len(curve.points) > 20
     for point in curve.points:
-        assert point.second == pytest.approx(
-            least_eccentricity(scaled(point)), rel=1e-8
-        )
+        assert point.second == pytest.approx(min_eccentricity(scaled(point)), rel=1e-8)
 
 
 def test_folds_end_in_grazes_where_constructed_motions_do(curves):
@@ -81,7 +79,7 @@ def test_constructed_motions_pass_through_minus_one_on_the_doubling(curves):
             machine = replace(scaled(point), eccentricity=factor * point.second)
             near = min(
                 two_sided_rattle(machine),
-                key=lambda each: apart((each.time, each.velocity), point.departure),
+                key=lambda each: distance((each.time, each.velocity), point.departure),
             )
             path = follow(machine, (near.time, near.velocity), 2)
             multipliers = np.linalg.eigvals(linearised(machine, arcs_of(machine, path)))

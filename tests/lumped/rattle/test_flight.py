@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lumped.rattle.attractors import Naming
-from lumped.rattle.departures import follow, settle_departures
-from lumped.rattle.kernels.flight import REST, returned
-from lumped.rattle.kernels.settle import CHANGING, QUIET, UNKNOWN
+from lumped.rattle.attractors import AttractorClassifier
+from lumped.rattle.kernels.flight import REST, return_map
+from lumped.rattle.kernels.settle import CHANGING, MIN_VIBRATION, UNKNOWN
 from lumped.rattle.machine import Machine
-from lumped.rattle.periodic import least_eccentricity, simple_rattle
+from lumped.rattle.periodic import min_eccentricity, simple_rattle
+from lumped.rattle.return_map import follow, iterate_map_points
 
 TURN = 2.0 * math.pi
 
@@ -83,7 +83,7 @@ def test_departures_follow_as_by_integration(machine):
     for _ in range(12):
         t, v = random.uniform(0.0, 1.0), random.uniform(0.3, 7.0)
         exact = next_departure(machine, t, v)
-        found = returned(machine.arrays, t, v)
+        found = return_map(machine.arrays, t, v)
         assert found[2] == exact[2]
         # grazing flanks make small errors large
         np.testing.assert_allclose(found[:2], exact[:2], rtol=2e-5, atol=2e-5)
@@ -99,7 +99,7 @@ def test_simple_rattle_is_a_fixed_point(restitution):
     assert [each.in_phase for each in both] == [True, False]
     met = []
     for each in both:
-        t, v, lower = returned(machine.arrays, each.time, each.velocity)
+        t, v, lower = return_map(machine.arrays, each.time, each.velocity)
         met.append(lower)
         if not lower:
             assert t == pytest.approx(each.time + 1.0, abs=1e-9)
@@ -111,10 +111,10 @@ def test_events_that_are_not_found_are_not_taken_for_quiet():
     """No crossing is found from an infinite speed, nor what a huge one leads to."""
     machine = Machine(**SCALED, eccentricity=0.1)
     starts = np.array([[0.3, math.inf], [0.3, 1e6], [0.3, 2.0]])
-    assert returned(machine.arrays, *starts[0])[0] == math.inf
-    settled = settle_departures(machine, starts, 1499)
-    np.testing.assert_array_equal(settled.period, [UNKNOWN, CHANGING, QUIET])
-    naming = Naming(machine, 1499)
+    assert return_map(machine.arrays, *starts[0])[0] == math.inf
+    settled = iterate_map_points(machine, starts, 1499)
+    np.testing.assert_array_equal(settled.period, [UNKNOWN, CHANGING, MIN_VIBRATION])
+    naming = AttractorClassifier(machine, 1499)
     np.testing.assert_array_equal(naming.sort(settled)[0], [-1, -1, 0])
     assert [each.name for each in naming.found] == ["quiet"]
 
@@ -134,7 +134,7 @@ def test_soft_flanks_repeat_two_turns_below_the_critical_eccentricity():
     """A motion that was taken for quiet, beside SciPy's integration."""
     machine = Machine(**SCALED, eccentricity=0.1826, stiffness=2000.0)
     starts = np.array([[0.6, 0.05]])
-    settled = settle_departures(machine, starts, 3000)
+    settled = iterate_map_points(machine, starts, 3000)
     assert settled.period[0] == 4
     t, v = settled.end[0]
     for _ in range(4):
@@ -146,7 +146,7 @@ def test_soft_flanks_repeat_two_turns_below_the_critical_eccentricity():
 
 def test_simple_rattle_exists_above_the_checked_eccentricity():
     machine = Machine(**SCALED, eccentricity=0.0597)
-    assert least_eccentricity(machine) == pytest.approx(0.05964, abs=5e-6)
+    assert min_eccentricity(machine) == pytest.approx(0.05964, abs=5e-6)
     assert len(simple_rattle(machine)) == 2
     assert simple_rattle(Machine(**SCALED, eccentricity=0.0596)) == ()
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from lumped.rattle.departures import apart, follow, settle_departures
 from lumped.rattle.kernels.settle import CHANGING
 from lumped.rattle.long_runs import settled_departures
 from lumped.rattle.machine import Machine
-from lumped.rattle.orbits import find_orbits, usual_speed
+from lumped.rattle.orbits import default_speed, find_orbits
+from lumped.rattle.return_map import distance, follow, iterate_map_points
 
 SPEEDS = 0.0, 7.0
 
@@ -23,9 +23,9 @@ def test_runs_settle_to_all_stable_orbits_and_to_nothing_else():
     stable = [d for orbit in orbits if orbit.stable for d in orbit.departures]
     assert len(stable) == 5
     for each in stable:
-        assert min(apart(each, other) for other in found) < 1e-6
+        assert min(distance(each, other) for other in found) < 1e-6
     for each in found:
-        assert min(apart(each, other) for other in stable) < 1e-6
+        assert min(distance(each, other) for other in stable) < 1e-6
 
 
 def test_chaos_fills_a_range_of_speeds():
@@ -47,7 +47,7 @@ def test_what_was_chaotic_for_long_and_dies_leaves_nothing():
 def test_what_has_left_chaos_is_not_where_runs_settle():
     """Nor what is on its way to rest, from speeds up to the usual one."""
     which = machine(0.685375)
-    found = settled_departures(which, (0.0, usual_speed(which)))
+    found = settled_departures(which, (0.0, default_speed(which)))
     assert np.isfinite(found).all()
     assert not found.size  # all end quietly
 
@@ -65,18 +65,18 @@ def test_slow_transients_are_followed_to_the_end():
 def test_runs_of_low_damping_are_given_what_they_take():
     """Their departures repeat at once, or are chaotic and last."""
     which = Machine(damping=0.01, eccentricity=0.002, half_backlash=0.012)
-    found = settled_departures(which, (0.0, usual_speed(which)))
+    found = settled_departures(which, (0.0, default_speed(which)))
     assert np.isfinite(found).all()
     repeats = np.array([repeats_in(which, each, 200) for each in found])
     assert repeats.sum() > 10
     others = found[~repeats]
-    later = settle_departures(which, others[:: len(others) // 5 + 1], 10_000)
+    later = iterate_map_points(which, others[:: len(others) // 5 + 1], 10_000)
     assert (later.period == CHANGING).all()
 
 
 def repeats_in(which: Machine, departure, count: int) -> bool:
     later = follow(which, departure, count + 1)[1:]
-    return min(apart(departure, other) for other in later) < 1e-5
+    return min(distance(departure, other) for other in later) < 1e-5
 
 
 def test_long_runs_from_any_speed_are_those_of_the_machine():

@@ -7,16 +7,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.manifolds import (
     Fineness,
     grazing_curve,
     grow_manifolds,
-    map_departures,
+    map_points,
     saddles,
 )
 from lumped.rattle.orbits import find_orbits
+from lumped.rattle.return_map import follow, iterate_map_points
 
 FIGURES = {"damping": 0.65, "eccentricity": 0.1, "half_backlash": 0.6}
 KINDS = {
@@ -32,10 +32,10 @@ MACHINE = Machine(**FIGURES)
 def test_the_inverse_takes_returns_back(name):
     machine, random = Machine(**FIGURES | KINDS[name]), np.random.default_rng(5)
     starts = np.stack([random.uniform(0, 1, 3000), random.uniform(0.3, 9, 3000)], 1)
-    once = map_departures(machine, starts, 1)
+    once = map_points(machine, starts, 1)
     clear = np.isfinite(once[:, 0]) & (once[:, 1] > 1e-6)
     assert clear.mean() > 0.9
-    back = map_departures(machine, once[clear], -1)
+    back = map_points(machine, once[clear], -1)
     errors = np.abs(back - starts[clear]).max(axis=1)
     # a slow meeting on the way makes round-off large
     assert np.quantile(errors, 0.98) < 1e-10
@@ -57,7 +57,7 @@ def test_manifolds_lead_to_and_from_their_saddle(is_stable):
         points = manifold.curve.points
         points = points[np.isfinite(points[:, 0])]
         assert manifold.curve.length > 1.9
-        ends = map_departures(MACHINE, points, 12 if is_stable else -12)
+        ends = map_points(MACHINE, points, 12 if is_stable else -12)
         apart = ends - np.array(saddle().departures[0])
         apart[:, 0] -= np.round(apart[:, 0])
         largest = np.nanmax(np.abs(apart[np.isfinite(apart[:, 0])]))
@@ -79,7 +79,7 @@ def test_the_stable_manifold_parts_basins():
         across *= 1e-5 / np.hypot(*across.T)[:, None]
         near = np.isfinite(across[:, 0]) & (points[:, 1] > 0.3)
         one, two = (
-            settle_departures(MACHINE, (points + sign * across)[near], 1499).period
+            iterate_map_points(MACHINE, (points + sign * across)[near], 1499).period
             for sign in (1, -1)
         )
         parted.extend((one < 0) != (two < 0))
@@ -95,7 +95,7 @@ def test_departures_of_the_grazing_curve_graze():
         points = curve.points[np.isfinite(curve.points[:, 0])]
         points = points[points[:, 1] > 0.5]
         assert len(points) > 100
-        near = map_departures(MACHINE, points, before)
+        near = map_points(MACHINE, points, before)
         for time, speed in near[::10]:
             met = [
                 follow(MACHINE, (time, speed + shift), 2)[0, 2] > 0

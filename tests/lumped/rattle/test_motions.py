@@ -10,13 +10,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from lumped.rattle.assembly import Absorber, Assembly, Shafts, SprungGear
-from lumped.rattle.departures import follow
 from lumped.rattle.impulses import impulse_rattle
 from lumped.rattle.machine import Machine
-from lumped.rattle.motions import Motions
+from lumped.rattle.motions import AssemblyIntegrator
 from lumped.rattle.noise import measure_noise, measure_noise_of_parts
-from lumped.rattle.periodic import least_eccentricity, simple_rattle
-from lumped.rattle.quiet import quiet_motion
+from lumped.rattle.periodic import min_eccentricity, simple_rattle
+from lumped.rattle.permanent_contact import quiet_motion
+from lumped.rattle.return_map import follow
 
 TURN = 2.0 * math.pi
 SCALED = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6, ripple=0.3)
@@ -80,7 +80,7 @@ def step_by_step(assembly: Assembly, state, turns: float, times):
 @pytest.mark.parametrize("stiffness", [900.0, math.inf])
 def test_parts_move_as_step_by_step(stiffness):
     assembly = Assembly(machine=replace(SCALED, stiffness=stiffness), **PARTS)
-    motions = Motions(assembly)
+    motions = AssemblyIntegrator(assembly)
     state = motions.settled(0.2, 3.0)
     times = np.linspace(0.0, 3.0, 61)
     rotation, met = step_by_step(assembly, state, 3.0, times)
@@ -93,7 +93,7 @@ def test_parts_move_as_step_by_step(stiffness):
 @pytest.mark.parametrize("stiffness", [2000.0, math.inf])
 def test_equal_shafts_move_by_their_one_equation(stiffness):
     machine = replace(SCALED, stiffness=stiffness, restitution=1.0)
-    motions = Motions(Assembly(machine=machine))
+    motions = AssemblyIntegrator(Assembly(machine=machine))
     path = follow(machine, np.array([0.0, 1.3]), 6)
     state = motions.settled(0.6, -1.3)
     ends = path[-1, 0] + 1e-6
@@ -105,7 +105,7 @@ def test_equal_shafts_move_by_their_one_equation(stiffness):
 
 def test_flanks_that_stay_together_make_no_noise():
     machine = replace(SCALED, ripple=0.0, eccentricity=0.02, stiffness=900.0)
-    motions = Motions(Assembly(machine=machine))
+    motions = AssemblyIntegrator(Assembly(machine=machine))
     state = motions.settled(0.55, 0.0)
     assert motions.run(state, 0.0, 50.0).upper > 0
     assert motions.run(state, 40.0, 50.0).is_quiet
@@ -117,7 +117,7 @@ def test_flanks_come_to_rest_in_impacts_and_part_where_the_load_ends():
     limit = quiet_motion(Assembly(machine=machine, **PARTS)).critical_eccentricity
     for factor, quiet in ((0.97, True), (1.03, False)):
         own = replace(machine, eccentricity=factor * limit)
-        motions = Motions(Assembly(machine=own, **PARTS))
+        motions = AssemblyIntegrator(Assembly(machine=own, **PARTS))
         found = motions.run(motions.settled(0.59, 0.01), 60.0, 70.0)
         assert found.is_quiet is quiet
         assert math.isfinite(found.noise)
@@ -143,7 +143,7 @@ def test_flights_that_fade_away_are_quiet():
     machine = replace(SCALED, ripple=0.0)
     limit = quiet_motion(Assembly(machine=machine, **PARTS)).critical_eccentricity
     own = replace(machine, eccentricity=0.1 * limit)
-    motions = Motions(Assembly(machine=own, **PARTS))
+    motions = AssemblyIntegrator(Assembly(machine=own, **PARTS))
     times = np.linspace(0.0, 14.0, 14 * 400 + 1)
     for rotation, speed in ((0.59, 0.1), (0.6, 0.4), (0.55, 0.2)):
         state = motions.settled(rotation, -speed)
@@ -154,18 +154,18 @@ def test_flights_that_fade_away_are_quiet():
         assert (np.diff(away[4:]) < 0.0).all()
         assert away[-1] < 0.1 * away[0]
     own = replace(machine, eccentricity=1.05 * limit)
-    motions = Motions(Assembly(machine=own, **PARTS))
+    motions = AssemblyIntegrator(Assembly(machine=own, **PARTS))
     assert not motions.run(motions.settled(0.6, -1e-3), 0.0, 14.0).is_quiet
 
 
 def test_a_gear_without_inertia_is_refused():
     light = Assembly(machine=SCALED, driving_gear=SprungGear(stiffness=3.0))
     with pytest.raises(ValueError, match="inertia above 0"):
-        Motions(light)
+        AssemblyIntegrator(light)
 
 
 def test_an_ensemble_is_its_motions_one_by_one():
-    motions = Motions(ALL)
+    motions = AssemblyIntegrator(ALL)
     states = np.array([motions.settled(x, 2.0) for x in (-0.3, 0.0, 0.4)])
     together = motions.run_all(states, 5.0, 20.0)
     alone = [motions.run(state, 5.0, 20.0) for state in states]
@@ -178,12 +178,12 @@ def test_equal_shafts_rattle_as_constructed(restitution, turns):
     machine = replace(
         SCALED, ripple=0.0, restitution=restitution, eccentricity=1.5, half_backlash=3.0
     )
-    found = impulse_rattle(Motions(Assembly(machine=machine)), turns)
+    found = impulse_rattle(AssemblyIntegrator(Assembly(machine=machine)), turns)
     exact = simple_rattle(machine, turns)
     assert found.times == pytest.approx([each.time for each in exact], rel=1e-9)
     assert found.velocity == pytest.approx(exact[0].velocity, rel=1e-9)
-    least = least_eccentricity(machine, turns)
-    assert found.least_eccentricity == pytest.approx(least, rel=1e-9)
+    least = min_eccentricity(machine, turns)
+    assert found.min_eccentricity == pytest.approx(least, rel=1e-9)
 
 
 @pytest.mark.parametrize("eta", [0.0, 0.3, -0.6])
@@ -191,9 +191,11 @@ def test_unequal_shafts_rattle_from_eq_4_88_on(eta):
     """delta^2 m^2 (1 + eta^2) / (6 (1 - eta^2)^2) to the leading order, as derived."""
     shafts = Shafts(driving_inertia=1.0 + eta, driven_inertia=1.0 - eta)
     machine = replace(SCALED, ripple=0.0, damping=0.01)
-    found = impulse_rattle(Motions(Assembly(machine=machine, shafts=shafts)), 2)
+    found = impulse_rattle(
+        AssemblyIntegrator(Assembly(machine=machine, shafts=shafts)), 2
+    )
     leading = 0.01**2 * 4.0 * (1.0 + eta**2) / (6.0 * (1.0 - eta**2) ** 2)
-    assert found.least_eccentricity == pytest.approx(leading, rel=1e-3)
+    assert found.min_eccentricity == pytest.approx(leading, rel=1e-3)
 
 
 OF_PARTS = [
@@ -205,9 +207,9 @@ OF_PARTS = [
 @pytest.mark.parametrize("parts", OF_PARTS, ids=lambda parts: next(iter(parts)))
 def test_machines_in_parts_rattle_as_constructed(parts):
     machine = replace(SCALED, ripple=0.0, restitution=0.7, half_backlash=9.0)
-    least = impulse_rattle(Motions(Assembly(machine=machine, **parts)))
-    machine = replace(machine, eccentricity=1.05 * least.least_eccentricity)
-    motions = Motions(Assembly(machine=machine, **parts))
+    least = impulse_rattle(AssemblyIntegrator(Assembly(machine=machine, **parts)))
+    machine = replace(machine, eccentricity=1.05 * least.min_eccentricity)
+    motions = AssemblyIntegrator(Assembly(machine=machine, **parts))
     found = impulse_rattle(motions)
     assert len(found.times) == 2
     for time in found.times:

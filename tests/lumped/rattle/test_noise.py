@@ -11,16 +11,16 @@ import pytest
 from fegear.studies.rattle_noise import proportion_limits
 from lumped.figures.rattle import draw_noise
 from lumped.rattle.assembly import Assembly
-from lumped.rattle.departures import follow
 from lumped.rattle.machine import Machine
-from lumped.rattle.motions import Motion, Motions
+from lumped.rattle.motions import AssemblyIntegrator, AssemblyRun
 from lumped.rattle.noise import (
     measure_noise,
     measure_noise_of_parts,
-    random_departures,
+    random_initial_conditions,
 )
 from lumped.rattle.orbits import find_orbits
 from lumped.rattle.periodic import simple_rattle
+from lumped.rattle.return_map import follow
 
 FIGURES = {"eccentricity": 0.1, "half_backlash": 0.6}
 SPEEDS = 0.0, 7.0
@@ -31,7 +31,7 @@ def test_motions_are_as_loud_as_their_impacts(stiffness):
     """Without meetings of the lower flank they are at the speeds of departure; those
     of simple rattle are known in closed form."""
     machine = Machine(damping=0.575, stiffness=stiffness, **FIGURES)
-    starts = random_departures(200, SPEEDS, 3)
+    starts = random_initial_conditions(200, SPEEDS, 3)
     noise = measure_noise(machine, starts, 1499, 300)
     found = {each.name: i for i, each in enumerate(noise.attractors)}
     assert {"quiet", "P(1,1,0)", "P(1,2,0)"} <= found.keys()
@@ -54,7 +54,7 @@ def test_motions_are_as_loud_as_their_impacts(stiffness):
 def test_noise_is_of_whole_periods(turns):
     """Of P(2,2,1), and with three meetings in two turns."""
     machine = Machine(damping=0.575, **FIGURES)
-    starts = random_departures(200, SPEEDS, 3)
+    starts = random_initial_conditions(200, SPEEDS, 3)
     noise = measure_noise(machine, starts, 1499, turns)
     (number,) = [i for i, e in enumerate(noise.attractors) if e.name == "P(2,2,1)"]
     own = noise.motion == number
@@ -92,7 +92,7 @@ def test_slow_transients_are_not_measured():
     """Of P(5,6,3), which attracts by 0.7 % a turn: its noise is that of the last six
     departures of very many."""
     machine = Machine(damping=0.6, eccentricity=0.5, half_backlash=0.6, restitution=0.5)
-    noise = measure_noise(machine, random_departures(50, SPEEDS, 3), 1499, 100)
+    noise = measure_noise(machine, random_initial_conditions(50, SPEEDS, 3), 1499, 100)
     assert [each.name for each in noise.attractors] == ["P(5,6,3)"]
     assert (noise.motion == 0).all()
     last = follow(machine, (0.3, 2.0), 60_000)[-6:]
@@ -105,7 +105,7 @@ def test_slow_transients_are_not_measured():
 
 def test_runs_that_are_not_clear_have_no_noise():
     machine = Machine(damping=0.02, **FIGURES)
-    noise = measure_noise(machine, random_departures(5, SPEEDS, 3), 100, 20)
+    noise = measure_noise(machine, random_initial_conditions(5, SPEEDS, 3), 100, 20)
     assert (noise.motion == -1).any()
     unclear = noise.motion == -1
     assert np.isnan(noise.level[unclear]).all()
@@ -113,7 +113,9 @@ def test_runs_that_are_not_clear_have_no_noise():
 
 
 def test_runs_are_made_again_by_their_seed():
-    one, again, other = (random_departures(50, SPEEDS, seed) for seed in (4, 4, 5))
+    one, again, other = (
+        random_initial_conditions(50, SPEEDS, seed) for seed in (4, 4, 5)
+    )
     np.testing.assert_array_equal(one, again)
     assert not np.array_equal(one, other)
     assert ((one >= [0.0, 0.0]) & (one <= [1.0, 7.0])).all()
@@ -131,10 +133,12 @@ def test_limits_of_a_proportion_hold_it():
 
 
 def test_runs_whose_meetings_are_not_found_have_no_figures(monkeypatch):
-    lost = Motion(math.nan, 3, 0, np.empty(0))
-    monkeypatch.setattr(Motions, "run", lambda *given, **named: lost)
+    lost = AssemblyRun(math.nan, 3, 0, np.empty(0))
+    monkeypatch.setattr(AssemblyIntegrator, "run", lambda *given, **named: lost)
     assembly = Assembly(machine=Machine(damping=0.6, **FIGURES))
-    noise = measure_noise_of_parts(assembly, random_departures(3, SPEEDS, 1), 9, 9)
+    noise = measure_noise_of_parts(
+        assembly, random_initial_conditions(3, SPEEDS, 1), 9, 9
+    )
     assert np.isnan(noise.impacts).all()
     assert not noise.attractors
     assert (noise.motion == -1).all()

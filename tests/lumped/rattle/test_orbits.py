@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lumped.rattle.machine import Machine
-from lumped.rattle.orbits import find_orbits, usual_speed
+from lumped.rattle.orbits import default_speed, find_orbits
 from lumped.rattle.periodic import simple_rattle
 
 SPEEDS = 0.0, 7.0
@@ -88,7 +88,7 @@ def test_a_lower_flank_out_of_reach_hides_no_orbit():
     found = []
     for half_backlash in (1e3, 1e9):
         machine, _ = orbits(0.6, 1, half_backlash=half_backlash)
-        found.append(find_orbits(machine, 2, (0.0, usual_speed(machine))))
+        found.append(find_orbits(machine, 2, (0.0, default_speed(machine))))
     near, far = found
     assert [orbit.name for orbit in near] == ["P(1,1,0)", "P(1,1,0)"]
     for one, two in zip(near, far, strict=True):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from lumped.rattle.departures import apart, follow
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import simple_rattle, two_sided_rattle
+from lumped.rattle.return_map import distance, follow
 
 SCALED = {"damping": 0.6, "half_backlash": 0.6}
 TURN = 2.0 * math.pi
@@ -28,7 +28,7 @@ def test_two_sided_rattle_is_a_fixed_point(restitution, turns):
     for each in found:
         start, end = follow(machine, (each.time, each.velocity), 2)
         assert end[0] - start[0] == pytest.approx(turns, abs=1e-9)
-        assert apart(start, end) < 1e-8
+        assert distance(start, end) < 1e-8
         assert start[2] == 1
 
 
@@ -38,7 +38,7 @@ def test_constructed_motions_of_a_real_pump_are_fixed_points():
         for each in (*simple_rattle(pump, turns), *two_sided_rattle(pump, turns)):
             if each.physical:
                 start, end = follow(pump, (each.time, each.velocity), 2)
-                assert apart(start, end) < 1e-6  # what repels grows by 1e6
+                assert distance(start, end) < 1e-6  # what repels grows by 1e6
                 assert start[2] == each.name.endswith("1)")
     physical = [e for e in two_sided_rattle(pump) if e.physical]
     assert {each.in_phase for each in physical} == {True, False}
@@ -52,7 +52,7 @@ def test_virtual_motions_are_known_as_such():
         assert in_phase.in_phase
         assert in_phase.physical == physical
         start, end = follow(machine, (in_phase.time, in_phase.velocity), 2)
-        assert (apart(start, end) < 1e-8) == physical
+        assert (distance(start, end) < 1e-8) == physical
 
 
 def test_motions_of_soft_flanks_are_not_constructed():

@@ -9,16 +9,16 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from lumped.rattle.attractors import Naming
-from lumped.rattle.basins import Grid, basins_of, settle_grid
-from lumped.rattle.departures import settle_departures
+from lumped.rattle.attractors import AttractorClassifier
+from lumped.rattle.basins import InitialGrid, basins_of, settle_grid
 from lumped.rattle.kernels.settle import STICKING
 from lumped.rattle.long_runs import settled_departures
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.noise import measure_noise
+from lumped.rattle.return_map import iterate_map_points
 from lumped.rattle.sticking import sticking_from, sticking_motions
 
-GRID = Grid(side=40, velocity=(0.0, 7.0))
+GRID = InitialGrid(side=40, velocity=(0.0, 7.0))
 SLOW = 1e-9  # rad per turn: flanks rest
 RIPPLED = {"damping": 0.1, "half_backlash": 0.3, "ripple": 20.0, "ripple_order": 3}
 
@@ -110,8 +110,8 @@ def test_both_attractors_beside_each_other_are_those_of_runs():
     m = machine(0.2, 0.8)
     random = np.random.default_rng(3)
     starts = random.uniform((0.0, 0.3), (1.0, 7.0), (8, 2))
-    naming = Naming(m, 1499)
-    numbers, _ = naming.sort(settle_departures(m, starts, 1499))
+    naming = AttractorClassifier(m, 1499)
+    numbers, _ = naming.sort(iterate_map_points(m, starts, 1499))
     named = [naming.found[i].name for i in numbers]
     assert set(named) == {"sticking(1)", "P(1,2,0)"}
     for start, name in zip(starts, named, strict=True):
@@ -149,9 +149,9 @@ def test_rest_on_the_lower_flank_alone():
 @pytest.mark.parametrize("restitution", [0.2, 0.7, 0.95])
 def test_early_ends_change_nothing(restitution):
     m = machine(0.3, restitution)
-    departures = GRID.departures(0, GRID.cells)
-    early = settle_departures(m, departures, 1499)
-    whole = settle_departures(m, departures, 1499, early=False)
+    departures = GRID.initial_conditions(0, GRID.cells)
+    early = iterate_map_points(m, departures, 1499)
+    whole = iterate_map_points(m, departures, 1499, early=False)
     np.testing.assert_array_equal(early.period, whole.period)
     np.testing.assert_array_equal(early.returns, whole.returns)
     rests = early.period == STICKING

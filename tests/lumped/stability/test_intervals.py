@@ -10,12 +10,12 @@ from friction_pairs import COUPLED, pair_system
 from matplotlib.collections import PolyCollection
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Source
+from fegear.statics.excitation import StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.figures.drawing import COLORS
 from lumped.figures.stability import draw_chart
 from lumped.stability.combinations import combinations
-from lumped.stability.intervals import examined
+from lumped.stability.intervals import scan_stability
 from lumped.stability.multipliers import largest_multiplier, multipliers
 from lumped.stability.periodic import periodic_system
 from lumped.train.friction import ToothFriction
@@ -32,12 +32,12 @@ def pair(request):
 
 @pytest.fixture(scope="module")
 def whole(pair):
-    return examined(pair, [LOW, HIGH]).intervals
+    return scan_stability(pair, [LOW, HIGH]).intervals
 
 
 @pytest.mark.parametrize("steps", [400, 80, 20, 7])
 def test_intervals_do_not_depend_on_the_grid(pair, whole, steps):
-    found = examined(pair, np.linspace(LOW, HIGH, steps)).intervals
+    found = scan_stability(pair, np.linspace(LOW, HIGH, steps)).intervals
     assert [each.kind for each in found] == [each.kind for each in whole]
     np.testing.assert_allclose(
         [(each.low, each.high) for each in found],
@@ -61,7 +61,7 @@ def test_no_interval_holds_or_leaves_out_a_speed(pair, whole):
 @pytest.mark.parametrize("window", [(5.71, 11.3), (4.77, 11.3), (11.1, 11.3)])
 def test_names_do_not_depend_on_the_window(pair, whole, window):
     """Whose ends lie inside of intervals."""
-    found = examined(pair, window).intervals
+    found = scan_stability(pair, window).intervals
     own = [each for each in whole if each.low < window[1] and each.high > window[0]]
     assert [each.kind for each in found] == [each.kind for each in own]
     assert found[-1].kind == "2 f3"
@@ -81,7 +81,7 @@ def test_where_intervals_touch_others_begin_to_grow():
     """At friction 0.16 the growth of f3 - f1 and f1 + f3, with multipliers that are
     complex, ends where that of (2 f3) / 2, real, begins."""
     pair = periodic_system(pair_system(0.3, 0.001, ToothFriction(0.16)))
-    found = examined(pair, [5.0, 6.0]).intervals
+    found = scan_stability(pair, [5.0, 6.0]).intervals
     assert [each.kind for each in found] == ["f3 - f1", "(2 f3) / 2", "f1 + f3"]
     for one, two in pairwise(found):
         assert one.high == two.low
@@ -91,7 +91,7 @@ def test_where_intervals_touch_others_begin_to_grow():
 
 
 def test_combinations_have_colors_of_their_own(pair):
-    columns = [examined(pair, [1.0, HIGH]) for _ in range(2)]
+    columns = [scan_stability(pair, [1.0, HIGH]) for _ in range(2)]
     kinds = {each.kind for each in columns[0].intervals}
     axes = draw_chart((0.0, 1.0), columns, (1.0, HIGH), "friction", "pair").axes[0]
     colors = [
@@ -107,13 +107,13 @@ def test_combinations_have_colors_of_their_own(pair):
 @pytest.mark.parametrize("window", [(0.37, 0.46), (0.2, 0.21)])
 def test_what_grows_at_low_speeds_has_a_name(window):
     pair = periodic_system(pair_system(0.5, 1e-4))
-    found = examined(pair, window).intervals
+    found = scan_stability(pair, window).intervals
     assert found
     assert all(each.kind.startswith("(") for each in found)
 
 
 def test_names_tell_the_mesh_whose_harmonic_is_met():
-    model = LumpedModel(stiffness=Source(kind="rectangular"))
+    model = LumpedModel(stiffness=StiffnessSource(kind="rectangular"))
     gears = load_gear_set("liu-countershaft")
     system = periodic_system(lumped_system(gears, 100.0, model))
     found = combinations(system, (500.0, 3000.0))

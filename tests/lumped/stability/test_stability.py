@@ -15,10 +15,10 @@ from scipy.linalg import expm
 from scipy.optimize import fsolve
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Source
+from fegear.statics.excitation import StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.stability.combinations import combinations
-from lumped.stability.intervals import examined
+from lumped.stability.intervals import scan_stability
 from lumped.stability.multipliers import (
     METHODS,
     largest_multiplier,
@@ -37,7 +37,7 @@ SPEEDS = np.linspace(1.7, 12.0, 400)
 
 
 def intervals(system, low, high, kind):
-    found = examined(system, np.linspace(low, high, 101)).intervals
+    found = scan_stability(system, np.linspace(low, high, 101)).intervals
     return [each for each in found if each.kind == kind]
 
 
@@ -199,7 +199,9 @@ def test_the_printed_speeds_by_equations_written_again(speed, grows):
     pair = periodic_system(pair_system(0.1))
     assert largest_multiplier(pair, speed)[0] == pytest.approx(exact, abs=1e-7)
     edits = {"dynamics.damping_ratio": 0.0, "mesh.1.stiffness_variation": 0.1}
-    model = LumpedModel(stiffness=Source(kind="rectangular"), translations=True)
+    model = LumpedModel(
+        stiffness=StiffnessSource(kind="rectangular"), translations=True
+    )
     system = lumped_system(load_gear_set("liu-friction", edits), 100.0, model)
     unit = system.resonances_Hz[0] / COUPLED[0]
     own = periodic_system(system)
@@ -208,7 +210,7 @@ def test_the_printed_speeds_by_equations_written_again(speed, grows):
 
 def test_difference_type_comes_with_friction_only():
     kinds = [
-        {each.kind for each in examined(periodic_system(pair), SPEEDS).intervals}
+        {each.kind for each in scan_stability(periodic_system(pair), SPEEDS).intervals}
         for pair in (
             pair_system(0.3, 0.001),
             pair_system(0.3, 0.001, ToothFriction(0.1)),
@@ -368,7 +370,7 @@ def test_speeds_are_positive(speed):
 
 def test_harmonics_are_those_of_the_meshes():
     """Of a counter-shaft that repeats after five periods of the first mesh."""
-    source = Source(kind="rectangular")
+    source = StiffnessSource(kind="rectangular")
     model = LumpedModel(stiffness=source, friction=0.1, bending=0.4)
     gears = load_gear_set("liu-countershaft-2")
     varying = periodic_system(lumped_system(gears, 100.0, model))
@@ -400,7 +402,7 @@ def test_pitch_errors_change_no_stability():
     """They move the teeth, which stay in contact, and not their stiffness."""
     teeth = load_gear_set("liu-pair").gears[0].geometry.teeth
     off = {"gear.1.pitch_errors_um": [0.0] * (teeth - 1) + [3.0]}
-    model = LumpedModel(stiffness=Source(kind="rectangular"))
+    model = LumpedModel(stiffness=StiffnessSource(kind="rectangular"))
     one, other = (
         periodic_system(lumped_system(load_gear_set("liu-pair", edits), 100.0, model))
         for edits in ({}, off)

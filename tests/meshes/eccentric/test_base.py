@@ -17,7 +17,7 @@ from meshes.eccentric.base import (
     feasibility,
     largest_eccentricity,
     largest_pressure_angle,
-    least_curvature,
+    min_curvature,
 )
 
 PARTS, ANGLES = st.floats(0.0, 0.6), st.floats(math.radians(5.0), math.radians(35.0))
@@ -44,7 +44,7 @@ def crossings(points):
 def test_the_base_curve_is_touched_by_the_line_of_action(part, alpha, ratio):
     pair, step = EccentricPair(1.0, part, ratio), 1e-5
     angle = np.linspace(0.1, 6.0, 12)
-    assume(least_curvature(pair) > 0.1)
+    assume(min_curvature(pair) > 0.1)
     for side in (LEADING, TRAILING):
         frames = [pair.driven.frames(angle + way * step) for way in (-1.0, 0.0, 1.0)]
         back, here, ahead = (base_points(f, alpha, side) for f in frames)
@@ -54,7 +54,7 @@ def test_the_base_curve_is_touched_by_the_line_of_action(part, alpha, ratio):
         across = along[:, 0] * action[:, 1] - along[:, 1] * action[:, 0]
         assert np.abs(across).max() < 1e-4
         speed = np.sum(along * action, axis=1)
-        least = feasibility(pair, alpha).least_speed * math.cos(alpha)
+        least = feasibility(pair, alpha).min_speed * math.cos(alpha)
         assert (speed >= least - 1e-4).all()
         assert np.isfinite(here).all()
 

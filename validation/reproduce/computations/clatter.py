@@ -13,8 +13,8 @@ from pydantic import Field
 
 from fegear.clatter.gearboxes import load_gearbox
 from lumped.clatter.chaos import lyapunov_exponent
-from lumped.clatter.groups import Group
-from lumped.clatter.runs import middle, move
+from lumped.clatter.groups import WheelGroup
+from lumped.clatter.runs import centred_state, simulate
 from lumped.common.progress import Progress
 from lumped.figures.clatter import sample_plays
 from validation.reproduce.parts import Curve, Part, PartResult
@@ -59,16 +59,16 @@ def clatter(part: ClatterPart, scene: NoScene, report: Progress) -> PartResult:
     the largest Lyapunov exponent of the wheel."""
     report("clatter", 0, 1)
     gearbox = load_gearbox(part.gearbox).gearbox
-    group = Group(gearbox.groups[0], gearbox.excitation)
+    group = WheelGroup(gearbox.groups[0], gearbox.excitation)
     number = [name for _, name in group.plays].index(part.play)
-    state, period = middle(group), gearbox.excitation.period
+    state, period = centred_state(group), gearbox.excitation.period
     begin = part.settle * period
-    for _ in move(group, state, begin):
+    for _ in simulate(group, state, begin):
         pass
     times = np.linspace(begin, begin + part.periods * period, POINTS * part.periods)
     shifts = 1e3 * sample_plays(group, state, times)[:, number]
     impacts = 0
-    for struck in move(group, state, float(times[-1])):
+    for struck in simulate(group, state, float(times[-1])):
         impacts += int(np.sum(struck.play == number))
     exponent = lyapunov_exponent(group, state, part.exponent_over) * period
     shown = times - begin

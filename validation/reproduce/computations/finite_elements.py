@@ -10,7 +10,7 @@ from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
 from fegear.studies.dynamics import Dynamics
 from fegear.studies.running import run
-from fegear.studies.trains import NamedSet
+from fegear.studies.trains import GearSetRef
 from lumped.common.progress import Progress
 from lumped.steady.sweep import Direction
 from validation.reproduce.computations.frequency_response import (
@@ -48,7 +48,7 @@ def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
     """Found as of a sweep of a lumped model."""
     speeds = [scene.unit_Hz * value for value in parsed_speeds(part.speeds)]
     asked = Dynamics(
-        gear_set=NamedSet.of(scene.gear_set),
+        gear_set=GearSetRef.of(scene.gear_set),
         torque=(scene.torque,),
         speeds=tuple(speeds),
         elements=FiniteElements(friction=scene.friction),

@@ -14,12 +14,18 @@ from fegear.studies.branches import Branches
 from fegear.studies.running import run
 from fegear.studies.sweep import Sweep
 from fegear.studies.theory import Theory
-from fegear.studies.trains import NamedSet
+from fegear.studies.trains import GearSetRef
 from lumped.branches.periodic import BranchSettings, PeriodicBranch
 from lumped.closed_forms import separation_angle
 from lumped.closed_forms.predictions import Prediction
 from lumped.common.progress import Progress
-from lumped.continuation.bifurcations import CROSSING, DOUBLING, FOLD, TORUS, stretches
+from lumped.continuation.bifurcations import (
+    CROSSING,
+    DOUBLING,
+    FOLD,
+    TORUS,
+    stability_segments,
+)
 from lumped.steady.jumps import find_jumps, find_peaks, opposites
 from lumped.steady.response import Status
 from lumped.steady.sweep import Branch, Direction
@@ -71,7 +77,7 @@ class BranchesPart(Part):
         if self.starts:
             more += ["--starts", str(self.starts)]
         waves = scene.kept_harmonics("--wave-harmonics")
-        return ["branches", *scene.words, *waves, "--speeds", f"{low}:{high}", *more]
+        return ["branches", *scene.argv, *waves, "--speeds", f"{low}:{high}", *more]
 
 
 def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
@@ -82,7 +88,7 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
     unit = scene.unit_Hz
     low, high = (unit * value for value in part.between)
     asked = Branches(
-        gear_set=NamedSet.of(scene.gear_set),
+        gear_set=GearSetRef.of(scene.gear_set),
         torque=scene.torque,
         speeds=(low, high),
         model=scene.model,
@@ -131,7 +137,7 @@ def _stretches(
 ) -> Iterator[tuple[float, float]]:
     """Points of all stretches, each up to the first point of the next."""
     for branch in branches:
-        for is_stable, points in stretches(branch.points):
+        for is_stable, points in stability_segments(branch.points):
             if is_stable != stable:
                 continue
             for point in points:
@@ -163,7 +169,7 @@ class SweepPart(Part):
         waves = scene.kept_harmonics("--harmonics")
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
         how = [*scene.friction_words(), *waves, "--speeds", speeds, *one]
-        return ["sweep", *scene.words, *how]
+        return ["sweep", *scene.argv, *how]
 
 
 def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
@@ -175,7 +181,7 @@ def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
     unit = scene.unit_Hz
     speeds = [unit * value for value in parsed_speeds(part.speeds)]
     asked = Sweep(
-        gear_set=NamedSet.of(scene.gear_set),
+        gear_set=GearSetRef.of(scene.gear_set),
         torque=(scene.torque,),
         speeds=tuple(speeds),
         model=scene.model,
@@ -267,7 +273,7 @@ class TheoryPart(Part):
     between: tuple[Frequency, Frequency]
 
     def command(self, scene: Scene) -> Sequence[str]:
-        return ["theory", *scene.words, *scene.kept_harmonics("--harmonics")]
+        return ["theory", *scene.argv, *scene.kept_harmonics("--harmonics")]
 
 
 def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
@@ -277,7 +283,7 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
     """
     report("closed forms", 0, 1)
     asked = Theory(
-        gear_set=NamedSet.of(scene.gear_set), torque=scene.torque, model=scene.model
+        gear_set=GearSetRef.of(scene.gear_set), torque=scene.torque, model=scene.model
     )
     result = run(asked)
     unit = scene.unit_Hz

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from fegear.studies.motion import Motion
 from fegear.studies.running import run
-from fegear.studies.trains import NamedSet
+from fegear.studies.trains import GearSetRef
 from lumped.common.progress import Progress
 from lumped.steady.motion import TimeHistory, arrive, time_history
 from lumped.steady.respond import respond
@@ -47,7 +47,7 @@ class ForcesPart(Part):
         unit = scene.unit_Hz
         waves = scene.kept_harmonics("--harmonics")
         how = [*scene.friction_words(), *waves]
-        words = ["motion", *scene.words, *how, "--speed", f"{unit * self.at:.6g}"]
+        words = ["motion", *scene.argv, *how, "--speed", f"{unit * self.at:.6g}"]
         if self.from_speed is not None:
             words += ["--from-speed", f"{unit * self.from_speed:.6g}"]
         return words
@@ -76,7 +76,7 @@ def _motion(part: ForcesPart, scene: Scene, report: Progress) -> TimeHistory:
     if part.from_damping is not None:
         return _over_damping(part.from_damping, scene, first or speed, speed)
     study = Motion(
-        gear_set=NamedSet.of(scene.gear_set),
+        gear_set=GearSetRef.of(scene.gear_set),
         torque=scene.torque,
         speed=speed,
         from_speed=first,

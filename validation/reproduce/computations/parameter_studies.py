@@ -41,7 +41,7 @@ from validation.study.data_files import STRICT, Number, Speeds
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
 MICRO = 1e6
-FEWEST = 3  # speeds of a sweep at which a subharmonic is seen to grow
+MIN_VALUES = 3  # speeds of a sweep at which a subharmonic is seen to grow
 
 
 def _require_key(key: str) -> str:
@@ -177,7 +177,7 @@ class MapPart(Part):
         speed = ["--at", f"{scene.unit_Hz * self.at:.6g}"]
         waves = scene.kept_harmonics("--harmonics")
         teeth = scene.friction_words([o.key for o in self.over])
-        return ["map", *scene.words, *teeth, *waves, *over, *speed]
+        return ["map", *scene.argv, *teeth, *waves, *over, *speed]
 
 
 def parameter_map(part: MapPart, scene: Scene, report: Progress) -> PartResult:
@@ -381,7 +381,7 @@ def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
             # where there is none, motions that die out slowly keep contact
             if r.multiple != 1 and r.contact_loss.max() > 0.0
         ]
-        if ends and len(grown) >= FEWEST:
+        if ends and len(grown) >= MIN_VALUES:
             points.append(((ends[1] - ends[0]) / unit, MICRO * float(max(grown))))
     found = {"gone": _crossings(values, np.array(margins))}
     if len(points) > 2:

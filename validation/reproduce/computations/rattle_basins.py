@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from lumped.common.progress import Progress
-from lumped.rattle.attractors import CHAOTIC, QUIET, Attractor, sort_departures
-from lumped.rattle.departures import follow, settle_departures
+from lumped.rattle.attractors import (
+    CHAOTIC,
+    QUIET,
+    RattleAttractor,
+    classify_attractors,
+)
 from lumped.rattle.machine import Machine
 from lumped.rattle.manifolds import (
     Fineness,
@@ -22,6 +26,7 @@ from lumped.rattle.manifolds import (
     saddles,
 )
 from lumped.rattle.orbits import Orbit, find_orbits
+from lumped.rattle.return_map import follow, iterate_map_points
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.study.data_files import Flag, Number, Positive
@@ -69,7 +74,7 @@ def _figures(scene: MachineScene) -> list[str]:
         "machine.stiffness": "--kappa",
         "machine.restitution": "--restitution",
     }
-    given = [(names[key], value) for key, value in scene.given.items()]
+    given = [(names[key], value) for key, value in scene.overrides.items()]
     return [word for name, value in given for word in (name, f"{value:g}")]
 
 
@@ -84,9 +89,9 @@ def _cells(part: BasinsPart) -> Array:
 
 def _settled(
     machine: Machine, part: BasinsPart, cells: Array
-) -> tuple[tuple[Attractor, ...], Numbers]:
-    settled = settle_departures(machine, cells, part.iterations)
-    found = sort_departures(machine, part.iterations, settled, only_settled=False)
+) -> tuple[tuple[RattleAttractor, ...], Numbers]:
+    settled = iterate_map_points(machine, cells, part.iterations)
+    found = classify_attractors(machine, part.iterations, settled, only_settled=False)
     return found[:2]
 
 
@@ -112,7 +117,7 @@ def basins(part: BasinsPart, scene: MachineScene, report: Progress) -> PartResul
     return PartResult(tuple(curves), values)
 
 
-def _marks(machine: Machine, attractors: Sequence[Attractor]) -> list[Curve]:
+def _marks(machine: Machine, attractors: Sequence[RattleAttractor]) -> list[Curve]:
     """Departures of periodic motions, and a chaotic one followed for a while."""
     marks, chaos = [], []
     for each in attractors:
@@ -242,7 +247,7 @@ def _parts_basins(machine: Machine, points: np.ndarray) -> list[float]:
     good = (size > 0.0) & (size < 0.5) & (at[:, 1] > 0.1)
     across, at = 1e-6 * across[good] / size[good][:, None], at[good]
     one, two = (
-        settle_departures(machine, at + sign * across, 1499).period for sign in (1, -1)
+        iterate_map_points(machine, at + sign * across, 1499).period for sign in (1, -1)
     )
     return [float(a != b) for a, b in zip(one, two, strict=True)]
 
@@ -284,6 +289,6 @@ def limit(part: LimitPart, scene: MachineScene, report: Progress) -> PartResult:
     return PartResult((Curve("line", shown), Curve("dots", shown)), values)
 
 
-def _quiet(attractors: Sequence[Attractor], which: Numbers) -> NDArray[np.bool_]:
+def _quiet(attractors: Sequence[RattleAttractor], which: Numbers) -> NDArray[np.bool_]:
     quiet = [i for i, each in enumerate(attractors) if each.name == QUIET]
     return np.isin(which, quiet)

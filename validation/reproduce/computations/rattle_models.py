@@ -14,7 +14,7 @@ from pydantic import Field
 from fegear.rattle.machines import load_machine
 from lumped.common.progress import Progress
 from lumped.rattle.assembly import Assembly
-from lumped.rattle.quiet import quiet_motion
+from lumped.rattle.permanent_contact import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult, Style
@@ -72,7 +72,7 @@ class QuietPart(Part):
     tuned: Number | None = None
 
     def command(self, scene: MachineScene) -> Sequence[str]:
-        return () if scene.given else ("rattle", "critical", scene.name)
+        return () if scene.overrides else ("rattle", "critical", scene.name)
 
 
 def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:

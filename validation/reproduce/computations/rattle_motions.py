@@ -12,7 +12,7 @@ from pydantic import Field
 
 from lumped.common.progress import Progress
 from lumped.rattle.assembly import Assembly
-from lumped.rattle.motions import Motion, Motions
+from lumped.rattle.motions import AssemblyIntegrator, AssemblyRun
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.study.data_files import Flag, Positive
@@ -65,11 +65,11 @@ def motions(part: MotionsPart, scene: MachineScene, report: Progress) -> PartRes
     return PartResult(curves, {name: (value,) for name, value in values.items()})
 
 
-def _run(part: MotionsPart, assembly: Assembly) -> tuple[list[Motion], np.ndarray]:
+def _run(part: MotionsPart, assembly: Assembly) -> tuple[list[AssemblyRun], np.ndarray]:
     machine = assembly.machine
     if part.impacts:
         machine = replace(machine, stiffness=np.inf)
-    ready = Motions(replace(assembly, machine=machine))
+    ready = AssemblyIntegrator(replace(assembly, machine=machine))
     play = machine.half_backlash
     states = [
         ready.settled(rotation, speed)
@@ -83,7 +83,10 @@ def _run(part: MotionsPart, assembly: Assembly) -> tuple[list[Motion], np.ndarra
 
 
 def _histories(
-    part: MotionsPart, found: Sequence[Motion], times: np.ndarray, assembly: Assembly
+    part: MotionsPart,
+    found: Sequence[AssemblyRun],
+    times: np.ndarray,
+    assembly: Assembly,
 ) -> tuple[Curve, ...]:
     play = assembly.machine.half_backlash
     curves = []

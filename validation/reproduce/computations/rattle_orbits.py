@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from fegear.rattle.bifurcation import Search, find_bifurcations
+from fegear.rattle.bifurcation import OrbitSearch, find_bifurcations
 from fegear.rattle.existence import Plane, find_existence
 from lumped.common.progress import Progress
-from lumped.continuation.bifurcations import stretches
+from lumped.continuation.bifurcations import stability_segments
 from lumped.rattle.arcs import arcs_of, history_of
-from lumped.rattle.attractors import CHAOTIC, QUIET, Naming
+from lumped.rattle.attractors import CHAOTIC, QUIET, AttractorClassifier
 from lumped.rattle.branches import GRAZING, OrbitBranch, machine_with
 from lumped.rattle.curves import BifurcationCurve
-from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.orbits import find_orbits
+from lumped.rattle.return_map import follow, iterate_map_points
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult, Style
 from validation.study.data_files import STRICT, Number, Text
@@ -33,13 +33,13 @@ KIND = r"(fold|period doubling|grazing)"
 Figure = Literal["damping", "eccentricity", "half_backlash", "stiffness", "restitution"]
 TOUCHES = 1e-3  # of the half backlash, from a flank that is grazed
 BARELY = 1e-3  # of the speed of a start that may run quietly
-APART = math.nan, math.nan  # between stretches of one label
+LABEL_DISTANCE = math.nan, math.nan  # between stretches of one label
 Count = Annotated[int, Field(strict=True, ge=0, le=10_000)]
 Names = tuple[Text, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Span:
+class ParameterRange:
     """A figure of the machine that varies, from low to high."""
 
     __pydantic_config__ = STRICT
@@ -54,15 +54,15 @@ class Span:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sought(Part):
-    """Which orbits are looked for; see `fegear.rattle.bifurcation.Search`.
+class OrbitSearchPart(Part):
+    """Which orbits are looked for; see `fegear.rattle.bifurcation.OrbitSearch`.
 
     names : of those that are drawn, all if left out
     """
 
     of_machine: ClassVar = True
 
-    over: Span
+    over: ParameterRange
     departures: Count = 1
     starts: Count = 5
     doublings: Count = 0
@@ -70,8 +70,8 @@ class Sought(Part):
     highest: Number = 7.0
     names: Names = ()
 
-    def search(self, runs: int = 0) -> Search:
-        return Search(
+    def search(self, runs: int = 0) -> OrbitSearch:
+        return OrbitSearch(
             figure=self.over.figure,
             limits=self.over.limits,
             departures=self.departures,
@@ -83,7 +83,7 @@ class Sought(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OrbitBranchesPart(Sought):
+class OrbitBranchesPart(OrbitSearchPart):
     """Branches of orbits by the speeds of their departures, and long runs."""
 
     keys: ClassVar = (f"{KIND} of {NAME}",)
@@ -93,7 +93,7 @@ class OrbitBranchesPart(Sought):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExistencePart(Sought):
+class ExistencePart(OrbitSearchPart):
     """Curves of bifurcations over two figures; found are meetings of curves.
 
     slices : values of the second figure at which branches are followed over the first
@@ -102,7 +102,7 @@ class ExistencePart(Sought):
     keys: ClassVar = (rf"grazing fold of {NAME}\.(first|second)",)
 
     kind: Literal["existence"] = "existence"
-    against: Span
+    against: ParameterRange
     slices: Annotated[tuple[Number, ...], Field(min_length=1)]
 
 
@@ -157,11 +157,14 @@ def orbit_branches(
 
 
 def _speeds(branch: OrbitBranch) -> Iterator[Curve]:
-    for stable, points in stretches(branch.points):
+    for stable, points in stability_segments(branch.points):
         for place in range(branch.itinerary.upper):
             yield Curve(
                 "line" if stable else "dashed",
-                (*((p.parameter, p.departures[place][1]) for p in points), APART),
+                (
+                    *((p.parameter, p.departures[place][1]) for p in points),
+                    LABEL_DISTANCE,
+                ),
                 label=branch.itinerary.name,
             )
 
@@ -184,7 +187,10 @@ def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> Par
             flank = f", {_flank(scene.machine, plane, curve)}"
             # motions graze together, so that their curves lie on each other
             style = "line" if name == max(grazing) else "wide"
-        points = *((point.first, point.second) for point in curve.points), APART
+        points = (
+            *((point.first, point.second) for point in curve.points),
+            LABEL_DISTANCE,
+        )
         curves.append(Curve(style, points, label=f"{curve.kind} of {name}{flank}"))
         for point in curve.points:
             if point.kind == "grazing fold":
@@ -246,8 +252,8 @@ def settled_rattle(
     starts = random.uniform((0.0, 0.0), (1.0, part.highest), (part.starts, 2))
     starts[0, 1] *= BARELY
     report("settled motions", 0, 1)
-    settled = settle_departures(machine, starts, part.iterations)
-    naming = Naming(machine, part.iterations)
+    settled = iterate_map_points(machine, starts, part.iterations)
+    naming = AttractorClassifier(machine, part.iterations)
     numbers = naming.sort(settled)[0].tolist()
     curves: list[Curve] = []
     found: dict[str, float] = {QUIET: 0.0, CHAOTIC: 0.0}
@@ -282,5 +288,5 @@ def _quiet(machine: Machine, turns: int) -> Iterator[Curve]:
 def _flanks(machine: Machine, turns: int, name: str) -> Curve:
     """Curve of the edges of the play."""
     play, end = machine.half_backlash, float(turns)
-    points = (0.0, play), (end, play), APART, (0.0, -play), (end, -play)
+    points = (0.0, play), (end, play), LABEL_DISTANCE, (0.0, -play), (end, -play)
     return Curve("dotted", points, panel=name)

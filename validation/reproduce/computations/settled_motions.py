@@ -10,7 +10,7 @@ from pydantic import Field
 
 from lumped.attractors.attractor_sweeps import AttractorBranch, sweep_attractors
 from lumped.attractors.attractors import Kind, SectionSettings
-from lumped.branches.motions import OverSpeed
+from lumped.branches.motions import SpeedFamily
 from lumped.common.progress import Progress
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import Direction, reporting
@@ -41,7 +41,7 @@ class AttractorsPart(Part):
             return ()
         values = (scene.unit_Hz * value for value in parsed_speeds(self.speeds))
         over = "mesh_frequency_Hz=" + ",".join(f"{value:.6g}" for value in values)
-        words = ["bifurcations", *scene.words, *scene.kept_harmonics("--harmonics")]
+        words = ["bifurcations", *scene.argv, *scene.kept_harmonics("--harmonics")]
         how = ["--direction", self.direction, "--sections", str(self.sections)]
         return [*words, "--over", over, *how]
 
@@ -54,7 +54,7 @@ def attractors(part: AttractorsPart, scene: Scene, report: Progress) -> PartResu
     unit = scene.unit_Hz
     speeds = [unit * value for value in parsed_speeds(part.speeds)]
     branch = sweep_attractors(
-        *(speeds, OverSpeed(scene.system).at, part.direction),
+        *(speeds, SpeedFamily(scene.system).at, part.direction),
         *(Settings(multiples=32), SectionSettings(sections=part.sections)),
         observer=reporting(report, len(speeds)),
     )

@@ -15,7 +15,7 @@ from lumped.steady.motion import DivergedError, spectrum
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed, Stepper
 from lumped.steady.steppers import stepper_of
-from lumped.steady.sweep import Station, settle_in_turn
+from lumped.steady.sweep import SweepPoint, continue_sweep
 from validation.reproduce.computations.finite_elements import element_stepper
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
@@ -55,13 +55,13 @@ def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
     stepper, settings = _stepper(part, scene)
     done = 0
 
-    def station(value: float) -> Station:
+    def station(value: float) -> SweepPoint:
         nonlocal done
         report("spectra", done, len(values))
         done += 1
         return stepper, unit * value
 
-    responses, complete = settle_in_turn(values, station, settings)
+    responses, complete = continue_sweep(values, station, settings)
     if not complete:
         raise DivergedError(responses[-1].frequency, responses[-1].settling_time)
     curves: list[Curve] = []

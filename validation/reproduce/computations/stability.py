@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.common.progress import Progress
 from lumped.stability.combinations import combinations
-from lumped.stability.intervals import Column, examined
+from lumped.stability.intervals import StabilityScan, scan_stability
 from lumped.stability.periodic import PeriodicSystem, periodic_system
 from validation.reproduce.computations.parameter_studies import Over
 from validation.reproduce.parts import Curve, Part, PartResult, Style
@@ -43,7 +43,7 @@ class StabilityPart(Part):
 
     def command(self, scene: Scene) -> Sequence[str]:
         low, high, step = (scene.unit_Hz * float(v) for v in self.speeds.split(":"))
-        words = ["stability", *scene.words, *scene.friction_words([self.over.key])]
+        words = ["stability", *scene.argv, *scene.friction_words([self.over.key])]
         speeds = f"{low:.6g}:{high:.6g}:{step:.6g}"
         return [*words, "--over", self._over_words(scene), "--speeds", speeds]
 
@@ -81,14 +81,14 @@ def stability(part: StabilityPart, scene: Scene, report: Progress) -> PartResult
 
 def _column(
     part: StabilityPart, varying: PeriodicSystem, speeds: Sequence[float]
-) -> Column:
+) -> StabilityScan:
     if part.traced:
-        return examined(varying, speeds)
+        return scan_stability(varying, speeds)
     known = combinations(varying, (speeds[0], speeds[-1]))
-    return Column(np.empty(0), (), tuple(known))
+    return StabilityScan(np.empty(0), (), tuple(known))
 
 
-def _figures(column: Column) -> Iterator[tuple[str, float]]:
+def _figures(column: StabilityScan) -> Iterator[tuple[str, float]]:
     for kind in {each.kind for each in column.intervals}:
         own = [each for each in column.intervals if each.kind == kind]
         widest = max(own, key=lambda each: each.high - each.low)
@@ -103,7 +103,7 @@ def _figures(column: Column) -> Iterator[tuple[str, float]]:
 
 
 def _widest(
-    values: Sequence[float], columns: Sequence[Column]
+    values: Sequence[float], columns: Sequence[StabilityScan]
 ) -> dict[str, tuple[float, ...]]:
     """Values of the parameter at which the intervals of a name are widest."""
     widest: dict[str, tuple[float, float]] = {}
@@ -118,7 +118,7 @@ def _widest(
 
 
 def _curves(
-    part: StabilityPart, columns: Sequence[Column], unit: float
+    part: StabilityPart, columns: Sequence[StabilityScan], unit: float
 ) -> Iterator[Curve]:
     """Traced edges as dots; those of perturbation on lines, for each combination."""
     names = {c.name for column in columns for c in column.expected}
@@ -140,7 +140,7 @@ def _curves(
 
 def _expected_lines(
     values: Sequence[float],
-    columns: Sequence[Column],
+    columns: Sequence[StabilityScan],
     names: Sequence[str],
     unit: float,
 ) -> Iterator[tuple[float, float]]:
@@ -151,6 +151,6 @@ def _expected_lines(
             yield np.nan, np.nan
 
 
-def _edge(column: Column, name: str, edge: str) -> float:
+def _edge(column: StabilityScan, name: str, edge: str) -> float:
     own = [getattr(each, edge) for each in column.expected if each.name == name]
     return float(own[0]) if own else np.nan

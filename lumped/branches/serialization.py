@@ -11,7 +11,7 @@ from lumped.branches.periodic import PeriodicBranch
 from lumped.branches.points import BranchPoint
 
 
-def plain_branch(branch: PeriodicBranch) -> dict[str, Any]:
+def branch_to_dict(branch: PeriodicBranch) -> dict[str, Any]:
     points = [vars(point) | _plain_arrays(point) for point in branch.points]
     return {**vars(branch), "points": points}
 
@@ -25,8 +25,8 @@ def _plain_arrays(point: BranchPoint) -> dict[str, Any]:
     }
 
 
-def read_branch(values: Mapping[str, Any]) -> PeriodicBranch:
-    """The branch of `plain_branch`."""
+def branch_from_dict(values: Mapping[str, Any]) -> PeriodicBranch:
+    """The branch of `branch_to_dict`."""
     points = tuple(_read_point(point) for point in values["points"])
     return PeriodicBranch(**{**values, "points": points})
 

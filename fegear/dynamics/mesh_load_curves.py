@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fegear.contact.pair_laws import pair_laws
-from fegear.dynamics.sides import MeshLaws
+from fegear.contact.pair_load_curves import pair_laws
+from fegear.dynamics.sides import MeshLoadCurves
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
@@ -24,7 +24,7 @@ BACK = 20.0  # times the same: larger backlash is out of reach
 def pitch_point(gear_set: GearSet, mesh: int, positions: int) -> tuple[int, int]:
     """Which pair of a mesh touches at the pitch point, and at which of the positions.
 
-    Counted as pairs are in `PairLaws`, from the phase of the mesh on.
+    Counted as pairs are in `PairLoadCurves`, from the phase of the mesh on.
     """
     phase = mesh_phases(gear_set)[mesh].value
     place = round(-phase % 1.0 * positions)
@@ -47,7 +47,7 @@ def equal_tables(
 
 def all_mesh_laws(
     gear_set: GearSet, tables: Sequence[MeshTable], settings: StaticsSettings
-) -> list[MeshLaws]:
+) -> list[MeshLoadCurves]:
     """Laws of every mesh, by its table of equal teeth at the torque."""
     return [
         mesh_laws(gear_set, mesh, float(table["ste_m"].max()), settings)
@@ -57,7 +57,7 @@ def all_mesh_laws(
 
 def mesh_laws(
     gear_set: GearSet, mesh: int, static: float, settings: StaticsSettings
-) -> MeshLaws:
+) -> MeshLoadCurves:
     """Laws of a mesh (index from 0) whose largest static deflection is `static` [m].
 
     static : of equal teeth; pitch errors press some pairs on by as much again
@@ -68,7 +68,7 @@ def mesh_laws(
     static += float(np.ptp([0.0, *tooth_pair_errors(gear_set, mesh)]))
     reach, backlash = REACH * static, gear_set.meshes[mesh].backlash
     near = backlash < BACK * static
-    return MeshLaws(
+    return MeshLoadCurves(
         drive=pair_laws(problem, position, reach),
         back=pair_laws(problem, position, reach, back=True) if near else None,
         backlash=backlash,

@@ -31,14 +31,14 @@ NOMINAL, REVERSED = 0, 1  # friction
 
 
 @dataclass(frozen=True)
-class PairLaws:
+class PairLoadCurves:
     """Laws of k tooth pairs on one side at n positions; loads are positive.
 
     teeth : (k,) base pitches by which each pair is ahead of the reference pair of
         the drive side
     gap : (n, k) penetration that is missing where unmodified flanks would touch [m],
         of the mate's normal; large where flanks do not face each other
-    lever : (n, k, 4) arms of normal and friction force about driver and driven
+    moment_arms : (n, k, 4) arms of normal and friction force about driver and driven
         centre [m]
     arc : (n, k, 2) of the load's centre from the tip corners [m]
     sliding : (n, k) +1 before the pitch point, -1 behind it
@@ -51,7 +51,7 @@ class PairLaws:
 
     teeth: NDArray[np.int64]
     gap: Array
-    lever: Array
+    moment_arms: Array
     arc: Array
     sliding: Array
     penetration: Array
@@ -63,7 +63,7 @@ class PairLaws:
 
 def pair_laws(
     problem: ContactProblem, position: Array, reach: float, back: bool = False
-) -> PairLaws:
+) -> PairLoadCurves:
     """Laws at positions (n,), for penetrations up to `reach` [m].
 
     back : of the back flanks, whose penetration counts from where those touch
@@ -92,10 +92,10 @@ def pair_laws(
             found = _solve_pair(problem, teeth[column], place[here], ste, True)
             load[here, column, REVERSED, 1:] = found.load * problem.face_width
     normal, tangential = pair_coupling(problem, teeth, arc)
-    return PairLaws(
+    return PairLoadCurves(
         teeth=-teeth if back else teeth,
         gap=gap[:, kept],
-        lever=cells.lever[:, kept],
+        moment_arms=cells.lever[:, kept],
         arc=arc,
         sliding=cells.sliding_sign[:, kept],
         penetration=penetration,
@@ -128,7 +128,7 @@ def pair_coupling(
     """Smooth compliance between the points of contact of different pairs.
 
     teeth : (k,) base pitches ahead; arc : (n, k, 2) of the points from the tip corners
-    Normal and tangential (n, k, k) [m/N], see `PairLaws`.
+    Normal and tangential (n, k, k) [m/N], see `PairLoadCurves`.
     """
     _, flanks, tables = kernel_inputs(problem)
     positions, pairs = arc.shape[:2]

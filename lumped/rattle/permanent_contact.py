@@ -18,7 +18,7 @@ INSTANTS = 256  # instants in each cycle of the fastest forcing to check flanks 
 
 
 @dataclass(frozen=True)
-class QuietMotion:
+class PermanentContact:
     """Permanent contact of an assembly, whatever the sign of its tooth load.
 
     The fields are amplitudes (n + 1,) of e^(i w t) in the parts' rotations and the
@@ -122,11 +122,11 @@ class QuietMotion:
         return min(float(found.fun), float(values.min()))
 
 
-def quiet_motion(assembly: Assembly) -> QuietMotion:
+def quiet_motion(assembly: Assembly) -> PermanentContact:
     """Motion in permanent contact to which all others in contact converge."""
     linear, machine = assembly.linear(), assembly.machine
     still = np.zeros(linear.row.size)
-    return QuietMotion(
+    return PermanentContact(
         *(assembly, linear.names),
         mean=linear.respond(0.0, linear.mean).real,
         turn=linear.respond(TURN, still, 1.0),

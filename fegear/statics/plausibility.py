@@ -19,7 +19,7 @@ BALANCE = 1e-3  # relative, of what two laws of mechanics give for the same quan
 ESTIMATE = 1e-2  # relative, of what two meshes give for it
 
 
-def doubts(
+def plausibility_warnings(
     where: str,
     module: float,
     *,
@@ -57,7 +57,7 @@ def doubts(
         )
 
 
-def doubts_of_check(
+def check_warnings(
     where: str, what: str, off: float, allowed: float = BALANCE
 ) -> Iterator[str]:
     """A line where a self-check does not hold.
@@ -71,20 +71,21 @@ def doubts_of_check(
         )
 
 
-def doubts_of_meshes(
+def mesh_warnings(
     meshes: Sequence[Mesh],
     where: str,
     dte_peak: Iterable[float],
     back_side: Iterable[float],
 ) -> Iterator[str]:
-    """`doubts` of every mesh of a motion.
+    """`plausibility_warnings` of every mesh of a motion.
 
     where : follows the mesh's number, such as ` at 100 N m`
-    dte_peak : largest dynamic transmission errors [m]; back_side : as in `doubts`
+    dte_peak : largest dynamic transmission errors [m]
+    back_side : as in `plausibility_warnings`
     """
     each = zip(meshes, dte_peak, back_side, strict=True)
     for number, (mesh, peak, back) in enumerate(each, start=1):
-        yield from doubts(
+        yield from plausibility_warnings(
             f"mesh {number}{where}",
             mesh.pair.driver.module,
             transmission_error=float(peak),

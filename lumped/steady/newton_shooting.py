@@ -30,16 +30,20 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 ROUNDS = 8  # Newton steps with one derivative
 LARGEST = 0.2  # largest first step per range of deflection: farther motions may differ
-NEAR = 0.5  # largest last change, per range, of a motion that may be within LARGEST
-HARDLY = 20.0  # periods still to settle, per period passed, of a very slow decay
+MAX_LAST_CHANGE = (
+    0.5  # largest last change, per range, of a motion that may be within LARGEST
+)
+MAX_DECAY_RATIO = (
+    20.0  # periods still to settle, per period passed, of a very slow decay
+)
 CONTRACTS = 0.2  # largest ratio of successive steps: the map is nearly linear
-EXACT = 0.1  # largest error after the last round, in tolerances
+NEWTON_TOL_RATIO = 0.1  # largest error after the last round, in tolerances
 CERTAIN = 0.01  # second step over the first up to which the first derivative suffices
 SQUARINGS = 14  # squarings of a derivative: multipliers above 0.9995 count as 1
 BEYOND = 1e12  # size of a power of a matrix above which its powers grow
 
 
-class Leaping(Protocol):
+class ShootingStepper(Protocol):
     """Stepper whose motions can leap, see `lumped.steady.steppers.FixedStepper`."""
 
     @property
@@ -56,15 +60,15 @@ class Leaping(Protocol):
     ) -> tuple[Array, Array]: ...
 
 
-def settle_or_leap(
-    stepper: Leaping, state: Array, at: Speed, check: Convergence, most: int
+def integrate_or_shoot(
+    stepper: ShootingStepper, state: Array, at: Speed, check: Convergence, most: int
 ) -> tuple[Array, bool]:
     """Advance as `Stepper.advance` does, and leap where that is faster than settling.
 
     A motion is integrated for half as long as a leap takes, as long as its changes show
     that it is far away, and after a failed leap for as long as it ran before.
     """
-    before, leap, on = check.period, leap_cost(stepper) // 2, False
+    before, leap, on = check.period, jacobian_cost(stepper) // 2, False
     while True:
         passed = check.period - before
         onward, many = at.after(passed), min(leap, most) - passed
@@ -73,18 +77,18 @@ def settle_or_leap(
         if settled or passed >= most:
             return state, settled
         at.watch(passed)
-        multiple, more, last = approached(check)
-        cost = leap_cost(stepper) * multiple
-        if more <= cost or math.inf > last > NEAR:
+        multiple, more, last = estimate_decay(check)
+        cost = jacobian_cost(stepper) * multiple
+        if more <= cost or math.inf > last > MAX_LAST_CHANGE:
             leap = passed + max(math.ceil(min(more, cost)), 1)
             continue
-        found = leapt(stepper, state, at, check, multiple)
+        found = shoot_fixed_point(stepper, state, at, check, multiple)
         if found is not None:
             return found, True
         leap, on = 2 * passed, False
 
 
-def leap_cost(stepper: Leaping) -> int:
+def jacobian_cost(stepper: ShootingStepper) -> int:
     """Number of common periods whose integration takes as long as a leap.
 
     Most of it is the derivative, and powers of that which show whether it contracts.
@@ -92,8 +96,8 @@ def leap_cost(stepper: Leaping) -> int:
     return 8 + 3 * stepper.system.angular.size // 2
 
 
-def leapt(
-    stepper: Leaping, state: Array, at: Speed, check: Convergence, multiple: int
+def shoot_fixed_point(
+    stepper: ShootingStepper, state: Array, at: Speed, check: Convergence, multiple: int
 ) -> Array | None:
     """Stable motion near a state that repeats after `multiple` common periods, or
     None."""
@@ -118,7 +122,7 @@ class SectionMap:
     passed : common periods integrated so far
     """
 
-    stepper: Leaping
+    stepper: ShootingStepper
     at: Speed
     multiple: int
     passed: int = 0
@@ -127,7 +131,7 @@ class SectionMap:
     def _check(self) -> Convergence:
         """Convergence that stores sections; only equality to the last digit repeats."""
         check = self.stepper.begin(self.stepper.start(), self.at.settings)
-        return check._replace(tolerance=0.0, at_once=False)
+        return check._replace(tolerance=0.0, accept_immediately=False)
 
     def after(self, x: Array, on: bool = True) -> tuple[Array, Array]:
         """Next two sections of a motion that starts from x.
@@ -165,17 +169,17 @@ class SectionMap:
 
 def distance(check: Convergence, difference: Array) -> float:
     """Size of a difference of two sections (2 n,), see `distances`."""
-    return float(distances(check, difference.reshape(1, 2, -1))[0])
+    return float(section_distances(check, difference.reshape(1, 2, -1))[0])
 
 
-def distances(check: Convergence, differences: Array) -> Array:
+def section_distances(check: Convergence, differences: Array) -> Array:
     """Sizes (k,) of differences (k, 2, n) of sections, relative to the range of
     deflection, of the worst mesh."""
     squares = (differences**2).sum(axis=1) @ (check.shapes**2).T
     return np.asarray(np.sqrt(squares / check.scale**2).max(axis=1))
 
 
-def approached(check: Convergence) -> tuple[int, float, float]:
+def estimate_decay(check: Convergence) -> tuple[int, float, float]:
     """Common periods over which the change of a motion decreases, the number left to
     settle at that rate, and the last change in ranges of deflection; one and twice
     infinity if the change does not decrease."""
@@ -183,7 +187,7 @@ def approached(check: Convergence) -> tuple[int, float, float]:
     back = (now - np.arange(1 + min(slots - 1, now))) % slots
     sections, found = check.sections[back], (1, math.inf, math.inf)
     for multiple in range(1, min((slots - 1) // 2, now // 2) + 1):
-        changes = distances(check, np.diff(sections[::multiple], axis=0))
+        changes = section_distances(check, np.diff(sections[::multiple], axis=0))
         half = changes.size // 2
         last, first = float(changes[:half].max()), float(changes[half:].max())
         if 0.0 < last < first:
@@ -192,7 +196,7 @@ def approached(check: Convergence) -> tuple[int, float, float]:
             more = max(math.log(left / check.tolerance), 0.0) / rate
             if more < found[1]:
                 found = multiple, more, last
-            if more < HARDLY * now:
+            if more < MAX_DECAY_RATIO * now:
                 break
     return found
 
@@ -214,7 +218,7 @@ def stable_fixed_point(
 
     x, mapped = mapping.after(section)
     derivative = mapping.derivative(x)
-    if not contracts(derivative):
+    if not is_stable(derivative):
         return None
     factors, steps = lu_factor(np.eye(section.size) - derivative), list[float]()
     for _ in range(ROUNDS):
@@ -226,17 +230,17 @@ def stable_fixed_point(
         x += step
         # the second step may lack forces before the start, the others the remainder
         left = steps[-1] * (ratio if len(steps) > 2 else 1.0)
-        if left < EXACT * tolerance:
+        if left < NEWTON_TOL_RATIO * tolerance:
             break
         x, mapped = mapping.after(x, on=len(steps) > 1)
     else:
         return None
     # Newton's second step is the change of the derivative over its distance from 1
     changed = steps[1] / steps[0] if len(steps) > 1 else 0.0
-    return x if changed < CERTAIN or contracts(mapping.derivative(x)) else None
+    return x if changed < CERTAIN or is_stable(mapping.derivative(x)) else None
 
 
-def contracts(matrix: Array) -> bool:
+def is_stable(matrix: Array) -> bool:
     """Whether powers of a matrix vanish after no more than SQUARINGS squarings."""
     for _ in range(SQUARINGS):
         size = np.linalg.norm(matrix)

@@ -34,7 +34,7 @@ def contact_laws(
         normal += cross_mesh[0]
         tangential += cross_mesh[1]
     penetrations = {side.mesh: side.laws.penetration for side in sides}
-    arms = np.concatenate([s.laws.lever.T[2:] for s in sides], axis=1)
+    arms = np.concatenate([s.laws.moment_arms.T[2:] for s in sides], axis=1)
     gap = np.concatenate([s.laws.gap.T + s.backlash for s in sides])
     # the back flanks slide the other way
     sliding = np.concatenate([s.side * s.laws.sliding.T for s in sides])
@@ -45,7 +45,9 @@ def contact_laws(
         sliding=np.ascontiguousarray(sliding),
         arms=np.ascontiguousarray(arms),
         knots=np.array(list(penetrations.values())),
-        law=np.concatenate([_cubics(s.laws.penetration, _loads(s)) for s in sides]),
+        load_curve=np.concatenate(
+            [_cubics(s.laws.penetration, _loads(s)) for s in sides]
+        ),
         normal_compliance=normal,
         tangential_compliance=tangential,
         errors=_errors(sides),

@@ -32,7 +32,7 @@ CRITICAL = 1.0  # damping ratio of modes that were not solved
 
 
 @dataclass(frozen=True, eq=False)
-class BodyInertia:
+class TruncationModel:
     """Effect of b solved body modes, and of the remaining modes, on the meshes.
 
     frequencies_Hz, damping_ratio, families : (b,); modes of one family are a pair
@@ -65,7 +65,7 @@ class BodyInertia:
         """
         return self._error(self._parts(band), ~kept)
 
-    def flank_error(self, kept: Mask, band: tuple[float, float]) -> float:
+    def flank_bound(self, kept: Mask, band: tuple[float, float]) -> float:
         """Relative error of amplitudes on the flanks of resonances in a band of speeds.
 
         kept : (b,) modes that are not left out

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rim_gears import FIRM
 
-from lumped.steady import leap
-from lumped.steady.leap import contracts, stable_fixed_point
+from lumped.steady import newton_shooting
+from lumped.steady.newton_shooting import is_stable, stable_fixed_point
 from lumped.steady.respond import respond
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import sweep
@@ -60,7 +60,7 @@ def test_one_that_is_unstable_only_in_its_place_is_none():
     """Beside it the derivative contracts."""
     mapping = Curved([1.001, 0.3, -0.4, 0.9], curvature=-0.1)
     start = PLACE + 0.1 * np.ones(4)
-    assert contracts(mapping.derivative(start))
+    assert is_stable(mapping.derivative(start))
     assert stable_fixed_point(mapping, start, np.linalg.norm, TOLERANCE) is None
 
 
@@ -79,11 +79,11 @@ def test_matrices_contract_as_their_eigenvalues_say(seed, size):
     matrix = np.random.default_rng(seed).normal(size=(7, 7))
     largest = np.abs(np.linalg.eigvals(matrix)).max()
     near = abs(size - 1.0) < 1e-3
-    assert near or contracts(size * matrix / largest) == (size < 1.0)
+    assert near or is_stable(size * matrix / largest) == (size < 1.0)
 
 
 def test_no_number_is_no_contraction():
-    assert not contracts(np.full((2, 2), math.nan))
+    assert not is_stable(np.full((2, 2), math.nan))
 
 
 SLACK = replace(FIRM, backlash=2e-5, spokes=2e-9, in_rim=0.6)
@@ -100,7 +100,7 @@ def test_leaps_end_where_the_motion_settles(system, monkeypatch):
     """At every speed of a sweep, and in much less time."""
     patient = Settings(max_periods=20_000)
     leaping = sweep(system, SPEEDS, "up", patient)
-    monkeypatch.setattr(leap, "leap_cost", lambda stepper: 10**6)
+    monkeypatch.setattr(newton_shooting, "jacobian_cost", lambda stepper: 10**6)
     settling = sweep(system, SPEEDS, "up", patient)
     one, two = ([r.multiple for r in each.responses] for each in (leaping, settling))
     assert one == two
@@ -118,7 +118,7 @@ def test_leaps_end_where_the_motion_settles(system, monkeypatch):
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
 def test_a_leap_ends_as_near_as_the_tolerance_says(system, tolerance, monkeypatch):
     leapt = respond(system, SPEEDS[5], Settings(tolerance=tolerance))
-    monkeypatch.setattr(leap, "leap_cost", lambda stepper: 10**6)
+    monkeypatch.setattr(newton_shooting, "jacobian_cost", lambda stepper: 10**6)
     settled = respond(system, SPEEDS[5], Settings(tolerance=1e-9, max_periods=20_000))
     assert settled.settling_time > 2.0 * leapt.settling_time
     apart = system.arrays.shapes @ (leapt.state[0] - settled.state[0])

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fegear.contact.pair_laws import pair_laws
-from fegear.dynamics.table_laws import laws_at
+from fegear.contact.pair_load_curves import pair_laws
+from fegear.dynamics.table_load_curves import laws_at
 from fegear.files.errors import InputError
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import GivenTables, read_mesh_tables
@@ -19,7 +19,7 @@ from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper
-from lumped.train.path_laws import path_laws
+from lumped.train.path_load_curves import path_laws
 from lumped.train.table import MeshTable, format_table, pair_compliance_name
 
 POSITIONS = 64
@@ -126,7 +126,8 @@ def test_laws_stand_where_finite_elements_have_them(case_of, given_of, back):
     assert close.sum() > position.size
     # tables are of transmission errors, laws of penetrations
     closing = (
-        np.where(close, exact.lever[..., 0], 1.0) / problem.pair.driver.base_radius
+        np.where(close, exact.moment_arms[..., 0], 1.0)
+        / problem.pair.driver.base_radius
     )
     gap = found.gap[:, columns][close]
     np.testing.assert_allclose(gap, (exact.gap / closing)[close], atol=5e-3 * reach)

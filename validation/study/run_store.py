@@ -27,7 +27,7 @@ def inputs_text(inputs: Mapping[str, str]) -> str:
     return json.dumps(inputs, indent=2, sort_keys=True) + "\n"
 
 
-def sealed(
+def with_digests(
     inputs: Mapping[str, str], texts: Mapping[str, str], result: Mapping[str, Any]
 ) -> dict[str, str]:
     """Texts by the name of their file, the result last."""
@@ -53,7 +53,7 @@ def write_texts(directory: Path, texts: Mapping[str, str]) -> None:
         write_text(directory / name, text)
 
 
-def whole_texts(
+def read_verified(
     directory: Path, inputs: Mapping[str, str], names: Sequence[str]
 ) -> dict[str, str] | None:
     """All files as they were written of these inputs, None where one is not.

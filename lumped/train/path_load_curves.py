@@ -27,10 +27,12 @@ Array = NDArray[np.float64]
 FAR_GAP = 1e-2  # [m] beyond any deflection
 CELLS = 256  # penetrations of a law, denser toward zero
 BEYOND = 2.0  # multiple of the table's largest penetration up to which laws curve
-LEAST = 1e-4  # part of that penetration below which points are round-off
-SURE = 1e-1  # part of it from which a law is extrapolated to larger penetrations
+MIN_LOAD = 1e-4  # part of that penetration below which points are round-off
+EXTRAPOLATE_FROM = (
+    1e-1  # part of it from which a law is extrapolated to larger penetrations
+)
 WRONG = 1e-2  # part of it by which a table may contradict itself
-MOST_HARDENING = 0.5  # largest extrapolated relative slope of F / x over log x
+MAX_HARDENING = 0.5  # largest extrapolated relative slope of F / x over log x
 FLOOR = 0.1  # least F / x toward zero, relative to the first point
 WHOLE = 1e-2  # largest deviation of the sum of load shares from 1
 NEEDED = "the coupled model needs"
@@ -42,7 +44,7 @@ FALLS = "the load of a pair must grow with its penetration"
 
 
 @dataclass(frozen=True, eq=False)
-class PathLaws:
+class PathLoadCurves:
     """Laws of equal tooth pairs along the path of contact, at s places.
 
     place : (s,) base pitches past the pitch point
@@ -62,11 +64,11 @@ class PathLaws:
 
 def path_laws(
     table: MeshTable, base_radius: float, without: Collection[str] = ()
-) -> PathLaws:
+) -> PathLoadCurves:
     """Laws from all torques of a table with the gears' hubs held.
 
     base_radius : base radius of the driver [m]
-    without : parts of the coupled model, `lumped.train.coupled.INGREDIENTS`, that are
+    without : parts of the coupled model, `lumped.train.coupled.COMPONENTS`, that are
         left out and that the table need not contain
 
     Raises ValueError if the table is incomplete or contradicts itself.
@@ -99,7 +101,7 @@ def path_laws(
     knots, loads = _laws(
         _along(penetration, teeth, 0.0), _along(load, teeth, 0.0), table
     )
-    return PathLaws(
+    return PathLoadCurves(
         place=min(teeth) + np.arange(loads.shape[0]) / table.position.size,
         gap=_along(gap, teeth, FAR_GAP),
         penetration=knots,
@@ -192,13 +194,13 @@ def _laws(penetration: Array, load: Array, table: MeshTable) -> tuple[Array, Arr
     """Penetrations (j,) and loads (s, j) from points (t, s) at rising torques."""
     scale = float(penetration.max(where=load > 0.0, initial=0.0))
     _require_agreement(penetration, load, scale, table)
-    made = (load > 0.0) & (penetration > LEAST * scale)
+    made = (load > 0.0) & (penetration > MIN_LOAD * scale)
     points = [
         (np.log(x[own]), f[own] / x[own])
         for x, f, own in zip(penetration.T, load.T, made.T, strict=True)
     ]
     last = np.array([x.max(initial=-np.inf) for x, _ in points])
-    sure = np.flatnonzero(last > np.log(SURE * scale))
+    sure = np.flatnonzero(last > np.log(EXTRAPOLATE_FROM * scale))
     hardening = _hardening([points[s] for s in sure])
     end = np.log([scale])
     for s in sorted({*range(len(points))} - {*sure}):
@@ -220,7 +222,7 @@ def _hardening(points: Sequence[tuple[Array, Array]]) -> float:
     slopes = [
         (k[-1] - k[-2]) / (x[-1] - x[-2]) / k[-1] for x, k in points if x.size > 1
     ]
-    return float(np.clip(np.median(slopes), 0.0, MOST_HARDENING)) if slopes else 0.0
+    return float(np.clip(np.median(slopes), 0.0, MAX_HARDENING)) if slopes else 0.0
 
 
 def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Array:
@@ -235,7 +237,7 @@ def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Arra
         x, k = np.array([x[0] - 1.0, x[0]]), k * np.array([1.0 - hardening, 1.0])
     curve = PchipInterpolator(x, k)
     low, high = curve(x[[0, -1]], 1)
-    low = np.clip(low, 0.0, MOST_HARDENING * k[0])
+    low = np.clip(low, 0.0, MAX_HARDENING * k[0])
     high = np.clip(high, 0.0, 2.0 * hardening * k[-1])  # not from a trace of load alone
     inside = np.clip(at, x[0], x[-1])
     beyond = np.where(at < x[0], low, high) * (at - inside)
@@ -249,7 +251,7 @@ def _require_agreement(
     carries = load > 0.0
     wrong = np.where(carries, penetration < -WRONG * scale, penetration > WRONG * scale)
     _refuse_where(wrong | (load < 0.0), table, CONTRADICTS)
-    made = carries & (penetration > LEAST * scale)
+    made = carries & (penetration > MIN_LOAD * scale)
     grows = (np.diff(penetration, axis=0) > 0.0) & (np.diff(load, axis=0) > 0.0)
     _refuse_where(made[:-1] & made[1:] & ~grows, table, FALLS)
 

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from lumped.rattle.assembly import Absorber, Assembly, Shafts, SprungGear
-from lumped.rattle.departures import settle_departures
-from lumped.rattle.kernels.flight import returned
-from lumped.rattle.kernels.settle import QUIET
+from lumped.rattle.kernels.flight import return_map
+from lumped.rattle.kernels.settle import MIN_VIBRATION
 from lumped.rattle.machine import Machine, effective_eccentricity
 from lumped.rattle.periodic import simple_rattle
-from lumped.rattle.quiet import quiet_motion
+from lumped.rattle.permanent_contact import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
+from lumped.rattle.return_map import iterate_map_points
 
 ROOTS = Machine(damping=3e-4, eccentricity=1e-4, half_backlash=6e-4, stiffness=1100.0)
 TURN = 2.0 * math.pi
@@ -197,8 +197,8 @@ def test_motion_that_barely_departs_stays_quiet_below_it_only(stiffness, factor,
     )
     machine = replace(machine, eccentricity=factor * critical(machine))
     slow = [[0.1, 0.0005], [0.6, 0.0005]]
-    settled = settle_departures(machine, np.array(slow), 3000)
-    assert ((settled.period == QUIET) == quiet).all()
+    settled = iterate_map_points(machine, np.array(slow), 3000)
+    assert ((settled.period == MIN_VIBRATION) == quiet).all()
 
 
 def two_shafts_return(assembly: Assembly, t: float, v: float) -> tuple[float, float]:
@@ -256,7 +256,7 @@ def test_unequal_shafts_return_as_both_do(inertia, start):
     )
     shafts = Shafts(driving_inertia=inertia, driving_drag=inertia)
     assembly = Assembly(machine=machine, shafts=shafts)
-    t, v, _ = returned(assembly.as_machine().arrays, *start)
+    t, v, _ = return_map(assembly.as_machine().arrays, *start)
     assert (t, v) == pytest.approx(two_shafts_return(assembly, *start), rel=1e-6)
 
 
@@ -265,7 +265,7 @@ def test_unequal_shafts_have_a_closed_form_of_simple_rattle():
     shafts = Shafts(driving_inertia=2.0, driving_drag=2.0)
     found = Assembly(machine=machine, shafts=shafts).as_machine()
     for each in simple_rattle(found):
-        t, v, lower = returned(found.arrays, each.time, each.velocity)
+        t, v, lower = return_map(found.arrays, each.time, each.velocity)
         assert (t, v) == pytest.approx((each.time + 1.0, each.velocity), rel=1e-9)
         assert lower == 0
 

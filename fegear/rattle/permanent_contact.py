@@ -8,11 +8,11 @@ from dataclasses import asdict, fields, replace
 from functools import partial
 from typing import Any
 
-from fegear.rattle.machines import NamedMachine, figures_of
+from fegear.rattle.machines import NamedMachine, parameters
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.impulses import impulse_rattle
-from lumped.rattle.motions import Motions
-from lumped.rattle.quiet import quiet_motion
+from lumped.rattle.motions import AssemblyIntegrator
+from lumped.rattle.permanent_contact import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
 
 CHANGED = 1e-4  # relative change of a parameter that yields a slope
@@ -22,7 +22,7 @@ FLAT = 1e-3  # per cent that are as good as none
 VARIED = "damping", "stiffness", "ripple"  # of the machine
 
 
-def quiet_summary(named: NamedMachine) -> dict[str, Any]:
+def contact_limits(named: NamedMachine) -> dict[str, Any]:
     """Critical eccentricity, margin and sensitivities, plain values ready for JSON."""
     assembly = named.assembly
     motion = quiet_motion(assembly)
@@ -31,7 +31,7 @@ def quiet_summary(named: NamedMachine) -> dict[str, Any]:
     of_lowest, of_critical = _sensitivities(assembly)
     return {
         **named.heading,
-        **figures_of(assembly.machine),
+        **parameters(assembly.machine),
         "shafts": asdict(assembly.shafts),
         **{name: asdict(part) for name, part in assembly.beside_shafts},
         "least_quiet_eccentricity_rad": lowest,
@@ -56,10 +56,10 @@ def _simple_rattle(assembly: Assembly) -> float | None:
         return None
     rigid = replace(assembly.machine, stiffness=math.inf, ripple=0.0)
     try:
-        motions = Motions(replace(assembly, machine=rigid))
+        motions = AssemblyIntegrator(replace(assembly, machine=rigid))
     except ValueError:
         return None
-    return impulse_rattle(motions).least_eccentricity
+    return impulse_rattle(motions).min_eccentricity
 
 
 def _of_gears(

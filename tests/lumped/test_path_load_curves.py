@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lumped.train.path_laws import FAR_GAP, path_laws
+from lumped.train.path_load_curves import FAR_GAP, path_laws
 from lumped.train.table import (
     MeshTable,
     format_table,

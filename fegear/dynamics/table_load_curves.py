@@ -8,27 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fegear.contact.pair_laws import REACH, PairLaws
+from fegear.contact.pair_load_curves import REACH, PairLoadCurves
 from fegear.contact.problem import back_side_position
-from fegear.dynamics.mesh_laws import BACK, POSITIONS
-from fegear.dynamics.sides import MeshLaws
+from fegear.dynamics.mesh_load_curves import BACK, POSITIONS
+from fegear.dynamics.sides import MeshLoadCurves
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import GivenTables
 from lumped.train.excitation import at_torque
-from lumped.train.path_laws import FAR_GAP, PathLaws, path_laws
+from lumped.train.path_load_curves import FAR_GAP, PathLoadCurves, path_laws
 from meshes import GearPair
 
 Array = NDArray[np.float64]
-SAME = 1e-9  # base pitches
-MOST_POSITIONS = 512  # of a mesh cycle
+POSITION_TOL = 1e-9  # base pitches
+MAX_POSITIONS = 512  # of a mesh cycle
 
 
 def all_table_laws(
     gear_set: GearSet, torque: float, given: GivenTables, without: Sequence[str]
-) -> list[MeshLaws]:
+) -> list[MeshLoadCurves]:
     """Laws of every mesh; raises InputError that names the table.
 
     torque : on the input gear [N m]; without : parts that the model leaves out
@@ -36,7 +36,7 @@ def all_table_laws(
     torques = mesh_torques_at(gear_set, torque)
     longest = max(table.position.size for _, table in given.tables)
     # finer on the same places, but for a table that would fill the memory
-    positions = min(longest * -(-POSITIONS // longest), MOST_POSITIONS)
+    positions = min(longest * -(-POSITIONS // longest), MAX_POSITIONS)
     laws = []
     for mesh, (name, table) in enumerate(given.tables):
         try:
@@ -51,8 +51,8 @@ def all_table_laws(
 
 
 def table_laws(
-    gear_set: GearSet, mesh: int, path: PathLaws, static: float, positions: int
-) -> MeshLaws:
+    gear_set: GearSet, mesh: int, path: PathLoadCurves, static: float, positions: int
+) -> MeshLoadCurves:
     """Laws of a mesh (index from 0) over its cycle from those along its path.
 
     static : largest static deflection [m]; positions : of the cycle
@@ -61,7 +61,7 @@ def table_laws(
     phase = mesh_phases(gear_set)[mesh].value
     position = phase + np.arange(positions + 1) / positions
     near = backlash < BACK * static
-    return MeshLaws(
+    return MeshLoadCurves(
         drive=laws_at(path, pair, position),
         back=laws_at(path, pair, position, back=True) if near else None,
         backlash=backlash,
@@ -70,8 +70,8 @@ def table_laws(
 
 
 def laws_at(
-    path: PathLaws, pair: GearPair, position: Array, back: bool = False
-) -> PairLaws:
+    path: PathLoadCurves, pair: GearPair, position: Array, back: bool = False
+) -> PairLoadCurves:
     """Laws at positions (n,) of those along the path, as `pair_laws` solves them.
 
     Teeth are symmetric: back contact is drive contact in a mirror. In corner contact
@@ -91,10 +91,10 @@ def laws_at(
     tips = np.array([gear.tip_roll_length for gear in gears])
     load = _read(path, path.load, place, 0.0)
     none = np.zeros((*place.shape, teeth.size))
-    return PairLaws(
+    return PairLoadCurves(
         teeth=-teeth if back else teeth,
         gap=gap[:, kept],
-        lever=np.concatenate([np.broadcast_to(arms, rolls.shape), rolls], axis=2),
+        moment_arms=np.concatenate([np.broadcast_to(arms, rolls.shape), rolls], axis=2),
         arc=np.maximum(tips**2 - rolls**2, 0.0) / (2.0 * arms),
         sliding=np.sign(pair.pitch_point - roll),
         penetration=path.penetration,
@@ -105,7 +105,9 @@ def laws_at(
     )
 
 
-def _between_pairs(path: PathLaws, teeth: NDArray[np.int64], place: Array) -> Array:
+def _between_pairs(
+    path: PathLoadCurves, teeth: NDArray[np.int64], place: Array
+) -> Array:
     """Compliance (n, k, k) between pairs at places (n, k) of the path [m/N]."""
     normal = np.zeros((*place.shape, teeth.size))
     for i, j in np.ndindex(teeth.size, teeth.size):
@@ -115,12 +117,12 @@ def _between_pairs(path: PathLaws, teeth: NDArray[np.int64], place: Array) -> Ar
     return normal
 
 
-def _read(path: PathLaws, values: Array, place: Array, outside: float) -> Array:
+def _read(path: PathLoadCurves, values: Array, place: Array, outside: float) -> Array:
     """Values (..., j) at places (...) of the path from those (s, j).
 
     The last holds until the base pitch ends, where another pair takes its first.
     """
     (low, second), high = path.place[:2], path.place[-1]
     found = PchipInterpolator(path.place, values)(np.clip(place, low, high))
-    off = (place < low - SAME) | (place > high + (second - low) - SAME)
+    off = (place < low - POSITION_TOL) | (place > high + (second - low) - POSITION_TOL)
     return np.where(off.reshape(off.shape + (1,) * (values.ndim - 1)), outside, found)

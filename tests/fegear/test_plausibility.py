@@ -10,9 +10,9 @@ import pytest
 
 from fegear.cli import run
 from fegear.gearset import load_gear_set
+from fegear.statics.plausibility import PRESSURE, plausibility_warnings
 from fegear.statics.solving import ERROR_FACTOR, StaticsSettings, solve_mesh
-from fegear.statics.unphysical import PRESSURE, doubts
-from fegear.studies.stiffness import doubts_of_table
+from fegear.studies.stiffness import table_warnings
 
 USUAL = {
     "transmission_error": 2e-5,
@@ -26,7 +26,7 @@ RECTANGULAR = ["liu-pair", "--excitation", "rectangular", "--torque", "50"]
 
 
 def reasons(**changes) -> list[str]:
-    return list(doubts("mesh 1", 2e-3, **(USUAL | changes)))
+    return list(plausibility_warnings("mesh 1", 2e-3, **(USUAL | changes)))
 
 
 def test_a_usual_result_is_not_doubted():
@@ -132,7 +132,7 @@ def test_pressure_at_sharp_tips_is_no_reason():
     settings = StaticsSettings(resolution="fine", estimate_error=False)
     result = solve_mesh(load_gear_set("liu-pair"), 0, [400.0], settings)
     assert result.table["max_pressure_Pa"].max() > PRESSURE
-    assert doubts_of_table(result) == []
+    assert table_warnings(result) == []
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +143,7 @@ def coarse():
 
 def test_evidence_that_holds_is_no_warning(coarse):
     assert coarse.work_balance < 2e-4
-    assert doubts_of_table(coarse) == []
+    assert table_warnings(coarse) == []
 
 
 @pytest.mark.parametrize(
@@ -159,11 +159,11 @@ def test_a_self_check_that_fails_is_a_warning(coarse, change, words):
     own = getattr(coarse.cycle, name)
     wrong = own * factor if own.any() else own + factor
     cycle = replace(coarse.cycle, **{name: wrong})
-    (line,) = doubts_of_table(replace(coarse, cycle=cycle))
+    (line,) = table_warnings(replace(coarse, cycle=cycle))
     assert words in line
 
 
 def test_a_mesh_that_is_too_coarse_is_a_warning(coarse):
     error = replace(coarse.error, mean=0.02 * ERROR_FACTOR)
-    (line,) = doubts_of_table(replace(coarse, errors=(coarse.error, error)))
+    (line,) = table_warnings(replace(coarse, errors=(coarse.error, error)))
     assert "mean transmission errors of two meshes are off by 0.02" in line

@@ -17,7 +17,7 @@ from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 
 Array = NDArray[np.float64]
-ALIKE = 1e-6  # distance of departures on one orbit
+MAP_POINT_TOL = 1e-6  # distance of departures on one orbit
 Numbers = NDArray[np.int64]
 RETURNS = 1499  # returns in section 3.3 of the source
 
@@ -31,7 +31,7 @@ class Settled(NamedTuple):
     end: Array
 
 
-def settle_departures(
+def iterate_map_points(
     machine: Machine, departures: Array, iterations: int, early: bool = True
 ) -> Settled:
     """Follow departures (c, 2), times and speeds, until they settle."""
@@ -48,7 +48,7 @@ def settling_returns(machine: Machine) -> int:
     In the play and on flanks a transient decays per turn at half the damping or faster,
     and a return of a lasting motion takes about a turn.
     """
-    turns = 2.0 * math.log(1.0 / kernel.SAME) / machine.damping
+    turns = 2.0 * math.log(1.0 / kernel.MAP_POINT_TOL) / machine.damping
     return max(RETURNS, 100 * math.ceil(turns / 100.0))
 
 
@@ -56,11 +56,11 @@ def follow(machine: Machine, departure: Sequence[float] | Array, count: int) -> 
     """Path (count, 3) from a departure on: time, speed, and the number of impacts on
     the lower flank before the next departure; NaN once the flanks stay together."""
     path = np.full((count, 3), math.nan)
-    kernel.follow(machine.arrays, departure[0], departure[1], count, path)
+    kernel.iterate_map(machine.arrays, departure[0], departure[1], count, path)
     return path
 
 
-def apart(one: Sequence[float] | Array, two: Sequence[float] | Array) -> float:
+def distance(one: Sequence[float] | Array, two: Sequence[float] | Array) -> float:
     """Distance of two departures, modulo whole turns."""
     turn = one[0] - two[0]
     return float(abs(turn - round(turn)) + abs(one[1] - two[1]))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from lumped.kernels import settling
-from lumped.kernels.settling import close_section
+from lumped.kernels import convergence
+from lumped.kernels.convergence import close_section
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import new_convergence
 
@@ -23,7 +23,7 @@ def memory(shape, tolerance, noise=0.0, cycles=1):
     n, settings = len(shape), Settings(tolerance=tolerance, multiples=MULTIPLES)
     check = new_convergence(np.array([shape]), np.ones(n), settings, cycles)
     check.limits[:] = [[-0.5], [0.5]]
-    check.noise[:] = noise
+    check.error_bound[:] = noise
     return check
 
 
@@ -171,7 +171,7 @@ def test_uncompiled_parts_agree(uncompiled):
     check = memory((1.0,), 1e-4)
     check.sections[0] = [[way[0].real], [way[0].imag]]
     for value in way[1:]:
-        if settling.close_section(
+        if convergence.close_section(
             check, np.array([value.real]), np.array([value.imag])
         ):
             break
@@ -183,10 +183,10 @@ def test_bounds_let_no_runaway_pass(uncompiled, value):
     good = np.zeros(2)
     with np.errstate(invalid="ignore"):
         for bad in (np.array([value, 0.0]), np.array([0.0, value])):
-            assert not settling.bounded(good, bad, 1e6)
+            assert not convergence.bounded(good, bad, 1e6)
         if not math.isfinite(value):
-            assert not settling.bounded(np.array([value, 0.0]), good, 1e6)
-    assert settling.bounded(good, good, 1e-9)
+            assert not convergence.bounded(np.array([value, 0.0]), good, 1e6)
+    assert convergence.bounded(good, good, 1e-9)
 
 
 @pytest.mark.parametrize("noise", [1e-7, 1e-9])

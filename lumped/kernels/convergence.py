@@ -15,17 +15,17 @@ from lumped.common.compiled import compiled, inlined
 from lumped.kernels.arrays import MULTIPLE, PERIOD, STREAK
 
 FINISHED, NOT_FINITE = 0, 1
-LEAST_STREAK = (
+MIN_STREAK = (
     3  # periods in a row, or more than an orbit: chaos passes by near unstable ones
 )
 REPEATED = 4.0  # tolerances within which two sections may be the same
-APART = 50.0  # tolerances beyond which two sections are not the same
+DISTINCT_TOLS = 50.0  # tolerances beyond which two sections are not the same
 STEADY = 1e-3  # change of a distance, relative, over an orbit that has settled
-SILENT = 1e-4  # tolerances below which decay is lost in round-off
+ROUNDOFF_TOLS = 1e-4  # tolerances below which decay is lost in round-off
 ROUND_OFF = 1e-12
 EPSILON = 2.3e-16  # of a step of fixed size, relative to the deflection
-LOUDEST = 1e-6  # of the range: beyond it or the tolerance, noise hides no motion
-QUIET = 1e-6  # of the deflection: smallest amplitude that counts as vibration
+MAX_ROUNDOFF = 1e-6  # of the range: beyond it or the tolerance, noise hides no motion
+MIN_VIBRATION = 1e-6  # of the deflection: smallest amplitude that counts as vibration
 TINY = 1e-30  # m
 
 
@@ -66,12 +66,12 @@ def set_scale(check):
     """Range of deflection of each mesh over a period, never quite 0."""
     for m in range(check.scale.size):
         low, high = check.limits[0, m], check.limits[1, m]
-        level = QUIET * max(abs(low), abs(high))
+        level = MIN_VIBRATION * max(abs(low), abs(high))
         check.scale[m] = max(high - low, level, TINY)
 
 
 @inlined
-def apart(check, one, two, three, second):
+def section_distance(check, one, two, three, second):
     """Largest size of one - two in a mesh, over its scale; NaN is inf.
 
     one, two, three : sections (2, n)
@@ -91,7 +91,7 @@ def apart(check, one, two, three, second):
 
 
 @inlined
-def set_round_off(check, steps):
+def set_error_bound(check, steps):
     """Noise of steps of a fixed size in a period, from the size of deflection."""
     for m in range(check.noise.size):
         size = max(abs(check.limits[0, m]), abs(check.limits[1, m]))
@@ -122,16 +122,16 @@ def find_multiple(check):
     for p in range(1, min((slots - 2) // 2, period // 2) + 1):
         then = sections[(period - p) % slots]
         before = sections[(period - 2 * p) % slots]
-        d = apart(check, now, then, before, 0.0)
+        d = section_distance(check, now, then, before, 0.0)
         # noise of the last p periods, and of what p periods let decay of that before
-        heard = max(min(2.0 * p * grain, max(tolerance, LOUDEST)), ROUND_OFF)
+        heard = max(min(2.0 * p * grain, max(tolerance, MAX_ROUNDOFF)), ROUND_OFF)
         if d > max(REPEATED * tolerance, heard):
             continue
-        lost = d <= max(SILENT * tolerance, heard)
+        lost = d <= max(ROUNDOFF_TOLS * tolerance, heard)
         if not lost:
-            if d >= apart(check, then, before, before, 0.0):
+            if d >= section_distance(check, then, before, before, 0.0):
                 continue  # it does not shrink
-            bend = apart(check, now, then, before, 1.0)
+            bend = section_distance(check, now, then, before, 1.0)
             if not d * d <= tolerance * bend:
                 continue  # the periodic motion is still further away
         if distinct(check, p):
@@ -151,11 +151,11 @@ def distinct(check, p):
     now, then = sections[period % slots], sections[(period - p) % slots]
     for q in range(1, p):
         near = sections[(period - q) % slots]
-        d = apart(check, now, near, near, 0.0)
-        if d >= APART * check.tolerance:
+        d = section_distance(check, now, near, near, 0.0)
+        if d >= DISTINCT_TOLS * check.tolerance:
             continue
         near = sections[(period - p - q) % slots]
-        before = apart(check, then, near, near, 0.0)
+        before = section_distance(check, then, near, near, 0.0)
         if not abs(d - before) <= STEADY * before:
             return False
     return True
@@ -177,7 +177,7 @@ def close_section(check, q, v):
         counts[STREAK] + 1 if found > 0 and found == counts[MULTIPLE] else 0
     )
     if lost and check.at_once:
-        counts[STREAK] = max(LEAST_STREAK, found + 1)
+        counts[STREAK] = max(MIN_STREAK, found + 1)
     counts[MULTIPLE] = found
     return settled(check)
 
@@ -186,7 +186,7 @@ def close_section(check, q, v):
 def settled(check):
     """Whether a multiple has held for long enough."""
     multiple, streak = check.counts[MULTIPLE], check.counts[STREAK]
-    return multiple > 0 and streak > max(LEAST_STREAK - 1, multiple)
+    return multiple > 0 and streak > max(MIN_STREAK - 1, multiple)
 
 
 @compiled
