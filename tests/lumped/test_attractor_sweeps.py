@@ -41,7 +41,7 @@ def falling(at):
 def test_a_period_doubles_and_chaos_begins(falling):
     assert falling.complete
     assert falling.values == SPEEDS
-    names = [(each.name, each.begins) for each in falling.stretches]
+    names = [(each.name, each.transition) for each in falling.intervals]
     assert names == [
         ("period 1", ""),
         ("period 2", "period doubling"),
