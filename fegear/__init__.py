@@ -53,9 +53,9 @@ Stress in the teeth, and a picture of it:
 >>> stress.draw("contact.png")
 
 Studies, such as `Sweep` and `Dynamics`, `LumpedModel`, `StiffnessSource`,
-`StaticsSettings`, `FiniteElements` and `PictureSettings` say what can be chosen. A setting or argument
-that cannot be used raises `ValueError`, what files and gear sets hold its kind
-`InputError`, both in one line. `python -m fegear` is the command line.
+`StaticsSettings`, `FiniteElements` and `PictureSettings` say what can be chosen. A
+setting or argument that cannot be used raises `ValueError`, what files and gear sets
+hold its kind `InputError`, both in one line. `python -m fegear` is the command line.
 """
 
 from __future__ import annotations
