@@ -121,16 +121,9 @@ def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
 
 def test_two_doublings_between_two_steps_are_found():
     """At little damping a multiplier passes -1 and comes back within a step."""
-    arguments = (
-        "liu-pair",
-        "--torque",
-        100,
-        "--speeds",
-        "1000:1430",
-        "--damping",
-        0.005,
-    )
-    values = json.loads(run(*arguments, "--period-multiple", 1, "--json"))
+    arguments = ("liu-pair", "--torque", 100, "--speeds", "1000:1430")
+    arguments += ("--damping", 0.005, "--period-multiple", 1, "--json")
+    values = json.loads(run(*arguments))
     doublings = [
         bifurcation["frequency_Hz"]
         for bifurcation in values["branches"][0]["bifurcations"]
@@ -143,15 +136,7 @@ def test_two_doublings_between_two_steps_are_found():
 def test_an_isolated_branch_is_found_from_random_states_and_closes():
     """Of a third of the speed, which no sweep meets."""
     arguments = ("liu-pair", "--excitation", "rectangular", "--damping", 0.03, "--json")
-    arguments = (
-        *arguments,
-        "--harmonics",
-        6,
-        "--period-multiple",
-        3,
-        "--speeds",
-        "4600:7200",
-    )
+    arguments += ("--harmonics", 6, "--period-multiple", 3, "--speeds", "4600:7200")
     branches = {
         n: json.loads(run(*arguments, "--starts", n))["branches"] for n in (0, 40)
     }
@@ -161,10 +146,8 @@ def test_an_isolated_branch_is_found_from_random_states_and_closes():
     assert isolated["end"] == "the branch closed"
     assert "from a random state" in isolated["origin"]
     assert 4600.0 < isolated["from_Hz"] < isolated["to_Hz"] < 7200.0
-    assert [bifurcation["kind"] for bifurcation in isolated["bifurcations"]] == [
-        "fold",
-        "fold",
-    ]
+    kinds = [bifurcation["kind"] for bifurcation in isolated["bifurcations"]]
+    assert kinds == ["fold", "fold"]
 
 
 EMPTY = "--excitation", "rectangular", "--torque", "0"
@@ -174,11 +157,8 @@ OVER = (*FAST, "--over", "dynamics.damping_ratio=0.07:0.08", "--at", 1450)
 @pytest.mark.slow
 def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
     """Its column stands beside that of the speed, and the header says what is fixed."""
-    file, arguments = (
-        tmp_path / "b.csv",
-        (*OVER, "--harmonics", 6, "--period-multiple", 1),
-    )
-    plot = tmp_path / "b.png"
+    file, plot = tmp_path / "b.csv", tmp_path / "b.png"
+    arguments = (*OVER, "--harmonics", 6, "--period-multiple", 1)
     values = json.loads(run(*arguments, "--json", "-o", file, "--plot", plot))
     assert "1450 Hz" in (page := run(*arguments))
     assert "0.07 to 0.08" in page

@@ -119,9 +119,8 @@ def test_the_exponent_of_a_map_is_that_of_the_end_of_its_run(tmp_path):
     (tmp_path / "own.toml").write_text(text)
     table = tmp_path / "i.csv"
     arguments = "clatter", tmp_path / "own.toml", "--map", "fermi", "--seconds", 1000
-    (wheel,) = json.loads(printed(*arguments, "--chaos", "--json", "-o", table))[
-        "wheels"
-    ]
+    values = json.loads(printed(*arguments, "--chaos", "--json", "-o", table))
+    (wheel,) = values["wheels"]
     speeds = [float(r["relative_speed_before_m_per_s"]) for r in rows_of(table)[-9:]]
     exponent = wheel["lyapunov_exponent_per_impact"]
     if speeds[2:] == pytest.approx(speeds[:-2], rel=1e-6):

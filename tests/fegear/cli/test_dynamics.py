@@ -120,15 +120,8 @@ def test_killed_and_resumed_gives_the_same_file(tmp_path):
 def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
     path = tmp_path / "d.csv"
     partial = tmp_path / "d.csv.partial"
-    arguments = [
-        *PAIR,
-        "--speeds",
-        "1000:1400:10",
-        "--direction",
-        "up",
-        "-o",
-        str(path),
-    ]
+    arguments = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up"]
+    arguments += ["-o", str(path)]
     killed_after(4, arguments)
     with closing(sqlite3.connect(partial)) as connection, connection:
         connection.execute("update speeds set content = x'00' where number = 1")
@@ -169,15 +162,8 @@ def test_a_cut_off_below_all_modes_is_refused():
 @pytest.mark.slow
 def test_a_checkpoint_of_other_settings_is_refused(tmp_path):
     path = tmp_path / "d.csv"
-    arguments = [
-        *PAIR,
-        "--speeds",
-        "1000:1400:10",
-        "--direction",
-        "up",
-        "-o",
-        str(path),
-    ]
+    arguments = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up"]
+    arguments += ["-o", str(path)]
     killed_after(2, arguments)
     process = subprocess.run(
         [*MAIN, *arguments, "--steps", "64", "--resume"],

@@ -125,9 +125,8 @@ def test_contact_over_a_turn(tmp_path):
     assert Image.open(plot).size[0] > 1000
     (warning,) = values["warnings"]
     assert warning.startswith("positions = 12 is less than 4 for each of the 24")
-    double = json.loads(invoked(*arguments[:-3], 20, *arguments[-2:], "--json"))[
-        "contact"
-    ]
+    doubled = (*arguments[:-3], 20, *arguments[-2:], "--json")
+    double = json.loads(invoked(*doubled))["contact"]
     # Hertzian contact is stiffer under more load, the wheels are not
     growth = double["mean_transmission_error_um"] / values["mean_transmission_error_um"]
     assert 1.8 < growth < 2.0

@@ -125,13 +125,11 @@ def numbers(values: Any) -> Iterator[float]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_inputs_reach_json_and_file(name, tmp_path):
-    *arguments, in_both, in_file = CASES[name]
+    command, options, in_both, in_file = CASES[name]
     path = tmp_path / ("out.toml" if name == "rattle gears" else "out.csv")
-    json_values = json.loads(
-        printed(*arguments[0], *arguments[1], "-o", path, "--json")
-    )
+    summary = json.loads(printed(*command, *options, "-o", path, "--json"))
     written = {float(text) for text in NUMBER.findall(path.read_text("utf-8"))}
-    assert set(in_both) <= set(numbers(json_values))
+    assert set(in_both) <= set(numbers(summary))
     assert {*in_both, *in_file} <= written
 
 

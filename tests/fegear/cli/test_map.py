@@ -159,10 +159,8 @@ def test_points_without_gears_are_marked(tmp_path):
 
 
 def test_plot_of_one_and_two_axes(tmp_path):
-    for name, arguments in (
-        ("two", SMALL),
-        ("one", (*BASE, "--over", "mesh.2.phase=0,1")),
-    ):
+    one_axis = (*BASE, "--over", "mesh.2.phase=0,1")
+    for name, arguments in (("two", SMALL), ("one", one_axis)):
         path = tmp_path / f"{name}.png"
         run(*arguments, "--at", 1700, "--plot", path)
         assert path.read_bytes()[:4] == b"\x89PNG"

@@ -49,17 +49,15 @@ def test_basins_on_screen_in_files_and_for_machines(tmp_path):
     values = json_output(*SMALL, "-o", str(file), "--plot", str(plot))
     names = [attractor["name"] for attractor in values["attractors"]]
     assert names == ["quiet", "P(1,1,0)", "P(1,2,0)", "P(2,2,1)"]
-    assert sum(
-        attractor["fraction"] for attractor in values["attractors"]
-    ) == pytest.approx(1.0)
+    total = sum(attractor["fraction"] for attractor in values["attractors"])
+    assert total == pytest.approx(1.0)
     with np.load(file) as archive:
         assert archive["names"].tolist() == names
         assert int(archive["iterations"]) == 1499
-        fractions = (
-            np.bincount(archive["attractor"].ravel()) / archive["attractor"].size
-        )
+        cells = archive["attractor"]
+        fractions = np.bincount(cells.ravel()) / cells.size
         np.testing.assert_allclose(fractions, archive["fraction"])
-        assert archive["attractor"].shape == (30, 30)
+        assert cells.shape == (30, 30)
         assert float(archive["damping"]) == 0.575
     assert plot.stat().st_size > 10_000
     page = CliRunner().invoke(app, list(SMALL)).stdout
@@ -84,9 +82,8 @@ def test_motions_that_repeat_are_listed_with_their_stability():
     assert page.count("P(1,1,0)") == 3  # the last line has one
     assert "exists from an eccentricity of 0.05964 rad on" in page
     arguments = "rattle", "periodic", "roots-scaled", "--departures", "3"
-    assert (
-        "P(3,3,2)" in CliRunner().invoke(app, arguments).stdout
-    )  # fits a narrow screen
+    page = CliRunner().invoke(app, arguments).stdout
+    assert "P(3,3,2)" in page  # fits a narrow screen
 
 
 def test_a_machine_file_is_read(tmp_path):
@@ -171,10 +168,8 @@ def test_what_comes_to_rest_has_one_name_in_all_commands():
         "rattle", "noise", *arguments, "--starts", "20", "--turns", "20"
     )
     assert [motion["name"] for motion in noise["motions"]] == ["sticking(1)"]
-    orbits = json_output("rattle", "periodic", *arguments, "--departures", "1")[
-        "orbits"
-    ]
-    (rests,) = [orbit for orbit in orbits if orbit["name"] == "sticking(1)"]
+    periodic = json_output("rattle", "periodic", *arguments, "--departures", "1")
+    (rests,) = [o for o in periodic["orbits"] if o["name"] == "sticking(1)"]
     assert rests["departures"] == [pytest.approx(attractor["point"], abs=1e-9)]
     assert not json_output("rattle", "periodic", "roots-scaled", "--restitution", "0")[
         "orbits"

@@ -247,9 +247,8 @@ def test_strongest_colours_are_at_the_contact_and_in_the_loaded_fillets(scene):
         point = gear.points[node] + look.motion_scale * gear.motion[node]
         pixels.append(pixel_of(look, SIZE, point))
     distances = np.array([np.hypot(columns - x, rows - y) for x, y in pixels])
-    assert (
-        distances.min(axis=1).max() < 8.0
-    )  # at the contact and in both gears' fillets
+    # at the contact and in both gears' fillets
+    assert distances.min(axis=1).max() < 8.0
     size = 0.3 * scene.mesh.pair.driver.module / (2.0 * view.half_height / SIZE[1])
     assert distances.min(axis=0).max() < size  # and nowhere else
 
@@ -275,9 +274,8 @@ def test_first_frame_of_a_film_has_the_pressure_at_the_contact(
     rows, columns = np.nonzero(yellow)
     assert len(rows) > 5
     direction = (ribbon[1] - ribbon[0]) / np.hypot(*(ribbon[1] - ribbon[0]))
-    offset = (columns - ribbon[0, 0]) * direction[1] - (
-        rows - ribbon[0, 1]
-    ) * direction[0]
+    x, y = columns - ribbon[0, 0], rows - ribbon[0, 1]
+    offset = x * direction[1] - y * direction[0]
     assert np.abs(offset).max() < 8.0
 
 

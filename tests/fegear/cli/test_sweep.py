@@ -130,16 +130,8 @@ def test_the_coupled_model_takes_tables_of_several_torques(tmp_path):
     pair, coarse = load_gear_set("liu-pair"), StaticsSettings(resolution="coarse")
     solve_mesh(pair, 0, [60.0, 150.0], coarse).to_csv(table)
     solve_mesh(pair, 0, [100.0], coarse).to_csv(one)
-    arguments = (
-        "liu-pair",
-        "--torque",
-        100,
-        "--speeds",
-        "1500,2800",
-        "--direction",
-        "up",
-    )
-    arguments += ("--model", "coupled")
+    arguments = ("liu-pair", "--torque", 100, "--speeds", "1500,2800")
+    arguments += ("--direction", "up", "--model", "coupled")
     solved = strict(run(*arguments, "--resolution", "coarse", "--json"))
     arguments += ("--table",)
     tabulated = strict(run(*arguments, table, "-o", out, "--json"))

@@ -225,11 +225,8 @@ def test_a_file_that_fails_leaves_what_was_computed(
 ):
     """A full disk, or Ctrl-C in that second: the table is there, and --resume works."""
     table, plot = tmp_path / "s.csv", tmp_path / "s.png"
-    checkpoint, os_replace, computed = (
-        tmp_path / "s.csv.partial",
-        os.replace,
-        list[int](),
-    )
+    checkpoint, computed = tmp_path / "s.csv.partial", list[int]()
+    os_replace = os.replace
 
     def replaced(source: Any, target: Any) -> None:
         if Path(target).name == fails:
@@ -268,7 +265,7 @@ def test_what_a_caller_delivers_is_safe(tmp_path):
         run_study(Squares(), options, deliver=fail)
     assert checkpoint.exists()
     run_study(
-        Squares(), options, deliver=lambda result: existence.append(checkpoint.exists())
+        Squares(), options, deliver=lambda _: existence.append(checkpoint.exists())
     )
     assert existence == [True]
     assert not checkpoint.exists()
@@ -488,9 +485,9 @@ def strip_run_dependent(values: Any) -> Any:
     if isinstance(values, dict):
         keys = values.keys() - RUN_DEPENDENT_KEYS
         return {key: strip_run_dependent(values[key]) for key in keys}
-    return (
-        [strip_run_dependent(v) for v in values] if isinstance(values, list) else values
-    )
+    if isinstance(values, list):
+        return [strip_run_dependent(v) for v in values]
+    return values
 
 
 RESUMING = [command for command in STUDIES if load_study(command).resumes]
@@ -543,9 +540,8 @@ def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
         result = interrupted(study, 1 + part * count.calls // 3, options)
         assert checkpoint.exists() or result is None or result.complete
     assert checkpoint.exists() or (result is not None and result.complete)
-    later = run_study(
-        study, CheckpointOptions(checkpoint=checkpoint, resume=checkpoint.exists())
-    )
+    options = CheckpointOptions(checkpoint=checkpoint, resume=checkpoint.exists())
+    later = run_study(study, options)
     assert later.complete
     assert not checkpoint.exists()
     assert content(later, path) == expected
@@ -566,10 +562,8 @@ def test_ctrl_c_leaves_no_result_or_one_that_is_not_complete(command, tmp_path):
 @pytest.mark.parametrize("command", STUDIES)
 def test_defaults_are_within_their_ranges(command):
     for option in exposed_fields(group_of(load_study(command))):
-        allowed, default = (
-            getattr(option.declared, "allowed", None),
-            option.field.default,
-        )
+        allowed = getattr(option.declared, "allowed", None)
+        default = option.field.default
         if allowed and default not in (None, (), MISSING):
             assert option.declared.place or default in allowed
         if option.group is not None and default is not MISSING:
