@@ -18,22 +18,22 @@ FAST = "ablation liu-pair --torque 100 --speeds 7000,7100"  # beside an elastic 
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory):
+def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("budget")
 
 
 @pytest.fixture(scope="module")
-def printed(place):
-    words = [*FAST.split(), "--set", EDIT, "--runs", str(place / "runs")]
-    words += ["--plot", str(place / "b.png")]
-    return CliRunner().invoke(app, words, catch_exceptions=False)
+def printed(folder):
+    arguments = [*FAST.split(), "--set", EDIT, "--runs", str(folder / "runs")]
+    arguments += ["--plot", str(folder / "b.png")]
+    return CliRunner().invoke(app, arguments, catch_exceptions=False)
 
 
 @pytest.fixture(scope="module")
-def values(place, printed):
+def values(folder, printed):
     """Of the same runs."""
-    words = [*FAST.split(), "--set", EDIT, "--runs", str(place / "runs"), "--json"]
-    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    arguments = [*FAST.split(), "--set", EDIT, "--runs", str(folder / "runs"), "--json"]
+    result = CliRunner().invoke(app, arguments, catch_exceptions=False)
     return json.loads(result.stdout)
 
 
@@ -59,8 +59,8 @@ def test_body_modes_decide_beside_an_elastic_body(values):
     assert errors["model 1"] > 20.0
 
 
-def test_the_picture_is_there(place, printed):
-    assert (place / "b.png").stat().st_size > 10_000
+def test_the_picture_is_there(folder, printed):
+    assert (folder / "b.png").stat().st_size > 10_000
 
 
 def test_a_cell_holds_the_error_and_what_is_missing():

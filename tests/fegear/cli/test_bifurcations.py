@@ -14,19 +14,19 @@ CHAPTER_3 = [
     *("--set", "mesh.1.contact_ratio=1.5", "--set", "mesh.2.contact_ratio=1.5"),
 ]
 SPEEDS = "mesh_frequency_Hz=1570,1620,1660"
-WORDS = ["bifurcations", *CHAPTER_3, "--sections", "30"]
+COMMAND = ["bifurcations", *CHAPTER_3, "--sections", "30"]
 
 
 @pytest.fixture(scope="module")
 def outputs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bifurcations")
     path, plot = folder / "b.csv", folder / "b.png"
-    values = printed(*WORDS, "--over", SPEEDS, "--json", "-o", path, "--plot", plot)
+    values = printed(*COMMAND, "--over", SPEEDS, "--json", "-o", path, "--plot", plot)
     return json.loads(values), rows_of(path), folder
 
 
-def test_rows_are_points_of_the_sections_mesh_by_mesh(made):
-    _, rows, folder = made
+def test_rows_are_points_of_the_sections_mesh_by_mesh(outputs):
+    _, rows, folder = outputs
     assert list(rows[0]) == [
         *("mesh_frequency_Hz", "direction", "mesh", "section", "dte_m"),
         *("dte_rate_m_per_s", "motion", "period_multiple", "lyapunov_per_period"),
@@ -34,41 +34,43 @@ def test_rows_are_points_of_the_sections_mesh_by_mesh(made):
     ]
     for direction in ("up", "down"):
         for speed in ("1570.0", "1620.0", "1660.0"):
-            own = [
+            points = [
                 row
                 for row in rows
                 if (row["direction"], row["mesh_frequency_Hz"]) == (direction, speed)
             ]
-            multiple = int(own[0]["period_multiple"])
-            assert len(own) == 2 * (multiple or 30)
-            assert (own[0]["motion"] == "periodic") == (multiple > 0)
+            multiple = int(points[0]["period_multiple"])
+            assert len(points) == 2 * (multiple or 30)
+            assert (points[0]["motion"] == "periodic") == (multiple > 0)
     assert not list(folder.glob("*.partial"))
     assert (folder / "b.png").stat().st_size > 20_000
 
 
-def test_the_summary_names_doublings_and_chaos(made):
-    values, rows, _ = made
+def test_the_summary_names_doublings_and_chaos(outputs):
+    values, rows, _ = outputs
     down = values["branches"][1]
     assert down["direction"] == "down"
-    found = [(s["first"], s["motion"], s["begins_by"]) for s in down["stretches"]]
-    assert found == [
+    transitions = [(s["first"], s["motion"], s["begins_by"]) for s in down["stretches"]]
+    assert transitions == [
         (1660.0, "period 1", ""),
         (1620.0, "period 2", "period doubling"),
         (1570.0, "chaotic", "chaos begins"),
     ]
     largest = max(s["largest_lyapunov_per_period"] for s in down["stretches"])
-    listed = [float(r["lyapunov_per_period"]) for r in rows if r["direction"] == "down"]
-    assert largest == max(listed)
-    shown = printed(
-        *WORDS, "--over", "mesh_frequency_Hz=1620,1660", "--direction", "down"
+    exponents = [
+        float(r["lyapunov_per_period"]) for r in rows if r["direction"] == "down"
+    ]
+    assert largest == max(exponents)
+    page = printed(
+        *COMMAND, "--over", "mesh_frequency_Hz=1620,1660", "--direction", "down"
     )
-    assert "period doubling" in shown
+    assert "period doubling" in page
 
 
 def test_another_figure_stands_in_the_table_by_its_key(tmp_path):
     path, key = tmp_path / "b.csv", "mesh.2.backlash_um"
     over = ("--over", f"{key}=100,200", "--at", 1620, "--direction", "up")
-    values = json.loads(printed(*WORDS, *over, "--json", "-o", path))
+    values = json.loads(printed(*COMMAND, *over, "--json", "-o", path))
     assert (values["over"], values["speed_Hz"]) == (key, 1620.0)
     rows = rows_of(path)
     assert [float(row[key]) for row in rows[::4]] == [100.0, 200.0]
@@ -99,10 +101,10 @@ def test_changes_that_decay_to_nothing_have_their_exponent(tmp_path):
     )
     path = tmp_path / "set.toml"
     path.write_text(LONG_PERIOD.format(gears=gears))
-    words = ("--excitation", "rectangular", "--direction", "up", "--json")
+    options = ("--excitation", "rectangular", "--direction", "up", "--json")
     over = "mesh_frequency_Hz=1500,1600"
-    values = json.loads(printed("bifurcations", path, *words, "--over", over))
+    values = json.loads(printed("bifurcations", path, *options, "--over", over))
     (stretch,) = values["branches"][0]["stretches"]
     decay = -2.0 * math.pi * 0.2 * 11086.07 / 1600.0
-    found = stretch["largest_lyapunov_per_period"]
-    assert found == pytest.approx(decay, rel=5e-3)
+    exponent = stretch["largest_lyapunov_per_period"]
+    assert exponent == pytest.approx(decay, rel=5e-3)

@@ -17,8 +17,8 @@ FAST = ("liu-idler", "--excitation", "fourier", "--wave-harmonics", "3")
 SHORT = (*FAST, "--speeds", "1300:3600", "--harmonics", "8")
 
 
-def run(*words: object, code: int = 0) -> str:
-    result = CliRunner().invoke(app, ["branches", *map(str, words)])
+def run(*arguments: object, code: int = 0) -> str:
+    result = CliRunner().invoke(app, ["branches", *map(str, arguments)])
     assert result.exit_code == code, result.output
     return result.stdout
 
@@ -33,8 +33,8 @@ def outputs(tmp_path_factory):
     return json.loads(values), list(csv.DictReader(lines)), folder
 
 
-def test_rows_are_the_points_mesh_by_mesh(made):
-    values, rows, _ = made
+def test_rows_are_the_points_mesh_by_mesh(outputs):
+    values, rows, _ = outputs
     assert list(rows[0]) == [
         *("branch", "index", "mesh_frequency_Hz", "mesh", "dte_rms_m", "dte_peak_m"),
         *("stable", "floquet_max", "kind", "period_multiple"),
@@ -49,24 +49,24 @@ def test_rows_are_the_points_mesh_by_mesh(made):
         assert float(row["dte_peak_m"]) > float(row["dte_rms_m"])
 
 
-def test_bifurcations_stand_in_the_table_and_in_the_summary(made):
-    values, rows, _ = made
-    listed = {
-        (place, found["kind"], found["frequency_Hz"])
-        for place, branch in enumerate(values["branches"], start=1)
-        for found in branch["bifurcations"]
+def test_bifurcations_stand_in_the_table_and_in_the_summary(outputs):
+    values, rows, _ = outputs
+    in_summary = {
+        (number, bifurcation["kind"], bifurcation["frequency_Hz"])
+        for number, branch in enumerate(values["branches"], start=1)
+        for bifurcation in branch["bifurcations"]
     }
-    marked = {
+    in_table = {
         (int(r["branch"]), r["kind"], float(r["mesh_frequency_Hz"]))
         for r in rows
         if r["kind"]
     }
-    assert listed == marked
-    assert {"fold", "period doubling"} <= {kind for _, kind, _ in listed}
+    assert in_summary == in_table
+    assert {"fold", "period doubling"} <= {kind for _, kind, _ in in_summary}
 
 
-def test_branches_are_inside_the_range_and_say_why_they_end(made):
-    values, _, folder = made
+def test_branches_are_inside_the_range_and_say_why_they_end(outputs):
+    values, _, folder = outputs
     for branch in values["branches"]:
         assert 1300.0 <= branch["from_Hz"] <= branch["to_Hz"] <= 3600.0
         assert branch["end"]
@@ -76,33 +76,33 @@ def test_branches_are_inside_the_range_and_say_why_they_end(made):
 
 
 @pytest.mark.slow
-def test_the_screen_names_every_bifurcation(made):
-    values, _, _ = made
-    shown = run(*SHORT)
-    for place, branch in enumerate(values["branches"], start=1):
-        assert f"branch {place}: {branch['points']} points" in shown
-        for found in branch["bifurcations"]:
-            assert f"{found['frequency_Hz']:.2f} Hz" in shown
+def test_the_screen_names_every_bifurcation(outputs):
+    values, _, _ = outputs
+    page = run(*SHORT)
+    for number, branch in enumerate(values["branches"], start=1):
+        assert f"branch {number}: {branch['points']} points" in page
+        for bifurcation in branch["bifurcations"]:
+            assert f"{bifurcation['frequency_Hz']:.2f} Hz" in page
 
 
 @pytest.mark.slow
 def test_harmonics_converge():
     """The fold at 1438 Hz moves less and less."""
-    at = []
+    folds = []
     for harmonics in (6, 12, 24):
-        words = (*FAST, "--speeds", "1300:1600", "--harmonics", harmonics, "--json")
-        values = json.loads(run(*words, "--period-multiple", 1))
-        at.append(
+        arguments = (*FAST, "--speeds", "1300:1600", "--harmonics", harmonics, "--json")
+        values = json.loads(run(*arguments, "--period-multiple", 1))
+        folds.append(
             max(
-                found["frequency_Hz"]
+                bifurcation["frequency_Hz"]
                 for branch in values["branches"]
-                for found in branch["bifurcations"]
-                if found["kind"] == "fold"
+                for bifurcation in branch["bifurcations"]
+                if bifurcation["kind"] == "fold"
             )
         )
-    steps = np.abs(np.diff(at))
+    steps = np.abs(np.diff(folds))
     assert steps[1] < 0.2 * steps[0]
-    assert steps[1] < 1e-4 * at[-1]
+    assert steps[1] < 1e-4 * folds[-1]
 
 
 def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
@@ -121,12 +121,13 @@ def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
 
 def test_two_doublings_between_two_steps_are_found():
     """At little damping a multiplier passes -1 and comes back within a step."""
-    words = ("liu-pair", "--torque", 100, "--speeds", "1000:1430", "--damping", 0.005)
-    values = json.loads(run(*words, "--period-multiple", 1, "--json"))
+    arguments = ("liu-pair", "--torque", 100, "--speeds", "1000:1430")
+    arguments += ("--damping", 0.005, "--period-multiple", 1, "--json")
+    values = json.loads(run(*arguments))
     doublings = [
-        found["frequency_Hz"]
-        for found in values["branches"][0]["bifurcations"]
-        if found["kind"] == "period doubling"
+        bifurcation["frequency_Hz"]
+        for bifurcation in values["branches"][0]["bifurcations"]
+        if bifurcation["kind"] == "period doubling"
     ]
     assert doublings == pytest.approx([1186.27, 1202.62], abs=0.1)
 
@@ -134,16 +135,19 @@ def test_two_doublings_between_two_steps_are_found():
 @pytest.mark.slow
 def test_an_isolated_branch_is_found_from_random_states_and_closes():
     """Of a third of the speed, which no sweep meets."""
-    words = ("liu-pair", "--excitation", "rectangular", "--damping", 0.03, "--json")
-    words = (*words, "--harmonics", 6, "--period-multiple", 3, "--speeds", "4600:7200")
-    found = {n: json.loads(run(*words, "--starts", n))["branches"] for n in (0, 40)}
-    assert all(branch["period_multiple"] < 3 for branch in found[0])
-    (isolated,) = [b for b in found[40] if b["period_multiple"] == 3]
+    arguments = ("liu-pair", "--excitation", "rectangular", "--damping", 0.03, "--json")
+    arguments += ("--harmonics", 6, "--period-multiple", 3, "--speeds", "4600:7200")
+    branches = {
+        n: json.loads(run(*arguments, "--starts", n))["branches"] for n in (0, 40)
+    }
+    assert all(branch["period_multiple"] < 3 for branch in branches[0])
+    (isolated,) = [b for b in branches[40] if b["period_multiple"] == 3]
     assert isolated["closed"]
     assert isolated["end"] == "the branch closed"
     assert "from a random state" in isolated["origin"]
     assert 4600.0 < isolated["from_Hz"] < isolated["to_Hz"] < 7200.0
-    assert [each["kind"] for each in isolated["bifurcations"]] == ["fold", "fold"]
+    kinds = [bifurcation["kind"] for bifurcation in isolated["bifurcations"]]
+    assert kinds == ["fold", "fold"]
 
 
 EMPTY = "--excitation", "rectangular", "--torque", "0"
@@ -153,11 +157,11 @@ OVER = (*FAST, "--over", "dynamics.damping_ratio=0.07:0.08", "--at", 1450)
 @pytest.mark.slow
 def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
     """Its column stands beside that of the speed, and the header says what is fixed."""
-    file, words = tmp_path / "b.csv", (*OVER, "--harmonics", 6, "--period-multiple", 1)
-    plot = tmp_path / "b.png"
-    values = json.loads(run(*words, "--json", "-o", file, "--plot", plot))
-    assert "1450 Hz" in (shown := run(*words))
-    assert "0.07 to 0.08" in shown
+    file, plot = tmp_path / "b.csv", tmp_path / "b.png"
+    arguments = (*OVER, "--harmonics", 6, "--period-multiple", 1)
+    values = json.loads(run(*arguments, "--json", "-o", file, "--plot", plot))
+    assert "1450 Hz" in (page := run(*arguments))
+    assert "0.07 to 0.08" in page
     assert values["over"] == "dynamics.damping_ratio"
     assert values["damping_ratio"] is None
     assert values["speed_Hz"] == 1450.0
@@ -173,7 +177,7 @@ def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         ((*FAST,), "--speeds A:B or --over KEY=A:B is needed"),
         ((*SHORT, "--over", "torque_Nm=50:100"), "one of them is allowed"),
@@ -193,8 +197,8 @@ def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
         ((*FAST, "--speeds", "nan:200"), "must be A:B, two values that rise"),
     ],
 )
-def test_what_is_wrong_is_said(words, message):
-    result = CliRunner().invoke(app, ["branches", *map(str, words)])
+def test_what_is_wrong_is_said(arguments, message):
+    result = CliRunner().invoke(app, ["branches", *map(str, arguments)])
     assert message in str(result.exception) + result.output
 
 

@@ -12,7 +12,7 @@ from cli_commands import printed, rows_of
 from fegear.clatter.gearboxes import load_gearbox
 from fegear.cli import run
 from fegear.files.store import CheckpointOptions
-from fegear.studies import running as study
+from fegear.studies import running
 from fegear.studies.clatter import Clatter
 from lumped.clatter.groups import WheelGroup
 
@@ -40,34 +40,36 @@ LIGHT = "mass_kg = 1e-3\nradial_play_mm = 0.1\nradial_restitution = 0.5"
 
 def test_a_row_for_each_impact_and_noise_that_belongs_to_it(tmp_path):
     table = tmp_path / "i.csv"
-    words = "clatter", "seed-five-speed", "--seconds", 2, "-o", table, "--json"
-    (wheel,) = json.loads(printed(*words))["wheels"]
+    arguments = "clatter", "seed-five-speed", "--seconds", 2, "-o", table, "--json"
+    (wheel,) = json.loads(printed(*arguments))["wheels"]
     rows = rows_of(table)
     assert len(rows) == wheel["impacts"] > 400
     times = [float(row["time_s"]) for row in rows]
     assert times == sorted(times)
     for play in wheel["plays"]:
-        own = [row for row in rows if row["play"] == play["play"]]
-        speeds = [float(row["relative_speed_before_m_per_s"]) for row in own]
-        assert len(own) == play["impacts"] > 0
+        impacts = [row for row in rows if row["play"] == play["play"]]
+        speeds = [float(row["relative_speed_before_m_per_s"]) for row in impacts]
+        assert len(impacts) == play["impacts"] > 0
         assert sum(v * v for v in speeds) / 2.0 == pytest.approx(
             play["noise_m2_per_s3"]
         )
         assert max(speeds) == play["fastest_m_per_s"]
-        lost = sum(float(row["lost_energy_J"]) for row in own)
-        assert lost / 2.0 == pytest.approx(play["lost_power_W"])
+        dissipated = sum(float(row["lost_energy_J"]) for row in impacts)
+        assert dissipated / 2.0 == pytest.approx(play["lost_power_W"])
 
 
 def test_what_was_printed_is_in_the_gearbox():
     (wheel,) = load_gearbox("seed-five-speed").gearbox.wheels
     assert wheel.ratio == 0.87
-    plays = [each.play for each in wheel.freedoms.values()]
+    plays = [freedom.play for freedom in wheel.freedoms.values()]
     assert plays == pytest.approx([1e-4, 1e-4, 5e-5])
 
 
 def test_the_play_varies_as_the_file_says(tmp_path, capsys):
-    words = "tooth_play_amplitude_mm = 0.04\ntooth_play_order = 2\n"
-    (tmp_path / "own.toml").write_text(f"{GEARBOX}{words}tooth_play_phase_deg = 90\n")
+    variation = "tooth_play_amplitude_mm = 0.04\ntooth_play_order = 2\n"
+    (tmp_path / "own.toml").write_text(
+        f"{GEARBOX}{variation}tooth_play_phase_deg = 90\n"
+    )
     gearbox = load_gearbox(str(tmp_path / "own.toml")).gearbox
     group = WheelGroup(gearbox.groups[0], gearbox.excitation)
     times = np.array([0.0, 0.01, 0.02])
@@ -78,21 +80,21 @@ def test_the_play_varies_as_the_file_says(tmp_path, capsys):
 
 def test_a_run_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
     monkeypatch.setattr("lumped.clatter.group_runs.CHUNK", 100)
-    asked = Clatter(gearbox="seed-five-speed", seconds=3.0)
-    whole, calls = study.run(asked), []
+    study = Clatter(gearbox="seed-five-speed", seconds=3.0)
+    uninterrupted, calls = running.run(study), []
 
-    def stop(what: str, done: int, total: int) -> None:
+    def stop(label: str, done: int, total: int) -> None:
         calls.append(done)
         if len(calls) == 5:
             raise KeyboardInterrupt
 
     path = tmp_path / "i.csv.partial"
     with pytest.raises(KeyboardInterrupt):
-        study.run(asked, CheckpointOptions(checkpoint=path), stop)
+        running.run(study, CheckpointOptions(checkpoint=path), stop)
     assert path.exists()
     assert calls[-1] < 1000
-    later = study.run(asked, CheckpointOptions(checkpoint=path, resume=True))
-    assert later.table.csv() == whole.table.csv()
+    later = running.run(study, CheckpointOptions(checkpoint=path, resume=True))
+    assert later.table.csv() == uninterrupted.table.csv()
     assert not path.exists()
 
 
@@ -100,10 +102,10 @@ def test_a_speed_file_ends_the_run(tmp_path, capsys):
     rows = [f"{0.001 * k},{800 + 30 * math.sin(0.157 * k)}" for k in range(400)]
     (tmp_path / "speed.csv").write_text("\n".join(["time_s,speed_rpm", *rows]))
     (tmp_path / "own.toml").write_text(SIGNAL)
-    words = ["clatter", str(tmp_path / "own.toml"), "--json", "--seconds"]
-    assert run([*words, "0.399"]) == 0
+    arguments = ["clatter", str(tmp_path / "own.toml"), "--json", "--seconds"]
+    assert run([*arguments, "0.399"]) == 0
     assert json.loads(capsys.readouterr().out)["wheels"][0]["impacts"] > 10
-    assert run([*words, "0.4"]) == 2
+    assert run([*arguments, "0.4"]) == 2
     assert "the speed file of own ends after 0.399 s" in capsys.readouterr().err
 
 
@@ -116,8 +118,9 @@ def test_the_exponent_of_a_map_is_that_of_the_end_of_its_run(tmp_path):
     text += "\n".join(f"{key} = {value}" for key, value in keys.items())
     (tmp_path / "own.toml").write_text(text)
     table = tmp_path / "i.csv"
-    words = "clatter", tmp_path / "own.toml", "--map", "fermi", "--seconds", 1000
-    (wheel,) = json.loads(printed(*words, "--chaos", "--json", "-o", table))["wheels"]
+    arguments = "clatter", tmp_path / "own.toml", "--map", "fermi", "--seconds", 1000
+    values = json.loads(printed(*arguments, "--chaos", "--json", "-o", table))
+    (wheel,) = values["wheels"]
     speeds = [float(r["relative_speed_before_m_per_s"]) for r in rows_of(table)[-9:]]
     exponent = wheel["lyapunov_exponent_per_impact"]
     if speeds[2:] == pytest.approx(speeds[:-2], rel=1e-6):
@@ -127,22 +130,22 @@ def test_the_exponent_of_a_map_is_that_of_the_end_of_its_run(tmp_path):
 
 
 def test_chaos_is_told_with_its_error_and_not_of_a_wheel_that_rests(tmp_path):
-    words = "clatter", "seed-five-speed", "--seconds", 40, "--chaos"
-    (wheel,) = json.loads(printed(*words, "--json"))["wheels"]
+    arguments = "clatter", "seed-five-speed", "--seconds", 40, "--chaos"
+    (wheel,) = json.loads(printed(*arguments, "--json"))["wheels"]
     assert not wheel["forgets_its_start"]
     assert 0.0 < wheel["correlation_dimension_error"] < 0.5
     assert 1.0 < wheel["correlation_dimension"] < 2.0
-    assert f"{wheel['correlation_dimension']:.2f} +- " in printed(*words)
+    assert f"{wheel['correlation_dimension']:.2f} +- " in printed(*arguments)
     resting = GEARBOX.replace("0.8", "0.3").replace("-0.05", "-0.5")
     (tmp_path / "own.toml").write_text(resting)
-    words = "clatter", tmp_path / "own.toml", "--chaos"
-    (wheel,) = json.loads(printed(*words, "--json"))["wheels"]
+    arguments = "clatter", tmp_path / "own.toml", "--chaos"
+    (wheel,) = json.loads(printed(*arguments, "--json"))["wheels"]
     assert wheel["forgets_its_start"]
     assert wheel["lyapunov_exponent_per_s"] is None
     assert wheel["correlation_dimension"] is None
-    shown = printed(*words)
-    assert "forgets where it came from" in shown
-    assert "dimension" not in shown
+    page = printed(*arguments)
+    assert "forgets where it came from" in page
+    assert "dimension" not in page
 
 
 def test_nothing_that_moves_is_refused(tmp_path, capsys):
@@ -158,15 +161,15 @@ def test_nothing_that_moves_is_refused(tmp_path, capsys):
 def test_a_run_ends_at_its_last_impact(tmp_path, kind):
     path, table = tmp_path / "own.toml", tmp_path / "i.csv"
     path.write_text(GEARBOX.replace("drag_Nm = -0.05", ""))
-    words = ["clatter", path, "--map", kind, "--seconds", 9, "-o", table, "--json"]
-    values = json.loads(printed(*words, "--impacts", 7))
+    arguments = ["clatter", path, "--map", kind, "--seconds", 9, "-o", table, "--json"]
+    values = json.loads(printed(*arguments, "--impacts", 7))
     (wheel,) = values["wheels"]
     rows = rows_of(table)
     assert len(rows) == wheel["impacts"] == 7
     assert float(rows[-1]["time_s"]) == wheel["seconds"]
     assert "ends after" in values["warnings"][0]
     assert "and 7 impacts" in table.read_text("utf-8").partition("time_s")[0]
-    printed(*words)
+    printed(*arguments)
     assert rows_of(table)[:7] == rows
     printed("clatter", path, "--seconds", 1, "-o", table)
     assert rows_of(table)[0] == rows[0]  # maps begin with the first one by events
@@ -176,17 +179,17 @@ def test_a_periodic_motion_loses_neighbours_by_its_restitution(tmp_path):
     """Without damping, multipliers of a stable focus have the modulus eps an impact."""
     path = tmp_path / "own.toml"
     path.write_text(GEARBOX.replace("drag_Nm = -0.05", ""))
-    words = "clatter", path, "--seconds", 40, "--chaos", "--json"
-    (events,) = json.loads(printed(*words))["wheels"]
-    (mapped,) = json.loads(printed(*words, "--map", "implicit"))["wheels"]
+    arguments = "clatter", path, "--seconds", 40, "--chaos", "--json"
+    (events,) = json.loads(printed(*arguments))["wheels"]
+    (mapped,) = json.loads(printed(*arguments, "--map", "implicit"))["wheels"]
     rate = events["impacts"] / events["seconds"]
     assert mapped["lyapunov_exponent_per_impact"] == pytest.approx(math.log(0.8), 0.01)
-    wanted = pytest.approx(rate * math.log(0.8), rel=0.05)
-    assert events["lyapunov_exponent_per_s"] == wanted
+    expected = pytest.approx(rate * math.log(0.8), rel=0.05)
+    assert events["lyapunov_exponent_per_s"] == expected
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "message"),
     [
         ("tooth_play_mm = 0.1", "tooth_play_mm = 0.0", "tooth_play_mm = 0; must be"),
         ("tooth_play_mm = 0.1", "tooth_play_mm = -1.0", "tooth_play_mm = -1; must be"),
@@ -211,17 +214,17 @@ def test_a_periodic_motion_loses_neighbours_by_its_restitution(tmp_path):
         (GEARBOX[GEARBOX.index("[[wheel]]") :], "", "wheel is missing"),
     ],
 )
-def test_a_wrong_gearbox_is_refused_in_a_line(tmp_path, capsys, old, new, words):
+def test_a_wrong_gearbox_is_refused_in_a_line(tmp_path, capsys, old, new, message):
     assert old in GEARBOX
     (tmp_path / "own.toml").write_text(GEARBOX.replace(old, new))
     assert run(["clatter", str(tmp_path / "own.toml")]) == 2
     line = capsys.readouterr().err
     assert len(line.splitlines()) == 1
-    assert words in line
+    assert message in line
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("", "no column names"),
         ("time_s,speed_rpm\n", "needs 4 rows, got 0"),
@@ -233,10 +236,10 @@ def test_a_wrong_gearbox_is_refused_in_a_line(tmp_path, capsys, old, new, words)
         ("time_s,speed_rpm\n0,1\n1,2\n1,3\n2,4\n", "must rise"),
     ],
 )
-def test_a_wrong_speed_file_is_refused_in_a_line(tmp_path, capsys, text, words):
+def test_a_wrong_speed_file_is_refused_in_a_line(tmp_path, capsys, text, message):
     (tmp_path / "own.toml").write_text(SIGNAL)
     (tmp_path / "speed.csv").write_text(text)
     assert run(["clatter", str(tmp_path / "own.toml")]) == 2
     line = capsys.readouterr().err
     assert len(line.splitlines()) == 1
-    assert words in line
+    assert message in line

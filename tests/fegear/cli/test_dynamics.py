@@ -22,8 +22,8 @@ MAIN = [sys.executable, "-c", "from fegear.cli import main; main()"]
 PAIR = ["dynamics", "liu-pair", "--torque", "100", "--fidelity", "quasistatic"]
 
 
-def run(*words: str):
-    return CliRunner().invoke(app, list(words), catch_exceptions=False)
+def run(*arguments: str):
+    return CliRunner().invoke(app, list(arguments), catch_exceptions=False)
 
 
 def test_rows_and_summary(tmp_path):
@@ -34,10 +34,10 @@ def test_rows_and_summary(tmp_path):
     assert {row.model for row in table.rows} == {"quasistatic"}
     assert len(table.rows) == 6
     assert table.header["fidelity"] == "quasistatic"
-    found = json.loads(result.stdout)
-    assert found["speeds"] == 3
-    assert found["natural_frequencies"] == "of model 1"
-    assert [branch["direction"] for branch in found["branches"]] == ["up", "down"]
+    summary = json.loads(result.stdout)
+    assert summary["speeds"] == 3
+    assert summary["natural_frequencies"] == "of model 1"
+    assert [branch["direction"] for branch in summary["branches"]] == ["up", "down"]
     assert not (tmp_path / "d.csv.partial").exists()
 
 
@@ -49,9 +49,9 @@ def test_up_and_down_agree_off_the_resonances(tmp_path):
 
 
 def test_auto_tells_what_it_chose_and_why():
-    words = ["dynamics", "liu-pair", "--torque", "100", "--direction", "up"]
+    arguments = ["dynamics", "liu-pair", "--torque", "100", "--direction", "up"]
     slow, fast = (
-        " ".join(run(*words, "--speeds", speed).stdout.split())
+        " ".join(run(*arguments, "--speeds", speed).stdout.split())
         for speed in ("100", "2500")
     )
     assert fast.startswith("100 N m, reduced: elastic inertia changes")
@@ -63,8 +63,8 @@ def test_auto_tells_what_it_chose_and_why():
 
 def test_history_and_root_stress(tmp_path):
     folder = tmp_path / "h"
-    words = ["--speeds", "2500", "--direction", "up", "--history", str(folder)]
-    result = run(*PAIR, *words, "--root-stress", "pinion")
+    options = ["--speeds", "2500", "--direction", "up", "--history", str(folder)]
+    result = run(*PAIR, *options, "--root-stress", "pinion")
     assert result.exit_code == 0
     (path,) = folder.iterdir()
     assert path.name == "100Nm_up_2500Hz.csv"
@@ -80,34 +80,34 @@ def test_history_and_root_stress(tmp_path):
 
 def test_model_1_beside(tmp_path):
     picture = tmp_path / "d.png"
-    words = ["--speeds", "2400:2600:100", "--model-1", "--plot", str(picture)]
-    found = json.loads(run(*PAIR, *words, "--json").stdout)
-    assert len(found["model_1_branches"]) == 2
+    options = ["--speeds", "2400:2600:100", "--model-1", "--plot", str(picture)]
+    summary = json.loads(run(*PAIR, *options, "--json").stdout)
+    assert len(summary["model_1_branches"]) == 2
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_unknown_gear_for_root_stress(tmp_path):
-    words = ["--speeds", "1000", "--history", str(tmp_path), "--root-stress", "moon"]
-    done = subprocess.run([*MAIN, *PAIR, *words], capture_output=True, text=True)
-    assert done.returncode == 2
-    assert "--root-stress = moon; allowed are pinion, idler" in done.stderr
+    options = ["--speeds", "1000", "--history", str(tmp_path), "--root-stress", "moon"]
+    process = subprocess.run([*MAIN, *PAIR, *options], capture_output=True, text=True)
+    assert process.returncode == 2
+    assert "--root-stress = moon; allowed are pinion, idler" in process.stderr
 
 
 def finished_in(partial):
     """Speeds in a checkpoint that no process holds."""
-    with closing(sqlite3.connect(partial)) as found:
-        return found.execute("select count(*) from speeds").fetchone()[0]
+    with closing(sqlite3.connect(partial)) as connection:
+        return connection.execute("select count(*) from speeds").fetchone()[0]
 
 
 @pytest.mark.slow
 def test_killed_and_resumed_gives_the_same_file(tmp_path):
-    words = [*PAIR, "--speeds", "1000:1400:10", "-o"]
+    arguments = [*PAIR, "--speeds", "1000:1400:10", "-o"]
     whole, killed = tmp_path / "whole.csv", tmp_path / "killed.csv"
-    assert run(*words, str(whole)).exit_code == 0
-    command = [*MAIN, *words, str(killed), "--resume"]
+    assert run(*arguments, str(whole)).exit_code == 0
+    command = [*MAIN, *arguments, str(killed), "--resume"]
     partial = tmp_path / "killed.csv.partial"
-    for more in (4, 27):
-        killed_after(more, command[len(MAIN) :])
+    for records in (4, 27):
+        killed_after(records, command[len(MAIN) :])
         assert not killed.exists(), "killed before the end"
     assert finished_in(partial) > 30
     for _ in range(2):  # resuming is safe to repeat
@@ -120,11 +120,12 @@ def test_killed_and_resumed_gives_the_same_file(tmp_path):
 def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
     path = tmp_path / "d.csv"
     partial = tmp_path / "d.csv.partial"
-    words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
-    killed_after(4, words)
+    arguments = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up"]
+    arguments += ["-o", str(path)]
+    killed_after(4, arguments)
     with closing(sqlite3.connect(partial)) as connection, connection:
         connection.execute("update speeds set content = x'00' where number = 1")
-    command = [*MAIN, *words, "--resume"]
+    command = [*MAIN, *arguments, "--resume"]
     resumed = subprocess.run(command, capture_output=True, text=True)
     assert "d.csv.partial: 0 of 41 speeds are finished" in resumed.stderr
     assert "damaged and computed again" in resumed.stderr
@@ -136,78 +137,83 @@ def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
 @pytest.mark.slow
 def test_finished_speeds_are_not_thrown_away(tmp_path):
     path = tmp_path / "d.csv"
-    words = [*PAIR, "--speeds", "1000:1400:1", "--direction", "up", "-o", str(path)]
-    killed_after(2, words)
+    arguments = [*PAIR, "--speeds", "1000:1400:1", "--direction", "up", "-o", str(path)]
+    killed_after(2, arguments)
     with closing(sqlite3.connect(tmp_path / "d.csv.partial")) as connection:
         # takes back what the kill may have left half committed
         assert connection.execute("select count(*) from speeds").fetchone()[0] > 0
-    kept = (tmp_path / "d.csv.partial").read_bytes()
-    done = subprocess.run([*MAIN, *words], capture_output=True, text=True)
-    assert done.returncode == 2
-    assert "holds what an interrupted run" in done.stderr
-    assert (tmp_path / "d.csv.partial").read_bytes() == kept
+    stored = (tmp_path / "d.csv.partial").read_bytes()
+    process = subprocess.run([*MAIN, *arguments], capture_output=True, text=True)
+    assert process.returncode == 2
+    assert "holds what an interrupted run" in process.stderr
+    assert (tmp_path / "d.csv.partial").read_bytes() == stored
 
 
 @pytest.mark.slow
 def test_a_cut_off_below_all_modes_is_refused():
-    words = ["--fidelity", "reduced", "--speeds", "2000", "--cutoff", "10"]
-    done = subprocess.run([*MAIN, *PAIR[:2], *words], capture_output=True, text=True)
-    assert done.returncode == 2
-    assert "--cutoff = 10; no elastic mode" in done.stderr
+    options = ["--fidelity", "reduced", "--speeds", "2000", "--cutoff", "10"]
+    process = subprocess.run(
+        [*MAIN, *PAIR[:2], *options], capture_output=True, text=True
+    )
+    assert process.returncode == 2
+    assert "--cutoff = 10; no elastic mode" in process.stderr
 
 
 @pytest.mark.slow
 def test_a_checkpoint_of_other_settings_is_refused(tmp_path):
     path = tmp_path / "d.csv"
-    words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
-    killed_after(2, words)
-    done = subprocess.run(
-        [*MAIN, *words, "--steps", "64", "--resume"],
+    arguments = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up"]
+    arguments += ["-o", str(path)]
+    killed_after(2, arguments)
+    process = subprocess.run(
+        [*MAIN, *arguments, "--steps", "64", "--resume"],
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 2
-    assert "integration.steps = '128', now '64'" in done.stderr
+    assert process.returncode == 2
+    assert "integration.steps = '128', now '64'" in process.stderr
 
 
 @pytest.mark.slow
 def test_a_checkpoint_of_other_gears_or_histories_is_refused(tmp_path):
     text = (resources.files("fegear.gearset") / "sets" / "liu-pair.toml").read_text()
-    own, path = tmp_path / "own.toml", tmp_path / "d.csv"
-    own.write_text(text)
-    words = ["dynamics", str(own), *PAIR[2:], "--speeds", "1000:1400:10"]
-    words += ["--direction", "up", "-o", str(path)]
-    killed_after(2, words)
+    gear_set, path = tmp_path / "own.toml", tmp_path / "d.csv"
+    gear_set.write_text(text)
+    arguments = ["dynamics", str(gear_set), *PAIR[2:], "--speeds", "1000:1400:10"]
+    arguments += ["--direction", "up", "-o", str(path)]
+    killed_after(2, arguments)
     history = ["--history", str(tmp_path / "h")]
-    done = subprocess.run(
-        [*MAIN, *words, *history, "--resume"], capture_output=True, text=True
+    process = subprocess.run(
+        [*MAIN, *arguments, *history, "--resume"], capture_output=True, text=True
     )
-    assert done.returncode == 2
-    assert "history" in done.stderr
+    assert process.returncode == 2
+    assert "history" in process.stderr
     assert "teeth = 55" in text
-    own.write_text(text.replace("hub_radius_mm = 42", "hub_radius_mm = 43"))
-    done = subprocess.run([*MAIN, *words, "--resume"], capture_output=True, text=True)
-    assert done.returncode == 2
-    assert "was begun with gear_set" in done.stderr
+    gear_set.write_text(text.replace("hub_radius_mm = 42", "hub_radius_mm = 43"))
+    process = subprocess.run(
+        [*MAIN, *arguments, "--resume"], capture_output=True, text=True
+    )
+    assert process.returncode == 2
+    assert "was begun with gear_set" in process.stderr
 
 
 def test_torques_that_differ_little_are_branches_of_their_own(tmp_path):
     path = tmp_path / "d.csv"
-    words = ["--torque", "100.00001", "--speeds", "2500", "-o", str(path)]
-    assert run(*PAIR, *words).exit_code == 0
+    options = ["--torque", "100.00001", "--speeds", "2500", "-o", str(path)]
+    assert run(*PAIR, *options).exit_code == 0
     assert {row.torque_Nm for row in read_sweep(str(path)).rows} == {100.0, 100.00001}
 
 
 def test_a_second_curve_that_is_interrupted_is_not_complete():
     """Those of --model-1, which are computed last."""
-    calls = []
+    labels = []
 
-    def progress(what: str, done: int, total: int) -> None:
-        calls.append(what)
-        if calls.count("sweep") == 3:
+    def progress(label: str, done: int, total: int) -> None:
+        labels.append(label)
+        if labels.count("sweep") == 3:
             raise KeyboardInterrupt
 
-    asked = fegear.Dynamics(
+    study = fegear.Dynamics(
         gear_set="liu-pair",
         torque=[100.0],
         speeds=[1000.0, 1050.0],
@@ -215,10 +221,10 @@ def test_a_second_curve_that_is_interrupted_is_not_complete():
         elements=fegear.FiniteElements(fidelity="quasistatic"),
         model_1=True,
     )
-    found = fegear.run(asked, progress=progress, workers=1)
-    ((_, branch),), ((_, second),) = found.found, found.beside
+    result = fegear.run(study, progress=progress, workers=1)
+    ((_, branch),), ((_, second),) = result.found, result.beside
     assert branch.complete
     assert not second.responses
     assert second.interrupted
-    assert not found.complete
-    assert not found.failure
+    assert not result.complete
+    assert not result.failure

@@ -28,8 +28,8 @@ CURVES = [
 ]
 
 
-def invoked(*words: object) -> str:
-    result = CliRunner().invoke(app, list(map(str, words)))
+def invoked(*arguments: object) -> str:
+    result = CliRunner().invoke(app, list(map(str, arguments)))
     assert result.exit_code == 0, result.output
     return result.stdout
 
@@ -45,30 +45,32 @@ def test_points_of_all_curves(tmp_path):
     assert header["feasible"] == "True"
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     assert list(rows[0]) == ["curve", "index", "x_mm", "y_mm"]
-    found = {k: list(own) for k, own in groupby(rows, key=lambda row: row["curve"])}
-    assert list(found) == CURVES
-    for name, own in found.items():
-        assert [int(row["index"]) for row in own] == list(range(len(own)))
-        points = np.array([[float(row["x_mm"]), float(row["y_mm"])] for row in own])
+    curves = {
+        k: list(group) for k, group in groupby(rows, key=lambda row: row["curve"])
+    }
+    assert list(curves) == CURVES
+    for name, curve in curves.items():
+        assert [int(row["index"]) for row in curve] == list(range(len(curve)))
+        points = np.array([[float(row["x_mm"]), float(row["y_mm"])] for row in curve])
         np.testing.assert_allclose(points[0], points[-1], atol=1e-9)
         if name.endswith("pitch"):
             length = np.hypot(*np.diff(points, axis=0).T).sum()
             turns = 2 if name.startswith("driven") else 1
             assert length == pytest.approx(40.0 * math.pi * turns, rel=1e-4)
     farthest = [
-        max(math.hypot(float(row["x_mm"]), float(row["y_mm"])) for row in found[name])
+        max(math.hypot(float(row["x_mm"]), float(row["y_mm"])) for row in curves[name])
         for name in ("driver_pitch", "driven_pitch")
     ]
     assert farthest == pytest.approx([26.0, distance - 14.0], rel=1e-9)
 
 
 def test_without_teeth_curves_and_whether_they_are_feasible(tmp_path):
-    words = ("eccentric", "--radius", 1, "--eccentricity", 0.627)
+    arguments = ("eccentric", "--radius", 1, "--eccentricity", 0.627)
     for angle, feasible in ((22, True), (28, False)):
-        values = json.loads(invoked(*words, "--pressure-angle", angle, "--json"))
+        values = json.loads(invoked(*arguments, "--pressure-angle", angle, "--json"))
         assert values["feasible"] is feasible
     assert values["reason"] == "the base curve has cusps and cuts itself"
-    text = invoked(*words, "--pressure-angle", 28, "-o", tmp_path / "w.csv")
+    text = invoked(*arguments, "--pressure-angle", 28, "-o", tmp_path / "w.csv")
     assert "not feasible: the base curve has cusps" in text
     assert "driver_tooth" not in (tmp_path / "w.csv").read_text()
 
@@ -107,10 +109,10 @@ def test_meshes_of_both_wheels(tmp_path):
 @pytest.mark.slow
 def test_contact_over_a_turn(tmp_path):
     table, plot = tmp_path / "c.csv", tmp_path / "c.png"
-    words = (*WHEELS, "--teeth", 24, "--torque", 10, "--positions", 12)
-    values = json.loads(invoked(*words, "--contact", table, "--plot", plot, "--json"))[
-        "contact"
-    ]
+    arguments = (*WHEELS, "--teeth", 24, "--torque", 10, "--positions", 12)
+    values = json.loads(
+        invoked(*arguments, "--contact", table, "--plot", plot, "--json")
+    )["contact"]
     rows = list(
         csv.DictReader(
             line for line in table.read_text().splitlines() if line[0] != "#"
@@ -123,11 +125,12 @@ def test_contact_over_a_turn(tmp_path):
     assert Image.open(plot).size[0] > 1000
     (warning,) = values["warnings"]
     assert warning.startswith("positions = 12 is less than 4 for each of the 24")
-    double = json.loads(invoked(*words[:-3], 20, *words[-2:], "--json"))["contact"]
+    doubled = (*arguments[:-3], 20, *arguments[-2:], "--json")
+    double = json.loads(invoked(*doubled))["contact"]
     # Hertzian contact is stiffer under more load, the wheels are not
     growth = double["mean_transmission_error_um"] / values["mean_transmission_error_um"]
     assert 1.8 < growth < 2.0
-    wide = json.loads(invoked(*words, "--face-width", 20, "--json"))["contact"]
+    wide = json.loads(invoked(*arguments, "--face-width", 20, "--json"))["contact"]
     half = wide["mean_transmission_error_um"] / values["mean_transmission_error_um"]
     assert half == pytest.approx(1.0 / growth, rel=0.02)
 
@@ -141,7 +144,7 @@ def test_a_film_of_a_turn(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("options", "message"),
     [
         (["--radius", "0"], "--radius = 0; allowed 0.001 to 1000000 mm"),
         (["--eccentricity", "20"], "--eccentricity = 20 mm; must be from 0 to 19.98"),
@@ -163,24 +166,24 @@ def test_a_film_of_a_turn(tmp_path):
         (["--animate", "w.avi"], "w.avi: the file's name must end in .gif or .mp4"),
     ],
 )
-def test_wrong_input_ends_in_one_line(words, message, capsys, monkeypatch, tmp_path):
+def test_wrong_input_ends_in_one_line(options, message, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    own = [*map(str, WHEELS)]
-    if words[0] in own:
-        place = own.index(words[0])
-        del own[place : place + 2]
-    assert run([*own, *words]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.startswith(f"fegear: {message}")
-    assert printed.err.count("\n") == 1
+    arguments = [*map(str, WHEELS)]
+    if options[0] in arguments:
+        index = arguments.index(options[0])
+        del arguments[index : index + 2]
+    assert run([*arguments, *options]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith(f"fegear: {message}")
+    assert captured.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow
 def test_a_deflection_that_is_not_small_is_told():
-    words = (*WHEELS, "--teeth", 24, "--torque", 1e6, "--positions", 1)
-    result = CliRunner().invoke(app, list(map(str, words)))
+    arguments = (*WHEELS, "--teeth", 24, "--torque", 1e6, "--positions", 1)
+    result = CliRunner().invoke(app, list(map(str, arguments)))
     assert result.exit_code == 0
     assert "exceeds a tenth of the module" in result.stderr
     assert "contact pressure" in result.stderr

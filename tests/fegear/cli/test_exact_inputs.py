@@ -116,8 +116,8 @@ def numbers(values: Any) -> Iterator[float]:
     if isinstance(values, dict):
         values = list(values.values())
     if isinstance(values, list):
-        for each in values:
-            yield from numbers(each)
+        for value in values:
+            yield from numbers(value)
     elif isinstance(values, int | float):
         yield float(values)
 
@@ -125,18 +125,18 @@ def numbers(values: Any) -> Iterator[float]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_inputs_reach_json_and_file(name, tmp_path):
-    *words, in_both, in_file = CASES[name]
+    command, options, in_both, in_file = CASES[name]
     path = tmp_path / ("out.toml" if name == "rattle gears" else "out.csv")
-    found = json.loads(printed(*words[0], *words[1], "-o", path, "--json"))
+    summary = json.loads(printed(*command, *options, "-o", path, "--json"))
     written = {float(text) for text in NUMBER.findall(path.read_text("utf-8"))}
-    assert set(in_both) <= set(numbers(found))
+    assert set(in_both) <= set(numbers(summary))
     assert {*in_both, *in_file} <= written
 
 
 @pytest.mark.parametrize("name", WITHOUT_FILE)
 def test_inputs_reach_json(name):
-    words, number = WITHOUT_FILE[name]
-    assert number in set(numbers(json.loads(printed(*words, "--json"))))
+    arguments, number = WITHOUT_FILE[name]
+    assert number in set(numbers(json.loads(printed(*arguments, "--json"))))
 
 
 @pytest.mark.parametrize(

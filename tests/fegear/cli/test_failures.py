@@ -31,9 +31,9 @@ teeth = 30
 """
 
 
-def refused(capsys, *words: object, code: int = 2) -> str:
+def refused(capsys, *arguments: object, code: int = 2) -> str:
     """The one line that a command ends with."""
-    assert run([str(word) for word in words]) == code
+    assert run([str(word) for word in arguments]) == code
     line = capsys.readouterr().err
     assert line.startswith("fegear: ")
     assert len(line.splitlines()) == 1
@@ -42,7 +42,7 @@ def refused(capsys, *words: object, code: int = 2) -> str:
 
 
 @pytest.mark.parametrize(
-    "words",
+    "arguments",
     [
         ["show", LONG],
         ["show", f"{LONG}.toml"],
@@ -62,18 +62,18 @@ def refused(capsys, *words: object, code: int = 2) -> str:
         ["validate", "idler", "-o", LONG],
         ["bench", "stiffness", "-o", LONG],
     ],
-    ids=lambda words: " ".join(words).replace(LONG, "LONG"),
+    ids=lambda arguments: " ".join(arguments).replace(LONG, "LONG"),
 )
-def test_names_that_are_too_long(capsys, monkeypatch, tmp_path, words):
+def test_names_that_are_too_long(capsys, monkeypatch, tmp_path, arguments):
     monkeypatch.chdir(tmp_path)
-    assert LONG in refused(capsys, *words)
+    assert LONG in refused(capsys, *arguments)
 
 
 @pytest.mark.parametrize(
-    ("words", "kind"), [(["show"], "gear set"), (["rattle", "critical"], "machine")]
+    ("arguments", "kind"), [(["show"], "gear set"), (["rattle", "critical"], "machine")]
 )
-def test_no_name(capsys, words, kind):
-    line = refused(capsys, *words, "")
+def test_no_name(capsys, arguments, kind):
+    line = refused(capsys, *arguments, "")
     assert f"no name of a {kind} (built-in: " in line
 
 
@@ -85,8 +85,8 @@ def test_a_full_disk_under_a_map(capsys, monkeypatch, tmp_path):
         raise FULL
 
     monkeypatch.setattr(module.Checkpoint, "add", full)
-    words = ["--over", "mesh.2.phase=0,1", "--at", "900", "-o", path]
-    line = refused(capsys, "map", *RECTANGULAR, *words)
+    options = ["--over", "mesh.2.phase=0,1", "--at", "900", "-o", path]
+    line = refused(capsys, "map", *RECTANGULAR, *options)
     reason = "cannot be written, no space left on device"
     assert line == f"fegear: {path}.partial: {reason}\n"
 
@@ -108,26 +108,28 @@ def test_a_full_disk_under_dynamics(capsys, monkeypatch, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is of Linux")
-@pytest.mark.parametrize("words", [["sets"], ["show", "liu-pair", "--json"]])
-def test_a_full_screen(words):
-    command = [sys.executable, "-c", "from fegear.cli import main; main()", *words]
+@pytest.mark.parametrize("arguments", [["sets"], ["show", "liu-pair", "--json"]])
+def test_a_full_screen(arguments):
+    command = [sys.executable, "-c", "from fegear.cli import main; main()", *arguments]
     with open("/dev/full", "w") as full:
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
-    assert done.returncode == 2
+        process = subprocess.run(
+            command, stdout=full, stderr=subprocess.PIPE, text=True
+        )
+    assert process.returncode == 2
     line = "fegear: standard output: cannot be written, no space left on device\n"
-    assert done.stderr == line
+    assert process.stderr == line
 
 
 def test_letters_that_the_screen_does_not_have(tmp_path):
     path = tmp_path / "日本.toml"
     command = [sys.executable, "-c", "from fegear.cli import main; main()"]
-    done = subprocess.run(
+    process = subprocess.run(
         [*command, "show", str(path)],
         capture_output=True,
         env={"PYTHONIOENCODING": "cp1252", "PATH": ""},
     )
-    assert done.returncode == 2
-    assert rb"\u65e5\u672c.toml: cannot be read" in done.stderr
+    assert process.returncode == 2
+    assert rb"\u65e5\u672c.toml: cannot be read" in process.stderr
 
 
 def test_inertia_beyond_all_numbers(capsys):
@@ -151,7 +153,7 @@ def test_a_long_chain_is_shown_at_once(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "words",
+    "arguments",
     [
         ["show", f"{STEERING}.toml"],
         ["show", "liu-pair", f"--{STEERING}"],
@@ -164,11 +166,11 @@ def test_a_long_chain_is_shown_at_once(tmp_path, capsys):
         ["stiffness", "-o", f"{STEERING}/t.csv"],
         ["validate", STEERING, "-o", "report"],
     ],
-    ids=lambda words: printable(" ".join(words)),
+    ids=lambda arguments: printable(" ".join(arguments)),
 )
-def test_no_message_steers_the_terminal(capsys, monkeypatch, tmp_path, words):
+def test_no_message_steers_the_terminal(capsys, monkeypatch, tmp_path, arguments):
     monkeypatch.chdir(tmp_path)
-    line = refused(capsys, *words)
+    line = refused(capsys, *arguments)
     assert not harmful(line)
 
 
@@ -181,21 +183,21 @@ def test_no_table_or_picture_steers_its_reader(capsys, tmp_path, monkeypatch, re
     monkeypatch.chdir(tmp_path)
     escaped = STEERING.replace("\udc80", "").encode("unicode_escape").decode()
     escaped = escaped.replace("\\x", "\\u00")
-    said = f'description = "{escaped}"\ninferences = ["{escaped}"]\n'
-    text = CHAIN.replace('"chain"\n', '"a$\\\\foo_{ $日本"\n' + said)
+    description = f'description = "{escaped}"\ninferences = ["{escaped}"]\n'
+    text = CHAIN.replace('"chain"\n', '"a$\\\\foo_{ $日本"\n' + description)
     gears = '[[gear]]\nname = "a"\n[[gear]]\nname = "b"\n'
     mesh = '[[mesh]]\ndriver = "a"\ndriven = "b"\ncenter_distance_mm = 60.2\n'
     (tmp_path / "own.toml").write_text(text + gears + mesh, encoding="utf-8")
     assert run(["show", "own.toml", "-o", "own.png"]) == 0
-    shown = capsys.readouterr().out
-    assert r"\x1b[31m\x9b\u202e" in shown
-    assert not harmful(shown)
+    page = capsys.readouterr().out
+    assert r"\x1b[31m\x9b\u202e" in page
+    assert not harmful(page)
     assert (tmp_path / "own.png").stat().st_size > 10_000
     assert not recwarn.list
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         (["validate", "idler"], "Missing option '-o' / '--output'"),
         (["motion", *RECTANGULAR, "--torque", "5"], "--torque is given 2 times"),
@@ -204,12 +206,12 @@ def test_no_table_or_picture_steers_its_reader(capsys, tmp_path, monkeypatch, re
         (["sweep", "liu-pair", "--set", "a=1", "--set", "a=2"], "a is given more"),
     ],
 )
-def test_nothing_is_given_twice_or_left_out(capsys, words, message):
-    assert message in refused(capsys, *words)
+def test_nothing_is_given_twice_or_left_out(capsys, arguments, message):
+    assert message in refused(capsys, *arguments)
 
 
 @pytest.mark.parametrize(
-    ("words", "ending"),
+    ("arguments", "ending"),
     [
         (["stiffness", "-o", "a.xlsx"], ".csv or .txt"),
         (["sweep", *RECTANGULAR, "--speeds", "900", "-o", "a.json"], ".csv or .txt"),
@@ -220,42 +222,42 @@ def test_nothing_is_given_twice_or_left_out(capsys, words, message):
         (["clatter", "seed-five-speed", "-o", "a.json"], ".csv or .txt"),
         (["rattle", "basin", "roots-scaled", "-o", "a.csv"], ".npz"),
     ],
-    ids=lambda words: words[0] if isinstance(words, list) else words,
+    ids=lambda value: value[0] if isinstance(value, list) else value,
 )
 def test_endings_of_files_that_are_not_written(
-    capsys, monkeypatch, tmp_path, words, ending
+    capsys, monkeypatch, tmp_path, arguments, ending
 ):
     """A gear set of one's own is not replaced by a table."""
     monkeypatch.chdir(tmp_path)
     Path("own.toml").write_text("mine")
-    words = words if "-o" in words[:-1] else [*words, "-o", "a.ods"]
-    assert f"name must end in {ending}" in refused(capsys, *words)
+    arguments = arguments if "-o" in arguments[:-1] else [*arguments, "-o", "a.ods"]
+    assert f"name must end in {ending}" in refused(capsys, *arguments)
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [
         ("own.toml", "mine")
     ]
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         (["bench", "clatter", "-o", ""], "--output is empty"),
         (["rattle", "basin", "roots-scaled", "--scheduler", ""], "--scheduler is"),
         (["sweep", "liu-pair", "--set", ""], "--set is empty"),
     ],
 )
-def test_empty_words(capsys, monkeypatch, tmp_path, words, message):
+def test_empty_words(capsys, monkeypatch, tmp_path, arguments, message):
     monkeypatch.chdir(tmp_path)
-    assert message in refused(capsys, *words)
+    assert message in refused(capsys, *arguments)
     assert not any(tmp_path.iterdir())
 
 
 def test_times_of_no_length(capsys):
-    words = "clatter", "seed-five-speed", "--seconds", "1e-300"
-    assert "--seconds = 1e-300; allowed 1e-06 to" in refused(capsys, *words)
+    arguments = "clatter", "seed-five-speed", "--seconds", "1e-300"
+    assert "--seconds = 1e-300; allowed 1e-06 to" in refused(capsys, *arguments)
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("options", "message"),
     [
         (["--mesh", "2.5"], "--mesh = 2.5; must be a whole number"),
         (["--friction", "abc"], "--friction = abc; must be a number"),
@@ -263,8 +265,8 @@ def test_times_of_no_length(capsys):
         (["--plane", "both"], "--plane = both; allowed are 'stress', 'strain'"),
     ],
 )
-def test_a_wrong_value_is_quoted(capsys, words, message):
-    assert refused(capsys, "stiffness", *words) == f"fegear: {message}\n"
+def test_a_wrong_value_is_quoted(capsys, options, message):
+    assert refused(capsys, "stiffness", *options) == f"fegear: {message}\n"
 
 
 @pytest.mark.parametrize("letter", ["\\u001b", "\\u009b", "\\u202e", "\\u200b", "\\n"])
@@ -279,10 +281,10 @@ def test_wrong_input_is_one_line_before_anything_is_done(
     capsys, monkeypatch, tmp_path, line
 ):
     monkeypatch.chdir(tmp_path)
-    words, _, message = line.partition(" | ")
-    told = refused(capsys, *words.split())
-    assert message in told
-    assert told.count("\n") == 1
+    arguments, _, message = line.partition(" | ")
+    error = refused(capsys, *arguments.split())
+    assert message in error
+    assert error.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 

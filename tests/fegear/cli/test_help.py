@@ -37,8 +37,8 @@ WITHOUT_DEFAULT = {
 
 COMMANDS = dict(commands())
 OPTIONS = [
-    (words, param)
-    for words, command in COMMANDS.items()
+    (name, param)
+    for name, command in COMMANDS.items()
     for param in command.params
     if param.opts[0].startswith("-")
 ]
@@ -48,60 +48,60 @@ def label(value: Any) -> str:
     return value if isinstance(value, str) else max(value.opts, key=len)
 
 
-def rendered(words: str) -> str:
+def rendered(name: str) -> str:
     """Help on a screen of 80 columns, its lines joined again."""
-    result = CliRunner(env={"COLUMNS": "80"}).invoke(app, [*words.split(), "--help"])
+    result = CliRunner(env={"COLUMNS": "80"}).invoke(app, [*name.split(), "--help"])
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
-    start = next((i for i, li in enumerate(lines) if "Example:" in li), len(lines))
+    start = next((i for i, line in enumerate(lines) if "Example:" in line), len(lines))
     assert max(map(len, lines[:start])) <= 80
     text = "\n".join(lines)
     return " ".join(re.sub(r"-\n\s+", "-", text).split())  # a word at its hyphen
 
 
-@pytest.mark.parametrize(("words", "param"), OPTIONS, ids=label)
-def test_an_option_says_what_it_is_its_unit_and_its_default(words, param):
+@pytest.mark.parametrize(("command", "param"), OPTIONS, ids=label)
+def test_an_option_says_what_it_is_its_unit_and_its_default(command, param):
     help_text = param.help or ""
     assert len(help_text) > 10
     assert help_text[0].isupper() or help_text.startswith(".")
     name = max(param.opts, key=len)
-    shown = rendered(words)
-    assert help_text.replace("\u00a0", " ") in shown.replace("\u00a0", " ")
-    hints = get_type_hints(inspect.unwrap(COMMANDS[words].callback))
+    page = rendered(command)
+    assert help_text.replace("\u00a0", " ") in page.replace("\u00a0", " ")
+    hints = get_type_hints(inspect.unwrap(COMMANDS[command].callback))
     if "float" in str(hints[param.name]) or name in ("--speeds", "--rpm", "--band"):
         assert UNIT.search(help_text) or any(w in help_text for w in NO_UNIT)
     is_flag = getattr(param, "is_flag", False)
     is_file = hints[param.name] == Path | None
     if not (is_flag or is_file or name in WITHOUT_DEFAULT):
-        own = shown.partition(f" {name} ")[2]
-        own = re.split(r" --[a-z-]+[ /]", own.replace(help_text, "", 1))[0]
-        assert param.required or "[default: " in help_text + own
+        entry = page.partition(f" {name} ")[2]
+        entry = re.split(r" --[a-z-]+[ /]", entry.replace(help_text, "", 1))[0]
+        assert param.required or "[default: " in help_text + entry
 
 
-@pytest.mark.parametrize("words", COMMANDS)
-def test_a_command_has_an_example_that_can_be_typed(words):
-    example = COMMANDS[words].epilog.splitlines()[-1].strip()
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_has_an_example_that_can_be_typed(command):
+    example = COMMANDS[command].epilog.splitlines()[-1].strip()
     assert len(example) <= 78
-    assert parsed(example) == words
+    assert parsed(example) == command
 
 
 def parsed(line: str) -> str:
     """The command of a line, whose options are parsed and not run."""
-    program, *given = shlex.split(line)
+    program, *arguments = shlex.split(line)
     assert program == "fegear"
-    depth = 2 if given[0] in ("bench", "rattle") else 1
-    words = " ".join(given[:depth])
-    COMMANDS[words].make_context(words, given[depth:])
-    return words
+    depth = 2 if arguments[0] in ("bench", "rattle") else 1
+    command = " ".join(arguments[:depth])
+    COMMANDS[command].make_context(command, arguments[depth:])
+    return command
 
 
 def lines_of(page: str) -> list[str]:
     """Commands in the blocks and tables of a page."""
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    found = [line for block in blocks for line in block.splitlines()]
-    found += re.findall(r"^\| `(.*?)` \|", text, re.MULTILINE)
-    return [line.strip() for line in found if line.strip().startswith("fegear ")]
+    lines = [line for block in blocks for line in block.splitlines()]
+    lines += re.findall(r"^\| `(.*?)` \|", text, re.MULTILINE)
+    return [line.strip() for line in lines if line.strip().startswith("fegear ")]
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/gallery.md"])
@@ -118,17 +118,17 @@ WRITES = {"-o", "--output", "--plot", "--contact", "--drawing", ">"}
 def test_files_that_the_readme_reads_are_there_before():
     """Each is written by a command above or is printed whole, with its name."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    described = set(re.findall(r"such as `([\w.-]+)`", text))
-    described |= {f"{name}.toml" for name in re.findall(r'^name = "(.*)"$', text, re.M)}
+    existing = set(re.findall(r"such as `([\w.-]+)`", text))
+    existing |= {f"{name}.toml" for name in re.findall(r'^name = "(.*)"$', text, re.M)}
     blocks = "".join(re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
     for line in blocks.splitlines():
-        words = shlex.split(line, comments=True)
-        made = {word for before, word in pairwise(words) if before in WRITES}
-        if "--history" in words:
-            made.add("h/100Nm_up_1600Hz.csv")
-        read = {word for word in words if re.search(r"\w\.(toml|csv)$", word)}
-        assert read <= made | described, line
-        described |= made
+        arguments = shlex.split(line, comments=True)
+        outputs = {word for before, word in pairwise(arguments) if before in WRITES}
+        if "--history" in arguments:
+            outputs.add("h/100Nm_up_1600Hz.csv")
+        inputs = {word for word in arguments if re.search(r"\w\.(toml|csv)$", word)}
+        assert inputs <= outputs | existing, line
+        existing |= outputs
 
 
 def test_the_readme_names_its_sources():
@@ -141,9 +141,9 @@ def test_the_readme_names_its_sources():
 def test_the_list_of_commands_is_not_cut_off():
     result = CliRunner(env={"COLUMNS": "80"}).invoke(app, ["--help"])
     assert "..." not in result.stdout.partition("Commands:")[2]
-    for words, command in COMMANDS.items():
-        if " " not in words:
-            assert words in result.stdout
+    for name, command in COMMANDS.items():
+        if " " not in name:
+            assert name in result.stdout
             assert command.help.splitlines()[0] in result.stdout
 
 

@@ -15,15 +15,15 @@ from fegear.files.errors import InputError
 FAST = ("liu-pair", "--resolution", "coarse")
 
 
-def run(*words: str) -> str:
-    result = CliRunner().invoke(app, ["identify", *words], catch_exceptions=False)
+def run(*arguments: str) -> str:
+    result = CliRunner().invoke(app, ["identify", *arguments], catch_exceptions=False)
     assert result.exit_code == 0
     return result.stdout
 
 
 @cache
-def best(*words: str) -> dict[str, float]:
-    return json.loads(run(*FAST, *words, "--json"))["best"]
+def best(*options: str) -> dict[str, float]:
+    return json.loads(run(*FAST, *options, "--json"))["best"]
 
 
 @pytest.mark.slow
@@ -41,9 +41,9 @@ def test_figures_of_the_gear_set_by_default(tmp_path):
 
 @pytest.mark.slow
 def test_the_set_chosen_meets_the_figures():
-    found = best("--mean", "2.5e8", "--variation", "0.33")
-    assert found["mesh1_mean_stiffness_N_per_m"] == pytest.approx(2.5e8, rel=5e-3)
-    assert found["mesh1_stiffness_variation"] == pytest.approx(0.33, abs=5e-3)
+    fitted = best("--mean", "2.5e8", "--variation", "0.33")
+    assert fitted["mesh1_mean_stiffness_N_per_m"] == pytest.approx(2.5e8, rel=5e-3)
+    assert fitted["mesh1_stiffness_variation"] == pytest.approx(0.33, abs=5e-3)
 
 
 @pytest.mark.slow
@@ -79,12 +79,12 @@ def test_figures_that_no_set_meets_are_named():
 
 def test_nothing_measured_names_the_options(tmp_path):
     text = (resources.files("fegear.gearset") / "sets" / "liu-pair.toml").read_text()
-    own = tmp_path / "own.toml"
-    kept = [
+    gear_set = tmp_path / "own.toml"
+    lines = [
         line
         for line in text.splitlines()
         if not line.startswith(("mean_stiffness", "stiffness_variation"))
     ]
-    own.write_text("\n".join(kept))
+    gear_set.write_text("\n".join(lines))
     with pytest.raises(InputError, match="--mean or --variation is missing; liu-pair"):
-        CliRunner().invoke(app, ["identify", str(own)], catch_exceptions=False)
+        CliRunner().invoke(app, ["identify", str(gear_set)], catch_exceptions=False)

@@ -110,7 +110,7 @@ def toml(tables: Tables) -> str:
         for entry in v if isinstance(v, list) and nested(v) else [v]:
             if nested(v):
                 top.append(f"[[{key}]]" if isinstance(v, list) else f"[{key}]")
-                top += [f"{k} = {value(each)}" for k, each in entry.items()]
+                top += [f"{k} = {value(field)}" for k, field in entry.items()]
     return "\n".join(top) + "\n"
 
 
@@ -120,7 +120,7 @@ def nested(v: Any) -> bool:
 
 def value(v: Any) -> str:
     if isinstance(v, dict):
-        return "{" + ", ".join(f"{k} = {value(each)}" for k, each in v.items()) + "}"
+        return "{" + ", ".join(f"{k} = {value(field)}" for k, field in v.items()) + "}"
     return json.dumps(v)
 
 
@@ -129,14 +129,14 @@ class Outcome(NamedTuple):
     answer: Any
 
 
-def outcome(folder: Path, words: list[str]) -> Outcome:
+def outcome(folder: Path, arguments: list[str]) -> Outcome:
     """Exit code, what was printed and what was written, in a folder of its own."""
     before, out = Path.cwd(), io.StringIO()
     folder.mkdir(parents=True)
     os.chdir(folder)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
-            code = run(words)
+            code = run(arguments)
     finally:
         os.chdir(before)
     files = {
@@ -178,12 +178,12 @@ class Case(NamedTuple):
     refused: bool = False
 
 
-def plus(base: str, words: str, tables: Tables = PAIR, refused: bool = False) -> Case:
-    return Case(base, f"{base} {words}", tables, refused)
+def plus(base: str, options: str, tables: Tables = PAIR, refused: bool = False) -> Case:
+    return Case(base, f"{base} {options}", tables, refused)
 
 
-def less(base: str, words: str) -> Case:
-    return Case(base.replace(f" {words}", ""), base)
+def less(base: str, options: str) -> Case:
+    return Case(base.replace(f" {options}", ""), base)
 
 
 def swap(base: str, old: str, new: str) -> Case:
@@ -361,8 +361,8 @@ def stable() -> dict[str, Case]:
 def figures_of_machine(base: str) -> dict[str, Case]:
     """Another machine, and other figures of it."""
     cases = {
-        name: plus(base.replace(" --delta 0.575", ""), words)
-        for name, words in FIGURES.items()
+        name: plus(base.replace(" --delta 0.575", ""), option)
+        for name, option in FIGURES.items()
         if name != "MACHINE"
     }
     return cases | {"MACHINE": swap(base, "roots-scaled", "SOFT")}
@@ -780,22 +780,22 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--json": plus("bench all", "--json"),
     },
 }
-AT_THE_ROOF = {"--debug", "--version", "--install-completion", "--show-completion"}
+ROOT_OPTIONS = {"--debug", "--version", "--install-completion", "--show-completion"}
 
 
 def option_name(param: Any) -> str:
     """`--torque` of an option, `SET` of an argument."""
-    named = [name for name in param.opts if name.startswith("--")]
-    return named[0] if named else param.metavar
+    long_names = [name for name in param.opts if name.startswith("--")]
+    return long_names[0] if long_names else param.metavar
 
 
 def test_every_option_of_every_command_has_a_case():
-    listed = {
-        words: {option_name(param) for param in command.params}
-        for words, command in commands()
+    options = {
+        name: {option_name(param) for param in command.params}
+        for name, command in commands()
     }
-    assert {words: set(cases) for words, cases in OPTIONS.items()} == listed
-    assert {option_name(param) for param in ROOT_COMMAND.params} == AT_THE_ROOF
+    assert {name: set(cases) for name, cases in OPTIONS.items()} == options
+    assert {option_name(param) for param in ROOT_COMMAND.params} == ROOT_OPTIONS
 
 
 @pytest.fixture(scope="module")
@@ -834,7 +834,7 @@ def files(tmp_path_factory) -> dict[str, str]:
         f"[[wheel]]\n{wheel.format('first', 1e-3)}"
         f"[[wheel]]\n{wheel.format('second', 2e-3)}"
     )
-    named = (
+    inputs = (
         "other.toml",
         "spurred.toml",
         "soft.toml",
@@ -842,24 +842,24 @@ def files(tmp_path_factory) -> dict[str, str]:
         "case.toml",
         "third.toml",
     )
-    places = (*named, "history.csv", "falling.csv", "slower.csv")
-    return {Path(name).stem.upper(): str(folder / name) for name in places}
+    file_names = (*inputs, "history.csv", "falling.csv", "slower.csv")
+    return {Path(name).stem.upper(): str(folder / name) for name in file_names}
 
 
 @pytest.fixture(scope="module")
 def answers(tmp_path_factory, files):
     """Outcomes of a command on the tables of a gear set, each computed once."""
-    folder, found = tmp_path_factory.mktemp("answers"), {}
+    folder, outcomes = tmp_path_factory.mktemp("answers"), {}
 
     def answer(command: str, tables: Tables) -> Outcome:
         text = toml(tables)
-        if (command, text) not in found:
-            own = folder / f"{len(found)}.toml"
-            own.write_text(text)
-            places = files | {"SET": str(own)}
-            words = [places.get(word, word) for word in command.split()]
-            found[command, text] = outcome(folder / str(len(found)), words)
-        return found[command, text]
+        if (command, text) not in outcomes:
+            gear_set = folder / f"{len(outcomes)}.toml"
+            gear_set.write_text(text)
+            paths = files | {"SET": str(gear_set)}
+            arguments = [paths.get(word, word) for word in command.split()]
+            outcomes[command, text] = outcome(folder / str(len(outcomes)), arguments)
+        return outcomes[command, text]
 
     return answer
 
@@ -900,13 +900,13 @@ def test_an_option_moves_the_answer_or_is_refused(
 class Key(NamedTuple):
     """Another value of a key, and the commands whose answer it moves; none: refused.
 
-    tables : to start from; place : entry of a list, from 1; all if 0
+    tables : to start from; entry : its number in a list, from 1; all if 0
     """
 
     value: Any
     commands: tuple[str, ...] = ()
     tables: Tables = PAIR
-    place: int = 1
+    entry: int = 1
 
 
 ONE_SWEEP = "sweep SET --speeds 4000 --excitation rectangular --json"
@@ -920,8 +920,8 @@ TEETH = (STIFF, COMPARE, FINITE, MOVING)
 GEAR_KEYS = {
     "name": Key("z"),
     "teeth": Key(20, (*TEETH, ONE_SWEEP)),
-    "module_mm": Key(2.1, (*TEETH, ONE_SWEEP), place=0),
-    "pressure_angle_deg": Key(21.0, (*TEETH, ONE_SWEEP), place=0),
+    "module_mm": Key(2.1, (*TEETH, ONE_SWEEP), entry=0),
+    "pressure_angle_deg": Key(21.0, (*TEETH, ONE_SWEEP), entry=0),
     "profile_shift": Key(0.15, TEETH),
     "tip_radius_mm": Key(21.3, TEETH),
     "addendum_mm": Key(2.3, TEETH),
@@ -934,27 +934,27 @@ GEAR_KEYS = {
     "poisson_ratio": Key(0.25, (*TEETH, ELASTIC)),
     "density_kg_per_m3": Key(8000.0, (ELASTIC,)),
     "inertia_kg_m2": Key(3e-4, (MODES, ONE_SWEEP, MOVING)),
-    "mass_kg": Key(0.4, (PLANE,), TRAIN, place=2),
+    "mass_kg": Key(0.4, (PLANE,), TRAIN, entry=2),
     "pitch_errors_um": Key([5.0, *[0.0] * 18], (STIFF,)),
-    "bearing_kx_N_per_m": Key(5e8, (PLANE,), TRAIN, place=2),
-    "bearing_ky_N_per_m": Key(5e8, (PLANE,), TRAIN, place=2),
+    "bearing_kx_N_per_m": Key(5e8, (PLANE,), TRAIN, entry=2),
+    "bearing_ky_N_per_m": Key(5e8, (PLANE,), TRAIN, entry=2),
     "coupling_stiffness_Nm_per_rad": Key(1e4, (MODES, ONE_SWEEP, MOVING)),
 }
 RELIEF = {"magnitude_um": 8.0, "length_pitches": 0.3}
 RELIEVED = PAIR | {"mesh": [PAIR["mesh"][0] | {"tip_relief": RELIEF}]}
 HOLLOWED = PAIR | {"mesh": [PAIR["mesh"][0] | {"root_relief": RELIEF}]}
-OWN = {
-    f"{role}_{place}_relief": PAIR
-    | {"mesh": [PAIR["mesh"][0] | {f"{role}_{place}_relief": RELIEF}]}
+GEAR_RELIEFS = {
+    f"{role}_{end}_relief": PAIR
+    | {"mesh": [PAIR["mesh"][0] | {f"{role}_{end}_relief": RELIEF}]}
     for role in ("driver", "driven")
-    for place in ("tip", "root")
+    for end in ("tip", "root")
 }
-RELIEFS = {"tip_relief": RELIEVED, "root_relief": HOLLOWED} | OWN
+RELIEFS = {"tip_relief": RELIEVED, "root_relief": HOLLOWED} | GEAR_RELIEFS
 
 
-def relief_keys(place: str, tables: Tables) -> dict[str, Key]:
-    start = "HPSTC" if "tip" in place else "LPSTC"
-    angle = 31.0 if "tip" in place else 20.0
+def relief_keys(relief: str, tables: Tables) -> dict[str, Key]:
+    start = "HPSTC" if "tip" in relief else "LPSTC"
+    angle = 31.0 if "tip" in relief else 20.0
     values = {
         "magnitude_um": 12.0,
         "length_pitches": 0.4,
@@ -963,8 +963,8 @@ def relief_keys(place: str, tables: Tables) -> dict[str, Key]:
         "shape": "parabolic",
     }
     return {
-        f"mesh.{place}.{name}": Key(each, (STIFF, ONE_SWEEP), tables)
-        for name, each in values.items()
+        f"mesh.{relief}.{name}": Key(setting, (STIFF, ONE_SWEEP), tables)
+        for name, setting in values.items()
     }
 
 
@@ -981,16 +981,16 @@ KEYS: dict[str, Key] = {
     "mesh.center_distance_mm": Key(43.3, TEETH),
     "mesh.operating_pressure_angle_deg": Key(23.8, TEETH),
     "mesh.contact_ratio": Key(1.2, (*TEETH, ONE_SWEEP)),
-    "mesh.phase": Key(0.3, (ONE_SWEEP, MOVING), TRAIN, place=2),
-    "mesh.center_line_deg": Key(70.0, (PLANE, ONE_SWEEP, MOVING), TRAIN, place=2),
+    "mesh.phase": Key(0.3, (ONE_SWEEP, MOVING), TRAIN, entry=2),
+    "mesh.center_line_deg": Key(70.0, (PLANE, ONE_SWEEP, MOVING), TRAIN, entry=2),
     "mesh.backlash_um": Key(1.0, (HARD,)),
     "mesh.mean_stiffness_N_per_m": Key(1.1e8, (MODES, ONE_SWEEP)),
     "mesh.stiffness_variation": Key(0.2, (ONE_SWEEP,)),
     "mesh.load_share": Key(0.6, (ONE_SWEEP,), RELIEVED),
     **{
         key: case
-        for place, tables in RELIEFS.items()
-        for key, case in relief_keys(place, tables).items()
+        for relief, tables in RELIEFS.items()
+        for key, case in relief_keys(relief, tables).items()
     },
     "shaft.gears": Key(["b", "c", "z"], (MODES,), JOINED),
     "shaft.stiffness_Nm_per_rad": Key(2e4, (MODES, ONE_SWEEP), SHAFT),
@@ -1003,13 +1003,13 @@ KEYS: dict[str, Key] = {
 def leaves(model: type[BaseModel], path: str = "") -> Iterator[str]:
     """Dotted names of all keys of the schema but [defaults]', which are a gear's."""
     for name, field in model.model_fields.items():
-        table, where = model_of(field.annotation), f"{path}{name}"
-        if where == "defaults":
+        table, key = model_of(field.annotation), f"{path}{name}"
+        if key == "defaults":
             assert table is GearDefaults
         elif table is None:
-            yield where
+            yield key
         else:
-            yield from leaves(table, f"{where}.")
+            yield from leaves(table, f"{key}.")
 
 
 def test_every_key_of_a_gear_set_file_has_a_case():
@@ -1022,8 +1022,8 @@ def changed_tables(name: str, key: Key) -> Tables:
         return key.tables | {name: key.value}
     if table not in LISTS:
         return edited(key.tables, {name: key.value})
-    places = [key.place] if key.place else range(1, len(key.tables[table]) + 1)
-    return edited(key.tables, {f"{table}.{i}.{rest}": key.value for i in places})
+    indices = [key.entry] if key.entry else range(1, len(key.tables[table]) + 1)
+    return edited(key.tables, {f"{table}.{i}.{rest}": key.value for i in indices})
 
 
 @pytest.mark.slow
@@ -1043,13 +1043,13 @@ def test_a_key_moves_the_answer_or_is_refused(answers, name):
 
 @pytest.mark.parametrize("name", GearDefaults.model_fields)
 def test_a_default_is_the_same_as_the_key_in_every_gear(name):
-    own = PAIR | {"gear": [gear | {"teeth": 19} for gear in PAIR["gear"]]}
+    base = PAIR | {"gear": [gear | {"teeth": 19} for gear in PAIR["gear"]]}
     value = GEAR_KEYS[name].value
-    bare = [{k: v for k, v in g.items() if k != name} for g in own["gear"]]
+    bare = [{k: v for k, v in g.items() if k != name} for g in base["gear"]]
     extra = {"bearing_kx_N_per_m": 1e8, "bearing_ky_N_per_m": 1e8}
     extra = (extra if "bearing" in name else {}) | {name: value}
-    shared = {k: v for k, v in own["defaults"].items() if k != name}
-    by_default = own | {"gear": bare, "defaults": shared | extra}
-    by_gear = own | {"gear": [g | extra for g in bare], "defaults": shared}
+    shared = {k: v for k, v in base["defaults"].items() if k != name}
+    by_default = base | {"gear": bare, "defaults": shared | extra}
+    by_gear = base | {"gear": [g | extra for g in bare], "defaults": shared}
     assert read_gear_set(toml(by_default)) == read_gear_set(toml(by_gear))
-    assert read_gear_set(toml(by_default)) != read_gear_set(toml(own))
+    assert read_gear_set(toml(by_default)) != read_gear_set(toml(base))

@@ -22,8 +22,10 @@ SMALL_OVER = (f"{RELIEF.format(1)}=4,5", "mesh.2.phase=0:0.4:3")
 SMALL = (*BASE, "--over", f"{RELIEF.format(1)}=4,5", "--over", "mesh.2.phase=0:0.4:3")
 
 
-def run(*words: object) -> str:
-    result = CliRunner().invoke(app, ["map", *map(str, words)], catch_exceptions=False)
+def run(*arguments: object) -> str:
+    result = CliRunner().invoke(
+        app, ["map", *map(str, arguments)], catch_exceptions=False
+    )
     assert result.exit_code == 0, result.output
     return result.stdout
 
@@ -52,11 +54,11 @@ def test_reliefs_make_ellipses_about_the_static_optimum(tmp_path):
     centre = np.linalg.solve([[2 * a, b], [b, 2 * c]], [-d, -e])
     # eq. 2.28: twice the peak-to-peak static transmission error
     force = 100.0 / 0.04535
-    for found, k, eps, ratio in zip(
+    for magnitude, k, eps, ratio in zip(
         centre, (2.9831e8, 3.2108e8), (0.35, 0.40), (1.4, 1.6), strict=True
     ):
         best = 2 * force * eps / k / (1 + eps * (1 - ratio)) / (1 + eps * (2 - ratio))
-        assert found == pytest.approx(1e6 * best, rel=0.15)
+        assert magnitude == pytest.approx(1e6 * best, rel=0.15)
 
 
 def test_same_command_gives_the_same_file(tmp_path):
@@ -69,13 +71,13 @@ def test_same_command_gives_the_same_file(tmp_path):
 def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
     """Unless it is overwritten."""
     path = tmp_path / "m.csv"
-    kept = tmp_path / "m.csv.partial"
+    checkpoint = tmp_path / "m.csv.partial"
 
-    def stopped(what, done, total):
-        if (what, done) == ("points", 3):
+    def stopped(label, done, total):
+        if (label, done) == ("points", 3):
             raise KeyboardInterrupt
 
-    asked = fegear.Map(
+    study = fegear.Map(
         gear_set="liu-idler",
         over=SMALL_OVER,
         at=1700.0,
@@ -83,49 +85,49 @@ def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
         model=fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular")),
     )
     with pytest.raises(KeyboardInterrupt):
-        fegear.run(asked, CheckpointOptions(checkpoint=kept), stopped)
-    words = [*SMALL, "-o", path]
+        fegear.run(study, CheckpointOptions(checkpoint=checkpoint), stopped)
+    arguments = [*SMALL, "-o", path]
     with pytest.raises(InputError, match=r"at = '1700\.0', now '1800\.0'"):
-        run(*words, "--at", 1800, "--resume")
+        run(*arguments, "--at", 1800, "--resume")
     with pytest.raises(InputError, match="gear_set"):
-        run(*words, "--at", 1700, "--set", "gear.1.teeth=39", "--resume")
+        run(*arguments, "--at", 1700, "--set", "gear.1.teeth=39", "--resume")
     with pytest.raises(InputError, match="an interrupted run has finished"):
-        run(*words, "--at", 1700)
+        run(*arguments, "--at", 1700)
     other = path.with_name("o.csv")
     run(*SMALL, "--at", 1700, "-o", other)
-    run(*words, "--at", 1700, "--resume")
+    run(*arguments, "--at", 1700, "--resume")
     assert path.read_bytes() == other.read_bytes()
     with pytest.raises(KeyboardInterrupt):
-        fegear.run(asked, CheckpointOptions(checkpoint=kept), stopped)
-    run(*words, "--at", 1800, "--overwrite")
+        fegear.run(study, CheckpointOptions(checkpoint=checkpoint), stopped)
+    run(*arguments, "--at", 1800, "--overwrite")
     assert "at 1800 Hz" in path.read_text()
-    assert not kept.exists()
+    assert not checkpoint.exists()
 
 
 @pytest.mark.slow
 def test_a_killed_map_goes_on(tmp_path):
     path = tmp_path / "m.csv"
-    words = (*BASE, "--over", "mesh.2.phase=0:0.5:300", "--at", "1605")
-    killed_after(21, ["map", *words, "-o", str(path)])
+    arguments = (*BASE, "--over", "mesh.2.phase=0:0.5:300", "--at", "1605")
+    killed_after(21, ["map", *arguments, "-o", str(path)])
     assert 10 <= finished_in(tmp_path / "m.csv.partial") < 300
     assert not path.exists()
-    run(*words, "-o", path, "--resume")
+    run(*arguments, "-o", path, "--resume")
     assert path.read_text().count("periodic") == 600
     other = tmp_path / "whole.csv"
-    run(*words, "-o", other)
+    run(*arguments, "-o", other)
     assert other.read_bytes() == path.read_bytes()
 
 
 def finished_in(path) -> int:
     """Points in a checkpoint that no process holds."""
-    with closing(sqlite3.connect(path)) as found:
-        return found.execute("select count(*) from speeds").fetchone()[0]
+    with closing(sqlite3.connect(path)) as connection:
+        return connection.execute("select count(*) from speeds").fetchone()[0]
 
 
 def test_band_finds_the_peak(tmp_path):
     path = tmp_path / "m.csv"
-    words = ("--over", "damping_ratio=0.1,0.2", "--band", "1500:1700:20")
-    run(*BASE, *words, "-o", path)
+    options = ("--over", "damping_ratio=0.1,0.2", "--band", "1500:1700:20")
+    run(*BASE, *options, "-o", path)
     rows = numbers(path)
     mesh2 = rows[rows[:, 1] == 2]
     assert mesh2[0, 3] > mesh2[1, 3]
@@ -134,9 +136,9 @@ def test_band_finds_the_peak(tmp_path):
 
 def test_an_axis_that_changes_nothing_is_named():
     """Rectangular stiffness is printed, so that it does not hang on the hub."""
-    words = (*BASE, "--over", "gear.1.hub_radius_mm=20,21", "--at", 1500)
-    both = (*words, "--over", "mesh.2.phase=0,0.3", "--json")
-    warnings = json.loads(run(*both))["warnings"]
+    arguments = (*BASE, "--over", "gear.1.hub_radius_mm=20,21", "--at", 1500)
+    two_axes = (*arguments, "--over", "mesh.2.phase=0,0.3", "--json")
+    warnings = json.loads(run(*two_axes))["warnings"]
     assert warnings == ["gear.1.hub_radius_mm does not change the response"]
 
 
@@ -157,9 +159,10 @@ def test_points_without_gears_are_marked(tmp_path):
 
 
 def test_plot_of_one_and_two_axes(tmp_path):
-    for name, words in (("two", SMALL), ("one", (*BASE, "--over", "mesh.2.phase=0,1"))):
+    one_axis = (*BASE, "--over", "mesh.2.phase=0,1")
+    for name, arguments in (("two", SMALL), ("one", one_axis)):
         path = tmp_path / f"{name}.png"
-        run(*words, "--at", 1700, "--plot", path)
+        run(*arguments, "--at", 1700, "--plot", path)
         assert path.read_bytes()[:4] == b"\x89PNG"
 
 
@@ -178,9 +181,9 @@ def test_plot_of_one_and_two_axes(tmp_path):
     ],
 )
 def test_wrong_axes(over, message):
-    words = [word for text in over for word in ("--over", text)]
+    options = [word for text in over for word in ("--over", text)]
     with pytest.raises(InputError, match=message):
-        run("liu-pair", *words, "--at", 900)
+        run("liu-pair", *options, "--at", 900)
 
 
 def test_one_of_at_and_band_is_needed():
@@ -199,8 +202,8 @@ def test_friction_is_an_axis_or_the_same_at_all_points(tmp_path):
     base = ("liu-pair", "--excitation", "rectangular", "--at", 1000, "--torque", 100)
     over, fixed = tmp_path / "over.csv", tmp_path / "fixed.csv"
     run(*base, "--bending", 0.4, "--over", "friction=0,0.1,0.2", "-o", over)
-    words = ("--friction", 0.2, "--over", "friction_bending=0,0.4", "-o", fixed)
-    run(*base, *words)
+    options = ("--friction", 0.2, "--over", "friction_bending=0,0.4", "-o", fixed)
+    run(*base, *options)
     rows, others = numbers(over), numbers(fixed)
     assert len(set(rows[:, 3])) == 3
     np.testing.assert_array_equal(rows[2, 1:], others[1, 1:])
@@ -210,7 +213,7 @@ def test_friction_is_an_axis_or_the_same_at_all_points(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("options", "message"),
     [
         ("--over friction=0:0.2:3 --friction 0.1", "--over friction replaces it"),
         ("--over friction=0,1", "--over friction = 1; allowed 0 to below 1"),
@@ -223,6 +226,6 @@ def test_friction_is_an_axis_or_the_same_at_all_points(tmp_path):
         ("--over torque_Nm=1,2 --bending 0.4", "needs --friction above 0"),
     ],
 )
-def test_wrong_friction_of_maps_is_one_line(words, message):
+def test_wrong_friction_of_maps_is_one_line(options, message):
     with pytest.raises(InputError, match=message):
-        run("liu-pair", "--excitation", "rectangular", "--at", 1000, *words.split())
+        run("liu-pair", "--excitation", "rectangular", "--at", 1000, *options.split())

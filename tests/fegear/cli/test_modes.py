@@ -13,28 +13,32 @@ from fegear.files.errors import InputError
 COMPLIANT = (68.8, 446.1, 498.7, 641.1, 889.2, 1076.2, 1200.4, 2528.8, 3851.1)
 
 
-def run(*words: str) -> str:
-    result = CliRunner().invoke(app, ["modes", *words], catch_exceptions=False)
+def run(*arguments: str) -> str:
+    result = CliRunner().invoke(app, ["modes", *arguments], catch_exceptions=False)
     assert result.exit_code == 0
     return result.stdout
 
 
-def modes(*words: str) -> list[dict]:
-    return json.loads(run(*words, "--json"))["modes"]
+def modes(*arguments: str) -> list[dict]:
+    return json.loads(run(*arguments, "--json"))["modes"]
 
 
 def test_idler_on_rigid_bearings():
-    found = [mode["frequency_Hz"] for mode in modes("liu-idler")]
-    assert found == pytest.approx([69.54, 1605.0, 3230.6], rel=1e-3)
+    frequencies = [mode["frequency_Hz"] for mode in modes("liu-idler")]
+    assert frequencies == pytest.approx([69.54, 1605.0, 3230.6], rel=1e-3)
     printed = run("liu-idler")
     for text in ("69.5", "1605.0", "given by the gear set", "energy in"):
         assert text in printed
 
 
 def test_idler_on_compliant_bearings():
-    found = modes("liu-idler", "--translations")
-    assert [m["frequency_Hz"] for m in found] == pytest.approx(COMPLIANT, rel=1e-3)
-    free = [m["frequency_Hz"] for m in found if m["kind"].startswith("strains no")]
+    train_modes = modes("liu-idler", "--translations")
+    assert [m["frequency_Hz"] for m in train_modes] == pytest.approx(
+        COMPLIANT, rel=1e-3
+    )
+    free = [
+        m["frequency_Hz"] for m in train_modes if m["kind"].startswith("strains no")
+    ]
     assert free == pytest.approx([498.7, 1200.4], rel=1e-3)
 
 
@@ -56,8 +60,8 @@ def test_the_loaded_state_of_the_coupled_model():
     figures = json.loads(run("liu-pair", "--stiffness", "coupled", "--json"))
     mode, *bodies = figures["modes"]
     assert bodies
-    assert all("body" in each["kind"] for each in bodies)
-    assert all(each["frequency_Hz"] > 1e4 for each in bodies)
+    assert all("body" in body["kind"] for body in bodies)
+    assert all(body["frequency_Hz"] > 1e4 for body in bodies)
     (held,) = (m for m in modes("liu-pair", "--stiffness", "fe") if m["frequency_Hz"])
     assert 1.03 < mode["frequency_Hz"] / held["frequency_Hz"] < 1.12
     assert 0.7 < mode["mesh_energy"][0] < 1.0
@@ -70,7 +74,7 @@ def test_the_loaded_state_of_the_coupled_model():
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         (["liu-pear"], "liu-pair"),
         (["liu-pair", "--torque", "1"], "--torque = 1; liu-pair gives all mean"),
@@ -78,6 +82,6 @@ def test_the_loaded_state_of_the_coupled_model():
         (["liu-pair", "--translations"], "no gear has bearing_kx_N_per_m"),
     ],
 )
-def test_wrong_input_is_named(words, message):
+def test_wrong_input_is_named(arguments, message):
     with pytest.raises(InputError, match=message):
-        run(*words)
+        run(*arguments)

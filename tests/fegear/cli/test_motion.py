@@ -14,18 +14,18 @@ from fegear.cli import app
 FAST = ("liu-idler", "--excitation", "rectangular")
 
 
-def run(*words: object) -> str:
+def run(*arguments: object) -> str:
     result = CliRunner().invoke(
-        app, ["motion", *map(str, words)], catch_exceptions=False
+        app, ["motion", *map(str, arguments)], catch_exceptions=False
     )
     assert result.exit_code == 0, result.output
     return result.stdout
 
 
 def test_the_branch_is_chosen_by_where_it_comes_from():
-    at = (*FAST, "--speed", "2400", "--json")
-    low = json.loads(run(*at, "--from-speed", "2000"))["meshes"][1]
-    high = json.loads(run(*at, "--from-speed", "3200"))["meshes"][1]
+    arguments = (*FAST, "--speed", "2400", "--json")
+    low = json.loads(run(*arguments, "--from-speed", "2000"))["meshes"][1]
+    high = json.loads(run(*arguments, "--from-speed", "3200"))["meshes"][1]
     assert low["contact_loss_fraction"] == 0.0
     assert high["contact_loss_fraction"] > 0.4
     assert list(low["contact_conditions"]) == ["III"]
@@ -54,10 +54,10 @@ def test_the_screen_names_conditions_and_lines():
 @pytest.mark.parametrize("name", ["liu-idler", "liu-countershaft"])
 def test_history_and_picture(tmp_path, name):
     table, plot = tmp_path / "w.csv", tmp_path / "w.png"
-    words = (name, "--excitation", "rectangular", "--speed", 1300)
-    run(*words, "-o", table, "--plot", plot)
+    arguments = (name, "--excitation", "rectangular", "--speed", 1300)
+    run(*arguments, "-o", table, "--plot", plot)
     assert plot.read_bytes().startswith(b"\x89PNG")
-    lines = [x for x in table.read_text().splitlines() if x[0] != "#"]
+    lines = [line for line in table.read_text().splitlines() if line[0] != "#"]
     rows = list(csv.DictReader(lines))
     assert len(rows) > 64
     assert float(rows[0]["time_s"]) == 0.0
@@ -74,23 +74,23 @@ def test_finite_elements():
 
 def test_the_coupled_model_repeats_the_sweep():
     """The same motion at the same speed, and a pair's force in every column."""
-    at = ("liu-pair", "--torque", 100, "--model", "coupled", "--json")
-    found = json.loads(run(*at, "--speed", 2500))
-    words = list(map(str, (*at, "--speeds", 2500, "--direction", "up")))
-    values = json.loads(CliRunner().invoke(app, ["sweep", *words]).stdout)
-    swept = values["branches"][0]
+    settings = ("liu-pair", "--torque", 100, "--model", "coupled", "--json")
+    motion = json.loads(run(*settings, "--speed", 2500))
+    arguments = list(map(str, (*settings, "--speeds", 2500, "--direction", "up")))
+    values = json.loads(CliRunner().invoke(app, ["sweep", *arguments]).stdout)
+    branch = values["branches"][0]
     assert values["natural_frequencies"] == "about the loaded state"
-    (mesh,) = found["meshes"]
-    assert found["model"] == "coupled"
-    assert mesh["dte_rms_m"] == swept["largest"][0]["dte_rms_m"]
+    (mesh,) = motion["meshes"]
+    assert motion["model"] == "coupled"
+    assert mesh["dte_rms_m"] == branch["largest"][0]["dte_rms_m"]
     assert mesh["engaged_pairs"] == [1, 2]
-    assert found["warnings"] == []
+    assert motion["warnings"] == []
 
 
 def test_the_coupled_model_warns_of_body_modes_that_it_leaves_out():
-    words = "liu-pair", "--model", "coupled", "--speed", 9000, "--json"
-    assert json.loads(run(*words))["warnings"] == []
-    (warning,) = json.loads(run(*words, "--without", "modes"))["warnings"]
+    arguments = "liu-pair", "--model", "coupled", "--speed", 9000, "--json"
+    assert json.loads(run(*arguments))["warnings"] == []
+    (warning,) = json.loads(run(*arguments, "--without", "modes"))["warnings"]
     assert warning.startswith("body modes that the coupled model leaves out matter")
 
 
@@ -99,26 +99,26 @@ def test_progress_tells_the_speed_on_the_way(monkeypatch):
 
     monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REFRESH", -1.0)
     model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
-    gears, told = fegear.load_gear_set("liu-pair"), []
-    asked = fegear.Motion(
+    gears, reports = fegear.load_gear_set("liu-pair"), []
+    study = fegear.Motion(
         gear_set=gears, torque=100.0, speed=2030.0, from_speed=2000.0, model=model
     )
-    fegear.run(asked, progress=lambda *words: told.append(words))
-    assert told.pop(0) == ("preparation", 0, 1)
-    assert told[0] == ("stiffness", 0, 1)
-    assert [words for words in told if words[0] == "sweep"] == [
+    fegear.run(study, progress=lambda *report: reports.append(report))
+    assert reports.pop(0) == ("preparation", 0, 1)
+    assert reports[0] == ("stiffness", 0, 1)
+    assert [report for report in reports if report[0] == "sweep"] == [
         ("sweep", 1, 3),
         ("sweep", 2, 3),
     ]
-    assert told[1][0].startswith("2000 Hz, period ")
-    assert told[-1][0].startswith("2030 Hz, period ")
+    assert reports[1][0].startswith("2000 Hz, period ")
+    assert reports[-1][0].startswith("2030 Hz, period ")
 
 
 def test_the_earlier_name_of_the_command(tmp_path):
-    words = "liu-pair", "--speed", "900", "--excitation", "rectangular"
+    arguments = "liu-pair", "--speed", "900", "--excitation", "rectangular"
     earlier, now = tmp_path / "earlier.csv", tmp_path / "now.csv"
     for name, path in (("wave", earlier), ("motion", now)):
-        done = CliRunner().invoke(app, [name, *words, "-o", str(path)])
-        assert done.exit_code == 0
+        result = CliRunner().invoke(app, [name, *arguments, "-o", str(path)])
+        assert result.exit_code == 0
     assert earlier.read_bytes() == now.read_bytes()
     assert " wave " not in CliRunner().invoke(app, ["--help"]).stdout

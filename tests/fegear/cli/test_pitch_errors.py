@@ -55,14 +55,14 @@ def equal(tmp_path_factory):
     return path
 
 
-def run(*words: object, code: int = 0) -> str:
-    result = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False)
+def run(*arguments: object, code: int = 0) -> str:
+    result = CliRunner().invoke(app, list(map(str, arguments)), catch_exceptions=False)
     assert result.exit_code == code, result.output
     return result.stdout
 
 
-def swept(path, gear_set, *words):
-    run("sweep", gear_set, "--speeds", 1500, "--direction", "up", "-o", path, *words)
+def swept(path, gear_set, *options):
+    run("sweep", gear_set, "--speeds", 1500, "--direction", "up", "-o", path, *options)
     (row,) = read_sweep(str(path)).rows
     return row
 
@@ -70,9 +70,9 @@ def swept(path, gear_set, *words):
 @pytest.mark.parametrize("model", [1, 2, 3])
 @pytest.mark.parametrize("excitation", ["fe", "rectangular", "trapezoid"])
 def test_sweeps_run_over_all_pairs(uneven, equal, tmp_path, model, excitation):
-    words = "--model", model, "--excitation", excitation
-    row = swept(tmp_path / "s.csv", uneven, *words)
-    plain = swept(tmp_path / "p.csv", equal, *words)
+    options = "--model", model, "--excitation", excitation
+    row = swept(tmp_path / "s.csv", uneven, *options)
+    plain = swept(tmp_path / "p.csv", equal, *options)
     assert (row.period_multiple, plain.period_multiple) == (CYCLES, 1)
     assert row.dte_rms_m > 1.1 * plain.dte_rms_m
     header = read_sweep(str(tmp_path / "s.csv")).header
@@ -88,8 +88,8 @@ def test_models_agree_about_them(uneven, tmp_path):
 
 def test_a_wave_lasts_for_all_pairs(uneven, tmp_path):
     path = tmp_path / "w.csv"
-    words = "motion", uneven, "--speed", 1500, "--json", "-o", path
-    values = json.loads(run(*words, "--plot", tmp_path / "w.png"))
+    arguments = "motion", uneven, "--speed", 1500, "--json", "-o", path
+    values = json.loads(run(*arguments, "--plot", tmp_path / "w.png"))
     assert values["section_points"] == values["meshes"][0]["period_multiple"] == CYCLES
     assert values["shown_time_s"] == pytest.approx(CYCLES / 1500.0)
     assert "tooth pairs repeat after base pitches: 10 of mesh 1" in path.read_text()
@@ -102,17 +102,17 @@ def test_harmonics_know_no_pairs(uneven):
 
 def test_a_table_holds_all_pairs_and_serves_every_model(uneven, tmp_path):
     path = tmp_path / "t.csv"
-    words = "stiffness", uneven, "--positions", 64, "-o", path
-    values = json.loads(run(*words, "--plot", tmp_path / "t.png", "--json"))
+    arguments = "stiffness", uneven, "--positions", 64, "-o", path
+    values = json.loads(run(*arguments, "--plot", tmp_path / "t.png", "--json"))
     assert values["base_pitches"] == CYCLES
     assert read_table(str(path)).position.size == values["positions"] == 64 * CYCLES
     assert f"repeat after {CYCLES} base pitches" in run("stiffness", uneven)
     for model in (1, 2, 3):
-        own = swept(tmp_path / "o.csv", uneven, "--model", model)
-        read = swept(tmp_path / "r.csv", uneven, "--model", model, "--table", path)
-        assert read.period_multiple == CYCLES
+        computed = swept(tmp_path / "o.csv", uneven, "--model", model)
+        tabulated = swept(tmp_path / "r.csv", uneven, "--model", model, "--table", path)
+        assert tabulated.period_multiple == CYCLES
         # whose stiffness is that of pairs that share the load unequally
-        assert read.dte_rms_m == pytest.approx(own.dte_rms_m, rel=0.15)
+        assert tabulated.dte_rms_m == pytest.approx(computed.dte_rms_m, rel=0.15)
 
 
 def test_a_table_of_one_base_pitch_is_refused(uneven, equal, tmp_path):
@@ -133,12 +133,14 @@ def test_a_map_runs_over_all_pairs(uneven, tmp_path):
 
 def test_closed_forms_are_said_to_know_none(uneven, equal):
     """Finite elements beside them are those of equal teeth."""
-    found, plain = (json.loads(run("compare", g, "--json")) for g in (uneven, equal))
-    for gear, line in zip(("pinion", "wheel"), found["warnings"], strict=True):
+    uneven_values, equal_values = (
+        json.loads(run("compare", g, "--json")) for g in (uneven, equal)
+    )
+    for gear, line in zip(("pinion", "wheel"), uneven_values["warnings"], strict=True):
         assert gear in line
         assert "pitch_errors_um, which are left out" in line
-    assert plain["warnings"] == []
-    assert found["comparisons"] == plain["comparisons"]
+    assert equal_values["warnings"] == []
+    assert uneven_values["comparisons"] == equal_values["comparisons"]
 
 
 def test_the_period_is_shown(uneven, equal):
@@ -148,30 +150,30 @@ def test_the_period_is_shown(uneven, equal):
         ]
         == CYCLES
     )
-    found = json.loads(run("show", equal, "--json"))["meshes"][0]
-    assert found["pitch_errors_repeat_pitches"] is None
+    mesh = json.loads(run("show", equal, "--json"))["meshes"][0]
+    assert mesh["pitch_errors_repeat_pitches"] is None
 
 
 def test_gears_in_motion_run_over_all_pairs(uneven, tmp_path):
     path, history = tmp_path / "d.csv", tmp_path / "h"
-    words = "--fidelity", "quasistatic", "--resolution", "coarse", "--speeds", 1500
-    words = *words, "--direction", "up", "--history", history, "-o", path
-    run("dynamics", uneven, *words)
+    options = "--fidelity", "quasistatic", "--resolution", "coarse", "--speeds", 1500
+    options = *options, "--direction", "up", "--history", history, "-o", path
+    run("dynamics", uneven, *options)
     (row,) = read_sweep(str(path)).rows
     assert row.period_multiple == CYCLES
-    beside = swept(tmp_path / "1.csv", uneven, "--model", 1)
-    assert row.dte_rms_m == pytest.approx(beside.dte_rms_m, rel=0.05)
+    model_1 = swept(tmp_path / "1.csv", uneven, "--model", 1)
+    assert row.dte_rms_m == pytest.approx(model_1.dte_rms_m, rel=0.05)
     (file,) = history.iterdir()
     names = next(x for x in file.read_text().splitlines() if not x.startswith("#"))
     assert "mesh1_driver_tooth" in names
 
 
 def test_every_base_pitch_can_be_drawn(uneven, equal, tmp_path):
-    words = "--resolution", "coarse", "-o", tmp_path / "c.vtu"
-    run("render", uneven, "--position", 7.4, *words)
+    options = "--resolution", "coarse", "-o", tmp_path / "c.vtu"
+    run("render", uneven, "--position", 7.4, *options)
     one = (tmp_path / "c.vtu").read_bytes()
-    run("render", uneven, "--position", 0.4, *words)
+    run("render", uneven, "--position", 0.4, *options)
     assert one != (tmp_path / "c.vtu").read_bytes()
     for gear_set, most in ((uneven, CYCLES), (equal, 1)):
         with pytest.raises(InputError, match=f"--position = 10.5; allowed 0 to {most}"):
-            run("render", gear_set, "--position", 10.5, *words)
+            run("render", gear_set, "--position", 10.5, *options)

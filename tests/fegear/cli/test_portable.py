@@ -39,14 +39,14 @@ COMMANDS = (
 
 def test_without_the_modules_of_unix(tmp_path):
     code = RUN.format(names=UNIX_ONLY, commands=COMMANDS)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", code],
         capture_output=True,
         text=True,
         cwd=tmp_path,
         timeout=300,
     )
-    assert done.returncode == 0, done.stderr
-    written = ["d.csv", "m.csv", "s.csv", "t.csv", "t.png", "w.csv"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == written
+    assert process.returncode == 0, process.stderr
+    outputs = ["d.csv", "m.csv", "s.csv", "t.csv", "t.png", "w.csv"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == outputs
     assert len(read_sweep(str(tmp_path / "d.csv")).rows) == 1

@@ -23,8 +23,8 @@ BASIN = "rattle", "basin", "roots-scaled"
 SMALL = (*BASIN, "--grid", "30", "--delta", "0.575")
 
 
-def json_output(*words: str) -> dict:
-    result = CliRunner().invoke(app, [*words, "--json"])
+def json_output(*arguments: str) -> dict:
+    result = CliRunner().invoke(app, [*arguments, "--json"])
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
@@ -47,40 +47,43 @@ def test_basins_on_screen_in_files_and_for_machines(tmp_path):
     """All say the same."""
     file, plot = tmp_path / "b.npz", tmp_path / "b.png"
     values = json_output(*SMALL, "-o", str(file), "--plot", str(plot))
-    names = [each["name"] for each in values["attractors"]]
+    names = [attractor["name"] for attractor in values["attractors"]]
     assert names == ["quiet", "P(1,1,0)", "P(1,2,0)", "P(2,2,1)"]
-    assert sum(each["fraction"] for each in values["attractors"]) == pytest.approx(1.0)
-    with np.load(file) as found:
-        assert found["names"].tolist() == names
-        assert int(found["iterations"]) == 1499
-        parts = np.bincount(found["attractor"].ravel()) / found["attractor"].size
-        np.testing.assert_allclose(parts, found["fraction"])
-        assert found["attractor"].shape == (30, 30)
-        assert float(found["damping"]) == 0.575
+    total = sum(attractor["fraction"] for attractor in values["attractors"])
+    assert total == pytest.approx(1.0)
+    with np.load(file) as archive:
+        assert archive["names"].tolist() == names
+        assert int(archive["iterations"]) == 1499
+        cells = archive["attractor"]
+        fractions = np.bincount(cells.ravel()) / cells.size
+        np.testing.assert_allclose(fractions, archive["fraction"])
+        assert cells.shape == (30, 30)
+        assert float(archive["damping"]) == 0.575
     assert plot.stat().st_size > 10_000
-    shown = CliRunner().invoke(app, list(SMALL)).stdout
-    for each in values["attractors"]:
-        assert each["name"] in shown
-        assert f"{100.0 * each['fraction']:.2f}" in shown
+    page = CliRunner().invoke(app, list(SMALL)).stdout
+    for attractor in values["attractors"]:
+        assert attractor["name"] in page
+        assert f"{100.0 * attractor['fraction']:.2f}" in page
 
 
 def test_motions_that_repeat_are_listed_with_their_stability():
     values = json_output("rattle", "periodic", "roots-scaled", "--departures", "1")
-    seen = [(each["name"], each["stable"]) for each in values["orbits"]]
-    assert seen == [
+    stability = [(orbit["name"], orbit["stable"]) for orbit in values["orbits"]]
+    assert stability == [
         *(("P(1,1,0)", True), ("P(1,1,0)", False)),
         *[("P(1,1,1)", False)] * 2,
     ]
-    assert max(each["from_construction"] or 0.0 for each in values["orbits"]) < 1e-9
+    assert max(orbit["from_construction"] or 0.0 for orbit in values["orbits"]) < 1e-9
     assert values["least_eccentricity_of_P(1,1,0)_rad"] == pytest.approx(
         0.05964, abs=1e-5
     )
-    words = "rattle", "periodic", "roots-scaled", "--departures", "1"
-    shown = CliRunner().invoke(app, words).stdout
-    assert shown.count("P(1,1,0)") == 3  # the last line has one
-    assert "exists from an eccentricity of 0.05964 rad on" in shown
-    words = "rattle", "periodic", "roots-scaled", "--departures", "3"
-    assert "P(3,3,2)" in CliRunner().invoke(app, words).stdout  # fits a narrow screen
+    arguments = "rattle", "periodic", "roots-scaled", "--departures", "1"
+    page = CliRunner().invoke(app, arguments).stdout
+    assert page.count("P(1,1,0)") == 3  # the last line has one
+    assert "exists from an eccentricity of 0.05964 rad on" in page
+    arguments = "rattle", "periodic", "roots-scaled", "--departures", "3"
+    page = CliRunner().invoke(app, arguments).stdout
+    assert "P(3,3,2)" in page  # fits a narrow screen
 
 
 def test_a_machine_file_is_read(tmp_path):
@@ -90,7 +93,7 @@ def test_a_machine_file_is_read(tmp_path):
         "half_backlash_rad = 0.6\n"
     )
     values = json_output("rattle", "basin", str(path), "--grid", "10")
-    assert [each["name"] for each in values["attractors"]] == ["quiet"]
+    assert [attractor["name"] for attractor in values["attractors"]] == ["quiet"]
 
 
 WRONG = [
@@ -119,9 +122,9 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("words", "message"), WRONG)
-def test_what_is_wrong_is_one_line(words, message, capsys):
-    assert run(["rattle", "basin", *words.split()]) == 2
+@pytest.mark.parametrize(("arguments", "message"), WRONG)
+def test_what_is_wrong_is_one_line(arguments, message, capsys):
+    assert run(["rattle", "basin", *arguments.split()]) == 2
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
@@ -130,23 +133,23 @@ def test_what_is_wrong_is_one_line(words, message, capsys):
 @pytest.mark.slow
 def test_a_killed_run_loses_the_tiles_under_way_only(tmp_path):
     """And gives the same file when it is taken up again."""
-    words = [*BASIN, "--grid", "120", "-o"]
+    arguments = [*BASIN, "--grid", "120", "-o"]
     program = [sys.executable, "-c", "from fegear.cli import main; main()"]
     whole, file = tmp_path / "whole.npz", tmp_path / "b.npz"
-    assert run([*words, str(whole)]) == 0
-    kept = tmp_path / "b.npz.partial"
-    killed_after(3, [*words, str(file)])
+    assert run([*arguments, str(whole)]) == 0
+    checkpoint = tmp_path / "b.npz.partial"
+    killed_after(3, [*arguments, str(file)])
     assert not file.exists()
-    assert kept.exists()
-    again = subprocess.run(
-        [*program, *words, str(file), "--resume"], capture_output=True, text=True
+    assert checkpoint.exists()
+    resumed = subprocess.run(
+        [*program, *arguments, str(file), "--resume"], capture_output=True, text=True
     )
-    assert again.returncode == 0
-    assert re.search(r" [1-9]\d* tiles are finished$", again.stderr, re.MULTILINE)
+    assert resumed.returncode == 0
+    assert re.search(r" [1-9]\d* tiles are finished$", resumed.stderr, re.MULTILINE)
     with np.load(whole) as one, np.load(file) as two:
         for name in one.files:
             np.testing.assert_array_equal(one[name], two[name])
-    assert not kept.exists()
+    assert not checkpoint.exists()
 
 
 def test_a_run_taken_up_where_there_is_none_says_so_once(tmp_path, capsys):
@@ -156,15 +159,17 @@ def test_a_run_taken_up_where_there_is_none_says_so_once(tmp_path, capsys):
 
 
 def test_what_comes_to_rest_has_one_name_in_all_commands():
-    words = "roots-scaled", "--epsilon", "0.2", "--restitution", "0.95"
-    basins = json_output("rattle", "basin", *words, "--grid", "40")
+    arguments = "roots-scaled", "--epsilon", "0.2", "--restitution", "0.95"
+    basins = json_output("rattle", "basin", *arguments, "--grid", "40")
     (attractor,) = basins["attractors"]
     assert (attractor["name"], attractor["period"]) == ("sticking(1)", 1)
     assert attractor["lyapunov_per_turn"] is None
-    noise = json_output("rattle", "noise", *words, "--starts", "20", "--turns", "20")
-    assert [each["name"] for each in noise["motions"]] == ["sticking(1)"]
-    orbits = json_output("rattle", "periodic", *words, "--departures", "1")["orbits"]
-    (rests,) = [each for each in orbits if each["name"] == "sticking(1)"]
+    noise = json_output(
+        "rattle", "noise", *arguments, "--starts", "20", "--turns", "20"
+    )
+    assert [motion["name"] for motion in noise["motions"]] == ["sticking(1)"]
+    periodic = json_output("rattle", "periodic", *arguments, "--departures", "1")
+    (rests,) = [o for o in periodic["orbits"] if o["name"] == "sticking(1)"]
     assert rests["departures"] == [pytest.approx(attractor["point"], abs=1e-9)]
     assert not json_output("rattle", "periodic", "roots-scaled", "--restitution", "0")[
         "orbits"
@@ -173,8 +178,8 @@ def test_what_comes_to_rest_has_one_name_in_all_commands():
 
 def test_speeds_are_those_of_the_machine():
     """And not those of another: of roots-a twice 2 pi damping and 4 half backlashes."""
-    words = "--grid", "5", "--iterations", "100"
-    low, high = json_output("rattle", "basin", "roots-a", *words)[
+    options = "--grid", "5", "--iterations", "100"
+    low, high = json_output("rattle", "basin", "roots-a", *options)[
         "velocity_rad_per_turn"
     ]
     assert low == 0.0
@@ -194,11 +199,11 @@ def test_what_has_not_settled_is_told_and_left_out():
     values = json_output(*basin)
     assert (values["attractors"], values["basin_entropy"]) == ([], None)
     assert values["unclear_fraction"] == 1.0
-    words = "noise", "roots-a", "--starts", "4", "--turns", "20"
-    few = json_output("rattle", *words, "--iterations", "200")
+    arguments = "noise", "roots-a", "--starts", "4", "--turns", "20"
+    few = json_output("rattle", *arguments, "--iterations", "200")
     assert few["noise_rad2_per_turn3"] is None
     assert few["unclear_fraction"] == 1.0
-    enough = json_output("rattle", *words)
+    enough = json_output("rattle", *arguments)
     assert enough["iterations"] == 138_200
     assert enough["noise_rad2_per_turn3"] > 0.0
     assert not enough["warnings"]
@@ -226,36 +231,36 @@ def test_returns_by_default_are_those_of_the_damping():
     assert default_side(10_000_000) == 20
 
 
-@pytest.mark.parametrize("words", ["basin --grid 5", "noise --starts 4"])
-def test_no_more_returns_are_advised_than_are_allowed(words):
-    command, *few = words.split()
-    figures = "roots-scaled", "--delta", "1e-9", *few
-    (warning,) = json_output("rattle", command, *figures)["warnings"]
+@pytest.mark.parametrize("arguments", ["basin --grid 5", "noise --starts 4"])
+def test_no_more_returns_are_advised_than_are_allowed(arguments):
+    command, *options = arguments.split()
+    machine = "roots-scaled", "--delta", "1e-9", *options
+    (warning,) = json_output("rattle", command, *machine)["warnings"]
     assert warning.startswith("100 % of the")
     assert warning.endswith(
         "half the damping ends transients in 4.14e+10, which --iterations cannot be: "
         "10000000 are the most"
     )
-    assert run(["rattle", command, *figures, "--iterations", "10000001"]) == 2
+    assert run(["rattle", command, *machine, "--iterations", "10000001"]) == 2
 
 
 def test_tables_of_noise_say_how_they_were_made(tmp_path):
     file = tmp_path / "noise.csv"
-    words = "rattle", "noise", "roots-scaled", "--starts", "3", "--seed", "5"
-    assert run([*words, "-o", str(file), "--turns", "20"]) == 0
+    arguments = "rattle", "noise", "roots-scaled", "--starts", "3", "--seed", "5"
+    assert run([*arguments, "-o", str(file), "--turns", "20"]) == 0
     lines = set(file.read_text().splitlines())
     assert {"# starts: 3", "# seed: 5", "# turns: 20", "# iterations: 1499"} <= lines
 
 
 def test_a_map_without_inverse_has_no_manifolds(capsys):
-    words = ["rattle", "manifold", "roots-scaled", "--restitution", "0"]
-    assert run(words) == 2
+    arguments = ["rattle", "manifold", "roots-scaled", "--restitution", "0"]
+    assert run(arguments) == 2
     assert "departures have no pre-images" in capsys.readouterr().err
 
 
 def test_a_plot_of_runs_that_settle_to_nothing(tmp_path, recwarn):
     plot = tmp_path / "n.png"
-    words = ("--starts", "2", "--turns", "5", "--iterations", "200", "--plot", plot)
-    assert run(["rattle", "noise", "roots-a", *map(str, words)]) == 0
+    options = ("--starts", "2", "--turns", "5", "--iterations", "200", "--plot", plot)
+    assert run(["rattle", "noise", "roots-a", *map(str, options)]) == 0
     assert plot.stat().st_size > 5_000
     assert not [w for w in recwarn if "constrained_layout" in str(w.message)]

@@ -12,7 +12,7 @@ from fegear.cli import run
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import min_eccentricity
 
-WORDS = (
+COMMAND = (
     *("rattle", "bifurcation", "roots-scaled", "--over", "delta=0.57:0.62"),
     *("--starts", "1", "--runs", "6"),
 )
@@ -22,26 +22,30 @@ WORDS = (
 def test_branches_on_screen_in_files_and_for_machines(tmp_path):
     """All say the same."""
     file, plot = tmp_path / "b.csv", tmp_path / "b.png"
-    values = json.loads(printed(*WORDS, "-o", file, "--plot", plot, "--json"))
+    values = json.loads(printed(*COMMAND, "-o", file, "--plot", plot, "--json"))
     assert values["over"] == "damping"
     assert "damping" not in values
-    found = {
-        (branch["name"], each["kind"]): each["value"]
+    bifurcations = {
+        (branch["name"], bifurcation["kind"]): bifurcation["value"]
         for branch in values["branches"]
-        for each in branch["bifurcations"]
+        for bifurcation in branch["bifurcations"]
     }
-    assert found["P(2,2,1)", "period doubling"] == pytest.approx(0.5818, abs=1e-4)
-    assert found["P(4,4,2)", "grazing"] == pytest.approx(0.5922, abs=1e-4)
+    assert bifurcations["P(2,2,1)", "period doubling"] == pytest.approx(
+        0.5818, abs=1e-4
+    )
+    assert bifurcations["P(4,4,2)", "grazing"] == pytest.approx(0.5922, abs=1e-4)
     assert "# stiffness: impacts" in file.read_text()
     rows = rows_of(file)
-    for place, branch in enumerate(values["branches"], start=1):
-        own = [row for row in rows if row["branch"] == str(place)]
-        assert {row["name"] for row in own} == {branch["name"]}
-        assert len({row["index"] for row in own}) == branch["points"]
+    for number, branch in enumerate(values["branches"], start=1):
+        points = [row for row in rows if row["branch"] == str(number)]
+        assert {row["name"] for row in points} == {branch["name"]}
+        assert len({row["index"] for row in points}) == branch["points"]
         departures = int(branch["name"][2:-1].split(",")[1])
-        assert len(own) == departures * branch["points"]
-        marked = {(row["kind"], float(row["damping"])) for row in own if row["kind"]}
-        assert marked == {(e["kind"], e["value"]) for e in branch["bifurcations"]}
+        assert len(points) == departures * branch["points"]
+        in_table = {
+            (row["kind"], float(row["damping"])) for row in points if row["kind"]
+        }
+        assert in_table == {(e["kind"], e["value"]) for e in branch["bifurcations"]}
     runs = [row for row in rows if row["branch"] == "0"]
     assert len(runs) == values["departures_of_long_runs"] > 0
     assert {row["stable"] for row in runs} == {""}
@@ -54,21 +58,21 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
     }
     assert {round(float(r["speed_rad_per_turn"]), 1) for r in runs} & stable
     assert plot.stat().st_size > 10_000
-    shown = printed(*WORDS)
+    page = printed(*COMMAND)
     for branch in values["branches"]:
-        assert branch["name"] in shown
-        for each in branch["bifurcations"]:
-            assert f"{each['value']:.7g}  {each['kind']}" in shown
+        assert branch["name"] in page
+        for bifurcation in branch["bifurcations"]:
+            assert f"{bifurcation['value']:.7g}  {bifurcation['kind']}" in page
 
 
 def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
     from fegear.rattle import bifurcation
 
     rows = np.array([[0.25, 4.0], [np.nan, np.nan], [np.nan, np.nan]])
-    monkeypatch.setattr(bifurcation, "settled_departures", lambda *given: rows)
+    monkeypatch.setattr(bifurcation, "settled_departures", lambda *args: rows)
     file = tmp_path / "b.csv"
-    few = "--departures", "1", "--doublings", "0"
-    values = json.loads(printed(*WORDS, *few, "-o", file, "--json"))
+    options = "--departures", "1", "--doublings", "0"
+    values = json.loads(printed(*COMMAND, *options, "-o", file, "--json"))
     assert values["departures_of_long_runs"] == 6
     assert values["unsettled_long_runs"] == 12
     (warning,) = values["warnings"]
@@ -81,38 +85,40 @@ def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
 @pytest.mark.slow
 def test_branches_do_not_depend_on_how_wide_the_range_is():
     fixed = "roots-scaled --departures 1 --doublings 0 --runs 0 --starts 3 --json"
-    found = []
+    bifurcations = []
     for limits in ("0:1", "0.85:1"):
         over = f"rattle bifurcation {fixed} --over restitution={limits}"
         values = json.loads(printed(*over.split()))
-        found.append(
+        bifurcations.append(
             sorted(
-                (branch["name"], each["kind"], round(each["value"], 6))
+                (branch["name"], bifurcation["kind"], round(bifurcation["value"], 6))
                 for branch in values["branches"]
-                for each in branch["bifurcations"]
+                for bifurcation in branch["bifurcations"]
             )
         )
-    assert found[0] == found[1]
-    assert ("P(1,1,1)", "fold", 0.903158) in found[0]
+    assert bifurcations[0] == bifurcations[1]
+    assert ("P(1,1,1)", "fold", 0.903158) in bifurcations[0]
 
 
 @pytest.mark.slow
 def test_curves_over_two_figures(tmp_path):
-    words = [
+    arguments = [
         *("rattle", "bifurcation", "roots-scaled", "--over", "delta=0.55:0.8"),
         *("--over", "epsilon=0.05:0.15", "--starts", "2", "--departures", "1"),
         *("--doublings", "0"),
     ]
     file, plot = tmp_path / "c.csv", tmp_path / "c.png"
-    values = json.loads(printed(*words, "-o", file, "--plot", plot, "--json"))
+    values = json.loads(printed(*arguments, "-o", file, "--plot", plot, "--json"))
     assert values["over"] == ["damping", "eccentricity_rad"]
-    found = {(each["name"], each["bifurcation"]): each for each in values["curves"]}
-    assert {("P(1,1,0)", "grazing"), ("P(1,1,0)", "fold")} <= found.keys()
-    (met,) = found["P(1,1,0)", "fold"]["meetings"]
-    assert met["kind"] == "grazing fold"
-    assert met["at"] == pytest.approx([0.77015, 0.09789], abs=1e-5)
+    curves = {
+        (curve["name"], curve["bifurcation"]): curve for curve in values["curves"]
+    }
+    assert {("P(1,1,0)", "grazing"), ("P(1,1,0)", "fold")} <= curves.keys()
+    (meeting,) = curves["P(1,1,0)", "fold"]["meetings"]
+    assert meeting["kind"] == "grazing fold"
+    assert meeting["at"] == pytest.approx([0.77015, 0.09789], abs=1e-5)
     rows = rows_of(file)
-    assert len(rows) == sum(each["points"] for each in values["curves"])
+    assert len(rows) == sum(curve["points"] for curve in values["curves"])
     folds = [
         (float(row["damping"]), float(row["eccentricity_rad"]))
         for row in rows
@@ -125,7 +131,7 @@ def test_curves_over_two_figures(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         ("roots-scaled --over gamma=0:1", "must be KEY=A:B, KEY one of delta, epsilon"),
         ("roots-scaled --over delta=1:0.5", "must be KEY=A:B, two values that rise"),
@@ -147,14 +153,14 @@ def test_curves_over_two_figures(tmp_path):
         ("roots-scaled --over delta=0.5:1 --resume", "--resume needs the --output"),
     ],
 )
-def test_what_is_wrong_is_one_line(words, message, capsys):
-    assert run(["rattle", "bifurcation", *words.split()]) == 2
+def test_what_is_wrong_is_one_line(arguments, message, capsys):
+    assert run(["rattle", "bifurcation", *arguments.split()]) == 2
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
 
 
 def test_restitution_with_a_stiffness_that_varies_is_refused(capsys):
-    words = "rattle bifurcation roots-scaled --over kappa=10:1000 --restitution 0.5"
-    assert run(words.split()) == 2
+    command = "rattle bifurcation roots-scaled --over kappa=10:1000 --restitution 0.5"
+    assert run(command.split()) == 2
     assert "--restitution = 0.5; belongs to impacts" in capsys.readouterr().err

@@ -58,60 +58,60 @@ def next_departure(values, t: float, v: float) -> tuple[float, float]:
             (other * force - driven_drag * u[3]) / driven,
         ]
 
-    def beyond(s, u):
+    def clearance(s, u):
         return path(s, u) - play
 
-    beyond.direction = -1.0
+    clearance.direction = -1.0
     begin = t / speed
     start = (play - error * math.cos(omega * begin)) / radius
     rate = error * omega * math.sin(omega * begin) / radius - v * speed
-    found = solve_ivp(
+    solution = solve_ivp(
         *(
             rates,
             (begin, begin + 2.0 / speed),
             [start, 0.0, omega + rate, omega * ratio],
         ),
         method="DOP853",
-        events=beyond,
+        events=clearance,
         rtol=1e-10,
         atol=1e-13,
         max_step=1e-3 / speed,
     )
-    times, states = found.t_events[0], found.y_events[0]
-    at = int(np.argmax(times > begin + 1e-7))
-    u, s = states[at], times[at]
+    times, states = solution.t_events[0], solution.y_events[0]
+    index = int(np.argmax(times > begin + 1e-7))
+    u, s = states[index], times[index]
     slip = radius * u[2] - other * u[3] - error * omega * math.sin(omega * s)
     return s * speed, -slip / radius / speed
 
 
 @pytest.mark.slow
-def test_machine_of_gears_moves_as_both_in_si_units(made):
-    values, path = made
+def test_machine_of_gears_moves_as_both_in_si_units(outputs):
+    values, path = outputs
     machine = load_machine(path).machine
     for start in ((0.2, 0.02), (0.6, 0.05)):
         t, v, _ = return_map(machine.arrays, *start)
         assert (t, v) == pytest.approx(next_departure(values, *start), rel=1e-5)
 
 
-def test_stiffness_is_that_of_the_load_of_the_drag(made):
-    values, _ = made
-    words = ["stiffness", "liu-pair", "--resolution", "coarse", "--json"]
+def test_stiffness_is_that_of_the_load_of_the_drag(outputs):
+    values, _ = outputs
+    arguments = ["stiffness", "liu-pair", "--resolution", "coarse", "--json"]
     torque = f"{values['driven_drag_Nm']!r}"
-    result = CliRunner().invoke(app, [*words, "--torque", torque])
+    result = CliRunner().invoke(app, [*arguments, "--torque", torque])
     row = json.loads(result.stdout)["torques"][0]
     for name in ("mean_stiffness_N_per_m", "peak_to_peak_over_mean"):
         assert values[name] == pytest.approx(row[name], rel=1e-12)
 
 
-def test_critical_eccentricity_of_the_file_is_what_was_told(made):
-    values, path = made
+def test_critical_eccentricity_of_the_file_is_what_was_told(outputs):
+    values, path = outputs
     result = CliRunner().invoke(app, ["rattle", "critical", path, "--json"])
-    told = json.loads(result.stdout)
-    critical = told["critical_eccentricity_rad"]
+    summary = json.loads(result.stdout)
+    critical = summary["critical_eccentricity_rad"]
     assert critical == pytest.approx(values["critical_eccentricity_rad"], rel=1e-9)
     in_um = critical * values["base_radius_mm"] * 1e3
     assert values["critical_eccentricity_um"] == pytest.approx(in_um)
-    assert told["description"] == "38/55 gears of liu-pair at 600 rpm, drag 2 N m"
+    assert summary["description"] == "38/55 gears of liu-pair at 600 rpm, drag 2 N m"
 
 
 WRONG = [
@@ -124,11 +124,11 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("words", "message"), WRONG)
-def test_what_is_wrong_is_one_line(words, message, capsys):
-    option, value = words.split()
-    given = dict(zip(GEARS[3::2], GEARS[4::2], strict=True)) | {option: value}
-    assert run([*GEARS[:3], *(w for both in given.items() for w in both)]) == 2
+@pytest.mark.parametrize(("replacement", "message"), WRONG)
+def test_what_is_wrong_is_one_line(replacement, message, capsys):
+    option, value = replacement.split()
+    options = dict(zip(GEARS[3::2], GEARS[4::2], strict=True)) | {option: value}
+    assert run([*GEARS[:3], *(w for both in options.items() for w in both)]) == 2
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1

@@ -57,8 +57,8 @@ def written(tmp_path, tables, **more) -> str:
     return str(path)
 
 
-def json_output(*words: str) -> dict[str, Any]:
-    result = CliRunner().invoke(app, ["rattle", *words, "--json"])
+def json_output(*arguments: str) -> dict[str, Any]:
+    result = CliRunner().invoke(app, ["rattle", *arguments, "--json"])
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
@@ -67,7 +67,10 @@ def answer(path: str, command: str) -> Any:
     """Of a command, without the figures that it repeats."""
     if command == "basin":
         values = json_output("basin", path, "--grid", "8", "--iterations", "200")
-        return [(each["name"], each["point"]) for each in values["attractors"]]
+        return [
+            (attractor["name"], attractor["point"])
+            for attractor in values["attractors"]
+        ]
     values = json_output("critical", path)
     names = "critical_eccentricity_rad", "least_contact_load_over_mean"
     return [values[name] for name in names]
@@ -88,9 +91,9 @@ def test_every_key_moves_an_answer(tmp_path, table, key):
     if key in BY_MOTION:
         command, tables = "basin", IMPACTS
     before = answer(written(tmp_path, tables), command)
-    own = tables.get(table, {})
-    other = ANOTHER.get(key, 1.2 * own.get(key, 1.0))
-    changed = tables | {table: own | {key: other}}
+    entries = tables.get(table, {})
+    other = ANOTHER.get(key, 1.2 * entries.get(key, 1.0))
+    changed = tables | {table: entries | {key: other}}
     after = answer(written(tmp_path, changed), command)
     assert before != after
 
@@ -100,10 +103,10 @@ def test_name_description_and_inferences_are_on_the_screen(tmp_path):
     path = written(tmp_path, IMPACTS, **texts)
     for command in (["critical"], ["periodic", "--departures", "1"], ["basin"]):
         small = ["--grid", "5"] if command == ["basin"] else []
-        words = ["rattle", command[0], path, *command[1:], *small]
-        shown = CliRunner().invoke(app, words).stdout
+        arguments = ["rattle", command[0], path, *command[1:], *small]
+        page = CliRunner().invoke(app, arguments).stdout
         for text in ("x: A pump of mine", "inferred: its play", "inferred: its mass"):
-            assert text in shown
+            assert text in page
     values = json_output("critical", path)
     assert {name: values[name] for name in texts} == texts
 
@@ -178,15 +181,15 @@ def test_motion_of_parts_of_their_own_is_refused_where_it_is_not_computed(
 @pytest.mark.slow
 def test_noise_of_a_sprung_gear_is_told_by_the_flanks_that_meet():
     """Some ten times that without springs, table 6.1."""
-    words = "--velocity", "0:0.002", "--starts", "12", "--turns", "50"
+    options = "--velocity", "0:0.002", "--starts", "12", "--turns", "50"
     figures = "--epsilon", "8e-5", "--kappa", "inf", "--iterations", "500"
-    sprung = json_output("noise", "roots-a-sprung", *words, *figures)
-    names = {each["name"] for each in sprung["motions"]}
+    sprung = json_output("noise", "roots-a-sprung", *options, *figures)
+    names = {motion["name"] for motion in sprung["motions"]}
     assert names <= {"quiet", "single-sided rattle", "double-sided rattle"}
     assert sprung["unclear_fraction"] == 0.0
     assert "transients of the parts fade to 0.001 in 8" in sprung["warnings"][0]
-    alone = json_output("noise", "roots-a", *words, *figures[:4])
-    ratio = sprung["noise_rad2_per_turn3"] / alone["noise_rad2_per_turn3"]
+    unsprung = json_output("noise", "roots-a", *options, *figures[:4])
+    ratio = sprung["noise_rad2_per_turn3"] / unsprung["noise_rad2_per_turn3"]
     assert 4.0 < ratio < 20.0
 
 
@@ -211,14 +214,14 @@ def test_speeds_of_unequal_shafts_are_the_same_in_all_commands(tmp_path, more_dr
         },
     }
     path = written(tmp_path, tables)
-    words = "--iterations", "100"
-    found = [json_output("noise", path, "--starts", "2", "--turns", "5", *words)]
+    options = "--iterations", "100"
+    summaries = [json_output("noise", path, "--starts", "2", "--turns", "5", *options)]
     if not more_drag:
-        found += [json_output("basin", path, "--grid", "5", *words)]
-        found += [json_output("periodic", path, "--departures", "1")]
+        summaries += [json_output("basin", path, "--grid", "5", *options)]
+        summaries += [json_output("periodic", path, "--departures", "1")]
     exact = 4.0 * math.pi * 0.4 * 2.5 + 1.6
-    for each in found:
-        assert each["velocity_rad_per_turn"] == pytest.approx([0.0, exact], rel=1e-5)
+    for summary in summaries:
+        assert summary["velocity_rad_per_turn"] == pytest.approx([0.0, exact], rel=1e-5)
 
 
 def test_unequal_shafts_that_slow_down_at_one_rate_have_basins(tmp_path):
@@ -246,34 +249,36 @@ def test_phase_of_two_eccentric_gears(tmp_path):
     }
     path = written(tmp_path, {"machine": parts | gears})
     values = json_output("critical", path)
-    within = values["quiet_for_phases_within_rad"]
+    max_phase = values["quiet_for_phases_within_rad"]
     for change, quiet in ((-1e-6, True), (1e-6, False)):
         turned = {
-            "machine": parts | gears | {"eccentricity_phase_rad": within + change}
+            "machine": parts | gears | {"eccentricity_phase_rad": max_phase + change}
         }
         assert (
             json_output("critical", written(tmp_path, turned))["quiet_motion_exists"]
             is quiet
         )
     path = written(tmp_path, {"machine": parts | gears})
-    shown = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
-    assert f"it can run quietly within {math.degrees(within):.4g} degrees" in shown
+    page = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
+    assert f"it can run quietly within {math.degrees(max_phase):.4g} degrees" in page
 
 
 def test_sensitivities_are_slopes_of_the_critical_eccentricity(tmp_path):
     tables = {k: v for k, v in BASE.items() if k != "machine"}
     tables["machine"] = SCALED | {"stiffness": 900.0}
-    helps = json_output("critical", written(tmp_path, tables))[
+    sensitivities = json_output("critical", written(tmp_path, tables))[
         "percent_of_critical_per_percent"
     ]
     for table, key in (("driving_gear", "stiffness"), ("absorber", "mass")):
-        found = []
+        eccentricities = []
         for factor in (0.999, 1.001):
             changed = tables[table] | {key: tables[table][key] * factor}
             path = written(tmp_path, tables | {table: changed})
-            found.append(json_output("critical", path)["critical_eccentricity_rad"])
-        slope = math.log(found[1] / found[0]) / math.log(1.001 / 0.999)
-        assert helps[f"{table}.{key}"] == pytest.approx(slope, rel=1e-3)
+            values = json_output("critical", path)
+            eccentricities.append(values["critical_eccentricity_rad"])
+        low, high = eccentricities
+        slope = math.log(high / low) / math.log(1.001 / 0.999)
+        assert sensitivities[f"{table}.{key}"] == pytest.approx(slope, rel=1e-3)
 
 
 def test_a_ripple_that_the_eccentricity_cancels_has_a_quiet_window(tmp_path):
@@ -297,16 +302,16 @@ def test_a_ripple_that_the_eccentricity_cancels_has_a_quiet_window(tmp_path):
     ]
     more = at(ripple=7.9 * 1.001)
     changes = [math.log(more[name] / values[name]) for name in limits[::-1]]
-    assert slopes == pytest.approx([1e3 * each for each in changes], rel=0.02)
+    assert slopes == pytest.approx([1e3 * change for change in changes], rel=0.02)
     path = written(tmp_path, {"machine": rippled})
-    shown = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
-    assert "quiet from 0.009125 rad, below which the torque ripple parts" in shown
-    assert "1 % more ripple: +21.9 % least quiet eccentricity" in shown
+    page = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
+    assert "quiet from 0.009125 rad, below which the torque ripple parts" in page
+    assert "1 % more ripple: +21.9 % least quiet eccentricity" in page
     none = at(ripple_phase_rad=3.0)
     assert [none[name] for name in limits] == [None, None]
     path = written(tmp_path, {"machine": rippled | {"ripple_phase_rad": 3.0}})
-    shown = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
-    assert "none is quiet: the torque ripple alone parts the flanks" in shown
+    page = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
+    assert "none is quiet: the torque ripple alone parts the flanks" in page
 
 
 def test_a_figure_at_its_limit_has_no_change_beyond_it(tmp_path):
@@ -336,17 +341,18 @@ def test_changes_of_both_sides_are_told_where_the_critical_one_bends(
     less, more = values["percent_of_critical_per_percent"][key]
     table, name = key.split(".")
     for factor, change in ((0.99, less), (1.01, more)):
-        own = tables[table] | {name: tables[table][name] * factor}
-        there = json_output("critical", written(tmp_path, tables | {table: own}))
-        ratio = there["critical_eccentricity_rad"] / values["critical_eccentricity_rad"]
+        entries = tables[table] | {name: tables[table][name] * factor}
+        path = written(tmp_path, tables | {table: entries})
+        changed = json_output("critical", path)["critical_eccentricity_rad"]
+        ratio = changed / values["critical_eccentricity_rad"]
         assert change == pytest.approx(100.0 * (ratio - 1.0), rel=1e-6)
-    shown = (
+    page = (
         CliRunner()
         .invoke(app, ["rattle", "critical", written(tmp_path, tables)])
         .stdout
     )
     line = f"1 % more {key}: {more:+.3g} % critical eccentricity, 1 % less: {less:+.3g}"
-    assert line in shown
+    assert line in page
 
 
 def test_rattle_of_one_impact_a_turn_exists_from_the_checked_eccentricity():
@@ -356,8 +362,8 @@ def test_rattle_of_one_impact_a_turn_exists_from_the_checked_eccentricity():
         0.05964, rel=1e-4
     )
     assert json_output("critical", "roots-a-refined")[name] is None
-    shown = CliRunner().invoke(app, ["rattle", "critical", "roots-scaled"]).stdout
-    assert "rattle of one impact a turn exists from 0.05964 rad" in shown
+    page = CliRunner().invoke(app, ["rattle", "critical", "roots-scaled"]).stdout
+    assert "rattle of one impact a turn exists from 0.05964 rad" in page
 
 
 def test_files_of_built_in_machines_say_what_was_inferred():

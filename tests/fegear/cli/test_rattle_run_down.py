@@ -22,8 +22,8 @@ def written(tmp_path, name: str, speed, time=TIME) -> str:
     return str(path)
 
 
-def json_output(*words: str) -> dict:
-    result = CliRunner().invoke(app, ["rattle", "run-down", *words, "--json"])
+def json_output(*arguments: str) -> dict:
+    result = CliRunner().invoke(app, ["rattle", "run-down", *arguments, "--json"])
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
@@ -39,15 +39,15 @@ def test_damping_is_the_rate_over_turns_per_second(tmp_path, unit):
     other = json_output(path, "--speed-rpm", "1500", "--inertia-kgm2", "0.04")
     assert other["damping"] == pytest.approx(6e-4)
     assert other["damping_coefficient_Nms_per_rad"] == pytest.approx(6e-4)
-    shown = CliRunner().invoke(app, ["rattle", "run-down", path]).stdout
-    assert "damping 0.0003 +- " in shown
+    page = CliRunner().invoke(app, ["rattle", "run-down", path]).stdout
+    assert "damping 0.0003 +- " in page
 
 
 def test_drag_that_does_not_go_with_the_speed_is_told(tmp_path):
     path = written(tmp_path, "speed_rpm", 3000.0 - 25.0 * TIME)
     assert not json_output(path)["drag_goes_with_speed"]
-    shown = CliRunner().invoke(app, ["rattle", "run-down", path]).stdout
-    assert "the drag does not go with the speed alone" in shown
+    page = CliRunner().invoke(app, ["rattle", "run-down", path]).stdout
+    assert "the drag does not go with the speed alone" in page
 
 
 @pytest.mark.parametrize(

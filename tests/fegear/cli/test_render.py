@@ -70,13 +70,13 @@ def scene(private_cache):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("shown", ["von-mises", "principal", "displacement"])
-def test_picture_is_drawn_from_a_cached_compliance_in_seconds(tmp_path, shown, scene):
+@pytest.mark.parametrize("field", ["von-mises", "principal", "displacement"])
+def test_picture_is_drawn_from_a_cached_compliance_in_seconds(tmp_path, field, scene):
     path = tmp_path / "contact.png"
     start = process_time()  # which other processes do not prolong
-    run("--position", "0.5", "--field", shown, "-o", str(path))
+    run("--position", "0.5", "--field", field, "-o", str(path))
     seconds = process_time() - start
-    sys.stdout.write(f"{shown}: {seconds:.2f} s\n")
+    sys.stdout.write(f"{field}: {seconds:.2f} s\n")
     assert seconds < 15.0  # 1.5 to 4 s on an idle core
     image = imread(path)[..., :3]
     assert image.shape == (SIZE[1], SIZE[0], 3)
@@ -96,8 +96,8 @@ def test_strongest_colour_of_the_ribbon_is_at_the_contact(scene, zoom, position)
         image = draw(field, look, "test") / 255.0
     top, right = round(HEAD * SIZE[1]), round((1.0 - MARGIN) * SIZE[0])
     strongest = np.array([0.940, 0.975, 0.131])  # the end of the colour map plasma
-    close = np.abs(image[top:, :right] - strongest).max(axis=2) < 0.03
-    rows, columns = np.nonzero(close)
+    matches = np.abs(image[top:, :right] - strongest).max(axis=2) < 0.03
+    rows, columns = np.nonzero(matches)
     assert len(rows) > 0
     pixel = 2.0 * view.half_height / (SIZE[1] - top)
     pair = max(field.pairs, key=lambda pair: pair.pressure.max())
@@ -159,9 +159,9 @@ def test_film_has_all_frames_and_ends_where_it_began(tmp_path):
 
 def mp4_frames(path) -> tuple[dict, list[np.ndarray]]:
     reader = imageio_ffmpeg.read_frames(str(path))
-    about = next(reader)
-    width, height = about["size"]
-    return about, [
+    metadata = next(reader)
+    width, height = metadata["size"]
+    return metadata, [
         np.frombuffer(data, np.uint8).reshape(height, width, 3) for data in reader
     ]
 
@@ -172,17 +172,17 @@ def test_film_for_browsers_has_the_frames_of_the_gif(tmp_path, capfd):
     film, picture = tmp_path / "cycle.mp4", tmp_path / "start.png"
     run("--resolution", "coarse", *SMALL, "-o", str(film))
     assert capfd.readouterr().err == ""
-    about, frames = mp4_frames(film)
-    assert about["codec"] == "h264"
-    assert about["pix_fmt"].startswith("yuv420p")
-    assert about["size"] == (480, 270)
+    metadata, frames = mp4_frames(film)
+    assert metadata["codec"] == "h264"
+    assert metadata["pix_fmt"].startswith("yuv420p")
+    assert metadata["size"] == (480, 270)
     assert len(frames) == 6
     assert b"moov" in film.read_bytes()[:200]  # a browser may begin at once
     run("--resolution", "coarse", "--width", "480", "-o", str(picture))
     start = 255.0 * imread(picture)[30:, :400, :3]
-    drawn = [np.abs(frame[30:, :400] - start).mean() for frame in frames]
-    assert drawn[0] < 12.0  # colours of a film suit all positions
-    assert np.argmin(drawn) == 0
+    differences = [np.abs(frame[30:, :400] - start).mean() for frame in frames]
+    assert differences[0] < 12.0  # colours of a film suit all positions
+    assert np.argmin(differences) == 0
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
@@ -194,7 +194,7 @@ def test_a_film_that_is_interrupted_leaves_no_file(tmp_path, error):
         raise error
 
     with pytest.raises((KeyboardInterrupt, InputError)):
-        write_whole(path, lambda place: write_film(frames(), place, NO_PALETTE))
+        write_whole(path, lambda target: write_film(frames(), target, NO_PALETTE))
     assert not list(tmp_path.iterdir())
 
 
@@ -220,11 +220,11 @@ def test_an_encoder_that_fails_leaves_no_file(tmp_path, monkeypatch, encoder):
     assert not list(tmp_path.iterdir())
 
 
-def pixel_of(look, size, place) -> np.ndarray:
+def pixel_of(look, size, point) -> np.ndarray:
     """Column and row of a place in the world, in the whole picture."""
     top, right = round(HEAD * size[1]), round((1.0 - MARGIN) * size[0])
     pixel = 2.0 * look.view.half_height / (size[1] - top)
-    x, y = (place - [look.view.x, look.view.y]) / pixel
+    x, y = (point - [look.view.x, look.view.y]) / pixel
     return np.array([0.5 * right + x, top + 0.5 * (size[1] - top) - y])
 
 
@@ -236,20 +236,21 @@ def test_strongest_colours_are_at_the_contact_and_in_the_loaded_fillets(scene):
     look = look_of([field], "von-mises", view, scene.mesh.pair.driver.module)
     with drawing_window():
         image = draw(field, look, "test") / 255.0
-    shown = image[:, : int((1.0 - MARGIN) * SIZE[0])]
-    apart, value = cKDTree(colormaps["turbo"](np.linspace(0, 1, 256))[:, :3]).query(
-        shown
-    )
-    rows, columns = np.nonzero((apart < 0.03) & (value > 0.85 * 255))
-    places = [pixel_of(look, SIZE, ribbon_base(field.pairs[0], look).mean(axis=0))]
+    picture = image[:, : int((1.0 - MARGIN) * SIZE[0])]
+    colour_distance, value = cKDTree(
+        colormaps["turbo"](np.linspace(0, 1, 256))[:, :3]
+    ).query(picture)
+    rows, columns = np.nonzero((colour_distance < 0.03) & (value > 0.85 * 255))
+    pixels = [pixel_of(look, SIZE, ribbon_base(field.pairs[0], look).mean(axis=0))]
     for gear in field.gears:
         node = gear.fillet[gear.von_mises[gear.fillet].argmax()]
-        moved = gear.points[node] + look.motion_scale * gear.motion[node]
-        places.append(pixel_of(look, SIZE, moved))
-    far = np.array([np.hypot(columns - x, rows - y) for x, y in places])
-    assert far.min(axis=1).max() < 8.0  # at the contact and in both gears' fillets
+        point = gear.points[node] + look.motion_scale * gear.motion[node]
+        pixels.append(pixel_of(look, SIZE, point))
+    distances = np.array([np.hypot(columns - x, rows - y) for x, y in pixels])
+    # at the contact and in both gears' fillets
+    assert distances.min(axis=1).max() < 8.0
     size = 0.3 * scene.mesh.pair.driver.module / (2.0 * view.half_height / SIZE[1])
-    assert far.min(axis=0).max() < size  # and nowhere else
+    assert distances.min(axis=0).max() < size  # and nowhere else
 
 
 @pytest.mark.slow
@@ -259,22 +260,23 @@ def test_first_frame_of_a_film_has_the_pressure_at_the_contact(
     monkeypatch.setattr("fegear.rendering.pictures.SAMPLES", 1)
     film = tmp_path / "cycle.mp4"
     run("--field", "pressure", "--frames", "2", "--torque", "100", "-o", str(film))
-    about, frames = mp4_frames(film)
+    metadata, frames = mp4_frames(film)
     view = scene.view("contact", picture_aspect())
     field = contact_field(scene, 100.0, 0.0, view)
     look = look_of([field], "pressure", view, scene.mesh.pair.driver.module)
     (pair,) = field.pairs
     base = ribbon_base(pair, look)[pair.pressure.argmax()]
     tip = base + look.ribbon * view.half_height * pair.normals[pair.pressure.argmax()]
-    ribbon = np.array([pixel_of(look, about["size"], p) for p in (base, tip)])
-    shown = frames[0].astype(float)
-    yellow = (shown[..., 0] > 190.0) & (shown[..., 2] < 90.0)
-    yellow[:, int((1.0 - MARGIN) * about["size"][0]) :] = False
+    ribbon = np.array([pixel_of(look, metadata["size"], p) for p in (base, tip)])
+    frame = frames[0].astype(float)
+    yellow = (frame[..., 0] > 190.0) & (frame[..., 2] < 90.0)
+    yellow[:, int((1.0 - MARGIN) * metadata["size"][0]) :] = False
     rows, columns = np.nonzero(yellow)
     assert len(rows) > 5
-    along = (ribbon[1] - ribbon[0]) / np.hypot(*(ribbon[1] - ribbon[0]))
-    off = (columns - ribbon[0, 0]) * along[1] - (rows - ribbon[0, 1]) * along[0]
-    assert np.abs(off).max() < 8.0
+    direction = (ribbon[1] - ribbon[0]) / np.hypot(*(ribbon[1] - ribbon[0]))
+    x, y = columns - ribbon[0, 0], rows - ribbon[0, 1]
+    offset = x * direction[1] - y * direction[0]
+    assert np.abs(offset).max() < 8.0
 
 
 def moving(tmp_path, **header) -> str:
@@ -284,9 +286,9 @@ def moving(tmp_path, **header) -> str:
 
 def test_film_of_a_motion(tmp_path):
     path = tmp_path / "motion.gif"
-    given = ("--time-history", moving(tmp_path), "--torque", "100")
+    options = ("--time-history", moving(tmp_path), "--torque", "100")
     coarse = ("--resolution", "coarse", "--width", "480", "--frames", "3")
-    run(*given, *coarse, "-o", str(path))
+    run(*options, *coarse, "-o", str(path))
     with Image.open(path) as film:
         assert film.n_frames == 3
 
@@ -339,7 +341,7 @@ def test_without_any_window_one_line_says_what_to_install(tmp_path):
     hidden = {"__EGL_VENDOR_LIBRARY_DIRS": str(tmp_path), "PATH": str(tmp_path)}
     drop = ("DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW")
     environment = {k: v for k, v in os.environ.items() if k not in drop} | hidden
-    done = subprocess.run(
+    process = subprocess.run(
         [
             sys.executable,
             "-c",
@@ -350,9 +352,9 @@ def test_without_any_window_one_line_says_what_to_install(tmp_path):
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 1
-    assert "InputError: cannot draw" in done.stderr
-    assert "libegl1" in done.stderr
+    assert process.returncode == 1
+    assert "InputError: cannot draw" in process.stderr
+    assert "libegl1" in process.stderr
 
 
 def test_teeth_that_no_load_leaves_in_mesh_are_not_drawn(tmp_path):
@@ -363,8 +365,8 @@ def test_teeth_that_no_load_leaves_in_mesh_are_not_drawn(tmp_path):
 
 def test_render_says_what_it_drew(tmp_path):
     path = tmp_path / "contact.png"
-    words = ("render", "liu-pair", "--resolution", "coarse", "--position", "0.5")
-    drawn, largest, written = printed(*words, "-o", path).splitlines()[-4:-1]
+    arguments = ("render", "liu-pair", "--resolution", "coarse", "--position", "0.5")
+    drawn, largest, written = printed(*arguments, "-o", path).splitlines()[-4:-1]
     assert "liu-pair" in drawn
     assert re.match(r"largest von Mises stress in view: \w+ \d+ MPa, \w+ \d+", largest)
     assert largest.endswith(" MPa")
@@ -372,16 +374,16 @@ def test_render_says_what_it_drew(tmp_path):
     assert written == f"wrote {path}"
 
 
-def shown(*words: str) -> dict:
-    return json.loads(printed(*words, "--json"))
+def json_output(*arguments: str) -> dict:
+    return json.loads(printed(*arguments, "--json"))
 
 
 def test_a_film_prints_the_largest_values_of_all_its_frames(tmp_path):
     """Seven frames hit moments that those which choose the colours do not."""
     films = ("--resolution", "coarse", "--width", "480", "--frames", "7")
-    film = shown("render", *films, "-o", str(tmp_path / "cycle.gif"))
+    film = json_output("render", *films, "-o", str(tmp_path / "cycle.gif"))
     stills = [
-        shown(
+        json_output(
             *("render", "--resolution", "coarse", "--position", str(i / 7)),
             *("-o", str(tmp_path / f"{i}.vtu")),
         )
@@ -400,7 +402,7 @@ def test_a_film_of_a_motion_prints_the_time_of_its_largest_values(tmp_path):
     path = tmp_path / "motion.gif"
     coarse = ("--resolution", "coarse", "--width", "480", "--frames", "3")
     history = ("--time-history", moving(tmp_path))
-    film = shown("render", *history, *coarse, "-o", str(path))
+    film = json_output("render", *history, *coarse, "-o", str(path))
     times = {at["time_s"] for at in film["largest_von_mises_at"].values()}
     period = columns()["time_s"][-1]
     frames = [pytest.approx(i * period / 6) for i in range(6)]

@@ -61,10 +61,10 @@ def test_no_number_of_ten_gears_is_split(monkeypatch, capsys, tmp_path, width):
     assert run(["show", str(path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= width
-    words = " ".join(lines).split()
+    tokens = " ".join(lines).split()
     for gear in gears:
         for name in ("base_radius_mm", "tip_thickness_mm", "inertia_kg_m2"):
-            assert f"{gear[name]:.6g}" in words
+            assert f"{gear[name]:.6g}" in tokens
 
 
 def test_backlash_that_is_only_round_off_is_none(capsys, tmp_path):
@@ -81,11 +81,11 @@ def test_backlash_that_is_only_round_off_is_none(capsys, tmp_path):
 
 
 def test_one_speed_shows_amplitude_and_force(capsys):
-    words = ["sweep", *RECTANGULAR, "--torque", "50", "--speeds", "2000"]
-    assert run([*words, "--json"]) == 0
+    arguments = ["sweep", *RECTANGULAR, "--torque", "50", "--speeds", "2000"]
+    assert run([*arguments, "--json"]) == 0
     branch = json.loads(capsys.readouterr().out)["branches"][0]
     (largest,) = branch["largest"]
-    assert run(words) == 0
+    assert run(arguments) == 0
     printed = capsys.readouterr().out
     assert "1 speed, 2000 Hz of the first mesh" in printed
     row = next(line.split() for line in printed.splitlines() if " up " in line)
@@ -98,8 +98,8 @@ def test_one_speed_shows_amplitude_and_force(capsys):
 def test_one_of_a_thing_is_one(capsys):
     assert run(["motion", *RECTANGULAR, "--speed", "2000"]) == 0
     assert "1 point in the" in capsys.readouterr().out
-    words = ["map", *RECTANGULAR, "--over", "torque_Nm=50", "--at", "2000"]
-    assert run(words) == 0
+    arguments = ["map", *RECTANGULAR, "--over", "torque_Nm=50", "--at", "2000"]
+    assert run(arguments) == 0
     assert "1 point: 1 periodic" in capsys.readouterr().out
 
 
@@ -108,8 +108,8 @@ def test_titles_fit_above_their_figure(width):
     figure = Figure(figsize=(width, 3.0), layout="constrained")
     canvas = FigureCanvasAgg(figure)
     figure.subplots()
-    words = "mesh.1.tip_relief.magnitude_um = 12.5, WWW, finite elements at 1605 Hz, "
-    draw_title(figure, f"{3 * words}\nsecond line")
+    title = "mesh.1.tip_relief.magnitude_um = 12.5, WWW, finite elements at 1605 Hz, "
+    draw_title(figure, f"{3 * title}\nsecond line")
     canvas.draw()
     box = figure._suptitle.get_window_extent()
     assert box.x0 >= 0.0
@@ -133,10 +133,10 @@ def test_what_is_an_axis_of_a_map_is_not_said_to_be_fixed(monkeypatch, tmp_path)
         ("", "mesh.1.stiffness_variation=0.3,0.4"),
     ):
         path = tmp_path / "m.png"
-        words = ["--over", over, "--at", "2000", "--plot", str(path)]
-        assert run(["map", *RECTANGULAR, *words]) == 0
-        named = {word for word in ("torque", "damping") if word in titles[-1]}
-        assert named == {"torque", "damping"} - {name}
+        options = ["--over", over, "--at", "2000", "--plot", str(path)]
+        assert run(["map", *RECTANGULAR, *options]) == 0
+        in_title = {word for word in ("torque", "damping") if word in titles[-1]}
+        assert in_title == {"torque", "damping"} - {name}
 
 
 def test_lines_beside_a_picture_are_short():
@@ -175,10 +175,10 @@ def test_numbers_are_whole_on_narrow_screens(monkeypatch, capsys, width):
     screen().print(table)
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= width
-    shown = " ".join(lines).split()
+    tokens = " ".join(lines).split()
     for value in rows[0][1:] + rows[1][1:]:
-        assert shown.count(value) == 1
-    assert shown.count("Title") == 1
+        assert tokens.count(value) == 1
+    assert tokens.count("Title") == 1
     assert "\N{HORIZONTAL ELLIPSIS}" not in " ".join(lines)
 
 
@@ -195,14 +195,14 @@ def test_legends_are_not_cut(letters, count):
     assert box.x1 <= canvas.get_width_height()[0]
 
 
-@pytest.mark.parametrize("words", [["sets"], ["sets", "--json"], ["--help"]])
-def test_a_closed_output_is_no_error(words, tmp_path):
+@pytest.mark.parametrize("arguments", [["sets"], ["sets", "--json"], ["--help"]])
+def test_a_closed_output_is_no_error(arguments, tmp_path):
     """As by `>&-` of a shell; a file that is written takes no printed lines."""
-    command = [sys.executable, "-c", "from fegear.cli import main; main()", *words]
-    more = ["-o", "s.csv"] if words == ["sets"] else []
+    command = [sys.executable, "-c", "from fegear.cli import main; main()", *arguments]
+    options = ["-o", "s.csv"] if arguments == ["sets"] else []
     script = 'exec "$@" >&-'
     run = partial(subprocess.run, cwd=tmp_path, capture_output=True, timeout=120)
-    done = run(["sh", "-c", script, "sh", *command, *more])
-    assert (done.returncode, done.stderr) == (0, b"")
-    if more:
+    process = run(["sh", "-c", script, "sh", *command, *options])
+    assert (process.returncode, process.stderr) == (0, b"")
+    if options:
         assert (tmp_path / "s.csv").read_text().splitlines()[0].startswith("name,")

@@ -14,7 +14,7 @@ from fegear.studies import stability
 from fegear.train import lumped_models
 from lumped.steady.maps import Axis
 
-WORDS = [
+COMMAND = [
     *("stability", "liu-idler", "--excitation", "rectangular", "--damping", "0.002"),
     *("--over", "friction=0:0.15:4", "--bending", "0.39", "--speeds", "1400:3600:50"),
 ]
@@ -24,12 +24,12 @@ WORDS = [
 def outputs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stability")
     path, plot = folder / "s.csv", folder / "s.png"
-    values = printed(*WORDS, "--json", "-o", path, "--plot", plot)
+    values = printed(*COMMAND, "--json", "-o", path, "--plot", plot)
     return json.loads(values), rows_of(path), folder
 
 
-def test_a_row_for_every_cell(made):
-    _, rows, folder = made
+def test_a_row_for_every_cell(outputs):
+    _, rows, folder = outputs
     assert list(rows[0]) == ["mesh_frequency_Hz", "friction", "floquet_max", "kind"]
     assert len(rows) == 4 * 45
     assert (folder / "s.png").stat().st_size > 20_000
@@ -38,102 +38,102 @@ def test_a_row_for_every_cell(made):
         assert bool(row["kind"]) == (float(row["floquet_max"]) > 1.0 + 1e-9)
 
 
-def test_intervals_hold_the_unstable_cells(made):
-    values, rows, _ = made
+def test_intervals_hold_the_unstable_cells(outputs):
+    values, rows, _ = outputs
     for row in rows:
         (column,) = [
             c for c in values["columns"] if c["value"] == float(row["friction"])
         ]
         speed = float(row["mesh_frequency_Hz"])
-        own = [
-            each["kind"]
-            for each in column["intervals"]
-            if each["from_Hz"] <= speed <= each["to_Hz"]
+        kinds = [
+            interval["kind"]
+            for interval in column["intervals"]
+            if interval["from_Hz"] <= speed <= interval["to_Hz"]
         ]
-        assert own == ([row["kind"]] if row["kind"] else [])
+        assert kinds == ([row["kind"]] if row["kind"] else [])
 
 
-def test_methods_tell_the_same(made, tmp_path):
-    _, rows, _ = made
-    few = [*WORDS[:-2], "--speeds", "1400:3600:200"]
-    printed(*few, "--method", "exponential", "-o", tmp_path / "e.csv")
-    at = {
+def test_methods_tell_the_same(outputs, tmp_path):
+    _, rows, _ = outputs
+    arguments = [*COMMAND[:-2], "--speeds", "1400:3600:200"]
+    printed(*arguments, "--method", "exponential", "-o", tmp_path / "e.csv")
+    multipliers = {
         (r["mesh_frequency_Hz"], r["friction"]): float(r["floquet_max"]) for r in rows
     }
     for row in rows_of(tmp_path / "e.csv"):
-        exact = at[row["mesh_frequency_Hz"], row["friction"]]
+        exact = multipliers[row["mesh_frequency_Hz"], row["friction"]]
         assert float(row["floquet_max"]) == pytest.approx(exact, abs=1e-4)
 
 
-def test_an_interrupted_chart_goes_on_to_the_same_bytes(made, tmp_path, monkeypatch):
-    _, _, folder = made
-    path, known = tmp_path / "s.csv", stability.scan_stability
-    seen = []
+def test_an_interrupted_chart_goes_on_to_the_same_bytes(outputs, tmp_path, monkeypatch):
+    _, _, folder = outputs
+    path, scan = tmp_path / "s.csv", stability.scan_stability
+    calls = []
 
     def stopped(*args):
-        seen.append(args)
-        if len(seen) > 2:
+        calls.append(args)
+        if len(calls) > 2:
             raise KeyboardInterrupt
-        return known(*args)
+        return scan(*args)
 
     monkeypatch.setattr(stability, "scan_stability", stopped)
-    printed(*WORDS, "-o", path, code=130)
+    printed(*COMMAND, "-o", path, code=130)
     assert "incomplete" in path.read_text("utf-8")
-    monkeypatch.setattr(stability, "scan_stability", known)
-    printed(*WORDS, "-o", path, "--resume")
+    monkeypatch.setattr(stability, "scan_stability", scan)
+    printed(*COMMAND, "-o", path, "--resume")
     assert path.read_bytes() == (folder / "s.csv").read_bytes()
 
 
 def test_the_bending_ratio_is_told_and_kept_runs_of_another_are_refused(
-    made, tmp_path, monkeypatch, capsys
+    outputs, tmp_path, monkeypatch, capsys
 ):
-    values, _, folder = made
+    values, _, folder = outputs
     assert values["friction_bending_ratio"] == "0.39"
     header = (folder / "s.csv").read_text("utf-8")
     assert "# friction-bending ratio: 0.39\n" in header
     assert "# friction coefficient" not in header
-    known, seen = stability.scan_stability, []
+    scan, calls = stability.scan_stability, []
 
-    def stopped(*given):
-        seen.append(given)
-        if len(seen) == 3:
+    def stopped(*args):
+        calls.append(args)
+        if len(calls) == 3:
             raise KeyboardInterrupt
-        return known(*given)
+        return scan(*args)
 
     monkeypatch.setattr(stability, "scan_stability", stopped)
     path = tmp_path / "s.csv"
-    printed(*WORDS, "-o", path, code=130)
+    printed(*COMMAND, "-o", path, code=130)
     capsys.readouterr()
-    other = [word if word != "0.39" else "0.4" for word in WORDS]
+    other = [word if word != "0.39" else "0.4" for word in COMMAND]
     assert run([*other, "-o", str(path), "--resume"]) == 2
     assert "was begun with model.bending = '0.39', now '0.4'" in capsys.readouterr().err
 
 
 def test_what_changes_nothing_is_told():
-    words = ["stability", "liu-pair", "--excitation", "rectangular", "--json"]
+    arguments = ["stability", "liu-pair", "--excitation", "rectangular", "--json"]
     over = ["--over", "mesh.1.backlash_um=10,20", "--speeds", "1000:2000:500"]
-    values = json.loads(printed(*words, *over))
+    values = json.loads(printed(*arguments, *over))
     warning = "mesh.1.backlash_um does not change the multipliers"
     assert values["warnings"] == [warning]
 
 
 def test_friction_bending_comes_from_the_finite_elements(monkeypatch):
-    given = []
-    known = lumped_models.with_bending
+    frictions = []
+    with_bending = lumped_models.with_bending
 
-    def kept(excitation, friction):
-        given.append(friction)
-        return known(excitation, friction)
+    def record(excitation, friction):
+        frictions.append(friction)
+        return with_bending(excitation, friction)
 
-    monkeypatch.setattr(lumped_models, "with_bending", kept)
-    words = ["stability", "liu-pair", "--over", "friction=0.1"]
-    printed(*words, "--resolution", "coarse", "--speeds", "5000:6000:500")
-    assert given[-1].coefficient == 0.1
-    assert given[-1].bending == pytest.approx(0.39, abs=0.03)
+    monkeypatch.setattr(lumped_models, "with_bending", record)
+    arguments = ["stability", "liu-pair", "--over", "friction=0.1"]
+    printed(*arguments, "--resolution", "coarse", "--speeds", "5000:6000:500")
+    assert frictions[-1].coefficient == 0.1
+    assert frictions[-1].bending == pytest.approx(0.39, abs=0.03)
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("options", "message"),
     [
         ("--over friction=0:1.5:3", "--over friction = 1.5; allowed 0 to below 1"),
         ("--over friction=-0.1,0.1", "--over friction = -0.1; allowed"),
@@ -150,12 +150,12 @@ def test_friction_bending_comes_from_the_finite_elements(monkeypatch):
         ("--over damping_ratio=0,2", "damping_ratio"),
     ],
 )
-def test_wrong_input_is_one_line(words, message, monkeypatch, capsys, tmp_path):
+def test_wrong_input_is_one_line(options, message, monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
-    given = words.split()
-    speeds = [] if "--speeds" in given else ["--speeds", "1000:2000:500"]
-    elements = [] if "--excitation" in given else ["--resolution", "coarse"]
-    assert run(["stability", "liu-pair", *given, *speeds, *elements]) == 2
+    arguments = options.split()
+    speeds = [] if "--speeds" in arguments else ["--speeds", "1000:2000:500"]
+    elements = [] if "--excitation" in arguments else ["--resolution", "coarse"]
+    assert run(["stability", "liu-pair", *arguments, *speeds, *elements]) == 2
     assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
@@ -167,38 +167,42 @@ def test_too_many_cells_are_refused():
 
 
 def test_bending_varies_without_finite_elements():
-    words = ["stability", "liu-pair", "--over", "friction_bending=0,0.4"]
-    words += ["--friction", "0.1", "--excitation", "rectangular", "--damping", "0.01"]
-    values = json.loads(printed(*words, "--speeds", "5500:6500:100", "--json"))
+    arguments = ["stability", "liu-pair", "--over", "friction_bending=0,0.4"]
+    arguments += ["--friction", "0.1", "--excitation", "rectangular", "--json"]
+    arguments += ["--damping", "0.01", "--speeds", "5500:6500:100"]
+    values = json.loads(printed(*arguments))
     first, second = values["columns"]
     assert first["largest_multiplier"] != second["largest_multiplier"]
 
 
 def test_sweeps_and_waves_take_friction(tmp_path):
-    at = [*("liu-pair", "--resolution", "coarse", "--torque", "100")]
-    sweep = ["sweep", *at, "--speeds", "2000:2200:100", "--json"]
-    found = {
-        words: json.loads(printed(*sweep, *words.split()))
-        for words in ("", "--friction 0.1", "--friction 0.1 --no-bending")
+    arguments = [*("liu-pair", "--resolution", "coarse", "--torque", "100")]
+    sweep = ["sweep", *arguments, "--speeds", "2000:2200:100", "--json"]
+    summaries = {
+        friction: json.loads(printed(*sweep, *friction.split()))
+        for friction in ("", "--friction 0.1", "--friction 0.1 --no-bending")
     }
     levels = [
-        values["branches"][0]["largest"][0]["dte_rms_m"] for values in found.values()
+        summary["branches"][0]["largest"][0]["dte_rms_m"]
+        for summary in summaries.values()
     ]
     assert len({round(1e9 * level, 3) for level in levels}) == 3
-    assert [each["friction_coefficient"] for each in found.values()] == [0.0, 0.1, 0.1]
-    shown = printed("motion", *at, "--speed", 2100, "--friction", 0.1)
-    assert "friction 0.1, torque of gears without" in shown
-    words = ["--friction", "0.1", "--sliding", "instantaneous"]
+    coefficients = [s["friction_coefficient"] for s in summaries.values()]
+    assert coefficients == [0.0, 0.1, 0.1]
+    page = printed("motion", *arguments, "--speed", 2100, "--friction", 0.1)
+    assert "friction 0.1, torque of gears without" in page
+    options = ["--friction", "0.1", "--sliding", "instantaneous"]
     assert "friction 0.1 turned by vib" in printed(
-        "motion", *at, "--speed", 2100, *words
+        "motion", *arguments, "--speed", 2100, *options
     )
-    values = json.loads(printed(*sweep, *words))
+    values = json.loads(printed(*sweep, *options))
     assert values["sliding"] == "instantaneous"
-    assert [each["sliding"] for each in found.values()] == [None, "nominal", "nominal"]
+    sliding = [summary["sliding"] for summary in summaries.values()]
+    assert sliding == [None, "nominal", "nominal"]
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("options", "message"),
     [
         ("--no-bending", "--no-bending; needs --friction above 0"),
         ("--bending 0.3", "--bending = 0.3; needs --friction above 0"),
@@ -235,14 +239,14 @@ def test_sweeps_and_waves_take_friction(tmp_path):
         ),
     ],
 )
-def test_wrong_friction_of_sweeps_is_one_line(words, message, capsys):
-    given = ["--resolution", "coarse"] if "--excitation" not in words else []
-    argv = ["sweep", "liu-pair", "--speeds", "2000", *given, *words.split()]
+def test_wrong_friction_of_sweeps_is_one_line(options, message, capsys):
+    elements = ["--resolution", "coarse"] if "--excitation" not in options else []
+    argv = ["sweep", "liu-pair", "--speeds", "2000", *elements, *options.split()]
     assert run(argv) == 2
     assert message in capsys.readouterr().err
 
 
 def test_integration_is_left_to_the_benchmark(capsys):
     """It took 14 s for what the series does in 0.02 s."""
-    assert run([*WORDS, "--method", "integration"]) == 2
+    assert run([*COMMAND, "--method", "integration"]) == 2
     assert "--method" in capsys.readouterr().err

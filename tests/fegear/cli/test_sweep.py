@@ -24,9 +24,9 @@ from lumped.train.analytic import StiffnessParameters, analytic_excitation
 FAST = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
 
 
-def run(*words: object, code: int = 0) -> str:
+def run(*arguments: object, code: int = 0) -> str:
     result = CliRunner().invoke(
-        app, ["sweep", *map(str, words)], catch_exceptions=False
+        app, ["sweep", *map(str, arguments)], catch_exceptions=False
     )
     assert result.exit_code == code, result.output
     return result.stdout
@@ -53,9 +53,9 @@ def test_rows_come_by_torque_direction_speed_and_mesh(tmp_path):
 
 
 def test_one_speed_shows_amplitude_and_force():
-    words = (*FAST, "--speeds", "2000", "--direction", "up")
-    (branch,) = strict(run(*words, "--json"))["branches"]
-    printed = run(*words)
+    arguments = (*FAST, "--speeds", "2000", "--direction", "up")
+    (branch,) = strict(run(*arguments, "--json"))["branches"]
+    printed = run(*arguments)
     assert len(branch["largest"]) == 2
     for mesh in branch["largest"]:
         assert f"{1e6 * mesh['dte_rms_m']:.3f}" in printed
@@ -72,8 +72,8 @@ def test_output_is_deterministic(tmp_path):
 
 
 def test_the_summary_lists_peaks_and_jumps():
-    words = (*FAST, "--speeds", "2800:3500:20", "--direction", "up")
-    values = strict(run(*words, "--json"))
+    arguments = (*FAST, "--speeds", "2800:3500:20", "--direction", "up")
+    values = strict(run(*arguments, "--json"))
     (branch,) = values["branches"]
     jump = next(j for j in branch["jumps"] if j["mesh"] == 2)
     assert jump["frequency_to_Hz"] - jump["frequency_from_Hz"] == 20.0
@@ -83,15 +83,15 @@ def test_the_summary_lists_peaks_and_jumps():
     assert branch["complete"]
     assert values["natural_frequencies"] == "about the mean mesh stiffness"
     assert values["natural_frequencies_Hz"][1:] == pytest.approx([1605.0, 3230.6], 1e-3)
-    printed = run(*words)
+    printed = run(*arguments)
     for text in ("Peaks", "Jumps", "[Hz]", "RMS of", "wall time"):
         assert text in printed
 
 
 @pytest.mark.parametrize("model", [1, 2, 3])
 def test_finite_elements_drive_all_models(model):
-    words = ("liu-pair", "--model", model, "--speeds", "2000", "--torque", "100")
-    values = strict(run(*words, "--json"))
+    arguments = ("liu-pair", "--model", model, "--speeds", "2000", "--torque", "100")
+    values = strict(run(*arguments, "--json"))
     assert [b["finished_speeds"] for b in values["branches"]] == [1, 1]
     assert values["excitation"] == "finite elements"
 
@@ -100,28 +100,28 @@ def test_tables_take_the_place_of_finite_elements(tmp_path):
     table, out = tmp_path / "mesh.csv", tmp_path / "s.csv"
     rows = [f"100,{i / 8},{3e8 + 4e7 * (i < 4)}" for i in range(8)]
     table.write_text("torque_Nm,position,stiffness_N_per_m\n" + "\n".join(rows))
-    words = ("liu-pair", "--torque", 100, "--speeds", "1500", "--table", table)
-    run(*words, "--model", 3, "-o", out)
+    arguments = ("liu-pair", "--torque", 100, "--speeds", "1500", "--table", table)
+    run(*arguments, "--model", 3, "-o", out)
     assert read_sweep(str(out)).header["excitation"] == "tables mesh.csv"
     with pytest.raises(InputError, match="mesh tables = 1; liu-idler has 2 meshes"):
-        run("liu-idler", *words[1:])
-    run("liu-pair", "--torque", 50, *words[3:], "--model", 3)  # one torque fits all
-    both = (
+        run("liu-idler", *arguments[1:])
+    run("liu-pair", "--torque", 50, *arguments[3:], "--model", 3)  # one torque fits all
+    two_torques = (
         table.read_text()
         + "\n"
         + table.read_text().partition("\n")[2].replace("100,", "200,")
     )
-    table.write_text(both)
+    table.write_text(two_torques)
     with pytest.raises(InputError, match="outside of the mesh table"):
-        run("liu-pair", "--torque", 50, *words[3:])
+        run("liu-pair", "--torque", 50, *arguments[3:])
     table.write_text(table.read_text().replace("300000000.0", "-3e8", 1))
     with pytest.raises(InputError, match="stiffness_N_per_m is -3e\\+08 at torque"):
-        run(*words, "--model", 3)
-    table.write_text("# teeth: 9 / 9\n" + both)
+        run(*arguments, "--model", 3)
+    table.write_text("# teeth: 9 / 9\n" + two_torques)
     with pytest.raises(InputError, match="of teeth 9 / 9, but mesh 1"):
-        run(*words, "--model", 3)
+        run(*arguments, "--model", 3)
     with pytest.raises(InputError, match="fourier; --table replaces it"):
-        run(*words, "--excitation", "fourier")
+        run(*arguments, "--excitation", "fourier")
 
 
 def test_the_coupled_model_takes_tables_of_several_torques(tmp_path):
@@ -130,25 +130,28 @@ def test_the_coupled_model_takes_tables_of_several_torques(tmp_path):
     pair, coarse = load_gear_set("liu-pair"), StaticsSettings(resolution="coarse")
     solve_mesh(pair, 0, [60.0, 150.0], coarse).to_csv(table)
     solve_mesh(pair, 0, [100.0], coarse).to_csv(one)
-    words = ("liu-pair", "--torque", 100, "--speeds", "1500,2800", "--direction", "up")
-    words += ("--model", "coupled")
-    solved = strict(run(*words, "--resolution", "coarse", "--json"))
-    words += ("--table",)
-    found = strict(run(*words, table, "-o", out, "--json"))
-    assert found["excitation"] == "tables t.csv"
+    arguments = ("liu-pair", "--torque", 100, "--speeds", "1500,2800")
+    arguments += ("--direction", "up", "--model", "coupled")
+    solved = strict(run(*arguments, "--resolution", "coarse", "--json"))
+    arguments += ("--table",)
+    tabulated = strict(run(*arguments, table, "-o", out, "--json"))
+    assert tabulated["excitation"] == "tables t.csv"
     assert read_sweep(str(out)).rows[0].model == "coupled"
     for name in ("dte_rms_m", "force_peak_N"):
-        a, b = (each["branches"][0]["largest"][0][name] for each in (solved, found))
+        a, b = (
+            summary["branches"][0]["largest"][0][name]
+            for summary in (solved, tabulated)
+        )
         assert b == pytest.approx(a, rel=0.01)
-    a, b = (each["natural_frequencies_Hz"] for each in (solved, found))
+    a, b = (summary["natural_frequencies_Hz"] for summary in (solved, tabulated))
     assert b == pytest.approx(a, rel=1e-3)
     with pytest.raises(InputError, match=r"one.csv: torques = 1; .* without hardening"):
-        run(*words, one)
-    run(*words, one, "--without", "hardening")
+        run(*arguments, one)
+    run(*arguments, one, "--without", "hardening")
     with pytest.raises(InputError, match="torque 200 N m is outside of the mesh table"):
-        run("liu-pair", "--torque", 200, *words[3:], table)
+        run("liu-pair", "--torque", 200, *arguments[3:], table)
     with pytest.raises(InputError, match=r"relief.magnitude_um; --table has the teeth"):
-        run(*words, table, "--set", "mesh.1.tip_relief.magnitude_um=5")
+        run(*arguments, table, "--set", "mesh.1.tip_relief.magnitude_um=5")
 
 
 def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
@@ -165,9 +168,9 @@ def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
 
     monkeypatch.setattr(module, "confirm_steady_state", diverging)
     path = tmp_path / "s.csv"
-    words = (*FAST, "--speeds", "900:1000:20", "--direction", "up", "--json")
+    arguments = (*FAST, "--speeds", "900:1000:20", "--direction", "up", "--json")
     result = CliRunner().invoke(
-        app, ["sweep", *words, "-o", str(path)], catch_exceptions=False
+        app, ["sweep", *arguments, "-o", str(path)], catch_exceptions=False
     )
     assert result.exit_code == 1
     assert "diverged at 940 Hz within" in result.stderr
@@ -180,10 +183,10 @@ def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_ctrl_c_keeps_finished_rows(tmp_path):
-    words = (*FAST, "--speeds", "800:4200:0.1", "-o", "s.csv")
-    done = interrupted_after(500, ["sweep", *words], tmp_path)
-    assert done.returncode == 130, done.stderr
-    assert "interrupted" in done.stderr
+    arguments = (*FAST, "--speeds", "800:4200:0.1", "-o", "s.csv")
+    process = interrupted_after(500, ["sweep", *arguments], tmp_path)
+    assert process.returncode == 130, process.stderr
+    assert "interrupted" in process.stderr
     table = read_sweep(str(tmp_path / "s.csv"))
     assert 0 < len(table.rows) < 2 * 2 * 34001
     assert table.header["incomplete"] == f"{len(table.rows) // 2} of 68002 speeds"
@@ -202,9 +205,9 @@ def test_ctrl_c_keeps_finished_rows(tmp_path):
 )
 def test_speeds(text, speeds):
     """Also written, they are read again to the bit."""
-    found = parsed_speeds(text)
-    assert found == tuple(speeds)
-    assert parsed_speeds(written_speeds(found)) == found
+    frequencies = parsed_speeds(text)
+    assert frequencies == tuple(speeds)
+    assert parsed_speeds(written_speeds(frequencies)) == frequencies
 
 
 @pytest.mark.parametrize(
@@ -261,12 +264,12 @@ def test_outputs_replace_neither_inputs_nor_each_other(tmp_path):
     with pytest.raises(InputError, match="already by this command"):
         run(*FAST, "--speeds", "1600", "-o", path, "--spectra", path)
     builtin = resources.files("fegear.gearset") / "sets" / "liu-pair.toml"
-    own = tmp_path / "own.toml"
-    own.write_text(builtin.read_text())
+    gear_set = tmp_path / "own.toml"
+    gear_set.write_text(builtin.read_text())
     for output in ("-o", "--spectra"):
         with pytest.raises(InputError, match="name must end in"):
-            run(own, *FAST[1:], "--speeds", "1600", output, own)
+            run(gear_set, *FAST[1:], "--speeds", "1600", output, gear_set)
     table = tmp_path / "t.csv"
     run(*FAST, "--speeds", "1600", "-o", table)
     with pytest.raises(InputError, match="already by this command"):
-        run(own, "--table", table, "--speeds", "1600", "-o", table)
+        run(gear_set, "--table", table, "--speeds", "1600", "-o", table)

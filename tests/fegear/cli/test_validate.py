@@ -16,9 +16,9 @@ from lumped.steady.sweep_table import read_sweep
 from validation.random_sets.runs import SetRun
 
 
-def run(*words):
+def run(*arguments):
     return CliRunner().invoke(
-        app, ["validate", *map(str, words)], catch_exceptions=False
+        app, ["validate", *map(str, arguments)], catch_exceptions=False
     )
 
 
@@ -56,8 +56,8 @@ def test_json_is_the_report_and_names_the_csv_files(tmp_path):
     assert case["fidelity"] == "quasistatic"
     assert case["models"][0]["within"] == len(case["verdicts"]) == 2
     assert {v["metric"] for v in case["verdicts"]} == {"rms_distance"}
-    for each in case["runs"]:
-        table = read_sweep(str(out / each["directory"] / "sweep.csv"))
+    for case_run in case["runs"]:
+        table = read_sweep(str(out / case_run["directory"] / "sweep.csv"))
         assert len(table.rows) == 10
     again = run(own_case(tmp_path), "-o", out, "--json")
     assert json.loads(again.stdout).keys() == {*printed, "wall_time_s"}
@@ -67,13 +67,13 @@ def test_json_is_the_report_and_names_the_csv_files(tmp_path):
 @pytest.mark.slow
 def test_fidelity_of_the_option_wins(tmp_path):
     out = tmp_path / "report"
-    words = ("--fidelity", "reduced", "--json")
-    case = json.loads(run(own_case(tmp_path), "-o", out, *words).stdout)["cases"][0]
+    options = ("--fidelity", "reduced", "--json")
+    case = json.loads(run(own_case(tmp_path), "-o", out, *options).stdout)["cases"][0]
     assert case["fidelity"] == "reduced"
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         (["-o", "out"], "a case or --all is missing; allowed are countershaft"),
         (["idler", "--all", "-o", "out"], "--all and idler exclude each other"),
@@ -85,10 +85,10 @@ def test_fidelity_of_the_option_wins(tmp_path):
         ),
     ],
 )
-def test_wrong_words_end_in_one_line(words, message, tmp_path, monkeypatch):
+def test_wrong_words_end_in_one_line(arguments, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=message):
-        run(*words)
+        run(*arguments)
     assert not list(tmp_path.iterdir())
 
 
@@ -108,17 +108,17 @@ def test_random_sets_run_alone(complete, code, tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_after_ctrl_c_there_is_a_report_of_the_finished_cases(tmp_path, monkeypatch):
     out = tmp_path / "report"
-    made = validation.study.runs.run_case
+    run_case = validation.study.runs.run_case
 
     def first_only(case, *others):
         if case.name == "friction-pair":
             raise KeyboardInterrupt
-        return made(case, *others)
+        return run_case(case, *others)
 
     monkeypatch.setattr(validation.study.runs, "run_case", first_only)
-    words = ["validate", str(own_case(tmp_path)), "friction-pair", "-o", str(out)]
-    ended = CliRunner().invoke(app, words)
-    assert ended.exit_code == 130
+    arguments = ["validate", str(own_case(tmp_path)), "friction-pair", "-o", str(out)]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 130
     values = json.loads((out / "report.json").read_text())
     assert [case["case"] for case in values["cases"]] == ["tiny"]
     assert (out / "index.html").is_file()

@@ -62,15 +62,15 @@ class Squares(Study, command="squares", example="squares --count 3"):
             yield Task(str(sign), lambda job, sign=sign: self._squared(job, sign))
 
     def _squared(self, job: Job, sign: int) -> list[float]:
-        found = [record["square"] for record in job.records]
-        for number in range(len(found), self.count):
+        squares = [record["square"] for record in job.records]
+        for number in range(len(squares), self.count):
             job.report(f"squares {sign}", number, self.count)
-            found.append(sign * (number + 1.0) ** self.power)
-            job.add_record({"square": found[-1]}, {"last": np.array(found[-1:])})
-        return found
+            squares.append(sign * (number + 1.0) ** self.power)
+            job.add_record({"square": squares[-1]}, {"last": np.array(squares[-1:])})
+        return squares
 
-    def gather(self, found: Mapping[str, Any]) -> SquaresResult:
-        return SquaresResult(self, [*found["1"], *found["-1"]])
+    def gather(self, results: Mapping[str, Any]) -> SquaresResult:
+        return SquaresResult(self, [*results["1"], *results["-1"]])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,8 +102,8 @@ def toy(monkeypatch):
     monkeypatch.setitem(STUDIES, "squares", ("", "Squares", "Squares of numbers."))
     monkeypatch.setattr(groups, "load_study", lambda command: Squares)
 
-    def invoke(*words: object) -> Any:
-        return CliRunner().invoke(app, ["squares", *map(str, words)])
+    def invoke(*arguments: object) -> Any:
+        return CliRunner().invoke(app, ["squares", *map(str, arguments)])
 
     return invoke
 
@@ -115,19 +115,19 @@ def test_a_file_gives_command_help_table_json_picture_and_call(
     done = toy("--count", 3, "--json", "-o", table, "--plot", plot)
     values = json.loads(done.stdout)
     assert values.keys() == {"sum", "warnings", "wall_time_s"}
-    found = fegear.run(Squares(count=3))
-    assert table.read_text() == found.table.csv()
+    result = fegear.run(Squares(count=3))
+    assert table.read_text() == result.table.csv()
     assert table.read_text().splitlines()[:3] == [
         "# count: 3",
         "number,square",
         "0,1.0",
     ]
     monkeypatch.setattr("fegear.studies.table.frame", lambda columns: columns)
-    assert found.table.to_frame()["square"] == (1, 4, 9, -1, -4, -9)
+    assert result.table.to_frame()["square"] == (1, 4, 9, -1, -4, -9)
     assert plot.stat().st_size > 1000
     text = toy("--help").stdout
-    for words in ("Squares of numbers.", "--power", "[default: 2.0]", "--resume"):
-        assert words in text
+    for phrase in ("Squares of numbers.", "--power", "[default: 2.0]", "--resume"):
+        assert phrase in text
     assert "fegear squares --count 3" in text
     assert "6 squares" in toy("--count", 3).stdout
 
@@ -144,23 +144,23 @@ def test_ranges_hold_on_the_command_line_and_in_python(toy):
 
 @pytest.mark.parametrize("stop", [3, 4, 7])  # with something kept
 def test_resumed_is_whole_to_the_byte(tmp_path, stop):
-    calls, path = [], tmp_path / "s.csv.partial"
+    reports, path = [], tmp_path / "s.csv.partial"
 
-    def progress(*words: object) -> None:
-        calls.append(words)
-        if len(calls) == stop:
+    def progress(*report: object) -> None:
+        reports.append(report)
+        if len(reports) == stop:
             raise KeyboardInterrupt
 
-    asked = Squares(count=4)
+    study = Squares(count=4)
     with pytest.raises(KeyboardInterrupt):
-        run_study(asked, CheckpointOptions(checkpoint=path), progress, workers=1)
+        run_study(study, CheckpointOptions(checkpoint=path), progress, workers=1)
     assert path.exists() or stop == 2  # nothing may be in it then
-    later = run_study(asked, CheckpointOptions(checkpoint=path, resume=True))
-    assert later.table.csv() == run_study(asked).table.csv()
+    later = run_study(study, CheckpointOptions(checkpoint=path, resume=True))
+    assert later.table.csv() == run_study(study).table.csv()
     assert not path.exists()
-    calls.clear()
+    reports.clear()
     with pytest.raises(KeyboardInterrupt):
-        run_study(asked, CheckpointOptions(checkpoint=path), progress, workers=1)
+        run_study(study, CheckpointOptions(checkpoint=path), progress, workers=1)
     if path.exists():
         with pytest.raises(InputError, match="was begun with count = '4', now '5'"):
             run_study(Squares(), CheckpointOptions(checkpoint=path, resume=True))
@@ -175,16 +175,16 @@ class Powers(Squares, command="powers", example="powers"):
     def tasks(self) -> Iterator[Task]:
         yield Task("powers", self._in_parts)
 
-    def gather(self, found: Mapping[str, Any]) -> SquaresResult:
-        return found["powers"]
+    def gather(self, results: Mapping[str, Any]) -> SquaresResult:
+        return results["powers"]
 
     def _in_parts(self, job: Job) -> SquaresResult:
-        every = range(1, self.count + 1)
-        parts = {str(n): partial(power_of, n, self.power) for n in every}
-        found = job.compute("powers", parts)
+        numbers = range(1, self.count + 1)
+        parts = {str(n): partial(power_of, n, self.power) for n in numbers}
+        powers = job.compute("powers", parts)
         more = job.compute("more", {"last": partial(power_of, 0, self.power)})
-        columns = [*(found[name] for name in parts), more["last"]]
-        return SquaresResult(self, [float(each["power"][0]) for each in columns])
+        columns = [*(powers[name] for name in parts), more["last"]]
+        return SquaresResult(self, [float(column["power"][0]) for column in columns])
 
 
 CALLS = list[int]()
@@ -196,24 +196,26 @@ def power_of(number: int, power: float) -> dict[str, Any]:
 
 
 def test_parts_that_are_finished_are_not_computed_again(tmp_path):
-    asked, kept = Powers(), tmp_path / "p.csv.partial"
-    said = list[str]()
+    study, checkpoint = Powers(), tmp_path / "p.csv.partial"
+    messages = list[str]()
 
-    def progress(what: str, done: int, total: int) -> None:
+    def progress(label: str, done: int, total: int) -> None:
         if done == 2:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_study(asked, CheckpointOptions(checkpoint=kept), progress, workers=1)
+        run_study(study, CheckpointOptions(checkpoint=checkpoint), progress, workers=1)
     CALLS.clear()
-    keeping = CheckpointOptions(checkpoint=kept, resume=True, notify=said.append)
-    later = run_study(asked, keeping, workers=1)
-    (line,) = said
-    finished = int(line.removeprefix(f"{kept}: ").partition(" powers are")[0])
+    options = CheckpointOptions(
+        checkpoint=checkpoint, resume=True, notify=messages.append
+    )
+    later = run_study(study, options, workers=1)
+    (line,) = messages
+    finished = int(line.removeprefix(f"{checkpoint}: ").partition(" powers are")[0])
     assert 2 <= finished <= 5
     expected = [1, 2, 3, 4, 5, 0]
     assert expected[finished:] == CALLS
-    assert later.squares == run_study(asked).squares == [1, 4, 9, 16, 25, 0]
+    assert later.squares == run_study(study).squares == [1, 4, 9, 16, 25, 0]
 
 
 @pytest.mark.parametrize("error", [OSError(28, "No space left"), KeyboardInterrupt()])
@@ -223,47 +225,50 @@ def test_a_file_that_fails_leaves_what_was_computed(
 ):
     """A full disk, or Ctrl-C in that second: the table is there, and --resume works."""
     table, plot = tmp_path / "s.csv", tmp_path / "s.png"
-    kept, known, computed = tmp_path / "s.csv.partial", os.replace, list[int]()
+    checkpoint, computed = tmp_path / "s.csv.partial", list[int]()
+    os_replace = os.replace
 
     def replaced(source: Any, target: Any) -> None:
         if Path(target).name == fails:
             raise error
-        known(source, target)
+        os_replace(source, target)
 
-    words = ["--count", 3, "-o", table, "--plot", plot]
+    options = ["--count", 3, "-o", table, "--plot", plot]
     with monkeypatch.context() as patched:
         patched.setattr(os, "replace", replaced)
-        done = toy(*words)
-    assert done.exit_code != 0
-    assert f"{kept} is stored; --resume continues from it" in done.stderr
+        attempt = toy(*options)
+    assert attempt.exit_code != 0
+    assert f"{checkpoint} is stored; --resume continues from it" in attempt.stderr
     assert table.exists() == (fails == "s.png")
     assert not plot.exists()
-    assert kept.exists()
-    monkeypatch.setattr(RunningJob, "add_record", lambda *given: computed.append(1))
-    resumed = toy(*words, "--resume")
+    assert checkpoint.exists()
+    monkeypatch.setattr(RunningJob, "add_record", lambda *args: computed.append(1))
+    resumed = toy(*options, "--resume")
     assert resumed.exit_code == 0, resumed.output
     assert not computed
     assert table.read_text() == fegear.run(Squares(count=3)).table.csv()
     assert plot.exists()
-    assert not kept.exists()
+    assert not checkpoint.exists()
 
 
 def test_what_a_caller_delivers_is_safe(tmp_path):
     """`run` of Python without files removes the checkpoint, as nothing is to come."""
-    kept, seen = tmp_path / "s.partial", list[bool]()
-    keeping = CheckpointOptions(checkpoint=kept, resume=True)
-    run_study(Squares(), keeping)
-    assert not kept.exists()
+    checkpoint, existence = tmp_path / "s.partial", list[bool]()
+    options = CheckpointOptions(checkpoint=checkpoint, resume=True)
+    run_study(Squares(), options)
+    assert not checkpoint.exists()
 
-    def fail(found: Any) -> None:
+    def fail(result: Any) -> None:
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        run_study(Squares(), keeping, deliver=fail)
-    assert kept.exists()
-    run_study(Squares(), keeping, deliver=lambda found: seen.append(kept.exists()))
-    assert seen == [True]
-    assert not kept.exists()
+        run_study(Squares(), options, deliver=fail)
+    assert checkpoint.exists()
+    run_study(
+        Squares(), options, deliver=lambda _: existence.append(checkpoint.exists())
+    )
+    assert existence == [True]
+    assert not checkpoint.exists()
 
 
 MODEL = fegear.LumpedModel(
@@ -413,14 +418,14 @@ def files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def outputs(command: str) -> Study:
+def example_study(command: str) -> Study:
     study: Any = load_study(command)
-    given = dict(EXAMPLES[command])
+    settings = dict(EXAMPLES[command])
     kind = get_type_hints(study).get("machine")
     if kind is not None:
-        given["machine"] = kind(name="roots-scaled", delta=0.6 + 1.0 / 300.0)
-    asked: Study = study(**given)
-    return asked
+        settings["machine"] = kind(name="roots-scaled", delta=0.6 + 1.0 / 300.0)
+    example: Study = study(**settings)
+    return example
 
 
 def slow_or_quick(command: str) -> Any:
@@ -439,49 +444,51 @@ def test_the_list_says_what_the_study_says(command):
 @pytest.mark.parametrize("command", STUDIES)
 def test_words_of_a_study_ask_for_it(command, monkeypatch):
     """From values to words and back, floats to the last bit."""
-    asked, found = outputs(command), []
+    example, studies = example_study(command), []
     monkeypatch.setattr(
-        "fegear.studies.running.run", lambda study, *_: found.append(study)
+        "fegear.studies.running.run", lambda study, *_: studies.append(study)
     )
-    files = ["-o", f"t{asked.endings[0]}"] if asked.must_write else []
+    files = ["-o", f"t{example.endings[0]}"] if example.must_write else []
     with pytest.raises(AttributeError):  # of a result that is None
-        run(["--debug", *asked.argv, *files])
-    assert found == [asked]
-    assert found[0].argv == asked.argv
+        run(["--debug", *example.argv, *files])
+    assert studies == [example]
+    assert studies[0].argv == example.argv
 
 
 @pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
 def test_the_command_and_the_call_find_the_same(command, tmp_path):
-    asked = outputs(command)
-    path = tmp_path / f"t{asked.endings[0]}"
-    files = ["-o", path] if asked.output_names else []
-    values = json.loads(printed(*asked.argv, "--json", *files))
-    found = fegear.run(asked)
-    summary = json.loads(strict_json(found.summary))
+    study = example_study(command)
+    path = tmp_path / f"t{study.endings[0]}"
+    files = ["-o", path] if study.output_names else []
+    values = json.loads(printed(*study.argv, "--json", *files))
+    result = fegear.run(study)
+    summary = json.loads(strict_json(result.summary))
     assert values.pop("wall_time_s") >= 0.0
-    assert of_runs_left_out(values) == of_runs_left_out(summary)
-    shown, picture = found._repr_html_(), found._repr_png_()
-    assert shown.count("<table>") == shown.count("</table>")
-    assert ('src="data:image/png;base64,' in shown) == bool(found.figures)
-    assert picture.startswith(b"\x89PNG") if found.figures else picture is None
+    assert strip_run_dependent(values) == strip_run_dependent(summary)
+    html, picture = result._repr_html_(), result._repr_png_()
+    assert html.count("<table>") == html.count("</table>")
+    assert ('src="data:image/png;base64,' in html) == bool(result.figures)
+    assert picture.startswith(b"\x89PNG") if result.figures else picture is None
     if files:
-        written = contents(path)
-        assert content(found, path) == written
+        stored = contents(path)
+        assert content(result, path) == stored
     if command in WITHOUT_TABLE:
         with pytest.raises(InputError, match=f"^{command} has no table$"):
-            found.to_csv(path)
+            result.to_csv(path)
         return
-    if files and ".csv" in asked.endings and not asked.folder:
-        assert path.read_text("utf-8") == found.table.csv()
-    assert {len(row) for row in found.table.rows()} == {len(found.table.names)}
+    if files and ".csv" in study.endings and not study.folder:
+        assert path.read_text("utf-8") == result.table.csv()
+    assert {len(row) for row in result.table.rows()} == {len(result.table.names)}
 
 
-def of_runs_left_out(values: Any) -> Any:
+def strip_run_dependent(values: Any) -> Any:
     """Values without those that differ from run to run, at any depth."""
     if isinstance(values, dict):
-        left = values.keys() - RUN_DEPENDENT_KEYS
-        return {key: of_runs_left_out(values[key]) for key in left}
-    return [of_runs_left_out(v) for v in values] if isinstance(values, list) else values
+        keys = values.keys() - RUN_DEPENDENT_KEYS
+        return {key: strip_run_dependent(values[key]) for key in keys}
+    if isinstance(values, list):
+        return [strip_run_dependent(v) for v in values]
+    return values
 
 
 RESUMING = [command for command in STUDIES if load_study(command).resumes]
@@ -493,98 +500,100 @@ class Interrupted:
     def __init__(self, at: int = 0):
         self.at, self.calls = at, 0
 
-    def __call__(self, what: str, done: int, total: int) -> None:
+    def __call__(self, label: str, done: int, total: int) -> None:
         self.calls += 1
         if self.calls == self.at:
             raise KeyboardInterrupt
 
 
 def interrupted(
-    asked: Study, at: int, keeping: CheckpointOptions = NO_CHECKPOINT
+    study: Study, at: int, options: CheckpointOptions = NO_CHECKPOINT
 ) -> Any:
     """The result after Ctrl-C at a call of the progress, None where there is none."""
     with suppress(KeyboardInterrupt):
-        return run_study(asked, keeping, Interrupted(at), workers=1)
+        return run_study(study, options, Interrupted(at), workers=1)
 
 
-def content(found: Any, path: Path) -> Mapping[str, bytes]:
+def content(result: Any, path: Path) -> Mapping[str, bytes]:
     """What a result writes: a file, or files in a directory."""
-    if found.study.folder:
+    if result.study.folder:
         path.mkdir(exist_ok=True)
-    found.write(path)
+    result.write(path)
     return contents(path)
 
 
 def contents(path: Path) -> Mapping[str, bytes]:
     """Contents of a file, or of the files in a directory, by name."""
     files = path.iterdir() if path.is_dir() else [path]
-    return {each.name: each.read_bytes() for each in files if each.is_file()}
+    return {file.name: file.read_bytes() for file in files if file.is_file()}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", RESUMING)
 def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
     """Interrupted at a third and at two thirds of its way, then resumed."""
-    asked, count = outputs(command), Interrupted()
-    path = tmp_path / f"t{asked.endings[0]}"
-    whole = content(run_study(asked, progress=count, workers=1), path)
-    kept = tmp_path / "t.partial"
+    study, count = example_study(command), Interrupted()
+    path = tmp_path / f"t{study.endings[0]}"
+    expected = content(run_study(study, progress=count, workers=1), path)
+    checkpoint = tmp_path / "t.partial"
     for part in (1, 2):
-        keeping = CheckpointOptions(checkpoint=kept, resume=kept.exists())
-        found = interrupted(asked, 1 + part * count.calls // 3, keeping)
-        assert kept.exists() or found is None or found.complete
-    assert kept.exists() or (found is not None and found.complete)
-    later = run_study(asked, CheckpointOptions(checkpoint=kept, resume=kept.exists()))
+        options = CheckpointOptions(checkpoint=checkpoint, resume=checkpoint.exists())
+        result = interrupted(study, 1 + part * count.calls // 3, options)
+        assert checkpoint.exists() or result is None or result.complete
+    assert checkpoint.exists() or (result is not None and result.complete)
+    options = CheckpointOptions(checkpoint=checkpoint, resume=checkpoint.exists())
+    later = run_study(study, options)
     assert later.complete
-    assert not kept.exists()
-    assert content(later, path) == whole
+    assert not checkpoint.exists()
+    assert content(later, path) == expected
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", STUDIES)
 def test_ctrl_c_leaves_no_result_or_one_that_is_not_complete(command, tmp_path):
-    asked = outputs(command)
-    path = tmp_path / f"t{asked.endings[0]}"
-    assert interrupted(asked, 1) is None
+    study = example_study(command)
+    path = tmp_path / f"t{study.endings[0]}"
+    assert interrupted(study, 1) is None
     for at in (2, 3):
-        found = interrupted(asked, at)
-        if found is not None and found.complete:  # all was computed before
-            assert content(found, path) == content(run_study(asked), path)
+        result = interrupted(study, at)
+        if result is not None and result.complete:  # all was computed before
+            assert content(result, path) == content(run_study(study), path)
 
 
 @pytest.mark.parametrize("command", STUDIES)
 def test_defaults_are_within_their_ranges(command):
-    for each in exposed_fields(group_of(load_study(command))):
-        allowed, default = getattr(each.declared, "allowed", None), each.field.default
+    for option in exposed_fields(group_of(load_study(command))):
+        allowed = getattr(option.declared, "allowed", None)
+        default = option.field.default
         if allowed and default not in (None, (), MISSING):
-            assert each.declared.place or default in allowed
-        if each.group is not None and default is not MISSING:
-            assert isinstance(default, each.group.kind)  # else a command requires it
+            assert option.declared.place or default in allowed
+        if option.group is not None and default is not MISSING:
+            assert isinstance(default, option.group.kind)  # else a command requires it
 
 
 def test_a_name_stands_for_a_machine_without_changes(tmp_path):
-    asked = fegear.RattleNoise(machine="roots-scaled", starts=2, turns=2)
-    assert asked.machine == type(asked.machine)(name="roots-scaled")
-    found = fegear.run(asked)
-    found.to_csv("noise.csv")
-    found.draw("noise.png")
-    assert (tmp_path / "noise.csv").read_text("utf-8") == found.table.csv()
+    study = fegear.Noise(machine="roots-scaled", starts=2, turns=2)
+    assert study.machine == type(study.machine)(name="roots-scaled")
+    result = fegear.run(study)
+    result.to_csv("noise.csv")
+    result.draw("noise.png")
+    assert (tmp_path / "noise.csv").read_text("utf-8") == result.table.csv()
     assert (tmp_path / "noise.png").stat().st_size > 5_000
     with pytest.raises(InputError, match=r"^name = other; drawn are plot$"):
-        found.draw("other.png", "other")
-    assert repr(found).startswith("NoiseResult(study=<Noise>, noise=<Noise>, iter")
+        result.draw("other.png", "other")
+    assert repr(result).startswith("NoiseResult(study=<Noise>, noise=<Noise>, iter")
 
 
 def test_a_bar_moves_until_files_are_written(toy, tmp_path, monkeypatch):
-    told: list[tuple[str, bool]] = []
+    reports: list[tuple[str, bool]] = []
     table = tmp_path / "s.csv"
 
     @contextmanager
     def bar(enabled: bool) -> Iterator[Callable[..., None]]:
-        yield lambda what, done, total: told.append((what, table.exists()))
-        told.append(("end", table.exists()))
+        yield lambda label, done, total: reports.append((label, table.exists()))
+        reports.append(("end", table.exists()))
 
     # the package has a function of this module's name
     monkeypatch.setattr(sys.modules["fegear.cli.options"], "progress_bar", bar)
     assert toy("-o", table).exit_code == 0
-    assert told[-2:] == [("results", False), ("end", True)]
+    assert reports[-2:] == [("results", False), ("end", True)]

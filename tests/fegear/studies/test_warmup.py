@@ -72,30 +72,34 @@ def functions() -> set[str]:
     names = re.compile(f"{DECORATED.pattern}\n+def (\\w+)", re.M)
     paths = [path for folder in kernel_folders() for path in folder.glob("*.py")]
     return {
-        f"{path.stem}.{found[2]}"
+        f"{path.stem}.{match[2]}"
         for path in paths
-        for found in names.finditer(path.read_text("utf-8"))
-        if found[2] not in CHOSEN
+        for match in names.finditer(path.read_text("utf-8"))
+        if match[2] not in CHOSEN
     }
 
 
 def signatures(cache: Path) -> Counter[str]:
     """How many each function has, which may be in several folders."""
-    found = Counter[tuple[Path, str]]()
+    counts = Counter[tuple[Path, str]]()
     for path in cache.rglob(f"*{ENDING}"):
-        found[path.parent, path.name.rpartition("-")[0]] += 1
+        counts[path.parent, path.name.rpartition("-")[0]] += 1
     most = Counter[str]()
-    for (_, name), count in found.items():
+    for (_, name), count in counts.items():
         most[name] = max(most[name], count)
     return most
 
 
-def called(*words: str, **given: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, *words]
-    cache = {**os.environ, "NUMBA_CACHE_DIR": given["cache"]}
-    stdin = given.get("stdin")
+def called(
+    *arguments: str, cache: str, stdin: str | None = None
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        command, capture_output=True, text=True, env=cache, input=stdin, check=True
+        [sys.executable, *arguments],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "NUMBA_CACHE_DIR": cache},
+        input=stdin,
+        check=True,
     )
 
 
@@ -103,12 +107,12 @@ def called(*words: str, **given: str) -> subprocess.CompletedProcess[str]:
 def test_after_it_the_first_uses_compile_nothing(tmp_path):
     """And no kernel is compiled for more kinds of arguments than it needs."""
     cache = str(tmp_path)
-    done = called("-m", "fegear", "warmup", "--json", cache=cache)
-    values = json.loads(done.stdout)
-    found = signatures(tmp_path)
-    assert values["compiled_signatures"] == values["signatures"] == found.total()
-    assert functions() <= found.keys()
-    several = {name: count for name, count in found.items() if count > 1}
+    process = called("-m", "fegear", "warmup", "--json", cache=cache)
+    values = json.loads(process.stdout)
+    counts = signatures(tmp_path)
+    assert values["compiled_signatures"] == values["signatures"] == counts.total()
+    assert functions() <= counts.keys()
+    several = {name: count for name, count in counts.items() if count > 1}
     assert several == BY_RECORD | BY_ORDER
     used = called("-c", FIRST_USES, cache=cache, stdin=COMMANDS)
     assert used.stdout.splitlines()[-1] == "0"
@@ -116,8 +120,8 @@ def test_after_it_the_first_uses_compile_nothing(tmp_path):
 
 def test_what_two_processes_compile_at_once_counts_once():
     """The cache keeps one of them."""
-    found = warmup.Warmup().gather({"a": {"f (int64,)", "g ()"}, "b": {"g ()"}})
-    assert found.compiled == 2
+    result = warmup.Warmup().gather({"a": {"f (int64,)", "g ()"}, "b": {"g ()"}})
+    assert result.compiled == 2
 
 
 def test_uses_are_as_many_as_their_list_says():
@@ -134,13 +138,15 @@ def test_without_a_cache_that_can_be_written_one_line_says_so(monkeypatch, capsy
 
 def test_ctrl_c_keeps_what_was_compiled(tmp_path):
     command = [sys.executable, "-m", "fegear", "warmup", "--only", "rattle"]
-    given = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    running = subprocess.Popen(command, env=given, stderr=subprocess.PIPE, text=True)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    process = subprocess.Popen(
+        command, env=environment, stderr=subprocess.PIPE, text=True
+    )
     while not signatures(tmp_path):
-        assert running.poll() is None
+        assert process.poll() is None
         time.sleep(0.05)
-    running.send_signal(signal.SIGINT)
-    _, said = running.communicate(timeout=60)
-    assert running.returncode == 130
-    assert said.splitlines()[-1] == "fegear: interrupted"
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert error.splitlines()[-1] == "fegear: interrupted"
     assert signatures(tmp_path)
