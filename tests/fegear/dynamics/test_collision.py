@@ -153,9 +153,13 @@ def test_impulse_changes_momentum_exactly(colliding, kind, step, remaining):
     before, after, motion = collide(stepper, step)
     hubs = model.modal.damping.size
     impulse = step * motion.pair_load.sum(axis=0)  # of each contact [N s]
-    given = -impulse @ model.jacobian.normal[:, 0, :hubs]
-    found = momentum(model, after.motion)[:hubs] - momentum(model, before.motion)[:hubs]
-    np.testing.assert_allclose(found, given, atol=1e-9 * np.abs(given).max())
+    modal_impulse = -impulse @ model.jacobian.normal[:, 0, :hubs]
+    momentum_change = (
+        momentum(model, after.motion)[:hubs] - momentum(model, before.motion)[:hubs]
+    )
+    np.testing.assert_allclose(
+        momentum_change, modal_impulse, atol=1e-9 * np.abs(modal_impulse).max()
+    )
 
 
 def test_both_gears_get_the_same_impulse(colliding):

@@ -127,11 +127,11 @@ def test_a_watch_ends_a_run(stepper):
 
 def test_slow_sliding_does_not_chatter(case_of):
     """Vibration of nanometres must not turn the friction back and forth."""
-    case, found = case_of(friction=0.1), []
+    case, deflections = case_of(friction=0.1), []
     for cutoff in CUTOFFS.values():
         _, motion = steady_state(case.stepper(cutoff), 2.0, DynamicSettings())
         history = motion
         cycle = history.time / history.time[-1]
         places = np.linspace(0.0, 1.0, 128)
-        found.append(np.interp(places, cycle, history.deflection[:, 0]))
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-3)
+        deflections.append(np.interp(places, cycle, history.deflection[:, 0]))
+    np.testing.assert_allclose(deflections[1], deflections[0], rtol=1e-3)

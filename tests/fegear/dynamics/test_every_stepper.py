@@ -59,8 +59,8 @@ def stepper(kind, case_of, full_of):
 
 
 def coupled(case):
-    given = case.gear_set, case.reference, case.laws, case.settings
-    return replace(case.reference, contacts=contacts_of(*given))
+    args = case.gear_set, case.reference, case.laws, case.settings
+    return replace(case.reference, contacts=contacts_of(*args))
 
 
 @pytest.fixture(scope="module")
@@ -100,11 +100,11 @@ def test_a_motion_repeats_itself(settled, stepper, settings):
 
 @pytest.mark.slow
 def test_finer_steps_agree_the_better(settled, stepper, settings):
-    found = [settled[0].dte_rms] + [
+    dte_rms = [settled[0].dte_rms] + [
         steady_state(stepper, SPEEDS[0], refined(settings, times))[0].dte_rms
         for times in (2, 4)
     ]
-    coarse, fine = (np.abs(b / a - 1.0).max() for a, b in pairwise(found))
+    coarse, fine = (np.abs(b / a - 1.0).max() for a, b in pairwise(dte_rms))
     assert fine < max(0.5 * coarse, 2e-4)
 
 

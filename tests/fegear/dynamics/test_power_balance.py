@@ -58,9 +58,9 @@ def imbalance(stepper, track, frequency, steps):
     damping = np.concatenate([model.modal.damping, model.modal.elastic_damping])
     load = np.concatenate([model.modal.load, np.zeros(model.modal.rigidity.size)])
     force = contact_force(model, touch, steps // CYCLE)
-    given = ((force + load) * velocity).sum(axis=1).mean()
-    taken = (damping * velocity**2).sum(axis=1).mean()
-    return given / taken - 1.0, response.contact_loss[0]
+    input_power = ((force + load) * velocity).sum(axis=1).mean()
+    dissipated_power = (damping * velocity**2).sum(axis=1).mean()
+    return input_power / dissipated_power - 1.0, response.contact_loss[0]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -69,8 +69,10 @@ def test_power_is_balanced(case_of, track, kind, name):
     frequency, damping, friction = CASES[name]
     case = case_of(damping=damping, friction=friction)
     stepper = case.stepper(KINDS[kind])
-    found = [imbalance(stepper, track, frequency, steps) for steps in (256, 512, 1024)]
-    errors, loss = np.abs(found).T
+    imbalances = [
+        imbalance(stepper, track, frequency, steps) for steps in (256, 512, 1024)
+    ]
+    errors, loss = np.abs(imbalances).T
     assert (loss > 0.05).all() == (name == "losing contact")
     assert errors[-1] < 0.3 * errors[0]
     assert errors[0] < 5e-5

@@ -49,10 +49,10 @@ class Explicit:
         angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
         copies = np.vstack([turn(self.sector.points, a) for a in angles])
         near = cKDTree(copies).query_ball_point(copies, 1e-9)
-        kept, merged = np.unique([min(n) for n in near], return_inverse=True)
+        unique_nodes, merged = np.unique([min(n) for n in near], return_inverse=True)
         shift = len(self.sector.points) * np.arange(gear.teeth)[:, None, None]
         triangles = (self.sector.triangles[None] + shift).reshape(-1, 6)
-        mesh = MeshTri2(copies[kept].T.copy(), merged[triangles].T.copy())
+        mesh = MeshTri2(copies[unique_nodes].T.copy(), merged[triangles].T.copy())
         basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=4)
         fine = Basis(mesh, ElementVector(ElementTriP2()), intorder=6)
         E, nu = 206e9, 0.3
@@ -82,18 +82,18 @@ class Explicit:
             clockwise = np.stack([radial[:, 1], -radial[:, 0]], axis=1)
             polar = np.where(along_y[left, None] == 0, radial, clockwise)
             pairs = self.freedoms(np.vstack([places, cut]))
-            own = len(pairs)
+            sector_size = len(pairs)
             rows.append(pairs.ravel())
-            columns.append(np.repeat(np.arange(own) * teeth + k, 2))
+            columns.append(np.repeat(np.arange(sector_size) * teeth + k, 2))
             entries.append(np.vstack([directions, polar]).ravel())
         where = np.concatenate(rows), np.concatenate(columns)
-        shape = (len(self.places), own * teeth)
+        shape = (len(self.places), sector_size * teeth)
         return csc_array(coo_array((np.concatenate(entries), where), shape=shape))
 
     def freedoms(self, points):
         """(n, 2) freedoms x, y at points."""
-        found = cKDTree(self.places).query_ball_point(points, 1e-9)
-        return np.array([sorted(pair, key=lambda d: self.along_y[d]) for pair in found])
+        pairs = cKDTree(self.places).query_ball_point(points, 1e-9)
+        return np.array([sorted(pair, key=lambda d: self.along_y[d]) for pair in pairs])
 
     @property
     def turned(self):
@@ -121,9 +121,9 @@ def random_field(gear, seed=0):
     return np.random.default_rng(seed).standard_normal((gear.own, gear.teeth))
 
 
-def close(found, wanted, rtol):
-    scale = np.abs(wanted).max()
-    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=rtol * scale)
+def close(actual, desired, rtol):
+    scale = np.abs(desired).max()
+    np.testing.assert_allclose(actual, desired, rtol=0.0, atol=rtol * scale)
 
 
 def test_fields_are_all_freedoms_off_the_hub_once(gear, explicit):
@@ -341,15 +341,18 @@ def test_free_gear_vibrates_as_the_cyclic_gear_does():
         M[:-1, i] = gear.mass_times(equal).sum(axis=1)
     M[-1, :-1] = M[:-1, -1] = gear.teeth * gear.momentum
     M[-1, -1] = gear.inertia + hub
-    found = np.sqrt(eigh(K, M, eigvals_only=True, subset_by_index=[1, 3]))
-    found = found[found < expected[-1]]
-    assert found.size > 1
-    apart = np.abs(found[:, None] / expected - 1.0).min(axis=1)
-    assert (apart < 1e-6).all()
+    frequencies = np.sqrt(eigh(K, M, eigvals_only=True, subset_by_index=[1, 3]))
+    frequencies = frequencies[frequencies < expected[-1]]
+    assert frequencies.size > 1
+    deviation = np.abs(frequencies[:, None] / expected - 1.0).min(axis=1)
+    assert (deviation < 1e-6).all()
 
     errors = [
-        np.abs(free_modes(explicit.gear, cutoff, hub)[: found.size] / found - 1.0).max()
-        for cutoff in (2.0 * found[-1], 8.0 * found[-1])
+        np.abs(
+            free_modes(explicit.gear, cutoff, hub)[: frequencies.size] / frequencies
+            - 1.0
+        ).max()
+        for cutoff in (2.0 * frequencies[-1], 8.0 * frequencies[-1])
     ]
     assert errors[1] < 0.2 * errors[0]
     assert errors[1] < 1e-3

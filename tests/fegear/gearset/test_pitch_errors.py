@@ -103,8 +103,8 @@ def test_the_reference_pair_has_the_errors_of_its_teeth(name, number):
             listed[(round(tooth) + n) % len(listed)] for n in range(len(listed))
         ]
         cycles = np.arange(3)
-        found = tooth_in_cycles(gear_set, number, gear, cycles)
-        assert found.tolist() == [(round(tooth) + n) % len(listed) for n in cycles]
+        teeth = tooth_in_cycles(gear_set, number, gear, cycles)
+        assert teeth.tolist() == [(round(tooth) + n) % len(listed) for n in cycles]
 
 
 def test_the_other_flank_of_a_tooth_out_of_place_is_too_far_ahead():

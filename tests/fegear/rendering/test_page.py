@@ -37,13 +37,13 @@ def field(scene):
 def looks(scene, field):
     view = scene.view("contact", picture_aspect())
     module = scene.mesh.pair.driver.module
-    return [look_of([field], each, view, module) for each in SHOWN]
+    return [look_of([field], name, view, module) for name in SHOWN]
 
 
 def data_of(text: str) -> dict:
-    found = re.search(r'type="application/json">(.*?)</script>', text, re.DOTALL)
-    assert found
-    return json.loads(found[1])
+    script = re.search(r'type="application/json">(.*?)</script>', text, re.DOTALL)
+    assert script
+    return json.loads(script[1])
 
 
 def unpacked(text: str, kind: str, columns: int = 1) -> np.ndarray:
@@ -73,9 +73,14 @@ def test_numbers_are_those_of_the_fields(field, looks):
     assert (area > 0.0).mean() > 0.999
     outline = points[unpacked(data["outline"], "<u4", 2)]
     sides = [gear.points[gear.outline] for gear in field.gears]
-    expected = np.vstack([each[:, i : i + 2] for i in (0, 1) for each in sides])
+    expected = np.vstack([side[:, i : i + 2] for i in (0, 1) for side in sides])
     np.testing.assert_allclose(outline, 1e3 * expected, atol=1e-4)
-    assert [each["unit"] for each in data["fields"]] == ["MPa", "MPa", "um", "MPa"]
+    assert [field_data["unit"] for field_data in data["fields"]] == [
+        "MPa",
+        "MPa",
+        "um",
+        "MPa",
+    ]
 
 
 def test_ribbon_stands_on_the_contact(field, looks):
