@@ -90,9 +90,9 @@ def test_no_flipped_bit_gives_another_result(tmp_path):
         assert load_arrays(path, key) is None, place
 
 
-def same_arrays(found, good):
-    return found.keys() == good.keys() and all(
-        np.array_equal(found[name], good[name]) for name in good
+def same_arrays(actual, expected):
+    return actual.keys() == expected.keys() and all(
+        np.array_equal(actual[name], expected[name]) for name in expected
     )
 
 

@@ -17,11 +17,11 @@ from fegear.statics.solving import ERROR_FACTOR
 from lumped import read_table
 
 
-def fegear(*words, cwd=None, **env):
+def fegear(*argv, cwd=None, **env):
     """Run the installed command in a process of its own."""
     code = "from fegear.cli import main; main()"
     return subprocess.run(
-        [sys.executable, "-c", code, *map(str, words)],
+        [sys.executable, "-c", code, *map(str, argv)],
         capture_output=True,
         text=True,
         cwd=cwd,
@@ -114,7 +114,7 @@ def test_two_runs_share_an_empty_cache(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("argv", "message"),
     [
         (["stiffness", "liu-pear"], "liu-pair"),
         (["stiffness", "nowhere.toml"], "nowhere.toml"),
@@ -146,15 +146,15 @@ def test_two_runs_share_an_empty_cache(tmp_path):
     ids=lambda value: "-".join(value) if isinstance(value, list) else "",
 )
 def test_wrong_input_is_one_line_and_nothing_is_written(
-    tmp_path, monkeypatch, capsys, words, message
+    tmp_path, monkeypatch, capsys, argv, message
 ):
     monkeypatch.chdir(tmp_path)
-    assert run(words) == 2
-    said = capsys.readouterr()
-    assert message in said.err
-    assert len(said.err.splitlines()) == 1
-    assert "Traceback" not in said.err
-    assert not said.out
+    assert run(argv) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert len(captured.err.splitlines()) == 1
+    assert "Traceback" not in captured.err
+    assert not captured.out
     assert not list(tmp_path.iterdir())
 
 
@@ -215,11 +215,11 @@ def test_missing_system_library_is_a_message(tmp_path):
 @pytest.mark.slow
 def test_compiling_for_the_first_use_is_said(tmp_path):
     """Once, and not when the kernels are found in the cache."""
-    words = ("modes", "liu-pair", "--stiffness", "fe")
-    kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
-    said = [fegear(*words, **kept).stderr for _ in range(2)]
-    assert said[0].count("compiling numerical kernels for the first use") == 1
-    assert "compiling" not in said[1]
+    argv = ("modes", "liu-pair", "--stiffness", "fe")
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    stderr = [fegear(*argv, **environment).stderr for _ in range(2)]
+    assert stderr[0].count("compiling numerical kernels for the first use") == 1
+    assert "compiling" not in stderr[1]
 
 
 def test_what_kernels_log_is_a_line_on_the_error_stream(capsys):

@@ -60,10 +60,10 @@ def pair():
 def with_modes(system, count):
     """The system with no more than so many families of body modes."""
     contacts = system.contacts
-    kept = np.isin(
+    mode_mask = np.isin(
         contacts.inertia.families, np.unique(contacts.inertia.families)[:count]
     )
-    contacts = replace(contacts, modes=contacts.solved.only(kept), kept=kept)
+    contacts = replace(contacts, modes=contacts.solved.only(mode_mask), kept=mode_mask)
     return replace(system, contacts=contacts)
 
 
@@ -84,7 +84,7 @@ def test_a_speed_has_the_same_motion_alone_and_among_others():
 def test_finite_elements_keep_the_same_modes_at_any_speed():
     gear_set, excitations = load_gear_set("liu-idler"), Excitations()
     reference = lumped_system(gear_set, 100.0, excitations=excitations)
-    kept = {
+    elastic_modes = {
         prepare(
             *(gear_set, 100.0, reference, speeds, FiniteElements(fidelity=fidelity)),
             *(DynamicSettings(), excitations),
@@ -92,7 +92,7 @@ def test_finite_elements_keep_the_same_modes_at_any_speed():
         for fidelity in ("auto", "reduced")
         for speeds in ([300.0], [2000.0], [300.0, 4000.0])
     }
-    assert len(kept) <= 2  # one of each fidelity
+    assert len(elastic_modes) <= 2  # one of each fidelity
 
 
 def test_what_is_left_out_is_measured(pair):

@@ -49,17 +49,17 @@ def fill(checkpoint, branch: str, count: int) -> None:
 
 def assert_true(checkpoint, branch: str) -> int:
     """Every finished speed and the state are what was added; how many there are."""
-    found = checkpoint.finished(branch)
-    assert found == [values_of(index) for index in range(len(found))]
+    records = checkpoint.finished(branch)
+    assert records == [values_of(index) for index in range(len(records))]
     state = checkpoint.state(branch)
-    if not found:
+    if not records:
         assert state is None
         return 0
-    expected = state_of(len(found) - 1)
+    expected = state_of(len(records) - 1)
     assert list(state) == list(expected)
     for name, array in expected.items():
         np.testing.assert_array_equal(state[name], array, strict=True)
-    return len(found)
+    return len(records)
 
 
 @contextmanager
@@ -136,10 +136,12 @@ def test_floats_come_back_to_the_bit(figures, numbers):
         with opened(place) as checkpoint:
             checkpoint.add(UP, {"figures": figures}, state)
         with opened(place) as checkpoint:
-            found = checkpoint.finished(UP)[0]["figures"]
+            stored_figures = checkpoint.finished(UP)[0]["figures"]
             arrays = checkpoint.state(UP)
-    assert list(found) == list(figures)
-    assert [bits(v) for v in found.values()] == [bits(v) for v in figures.values()]
+    assert list(stored_figures) == list(figures)
+    assert [bits(v) for v in stored_figures.values()] == [
+        bits(v) for v in figures.values()
+    ]
     assert list(arrays) == list(state)
     for name, array in state.items():
         assert arrays[name].tobytes() == array.tobytes()
@@ -154,8 +156,8 @@ def test_state_without_arrays(place):
 def test_numpy_floats_and_tuples_are_values(place):
     with opened(place) as checkpoint:
         checkpoint.add(UP, {"rms": (np.float64(0.1), -np.float64(0.0))}, {})
-        found = checkpoint.finished(UP)[0]["rms"]
-    assert [bits(value) for value in found] == [bits(0.1), bits(-0.0)]
+        rms = checkpoint.finished(UP)[0]["rms"]
+    assert [bits(value) for value in rms] == [bits(0.1), bits(-0.0)]
 
 
 @pytest.mark.parametrize(
@@ -404,9 +406,9 @@ def test_killed_at_any_time_and_resumed_nothing_differs(tmp_path):
         with writer:
             assert writer.wait() != 0
         with opened(tmp_path / "killed", inputs={"a": "b"}) as checkpoint:
-            found = sum(len(checkpoint.finished(b)) for b in ("1-up", "1-down"))
-        assert found >= lengths  # a kill loses nothing that was finished
-        lengths = found
+            record_count = sum(len(checkpoint.finished(b)) for b in ("1-up", "1-down"))
+        assert record_count >= lengths  # a kill loses nothing that was finished
+        lengths = record_count
     assert lengths < 2 * count
     with start_writer(tmp_path / "killed", count) as writer:
         allow(writer, 2 * count - lengths)

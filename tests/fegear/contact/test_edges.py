@@ -98,14 +98,14 @@ KINK = [f"--set=mesh.1.tip_relief.{x}" for x in ("magnitude_um=15", "length_pitc
 
 
 def test_commands_leave_the_pressure_of_a_kink_out(capsys, tmp_path):
-    arguments = ["liu-pair", *KINK, "--torque", "400", "--resolution", "coarse"]
+    argv = ["liu-pair", *KINK, "--torque", "400", "--resolution", "coarse"]
     table = tmp_path / "t.csv"
-    assert run(["stiffness", *arguments, "--json", "-o", str(table)]) == 0
+    assert run(["stiffness", *argv, "--json", "-o", str(table)]) == 0
     (values,) = json.loads(capsys.readouterr().out)["torques"]
     header = table.read_text().split("torque_Nm,")[0]
     assert "# pressure: the largest of all positions; with a tip corner" in header
     assert values["positions_with_edge_contact"] > 10
     assert values["max_pressure_MPa"] < 1e-6 * read_table(table)[COLUMN].max()
     output = ["--position", "0.25", "-o", str(tmp_path / "c.html")]
-    assert run(["render", *arguments, *output]) == 0
+    assert run(["render", *argv, *output]) == 0
     assert "the start of a linear relief in contact" in capsys.readouterr().out

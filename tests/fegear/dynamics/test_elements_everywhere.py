@@ -175,7 +175,7 @@ SETTLE = ["--direction", "up", "--tolerance", "0.1", "--max-periods", "1"]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("arguments", "meshed"),
+    ("argv", "meshed"),
     [
         # flanks, cross-mesh compliance and root stress of the same sectors; modes
         (
@@ -190,13 +190,13 @@ SETTLE = ["--direction", "up", "--tolerance", "0.1", "--max-periods", "1"]
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
-def test_commands_solve_all_as_they_are_asked(solved, tmp_path, arguments, meshed):
-    if arguments[0] == "dynamics":
-        arguments = [*arguments, "--history", str(tmp_path / "h")]
-    if arguments[0] == "render":
-        arguments = [*arguments, "-o", str(tmp_path / "c.vtu")]
-    arguments = [*arguments, "--plane", "strain", "--resolution", "coarse"]
-    result = CliRunner().invoke(app, arguments, catch_exceptions=False)
+def test_commands_solve_all_as_they_are_asked(solved, tmp_path, argv, meshed):
+    if argv[0] == "dynamics":
+        argv = [*argv, "--history", str(tmp_path / "h")]
+    if argv[0] == "render":
+        argv = [*argv, "-o", str(tmp_path / "c.vtu")]
+    argv = [*argv, "--plane", "strain", "--resolution", "coarse"]
+    result = CliRunner().invoke(app, argv, catch_exceptions=False)
     assert result.exit_code == 0
     sizes, constants = solved
     assert sizes == [RESOLUTIONS["coarse"].size] * meshed
@@ -221,15 +221,7 @@ def test_whole_gears_follow_the_resolution(solved, idler):
     ],
 )
 def test_elements_that_are_not_solved_take_no_options(options, message):
-    arguments = [
-        "sweep",
-        "liu-idler",
-        "--speeds",
-        "1500",
-        "--plane",
-        "strain",
-        *options,
-    ]
-    result = CliRunner().invoke(app, arguments)
+    argv = ["sweep", "liu-idler", "--speeds", "1500", "--plane", "strain", *options]
+    result = CliRunner().invoke(app, argv)
     assert str(result.exception).startswith("--plane = strain; ")
     assert message in str(result.exception)

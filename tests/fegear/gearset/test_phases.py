@@ -155,15 +155,15 @@ def test_turn_by_whole_pitches_leaves_the_phase(pitches):
 
 
 def test_a_given_phase_wins_and_carries_on():
-    free, given = (
+    free, with_phase = (
         train(("a", "b", ""), ("b", "c", keys), ("c", "d", ""))
         for keys in ("", "phase = 0.2")
     )
-    loose, held = mesh_phases(free), mesh_phases(given)
+    loose, held = mesh_phases(free), mesh_phases(with_phase)
     assert (held[1].value, held[1].origin) == (0.2, "given")
     carried = apart(held[2].value, loose[2].value)
     assert carried == pytest.approx(apart(0.2, loose[1].value))
-    assert geometric_phase(given, 1) == pytest.approx(loose[1].value)
+    assert geometric_phase(with_phase, 1) == pytest.approx(loose[1].value)
 
 
 ORIGINS = {
