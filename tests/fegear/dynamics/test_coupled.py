@@ -200,10 +200,7 @@ def test_back_flanks_are_as_stiff_as_drive_flanks(case_of):
     np.testing.assert_allclose(back.resonances_Hz, drive.resonances_Hz, rtol=1e-3)
     one = drive.loaded.deflection[:-1, 0]
     two = -gap - back.loaded.deflection[:-1, 0]
-    sizes = [
-        np.abs(np.fft.rfft(deflection))[:8] / deflection.size
-        for deflection in (one, two)
-    ]
+    sizes = [np.abs(np.fft.rfft(signal))[:8] / signal.size for signal in (one, two)]
     np.testing.assert_allclose(sizes[1], sizes[0], rtol=2e-3, atol=3e-3 * np.ptp(one))
     sides = back.loaded.load[:, drive.contacts.contacts.side > 0.0]
     assert not sides.any(), "drive flanks are apart"
@@ -232,13 +229,13 @@ def test_a_fixed_point_of_the_period_is_the_settled_motion(case, system):
         errors, jacobian, _ = motion.equations(x, frequency)
         x = x - np.linalg.solve(jacobian, errors)
     assert np.abs(motion.errors(x, frequency)).max() < 1e-10 * motion.size
-    found = motion.figures(x, frequency)
+    figures = motion.figures(x, frequency)
     for name in ("dte_rms", "dte_mean", "force_peak"):
-        np.testing.assert_allclose(found[name], getattr(response, name), rtol=5e-3)
+        np.testing.assert_allclose(figures[name], getattr(response, name), rtol=5e-3)
     transfer = motion.monodromy(x, frequency)
     damping = np.trace(system.coupled_arrays.damping)
     determinant = np.linalg.det(transfer)
     assert determinant == pytest.approx(math.exp(-damping / frequency), rel=1e-3)
     exponent = math.log(np.abs(np.linalg.eigvals(transfer)).max())
-    found = find_attractor(system, response, fine)
-    assert found.exponent == pytest.approx(exponent, rel=5e-3)
+    attractor = find_attractor(system, response, fine)
+    assert attractor.exponent == pytest.approx(exponent, rel=5e-3)

@@ -64,10 +64,8 @@ def test_slow_motion_has_the_load_sharing_of_the_static_table(
 ):
     """Within the vibration that is left at 20 Hz: 0.6 % of the load, 1.1 % where teeth
     that stand out come into contact, and 0.04 % on average."""
-    slow_motion, case = (
-        request.getfixturevalue(motion),
-        case_of("liu-pair", errors=errors),
-    )
+    slow_motion = request.getfixturevalue(motion)
+    case = case_of("liu-pair", errors=errors)
     settings = replace(case.settings, positions=64, estimate_error=False)
     table = solve_mesh(case.gear_set, 0, [100.0], settings).table
     gear = case.gear_set.meshes[0].pair.driver

@@ -39,12 +39,8 @@ def deflections(stepper, state, frequency, cells, fine):
 
 def errors_of(stepper, state, frequency, cells):
     exact, force = deflections(stepper, state, frequency, cells, 4 * int(FINE[-1]))
-    approximations = [
-        deflections(stepper, state, frequency, cells, int(f))[0] for f in FINE
-    ]
-    return [
-        np.sqrt(np.mean((x - exact) ** 2)) / np.ptp(exact) for x in approximations
-    ], force
+    motions = [deflections(stepper, state, frequency, cells, int(f))[0] for f in FINE]
+    return [np.sqrt(np.mean((x - exact) ** 2)) / np.ptp(exact) for x in motions], force
 
 
 def rate(errors):

@@ -46,10 +46,7 @@ def test_a_pair_alone_carries_its_load_as_in_the_whole_contact(scene, position):
         alone = pair_load(scene.problem, whole.tooth, position, load)
         assert alone.normal.sum() == pytest.approx(whole.normal.sum(), rel=1e-9)
         for name in ("driver_arcs", "driven_arcs"):
-            centers = [
-                patch_load.normal @ getattr(patch_load, name)
-                for patch_load in (alone, whole)
-            ]
+            centers = [patch.normal @ getattr(patch, name) for patch in (alone, whole)]
             assert centers[0] == pytest.approx(centers[1], rel=1e-3)
 
 

@@ -75,12 +75,7 @@ def test_numbers_are_those_of_the_fields(field, looks):
     sides = [gear.points[gear.outline] for gear in field.gears]
     expected = np.vstack([side[:, i : i + 2] for i in (0, 1) for side in sides])
     np.testing.assert_allclose(outline, 1e3 * expected, atol=1e-4)
-    assert [field_data["unit"] for field_data in data["fields"]] == [
-        "MPa",
-        "MPa",
-        "um",
-        "MPa",
-    ]
+    assert [entry["unit"] for entry in data["fields"]] == ["MPa", "MPa", "um", "MPa"]
 
 
 def test_ribbon_stands_on_the_contact(field, looks):
