@@ -54,10 +54,10 @@ def test_every_number_of_a_long_array_counts():
 
 
 def mesh_table(scale: float = 1.0, amount: int = 40) -> MeshTable:
-    place = np.arange(amount) / amount
-    stiffness = scale * 4e8 * (1.0 + 0.2 * np.cos(2.0 * np.pi * place))
+    position = np.arange(amount) / amount
+    stiffness = scale * 4e8 * (1.0 + 0.2 * np.cos(2.0 * np.pi * position))
     columns = {"stiffness_N_per_m": stiffness[None]}
-    return MeshTable(np.array([100.0]), place, columns)
+    return MeshTable(np.array([100.0]), position, columns)
 
 
 def with_table(command: str, *names: str) -> fegear.Study:

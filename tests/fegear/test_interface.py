@@ -96,8 +96,8 @@ def test_a_gear_set_made_in_python():
         ],
         "mesh": [{"driver": "a", "driven": "b", "operating_pressure_angle_deg": 20}],
     }
-    made = fegear.make_gear_set(tables, {"gear.a.teeth": 31})
-    assert [gear.geometry.teeth for gear in made.gears] == [31, 45]
+    gear_set = fegear.make_gear_set(tables, {"gear.a.teeth": 31})
+    assert [gear.geometry.teeth for gear in gear_set.gears] == [31, 45]
     with pytest.raises(fegear.InputError, match="teeth"):
         fegear.make_gear_set(tables, {"gear.a.teeth": 3})
 
@@ -149,5 +149,5 @@ def test_no_module_hides_what_is_offered():
         + ("assert callable(fegear.lumped_system), fegear.lumped_system",)
     )
     subprocess.run([sys.executable, "-c", code], check=True)
-    offered = [getattr(fegear, name) for name in fegear.__all__]
-    assert not any(isinstance(member, ModuleType) for member in offered)
+    members = [getattr(fegear, name) for name in fegear.__all__]
+    assert not any(isinstance(member, ModuleType) for member in members)

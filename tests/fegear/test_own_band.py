@@ -113,8 +113,8 @@ def test_what_is_left_out_is_measured(pair):
 def test_a_motion_that_diverges_with_all_modes_is_warned_of(pair, monkeypatch):
     few = with_modes(pair, 2)
     one = respond(few, 5900.0)
-    gone = replace(one, status=Status.DIVERGED, dte_rms=np.full(1, np.nan))
-    monkeypatch.setattr(truncation_check, "steady_state", lambda *_: (gone, None))
+    diverged = replace(one, status=Status.DIVERGED, dte_rms=np.full(1, np.nan))
+    monkeypatch.setattr(truncation_check, "steady_state", lambda *_: (diverged, None))
     checks = check_truncation(few, [one], Settings())
     assert [check.error for check in checks] == [np.inf]
     (warning,) = truncation_warnings(checks)

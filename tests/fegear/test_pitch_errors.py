@@ -47,13 +47,13 @@ def test_pairs_count_anew_in_each_base_pitch(uneven):
     """The same contact whether a position is 7.4, or 0.4 in base pitch 7."""
     pitch = np.repeat(np.arange(PITCHES), 4)
     position = np.tile(np.arange(4) / 4 + 0.05, PITCHES)
-    whole = solve_cycle(uneven, [100.0], position, pitch)
+    cycle = solve_cycle(uneven, [100.0], position, pitch)
     for n in (0, 5, 30, 39):
         alone = solve_cycle(uneven, [100.0], [position[n] + pitch[n]])
-        assert whole.position[n] == pytest.approx(alone.position[0])
-        assert whole.ste[0, n] == pytest.approx(alone.ste[0, 0], rel=1e-6)
-        assert whole.no_load[0, n] == pytest.approx(alone.no_load[0, 0], abs=1e-12)
-    assert np.ptp(whole.no_load) > 2e-6
+        assert cycle.position[n] == pytest.approx(alone.position[0])
+        assert cycle.ste[0, n] == pytest.approx(alone.ste[0, 0], rel=1e-6)
+        assert cycle.no_load[0, n] == pytest.approx(alone.no_load[0, 0], abs=1e-12)
+    assert np.ptp(cycle.no_load) > 2e-6
 
 
 def rigid_errors(problem, position, back):
@@ -64,18 +64,24 @@ def rigid_errors(problem, position, back):
     tooth is as early as it is thick, and a driver's tooth stands ahead of it.
     """
     pair, errors = problem.pair, []
-    one, two = problem.driver_pitch_errors, problem.driven_pitch_errors
-    for at in position:
+    driver_errors, driven_errors = (
+        problem.driver_pitch_errors,
+        problem.driven_pitch_errors,
+    )
+    for x in position:
         gaps = []
-        for n in range(int(at) - 4, int(at) + 5):
-            passed = at - n
+        for n in range(int(x) - 4, int(x) + 5):
+            pitches = x - n
             if back:
-                passed = float(back_side_position(pair, at - n))
-            roll = pair.pitch_point + passed * pair.base_pitch
+                pitches = float(back_side_position(pair, x - n))
+            roll = pair.pitch_point + pitches * pair.base_pitch
             if not pair.path_start <= roll <= pair.path_end:
                 continue
-            ahead = n - 1 if back else n
-            total = one[ahead % len(one)] + two[n % len(two)]
+            driver_tooth = n - 1 if back else n
+            total = (
+                driver_errors[driver_tooth % len(driver_errors)]
+                + driven_errors[n % len(driven_errors)]
+            )
             gaps.append(-total if back else total)
         errors.append(min(gaps))
     return np.array(errors)
@@ -111,8 +117,8 @@ def test_a_table_goes_on_until_the_pairs_repeat(uneven_set):
     assert parse_table(format_table(table)) == table
     # every base pitch differs from the others
     ste = table["ste_m"][0].reshape(PITCHES, 16)
-    apart = np.abs(ste[:, None] - ste[None, :]).max(axis=2)
-    assert (apart[~np.eye(PITCHES, dtype=bool)] > 1e-7).all()
+    distance = np.abs(ste[:, None] - ste[None, :]).max(axis=2)
+    assert (distance[~np.eye(PITCHES, dtype=bool)] > 1e-7).all()
     plain = solve_mesh(without_pitch_errors(uneven_set), 0, [100.0], SETTINGS)
     assert plain.pitches == 1
     assert "pitch errors" not in plain.table.header

@@ -127,14 +127,14 @@ def parts(kind: Any) -> Iterator[Any]:
 def public_classes() -> list[type]:
     """Dataclasses that the packages offer, and those of their fields."""
     classes: list[type] = []
-    waiting = [member for member in OFFERED if is_dataclass(member)] + list(INSTANCES)
-    while waiting:
-        kind = waiting.pop(0)
+    queue = [member for member in OFFERED if is_dataclass(member)] + list(INSTANCES)
+    while queue:
+        kind = queue.pop(0)
         if kind in {*classes} | RESULTS | READ:
             continue
         classes.append(kind)
         for hint in get_type_hints(kind).values():
-            waiting += [p for p in parts(hint) if is_dataclass(p)]
+            queue += [p for p in parts(hint) if is_dataclass(p)]
     return classes
 
 

@@ -260,10 +260,14 @@ def test_lock_is_held_until_closed(place):
 
 def damaged(data: bytes, chance: random.Random) -> bytes:
     """Cut off, with a byte changed, or filled with zeros."""
-    at = chance.randrange(len(data))
-    other = bytes([data[at] ^ (1 << chance.randrange(8))])
+    index = chance.randrange(len(data))
+    flipped_byte = bytes([data[index] ^ (1 << chance.randrange(8))])
     return chance.choice(
-        [data[:at], data[:at] + other + data[at + 1 :], data[:at] + bytes(9)]
+        [
+            data[:index],
+            data[:index] + flipped_byte + data[index + 1 :],
+            data[:index] + bytes(9),
+        ]
     )
 
 
@@ -271,9 +275,9 @@ def test_damage_never_yields_a_wrong_value(place):
     with opened(place) as checkpoint:
         fill(checkpoint, UP, 4)
         fill(checkpoint, DOWN, 2)
-    whole, chance = place.read_bytes(), random.Random(1)
+    content, chance = place.read_bytes(), random.Random(1)
     for _ in range(RANDOM_CASES):
-        place.write_bytes(damaged(whole, chance))
+        place.write_bytes(damaged(content, chance))
         try:
             checkpoint = open_checkpoint(place, INPUTS, resume=True)
         except InputError:
@@ -394,9 +398,9 @@ def contents(place: Path) -> list[list[tuple]]:
 def test_killed_at_any_time_and_resumed_nothing_differs(tmp_path):
     count, chance = 60, random.Random(2)
     with start_writer(tmp_path / "whole", count) as writer:
-        began = time.perf_counter()
+        start = time.perf_counter()
         allow(writer, 2 * count)
-    span = time.perf_counter() - began
+    span = time.perf_counter() - start
     lengths = 0
     for _ in range(8):
         writer = start_writer(tmp_path / "killed", count)

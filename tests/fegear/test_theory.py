@@ -76,7 +76,7 @@ def test_the_phase_of_least_drive_is_where_it_says(idler):
         for key in ("phase_of_least_drive", "least_drive_over_drive")
     )
     gears = fegear.load_gear_set("liu-idler", {"mesh.2.phase": phase})
-    moved = predicted(gears)
+    shifted = predicted(gears)
     drives = [
         abs(
             next(
@@ -86,7 +86,7 @@ def test_the_phase_of_least_drive_is_where_it_says(idler):
                 and f.resonance.order == 1
             ).resonance.drive
         )
-        for t in (moved, idler)
+        for t in (shifted, idler)
     ]
     assert drives[0] / drives[1] == pytest.approx(part, rel=1e-6)
 
@@ -110,7 +110,7 @@ def test_the_command_writes_what_the_library_finds(
     assert rows[0]["phase_of_least_drive"] == ""
     assert (tmp_path / "t.png").stat().st_size > 10_000
     assert run(argv) == 0
-    shown = capsys.readouterr().out
+    output = capsys.readouterr().out
     for text in (
         "Subharmonics",
         "0.0618",
@@ -120,7 +120,7 @@ def test_the_command_writes_what_the_library_finds(
         "HPSTC",
         "least excitation",
     ):
-        assert text in shown
+        assert text in output
 
 
 def test_drawn_points_end_at_the_peak(idler):

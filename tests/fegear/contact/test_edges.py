@@ -85,10 +85,10 @@ def test_a_wide_contact_reaches_a_tip_corner_that_the_path_does_not():
 
 def test_a_kink_at_the_pitch_point_has_no_pressure_there():
     pair = load_gear_set("liu-pair").meshes[0].pair
-    whole = (pair.path_end - pair.pitch_point) / pair.base_pitch
+    length = (pair.path_end - pair.pitch_point) / pair.base_pitch
     edits = {
         "mesh.1.driver_tip_relief.magnitude_um": 15,
-        "mesh.1.driver_tip_relief.length_pitches": whole,
+        "mesh.1.driver_tip_relief.length_pitches": length,
     }
     gears = load_gear_set("liu-pair", edits=edits)
     assert at_torque(solved(gears, "coarse"), 0)["pressure_at_pitch_point_MPa"] is None

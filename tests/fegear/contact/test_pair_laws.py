@@ -141,10 +141,10 @@ def test_loads_grow_from_nothing(cases, case):
 
 def test_reversed_friction_has_the_opposite_effect(cases):
     laws = cases.laws("friction")
-    nominal, turned = laws.load[:, :, NOMINAL], laws.load[:, :, REVERSED]
-    assert np.abs(nominal - turned).max() > 1e-3 * nominal.max()
+    nominal, reversed_load = laws.load[:, :, NOMINAL], laws.load[:, :, REVERSED]
+    assert np.abs(nominal - reversed_load).max() > 1e-3 * nominal.max()
     plain = cases.laws("plain").load[:, :, NOMINAL]
-    between = 0.5 * (nominal + turned)
+    between = 0.5 * (nominal + reversed_load)
     np.testing.assert_allclose(between, plain, atol=2e-3 * plain.max())
 
 

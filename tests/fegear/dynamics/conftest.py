@@ -177,7 +177,7 @@ def track() -> Callable[..., Track]:
     def march(stepper: ReducedStepper, state: MotionState, steps: TimeSteps) -> Track:
         from fegear.dynamics.kernels import reduced as kernel
 
-        model, made = stepper.model, stepper.step(steps.size)
+        model, step_matrices = stepper.model, stepper.step(steps.size)
         motion, contact = state.motion.copy(), state.contact.copy()
         record = empty_record(model, 1)
         motions, contactes, deflections = [motion.copy()], [contact.copy()], []
@@ -186,7 +186,7 @@ def track() -> Callable[..., Track]:
             speed = 2.0 * np.pi * steps.frequency
             clock = Clock(speed, steps.cycle, number, np.inf)
             status, _ = kernel.integrate(
-                model.arrays, made, clock, motion, contact, record
+                model.arrays, step_matrices, clock, motion, contact, record
             )
             assert status == kernel.FINISHED
             motions.append(motion.copy())

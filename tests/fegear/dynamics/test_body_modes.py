@@ -102,10 +102,10 @@ def test_whirl_matters_where_gears_turn_fast(case, contacts):
 
 
 def test_statics_do_not_depend_on_the_modes(case, contacts):
-    whole = replace(case.reference, contacts=contacts).loaded
+    loaded = replace(case.reference, contacts=contacts).loaded
     none = replace(case.reference, contacts=replace(contacts, modes=None)).loaded
-    np.testing.assert_allclose(whole.deflection, none.deflection, rtol=1e-9)
-    np.testing.assert_allclose(whole.load, none.load, atol=1e-6)
+    np.testing.assert_allclose(loaded.deflection, none.deflection, rtol=1e-9)
+    np.testing.assert_allclose(loaded.load, none.load, atol=1e-6)
 
 
 def test_rows_pass_from_a_pair_to_the_next_at_the_end_of_a_cycle(contacts):

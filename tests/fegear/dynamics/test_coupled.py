@@ -146,12 +146,12 @@ def test_vibration_is_that_of_the_reduced_elements(case, system, speed):
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_each_ingredient_changes_what_it_should(case_of, name):
     case = case_of("liu-idler")
-    whole, less = vibrating(case), vibrating(case, without=(name,))
-    count = whole.moving.size  # body modes are higher
-    ratio = less.resonances_Hz[1:count] / whole.resonances_Hz[1:count]
+    complete, less = vibrating(case), vibrating(case, without=(name,))
+    count = complete.moving.size  # body modes are higher
+    ratio = less.resonances_Hz[1:count] / complete.resonances_Hz[1:count]
     assert (np.abs(ratio - 1.0) > 1e-4).any()
     # pairs and hardening are left out about the loaded state, body in motion only
-    at_rest = less.loaded.deflection / whole.loaded.deflection
+    at_rest = less.loaded.deflection / complete.loaded.deflection
     allowed = {"hardening": 0.03, "meshes": 0.05}.get(name, 1e-9)
     assert np.abs(at_rest - 1.0).max() < allowed
 
@@ -208,10 +208,10 @@ def test_back_flanks_are_as_stiff_as_drive_flanks(case_of):
 
 def test_it_does_not_matter_which_gear_drives():
     """Statics pass the cycle the other way round; natural frequencies are the same."""
-    turned = {"mesh.1.driver": "idler", "mesh.1.driven": "pinion", "load.gear": "idler"}
+    edits = {"mesh.1.driver": "idler", "mesh.1.driven": "pinion", "load.gear": "idler"}
     model = LumpedModel(number="coupled", stiffness=StiffnessSource(positions=64))
     one = lumped_system(load_gear_set("liu-pair"), 100.0, model)
-    other = load_gear_set("liu-pair", turned)
+    other = load_gear_set("liu-pair", edits)
     two = lumped_system(other, 100.0 * 55.0 / 38.0, model)
     np.testing.assert_allclose(two.resonances_Hz, one.resonances_Hz, rtol=1e-3)
     forward, back = (lumped_pair.loaded.deflection[:, 0] for lumped_pair in (one, two))

@@ -143,7 +143,7 @@ def test_a_stopped_sweep_goes_on_as_if_it_had_not_stopped(
     kind, stepper, settings, tmp_path
 ):
     quick = replace(settings, tolerance=1e-3)
-    whole = sweep_branch(stepper, SPEEDS, "down", quick)
+    branch = sweep_branch(stepper, SPEEDS, "down", quick)
     checkpoint = open_checkpoint(tmp_path / "kept", {"of": kind}, resume=True)
     lumped = isinstance(settings, Settings)
     store = MemoryStore() if lumped else StoredBranch(Records(checkpoint, "down"))
@@ -161,7 +161,7 @@ def test_a_stopped_sweep_goes_on_as_if_it_had_not_stopped(
     assert resumed.complete
     np.testing.assert_array_equal(resumed.frequency_Hz, SPEEDS[::-1])
     for name in FIGURES:
-        np.testing.assert_array_equal(resumed.column(name), whole.column(name))
+        np.testing.assert_array_equal(resumed.column(name), branch.column(name))
 
 
 def test_a_divergence_is_a_response(stepper, settings, monkeypatch):

@@ -156,8 +156,8 @@ def test_text_reads_back_to_the_same_bits(pair):
 def test_back_side_contacts_have_columns_of_their_own(case_of):
     stepper = case_of(backlash=1e-6).stepper()
     state = stepper.start()
-    apart = stepper.model.kinematics.deflection[0]
-    state.motion[1] = -0.5 / (apart @ apart) * apart  # thrown apart at 0.5 m/s
+    gradient = stepper.model.kinematics.deflection[0]
+    state.motion[1] = -0.5 / (gradient @ gradient) * gradient  # thrown apart at 0.5 m/s
     _, motion = stepper.integrate(state, TimeSteps(FAST, 1.0 / (FAST * 128), 128, 128))
     columns = history_table(stepper.model, motion, 128).columns
     sums = {"pair": 0.0, "back": 0.0}
@@ -190,8 +190,8 @@ def test_slow_motion_has_the_root_stress_of_the_statics(case_of, friction):
         loads = patch_loads(problem, 100.0, step / 128)
         for gear, kind in zip(gear_set.gears, ("driver", "driven"), strict=True):
             for load in loads:
-                seen = tooth_loads(loads, kind, load.tooth)
-                field = sector_stress(gear.geometry, STEEL, seen)
+                pair_loads = tooth_loads(loads, kind, load.tooth)
+                field = sector_stress(gear.geometry, STEEL, pair_loads)
                 name = f"{gear.name}_mesh1_tooth{load.tooth}_root_stress_Pa"
                 assert columns[name][step] == pytest.approx(field.root_stress, rel=0.01)
 

@@ -47,9 +47,9 @@ def test_estimate_is_above_what_is_used_and_near_it(made, monkeypatch, name):
     state = stepper.start()
     for size in 1e-5 * np.array([1.0, 1.1, 1.2]):
         state, _ = stepper.integrate(state, TimeSteps(1000.0, size, 3, 100))
-    used = tracemalloc.get_traced_memory()[1]
+    peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert 0.3 * estimates[-1] < used < estimates[-1]
+    assert 0.3 * estimates[-1] < peak < estimates[-1]
 
 
 def test_too_little_memory_is_one_line_with_both_figures(made, monkeypatch):

@@ -42,11 +42,11 @@ def test_contacts_have_the_errors_of_their_own_teeth(case_of):
     model = case.model()
     assert {side.side for side in model.sides} == {DRIVE, BACK}
     for side in model.sides:
-        for place in range(side.laws.teeth.size):
+        for pair in range(side.laws.teeth.size):
             for cycle in (0, 1, 17, 60, 98229):
                 expected = 0.0
                 for g in side.gears:
-                    clockwise = side.teeth(g)[place]
+                    clockwise = side.teeth(g)[pair]
                     tooth = senses[g] * clockwise + cycle
                     # the idler is driven in its first mesh and drives in the second
                     sign = -1.0 if (g == 1 and side.mesh == 1) else 1.0
@@ -74,8 +74,10 @@ def test_slow_motion_has_the_statics_of_every_pair(uneven):
     settings = StaticsSettings()
     problem = contact_problem(gear_set, 0, settings)
     position = np.arange(CYCLES * 16) / 16
-    at = mesh_phases(gear_set)[0].value + position % 1.0
-    expected = solve_cycle(problem, [100.0], at, np.floor(position).astype(int))
+    mesh_position = mesh_phases(gear_set)[0].value + position % 1.0
+    expected = solve_cycle(
+        problem, [100.0], mesh_position, np.floor(position).astype(int)
+    )
     time = position / slow
     deflection = np.interp(time, motion.time, motion.deflection[:, 0])
     deviation = deflection - expected.ste[0]
@@ -178,10 +180,12 @@ def test_the_speed_changes_within_whole_periods(uneven):
     """After a change of speed the same pairs are in mesh at the same time."""
     stepper, settings = uneven.stepper(None), DynamicSettings(tolerance=1e-4)
     state = steady_state(stepper, 1500.0, settings)[0].state
-    moved, _ = steady_state(stepper, 1600.0, settings, state, 1500.0)
+    response, _ = steady_state(stepper, 1600.0, settings, state, 1500.0)
     rested, _ = steady_state(stepper, 1600.0, settings)
-    np.testing.assert_allclose(moved.dte_rms, rested.dte_rms, rtol=1e-3)
-    np.testing.assert_allclose(moved.state.motion[0], rested.state.motion[0], rtol=1e-2)
+    np.testing.assert_allclose(response.dte_rms, rested.dte_rms, rtol=1e-3)
+    np.testing.assert_allclose(
+        response.state.motion[0], rested.state.motion[0], rtol=1e-2
+    )
 
 
 def test_history_names_the_teeth_of_the_reference_pair(uneven, case_of):

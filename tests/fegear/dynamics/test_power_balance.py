@@ -33,13 +33,13 @@ def contact_force(model, touch, fine):
         on_steps(table, fine)
         for table in (*model.jacobian[2:4], model.contacts.sliding)
     )
-    load, turned = touch[:, kernel.LOAD], touch[:, kernel.REVERSED]
-    drag = model.jacobian.friction * sliding.T * (1.0 - 2.0 * turned)
+    load, is_reversed = touch[:, kernel.LOAD], touch[:, kernel.REVERSED]
+    drag = model.jacobian.friction * sliding.T * (1.0 - 2.0 * is_reversed)
     count = model.jacobian.widths[0]
     force = np.zeros((len(load), model.size))
-    pushed = np.einsum("tc,ctw->tw", load, closing[..., :count])
-    drawn = np.einsum("tc,ctw->tw", load * drag, rootward[..., :count])
-    force[:, model.jacobian.columns[0, :count]] = -pushed - drawn
+    normal_force = np.einsum("tc,ctw->tw", load, closing[..., :count])
+    friction_force = np.einsum("tc,ctw->tw", load * drag, rootward[..., :count])
+    force[:, model.jacobian.columns[0, :count]] = -normal_force - friction_force
     return force
 
 

@@ -187,9 +187,9 @@ def test_springs_of_another_code_are_solved_by_hand(
     system = lumped_system(gear_set, 100.0, model)
     force = 100.0 / pair.driver.base_radius
     ste = (force + (stiff @ gaps).sum()) / stiff.sum()
-    loaded, at = system.loaded, slice(None, None, 16)  # positions of the table
-    np.testing.assert_allclose(loaded.deflection[at, 0], ste, rtol=1e-9)
-    loads = np.sort(loaded.load[at], axis=1)
+    loaded, samples = system.loaded, slice(None, None, 16)  # positions of the table
+    np.testing.assert_allclose(loaded.deflection[samples, 0], ste, rtol=1e-9)
+    loads = np.sort(loaded.load[samples], axis=1)
     assert (loads[:, :-2] == 0.0).all()
     np.testing.assert_allclose(
         loads[:, -2:],

@@ -71,8 +71,8 @@ def test_without_eccentricity_the_pair_of_a_gear_set():
     error = cycle.driver_error * gear.base_radius
     np.testing.assert_allclose(error, expected.ste[0], rtol=1e-3)
     pressure = expected.pressure[0].max(axis=1)
-    whole = [0, 2, 3, 4]  # where no tip corner cuts the contact off
-    np.testing.assert_allclose(cycle.pressure[whole], pressure[whole], rtol=0.01)
+    uncut = [0, 2, 3, 4]  # where no tip corner cuts the contact off
+    np.testing.assert_allclose(cycle.pressure[uncut], pressure[uncut], rtol=0.01)
     share = expected.load_share[0].max(axis=1)
     np.testing.assert_allclose(cycle.largest_share, share, atol=2e-3)
 

@@ -66,21 +66,21 @@ class Explicit:
         self.mass = self.fields.T @ self.full_mass @ self.fields
 
     def _fields(self):
-        """(freedoms of the whole gear, own * teeth), orthonormal columns."""
+        """(freedoms of the whole gear, sector_size * teeth), orthonormal columns."""
         model, teeth = CyclicSector(self.gear, STEEL, SIZE), self.gear.teeth
         along_y = np.isin(
             np.arange(model.basis.N), model.basis.split_indices()[1]
         ).astype(int)
-        left = model.cut[: len(model.cut) // 2]
+        left_cut = model.cut[: len(model.cut) // 2]
         rows, columns, entries = [], [], []
         for k in range(teeth):
             angle = 2.0 * np.pi * k / teeth
             directions = turn(np.eye(2), angle)[along_y[model.interior]]
             places = turn(model.locations[model.interior], angle)
-            cut = turn(model.locations[left], angle)
+            cut = turn(model.locations[left_cut], angle)
             radial = cut / np.hypot(*cut.T)[:, None]
             clockwise = np.stack([radial[:, 1], -radial[:, 0]], axis=1)
-            polar = np.where(along_y[left, None] == 0, radial, clockwise)
+            polar = np.where(along_y[left_cut, None] == 0, radial, clockwise)
             pairs = self.freedoms(np.vstack([places, cut]))
             sector_size = len(pairs)
             rows.append(pairs.ravel())
@@ -183,8 +183,8 @@ def test_operators_are_symmetric_and_positive(gear, factors):
 def test_a_turn_by_one_tooth_turns_the_answer(gear, factors):
     load = random_field(gear)
     for operator in (gear.stiffness_times, gear.mass_times, factors.solve):
-        turned = np.roll(operator(load), 1, axis=1)
-        close(operator(np.roll(load, 1, axis=1)), turned, 1e-12)
+        expected = np.roll(operator(load), 1, axis=1)
+        close(operator(np.roll(load, 1, axis=1)), expected, 1e-12)
 
 
 def as_operator(function, gear):
@@ -224,17 +224,17 @@ def test_lowest_frequencies_and_couplings_are_those_of_the_modes(gear, explicit)
 
 
 def test_turn_and_its_momentum_are_those_of_the_cyclic_gear(gear, explicit):
-    turned = explicit.turned
-    rotation = (explicit.fields.T @ turned).reshape(gear.own, gear.teeth)
+    rigid_turn = explicit.turned
+    rotation = (explicit.fields.T @ rigid_turn).reshape(gear.own, gear.teeth)
     close(np.repeat(gear.rotation[:, None], gear.teeth, axis=1), rotation, 1e-10)
-    momentum = explicit.fields.T @ (explicit.full_mass @ turned)
+    momentum = explicit.fields.T @ (explicit.full_mass @ rigid_turn)
     close(
         np.repeat(gear.momentum[:, None], gear.teeth, axis=1),
         momentum.reshape(gear.own, gear.teeth),
         1e-10,
     )
     assert gear.inertia == pytest.approx(
-        turned @ explicit.full_mass @ turned, rel=1e-10
+        rigid_turn @ explicit.full_mass @ rigid_turn, rel=1e-10
     )
 
 

@@ -75,8 +75,8 @@ def test_odd_number_of_teeth():
 def test_shapes_are_those_of_the_whole_gear(modes, whole, tooth, side):
     """Products of two places, which do not ask how a pair is turned."""
     for group in same_frequency(modes.frequencies_Hz):
-        for seen, normal in ((modes.normal_at, True), (modes.tangential_at, False)):
-            ring = modes.normal_at(0)[group].T @ seen(tooth, side)[group]
+        for shape_at, normal in ((modes.normal_at, True), (modes.tangential_at, False)):
+            ring = modes.normal_at(0)[group].T @ shape_at(tooth, side)[group]
             direct = (
                 whole.flank(0, RIGHT)[group].T @ whole.flank(tooth, side, normal)[group]
             )
@@ -145,8 +145,8 @@ def test_count_says_which_nodal_diameters_are_skipped(sector):
     counts = mode_counts(sector, mass, 50e3)
     assert [len(modes.omega) for modes in families] == list(counts)
     assert any(len(modes.omega) == 0 for modes in families)
-    everything = list(cyclic_modes(sector, mass, CUTOFF))
-    for modes, more in zip(families, everything, strict=True):
+    all_families = list(cyclic_modes(sector, mass, CUTOFF))
+    for modes, more in zip(families, all_families, strict=True):
         below = more.omega[more.omega < 2.0 * np.pi * 50e3]
         np.testing.assert_allclose(modes.omega, below, rtol=1e-10)
 
@@ -157,18 +157,20 @@ def test_effective_inertia_grows_to_that_of_the_free_nodes(gear, sector):
     K, M = constrained_matrices(sector, 0)
     _, vectors = eigh(K, M)
     ties = sector.cyclic_constraint(1.0)
-    turned = ties.T @ (mass @ sector.rigid_fields[:, 0])
-    every = gear.teeth * np.cumsum((vectors.T @ turned) ** 2)
+    momentum = ties.T @ (mass @ sector.rigid_fields[:, 0])
+    inertias = gear.teeth * np.cumsum((vectors.T @ momentum) ** 2)
     limits = [
         gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, f) for f in (80e3, 300e3)
     ]
     for body_modes in limits:
         axial = body_modes.rotation_coupling[body_modes.nodal_diameters == 0]
-        np.testing.assert_allclose(np.cumsum(axial**2), every[: len(axial)], rtol=1e-8)
-    below = gear.teeth * turned @ spsolve((ties.T @ mass @ ties).tocsc(), turned)
-    assert every[-1] == pytest.approx(below, rel=1e-10)
+        np.testing.assert_allclose(
+            np.cumsum(axial**2), inertias[: len(axial)], rtol=1e-8
+        )
+    limit = gear.teeth * momentum @ spsolve((ties.T @ mass @ ties).tocsc(), momentum)
+    assert inertias[-1] == pytest.approx(limit, rel=1e-10)
     shares = [np.sum(m.rotation_coupling**2) / m.inertia for m in limits]
-    assert 0.9 < shares[0] < shares[1] < every[-1] / limits[0].inertia < 1.0
+    assert 0.9 < shares[0] < shares[1] < inertias[-1] / limits[0].inertia < 1.0
 
 
 def test_effective_mass_is_nearly_all_and_alike_in_all_directions(gear):
@@ -316,11 +318,11 @@ def test_held_hub_keeps_less_inertia_on_a_finer_mesh():
     hub_shares = []
     for refined in (1, 2, 4):
         sector = ring_sector(4 * refined, 2)
-        mass, turned = sector.mass(DENSITY), sector.rigid_fields[:, 0]
+        mass, rigid_turn = sector.mass(DENSITY), sector.rigid_fields[:, 0]
         ties = sector.cyclic_constraint(1.0)
-        load = ties.T @ (mass @ turned)
-        carried = load @ spsolve((ties.T @ mass @ ties).tocsc(), load)
-        hub_shares.append(1.0 - carried / (turned @ mass @ turned))
+        load = ties.T @ (mass @ rigid_turn)
+        modal_inertia = load @ spsolve((ties.T @ mass @ ties).tocsc(), load)
+        hub_shares.append(1.0 - modal_inertia / (rigid_turn @ mass @ rigid_turn))
     assert np.diff(np.log2(hub_shares)) == pytest.approx(-1.0, abs=0.2)
     assert 0.0 < hub_shares[-1] < 1e-3
 

@@ -68,10 +68,10 @@ def test_displacement_under_a_hat_is_that_of_many_line_loads(angle):
     t, weight = np.polynomial.legendre.leggauss(400)
     direct = np.zeros_like(points)
     for low, high in ((-1.0, 0.0), (0.0, 1.0)):
-        at = 0.5 * (high + low) + 0.5 * (high - low) * t
-        for x, w in zip(at, 0.5 * (high - low) * weight, strict=True):
-            place = origin + half * x * side
-            unit = halfplane.displacement(points, place, inward, 2e11, 0.3, angle)
+        abscissas = 0.5 * (high + low) + 0.5 * (high - low) * t
+        for x, w in zip(abscissas, 0.5 * (high - low) * weight, strict=True):
+            point = origin + half * x * side
+            unit = halfplane.displacement(points, point, inward, 2e11, 0.3, angle)
             direct += w * (1.0 - abs(x)) * unit
     forces = (math.cos(angle), math.sin(angle))
     displacement = hat_displacement(points, origin, inward, half, forces, (2e11, 0.3))
@@ -85,11 +85,13 @@ def test_displacement_and_stress_of_a_hat_obey_hooke():
     E, nu = 2e11, 0.3
     point, step = np.array([[5e-5, -8e-5]]), 1e-8
     for forces in ((1.0, 0.0), (0.0, 1.0)):
-        moved = [
+        displacements = [
             hat_displacement(point + d, origin, inward, half, forces, (E, nu))[0]
             for d in step * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
         ]
-        slope = np.stack([moved[0] - moved[1], moved[2] - moved[3]]) / (2.0 * step)
+        slope = np.stack(
+            [displacements[0] - displacements[1], displacements[2] - displacements[3]]
+        ) / (2.0 * step)
         xx, yy, xy = halfplane.hat_stress(point, origin, inward, half, *forces)[0]
         scale = max(abs(xx), abs(yy), abs(xy))
         assert E * slope[0, 0] == pytest.approx(xx - nu * yy, abs=1e-5 * scale)
@@ -313,8 +315,8 @@ def test_loads_are_taken_wherever_they_are(pinion):
     assert len(body.unit_loads) == 1
     load = ToothLoad(0, np.array([2e-3]), 5e-5, np.array([1e5]), np.array([0.0]))
     (field,) = body.sectors([load], [0])
-    (moved,) = body.sectors([replace(load, tooth=3)], [3])
-    np.testing.assert_allclose(nodal_state(moved), nodal_state(field))
+    (rotated_field,) = body.sectors([replace(load, tooth=3)], [3])
+    np.testing.assert_allclose(nodal_state(rotated_field), nodal_state(field))
 
 
 class DirectSolve:
@@ -370,9 +372,9 @@ def test_fields_are_those_of_a_direct_solve_of_the_whole_gear():
         largest = np.abs(displacement).max()
         np.testing.assert_allclose(displacement, expected[far], atol=1e-3 * largest)
         if sector.tooth == 0:
-            whole = nodal_stress(body.sector) @ field_of(body, expected)
+            stress = nodal_stress(body.sector) @ field_of(body, expected)
             fillet = np.unique(mesh.edges["fillet"])
-            trace = whole.reshape(3, -1)[:2, fillet].sum(axis=0).max()
+            trace = stress.reshape(3, -1)[:2, fillet].sum(axis=0).max()
             root = nodal_state(sector)[fillet, 2:4].sum(axis=1).max()
             assert root == pytest.approx(trace, rel=1e-2)
 

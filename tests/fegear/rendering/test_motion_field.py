@@ -131,10 +131,10 @@ def test_loads_and_pressures_are_those_of_the_history(tmp_path, private_cache):
     np.testing.assert_allclose(
         motion.force[:-1], file.column("mesh2_force_N")[:-1], rtol=1e-9, atol=1e-6
     )
-    lost = 0
+    unloaded_count = 0
     for row in range(0, motion.rows, 8):
         moment = motion.at(row)
-        lost += not moment.loads
+        unloaded_count += not moment.loads
         for (tooth, _), load in moment.loads.items():
             patches = pair_load(second_mesh.problem, tooth, moment.position, load)
             assert (
@@ -145,4 +145,4 @@ def test_loads_and_pressures_are_those_of_the_history(tmp_path, private_cache):
             if patches.driver_arcs.min() > 0.0 and patches.driven_arcs.min() > 0.0:
                 pressure = (patches.normal / patches.step).max()
                 assert pressure == pytest.approx(peak, rel=5e-2)
-    assert lost > 2
+    assert unloaded_count > 2
