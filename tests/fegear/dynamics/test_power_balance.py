@@ -44,7 +44,7 @@ def contact_force(model, touch, fine):
 
 
 def imbalance(stepper, track, frequency, steps):
-    """Power that is missing over that of damping; part of the time apart."""
+    """Missing power over that of damping, and the fraction of time out of contact."""
     model = stepper.model
     settings = DynamicSettings(steps=steps, tolerance=1e-8, step_angle=10.0)
     response, _ = steady_state(stepper, frequency, settings)
