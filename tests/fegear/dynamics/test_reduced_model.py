@@ -41,7 +41,7 @@ def static_error(case_of, track, *, relief=0.0, resolution="default", cutoff=Non
 def at_rest(stepper, track):
     """(deflection, moment of the contact forces on the driver) at rest."""
     state = stepper.start()
-    lever = stepper.model.sides[0].laws.lever[..., 0]
+    lever = stepper.model.sides[0].laws.moment_arms[..., 0]
     deflections, moments = [], []
     for n in range(POSITIONS):
         position = n * CYCLE // POSITIONS
