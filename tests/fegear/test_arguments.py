@@ -52,8 +52,8 @@ def test_numbers_of_numpy_are_numbers():
     plain = fegear.make_gear_set(TABLES)
     gears = [{"name": "pinion", "teeth": np.int64(30)}, TABLES["gear"][1]]
     defaults = {key: np.float64(value) for key, value in TABLES["defaults"].items()}
-    given = TABLES | {"gear": gears, "defaults": defaults}
-    assert repr(fegear.make_gear_set(given)) == repr(plain)
+    tables = TABLES | {"gear": gears, "defaults": defaults}
+    assert repr(fegear.make_gear_set(tables)) == repr(plain)
     edits = {"gear.2.teeth": np.int32(40), "gear.1.profile_shift": np.float64(0.0)}
     assert repr(fegear.make_gear_set(TABLES, edits)) == repr(plain)
     assert fegear.LumpedModel(number=np.int64(2)).number == 2
@@ -94,9 +94,9 @@ WORKERS = "workers must be a whole number or a Cluster or None, got"
     ],
 )
 def test_run_names_what_it_cannot_use(arguments, message):
-    asked = {"study": fegear.Sweep(gear_set="liu-pair", **ONE)} | arguments
+    kwargs = {"study": fegear.Sweep(gear_set="liu-pair", **ONE)} | arguments
     with pytest.raises(ValueError, match="^" + re.escape(message)):
-        fegear.run(**asked)
+        fegear.run(**kwargs)
 
 
 @pytest.mark.parametrize(
@@ -110,10 +110,10 @@ def test_run_names_what_it_cannot_use(arguments, message):
 )
 def test_numbers_of_numpy_become_plain_in_summaries(changes):
     """Also in the inputs of a checkpoint, which would be others else."""
-    asked = fegear.Sweep(gear_set="liu-pair", **ONE | changes)
-    assert json.loads(json.dumps(fegear.run(asked).summary))["gear_set"] == "liu-pair"
-    assert "np." not in repr(asked.inputs)
-    assert "np." not in " ".join(asked.argv)
+    study = fegear.Sweep(gear_set="liu-pair", **ONE | changes)
+    assert json.loads(json.dumps(fegear.run(study).summary))["gear_set"] == "liu-pair"
+    assert "np." not in repr(study.inputs)
+    assert "np." not in " ".join(study.argv)
 
 
 def test_paths_are_taken_where_texts_are(tmp_path):
@@ -123,19 +123,19 @@ def test_paths_are_taken_where_texts_are(tmp_path):
     assert fegear.Clatter(gearbox=path).gearbox == str(path)
     assert fegear.RunDown(file=path).file == str(path)
     for names in ((path,), [path]):
-        asked = fegear.Sweep(gear_set="liu-pair", speeds=[1000.0], table=names)
-        assert asked.table == (str(path),)
+        study = fegear.Sweep(gear_set="liu-pair", speeds=[1000.0], table=names)
+        assert study.table == (str(path),)
     assert fegear.Dynamics(gear_set="liu-pair", history=path).history == str(path)
     assert fegear.Validation(cases=[path], directory=path).cases == (str(path),)
 
 
 def test_files_that_results_cannot_write(tmp_path):
-    found = fegear.run(fegear.Sweep(gear_set="liu-pair", **ONE))
+    result = fegear.run(fegear.Sweep(gear_set="liu-pair", **ONE))
     endings = r"a picture's name must end in \.png, \.pdf, \.svg$"
     for name in ("x.jpg", "x"):
         with pytest.raises(fegear.InputError, match=rf"{name}: {endings}"):
-            found.draw(tmp_path / name)
-    for write in (found.draw, found.to_csv, found.write):
+            result.draw(tmp_path / name)
+    for write in (result.draw, result.to_csv, result.write):
         with pytest.raises(fegear.InputError, match=r"^path must be text or a path"):
             write(None)
     assert not list(tmp_path.iterdir())

@@ -94,14 +94,14 @@ def test_models_2_and_3_have_the_peak_to_peak_of_their_table(number):
 
 @pytest.mark.parametrize("command", ["sweep --speeds 2000", "motion --speed 2000"])
 def test_commands_choose_a_model_and_say_why(command):
-    name, *words = command.split()
-    words = [name, "liu-pair", *words, "--torque", "100"]
+    name, *argv = command.split()
+    argv = [name, "liu-pair", *argv, "--torque", "100"]
 
     def run(*more: str) -> tuple[str, dict]:
-        shown = CliRunner().invoke(app, [*words, *more])
-        found = CliRunner().invoke(app, [*words, *more, "--json"])
-        assert (shown.exit_code, found.exit_code) == (0, 0), shown.output
-        return shown.stdout.splitlines()[0], json.loads(found.stdout)
+        text = CliRunner().invoke(app, [*argv, *more])
+        json_output = CliRunner().invoke(app, [*argv, *more, "--json"])
+        assert (text.exit_code, json_output.exit_code) == (0, 0), text.output
+        return text.stdout.splitlines()[0], json.loads(json_output.stdout)
 
     line, values = run()
     assert line.startswith("coupled model: ")

@@ -80,19 +80,19 @@ def test_no_flipped_bit_gives_another_result(tmp_path):
     path, key = tmp_path / "flank.npz", "abc"
     good = {"normal": np.arange(6.0).reshape(1, 2, 3), "grading": np.asarray(0.5)}
     save_arrays(path, key, good)
-    whole = path.read_bytes()
+    content = path.read_bytes()
     assert same_arrays(load_arrays(path, key), good)
     assert load_arrays(path, "abd") is None
-    for place in range(len(whole)):
-        damaged = bytearray(whole)
-        damaged[place] ^= 1 << place % 8
+    for index in range(len(content)):
+        damaged = bytearray(content)
+        damaged[index] ^= 1 << index % 8
         path.write_bytes(damaged)
-        assert load_arrays(path, key) is None, place
+        assert load_arrays(path, key) is None, index
 
 
-def same_arrays(found, good):
-    return found.keys() == good.keys() and all(
-        np.array_equal(found[name], good[name]) for name in good
+def same_arrays(actual, expected):
+    return actual.keys() == expected.keys() and all(
+        np.array_equal(actual[name], expected[name]) for name in expected
     )
 
 
@@ -100,13 +100,13 @@ def test_flipped_bits_of_a_real_file_change_no_compliance(directory, counted):
     """Bits of the headers, where order and shape of the arrays are, and any others."""
     good = compute()
     (path,) = directory.glob("flank-*.npz")
-    whole, chance = path.read_bytes(), np.random.default_rng(43)
-    start = whole.index(b"fortran_order")
+    content, chance = path.read_bytes(), np.random.default_rng(43)
+    start = content.index(b"fortran_order")
     bits = {*range(8 * start, 8 * (start + 60), 8)}
-    bits |= set(chance.integers(0, 8 * len(whole), 100).tolist())
+    bits |= set(chance.integers(0, 8 * len(content), 100).tolist())
     key = cache.cache_key(GEAR, STEEL, SMALL, 2, True)
     for bit in bits:
-        damaged = bytearray(whole)
+        damaged = bytearray(content)
         damaged[bit // 8] ^= 1 << bit % 8
         path.write_bytes(damaged)
         assert load_arrays(path, key) is None, bit

@@ -17,11 +17,11 @@ from fegear.statics.solving import ERROR_FACTOR
 from lumped import read_table
 
 
-def fegear(*words, cwd=None, **env):
+def fegear(*argv, cwd=None, **env):
     """Run the installed command in a process of its own."""
     code = "from fegear.cli import main; main()"
     return subprocess.run(
-        [sys.executable, "-c", code, *map(str, words)],
+        [sys.executable, "-c", code, *map(str, argv)],
         capture_output=True,
         text=True,
         cwd=cwd,
@@ -32,9 +32,9 @@ def fegear(*words, cwd=None, **env):
 
 @pytest.fixture(scope="module")
 def summary():
-    done = fegear("stiffness", "--json")
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    process = fegear("stiffness", "--json")
+    assert process.returncode == 0, process.stderr
+    return json.loads(process.stdout)
 
 
 def test_default_job_gives_the_printed_stiffness(summary):
@@ -58,8 +58,8 @@ def test_summary_carries_its_evidence(summary):
 @pytest.mark.slow
 def test_second_mesh_of_the_idler_set(tmp_path):
     table, plot = tmp_path / "t.csv", tmp_path / "t.png"
-    done = fegear("stiffness", "liu-idler", "--mesh", 2, "-o", table, "--plot", plot)
-    assert done.returncode == 0, done.stderr
+    process = fegear("stiffness", "liu-idler", "--mesh", 2, "-o", table, "--plot", plot)
+    assert process.returncode == 0, process.stderr
     mean = read_table(table)["stiffness_N_per_m"][1].mean()
     assert mean == pytest.approx(3.21e8, rel=0.015)
     assert plot.read_bytes().startswith(b"\x89PNG")
@@ -69,20 +69,20 @@ def test_second_mesh_of_the_idler_set(tmp_path):
 @pytest.mark.slow
 def test_table_columns_and_rows(tmp_path):
     path = tmp_path / "t.csv"
-    done = fegear(
+    process = fegear(
         "stiffness", "--torque", 80, "--torque", 40, "--positions", 8, "-o", path
     )
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
     lines = [x for x in path.read_text().splitlines() if not x.startswith("#")]
     rows = list(csv.DictReader(lines))
     assert [float(r["torque_Nm"]) for r in rows] == [80.0] * 8 + [40.0] * 8
     assert [float(r["position"]) for r in rows[:8]] == [i / 8 for i in range(8)]
-    wanted = (
+    names = (
         "n_pairs stiffness_N_per_m local_stiffness_N_per_m ste_m nlte_m "
         "max_pressure_Pa friction_bending_ratio pair1_stiffness_N_per_m "
         "pair1_load_share pair1_gap_m pair2_stiffness_N_per_m"
     )
-    assert set(wanted.split()) <= set(rows[0])
+    assert set(names.split()) <= set(rows[0])
     shares = [float(r["pair1_load_share"]) + float(r["pair2_load_share"]) for r in rows]
     np.testing.assert_allclose(shares, 1.0, rtol=1e-12)
 
@@ -91,8 +91,8 @@ def test_table_columns_and_rows(tmp_path):
 def test_output_is_deterministic(tmp_path):
     files = [tmp_path / name for name in ("a.csv", "b.csv", "a.png", "b.png")]
     for table, plot in (files[::2], files[1::2]):
-        done = fegear("stiffness", "--positions", 16, "-o", table, "--plot", plot)
-        assert done.returncode == 0, done.stderr
+        process = fegear("stiffness", "--positions", 16, "-o", table, "--plot", plot)
+        assert process.returncode == 0, process.stderr
     assert files[0].read_bytes() == files[1].read_bytes()
     assert files[2].read_bytes() == files[3].read_bytes()
 
@@ -114,7 +114,7 @@ def test_two_runs_share_an_empty_cache(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("argv", "message"),
     [
         (["stiffness", "liu-pear"], "liu-pair"),
         (["stiffness", "nowhere.toml"], "nowhere.toml"),
@@ -146,44 +146,44 @@ def test_two_runs_share_an_empty_cache(tmp_path):
     ids=lambda value: "-".join(value) if isinstance(value, list) else "",
 )
 def test_wrong_input_is_one_line_and_nothing_is_written(
-    tmp_path, monkeypatch, capsys, words, message
+    tmp_path, monkeypatch, capsys, argv, message
 ):
     monkeypatch.chdir(tmp_path)
-    assert run(words) == 2
-    said = capsys.readouterr()
-    assert message in said.err
-    assert len(said.err.splitlines()) == 1
-    assert "Traceback" not in said.err
-    assert not said.out
+    assert run(argv) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert len(captured.err.splitlines()) == 1
+    assert "Traceback" not in captured.err
+    assert not captured.out
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow
 def test_a_full_disk_is_one_line(tmp_path):
-    done = fegear("stiffness", "--positions", "2", "-o", "/dev/full", cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith("fegear: /dev/full: cannot be written, no space")
+    process = fegear("stiffness", "--positions", "2", "-o", "/dev/full", cwd=tmp_path)
+    assert process.returncode == 2
+    assert process.stderr.startswith("fegear: /dev/full: cannot be written, no space")
 
 
 def test_debug_shows_the_traceback(tmp_path):
-    done = fegear("stiffness", "--torque", "-5", "--debug", cwd=tmp_path)
-    assert done.returncode != 0
-    assert "Traceback" in done.stderr
+    process = fegear("stiffness", "--torque", "-5", "--debug", cwd=tmp_path)
+    assert process.returncode != 0
+    assert "Traceback" in process.stderr
 
 
 @pytest.mark.parametrize(
     "command", ["stiffness", "show", "sets", "compare", "mesh", "bench"]
 )
 def test_every_command_has_help(command):
-    done = fegear(command, "--help")
-    assert done.returncode == 0
-    assert "Usage" in done.stdout
+    process = fegear(command, "--help")
+    assert process.returncode == 0
+    assert "Usage" in process.stdout
 
 
 def test_compare_prints_both_slopes():
-    done = fegear("compare", "--json")
-    assert done.returncode == 0, done.stderr
-    rows = json.loads(done.stdout)["comparisons"]
+    process = fegear("compare", "--json")
+    assert process.returncode == 0, process.stderr
+    rows = json.loads(process.stdout)["comparisons"]
     assert {"average", "local"} <= {row["slope"] for row in rows}
     hertz = [row for row in rows if row["oracle"].startswith("Hertz")]
     assert [row["plane"] for row in hertz] == ["stress", "strain"]
@@ -197,29 +197,29 @@ def test_mesh_command_writes_a_whole_gear(tmp_path):
     import meshio
 
     path = tmp_path / "gear.vtu"
-    done = fegear("mesh", "--whole", "--resolution", "coarse", "-o", path)
-    assert done.returncode == 0, done.stderr
+    process = fegear("mesh", "--whole", "--resolution", "coarse", "-o", path)
+    assert process.returncode == 0, process.stderr
     assert meshio.read(path).cells_dict["triangle6"].shape[0] % 38 == 0
 
 
 def test_missing_system_library_is_a_message(tmp_path):
     (tmp_path / "gmsh.py").write_text("raise OSError('libGLU.so.1: cannot open')\n")
     env = {"PYTHONPATH": str(tmp_path), "FEGEAR_CACHE_DIR": str(tmp_path / "cache")}
-    done = fegear("stiffness", **env)
-    assert done.returncode == 1
-    assert "libGLU.so.1" in done.stderr
-    assert "apt-get install" in done.stderr
-    assert "Traceback" not in done.stderr
+    process = fegear("stiffness", **env)
+    assert process.returncode == 1
+    assert "libGLU.so.1" in process.stderr
+    assert "apt-get install" in process.stderr
+    assert "Traceback" not in process.stderr
 
 
 @pytest.mark.slow
 def test_compiling_for_the_first_use_is_said(tmp_path):
     """Once, and not when the kernels are found in the cache."""
-    words = ("modes", "liu-pair", "--stiffness", "fe")
-    kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
-    said = [fegear(*words, **kept).stderr for _ in range(2)]
-    assert said[0].count("compiling numerical kernels for the first use") == 1
-    assert "compiling" not in said[1]
+    argv = ("modes", "liu-pair", "--stiffness", "fe")
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    stderr = [fegear(*argv, **environment).stderr for _ in range(2)]
+    assert stderr[0].count("compiling numerical kernels for the first use") == 1
+    assert "compiling" not in stderr[1]
 
 
 def test_what_kernels_log_is_a_line_on_the_error_stream(capsys):

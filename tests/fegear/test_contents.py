@@ -54,10 +54,10 @@ def test_every_number_of_a_long_array_counts():
 
 
 def mesh_table(scale: float = 1.0, amount: int = 40) -> MeshTable:
-    place = np.arange(amount) / amount
-    stiffness = scale * 4e8 * (1.0 + 0.2 * np.cos(2.0 * np.pi * place))
+    position = np.arange(amount) / amount
+    stiffness = scale * 4e8 * (1.0 + 0.2 * np.cos(2.0 * np.pi * position))
     columns = {"stiffness_N_per_m": stiffness[None]}
-    return MeshTable(np.array([100.0]), place, columns)
+    return MeshTable(np.array([100.0]), position, columns)
 
 
 def with_table(command: str, *names: str) -> fegear.Study:
@@ -78,8 +78,8 @@ def test_all_studies_with_tables_are_here():
 def test_an_edited_table_is_another_input(command, tmp_path):
     path = tmp_path / "t.csv"
     path.write_text(format_table(mesh_table()))
-    asked = with_table(command, str(path))
-    before = asked.inputs
+    study = with_table(command, str(path))
+    before = study.inputs
     assert before == with_table(command, str(path)).inputs
     path.write_text(format_table(mesh_table(1.0 + 1e-15)))
     after = with_table(command, str(path)).inputs
@@ -102,20 +102,20 @@ def test_tables_from_python_are_inputs_to_the_last_bit():
 
 def test_files_by_place_are_declared():
     """Names of what is read: no output replaces them, and checkpoints hold them."""
-    found = set[str]()
+    declarations = set[str]()
 
     def walk(group, command):
-        for each in exposed_fields(group):
-            if each.group is not None:
-                walk(each.group, command)
-            elif isinstance(each.declared, Setting) and each.declared.place:
-                found.add(f"{each.declared.place} {each.declared.reads}")
+        for field in exposed_fields(group):
+            if field.group is not None:
+                walk(field.group, command)
+            elif isinstance(field.declared, Setting) and field.declared.place:
+                declarations.add(f"{field.declared.place} {field.declared.reads}")
 
     for command in STUDIES:
         walk(group_of(load_study(command)), command)
     places = {"SET", "MACHINE", "GEARBOX", "FILE", "CASE"}
-    assert found >= {f"{place} True" for place in places}
-    assert not {f"{place} False" for place in places} & found
+    assert declarations >= {f"{place} True" for place in places}
+    assert not {f"{place} False" for place in places} & declarations
 
 
 def test_an_edited_table_is_not_resumed(tmp_path, monkeypatch):
@@ -127,27 +127,27 @@ def test_an_edited_table_is_not_resumed(tmp_path, monkeypatch):
     elements = fegear.StaticsSettings(resolution="coarse", positions=8)
     table = fegear.solve_mesh(gears, torques=(100.0,), settings=elements).table
     Path("t.csv").write_text(format_table(table))
-    asked = with_table("stability", "t.csv")
-    asked = replace(asked, model=fegear.LumpedModel(bending=0.39))
-    words = ["--debug", *asked.argv, "-o", "m.csv"]
-    known, calls = stability.scan_stability, list[object]()
+    study = with_table("stability", "t.csv")
+    study = replace(study, model=fegear.LumpedModel(bending=0.39))
+    argv = ["--debug", *study.argv, "-o", "m.csv"]
+    scan, calls = stability.scan_stability, list[object]()
 
-    def stopped(*given: Any) -> Any:
-        calls.append(given)
+    def stopped(*args: Any) -> Any:
+        calls.append(args)
         if len(calls) == 3:
             raise KeyboardInterrupt
-        return known(*given)
+        return scan(*args)
 
     stiffer = {name: 1.1 * values for name, values in table.columns.items()}
     other = replace(table, columns=stiffer)
     with monkeypatch.context() as patched:
         patched.setattr(stability, "scan_stability", stopped)
         keeping = CheckpointOptions(checkpoint=Path("m.csv.partial"))
-        assert not fegear.run(asked, keeping, workers=1).complete
+        assert not fegear.run(study, keeping, workers=1).complete
     Path("t.csv").write_text(format_table(other))
     with pytest.raises(InputError, match=r"^m\.csv\.partial: .* content of t\.csv = '"):
-        run([*words, "--resume"])
+        run([*argv, "--resume"])
     Path("t.csv").write_text(format_table(table))
-    run([*words, "--resume"])
-    run([*words[:-1], "whole.csv"])
+    run([*argv, "--resume"])
+    run([*argv[:-1], "whole.csv"])
     assert Path("m.csv").read_bytes() == Path("whole.csv").read_bytes()

@@ -92,8 +92,8 @@ def test_errors_of_random_pairs_are_contained(number):
 
 def test_every_torque_has_its_estimate(capsys, tmp_path):
     table = tmp_path / "t.csv"
-    words = ["--torque", "5", "--torque", "100", "--torque", "300", "--positions", "24"]
-    assert run(["stiffness", *words, "--json", "-o", str(table)]) == 0
+    argv = ["--torque", "5", "--torque", "100", "--torque", "300", "--positions", "24"]
+    assert run(["stiffness", *argv, "--json", "-o", str(table)]) == 0
     values = json.loads(capsys.readouterr().out)
     for name in ("mean", "path", "corner"):
         key = f"discretisation_ste_{name}"

@@ -60,9 +60,9 @@ def test_relieved_pairs_carry_at_rest_what_those_of_the_elements_do(elements, to
         [p.stiffness(table.position) for p in e.pairs] for e in (excitation, plain)
     ]
     # where a pair carries nothing at rest, it may touch in motion as others would
-    for own, other, pair in zip(*stiffness, excitation.pairs, strict=True):
-        apart = pair.gap(table.position) >= table["ste_m"][0] * (1.0 + 1e-9)
-        np.testing.assert_allclose(own[apart], other[apart], rtol=1e-9)
+    for relieved, other, pair in zip(*stiffness, excitation.pairs, strict=True):
+        separated = pair.gap(table.position) >= table["ste_m"][0] * (1.0 + 1e-9)
+        np.testing.assert_allclose(relieved[separated], other[separated], rtol=1e-9)
 
 
 def test_gap_on_the_path_is_that_of_the_elements(elements):

@@ -87,13 +87,13 @@ def test_twice_the_width_under_twice_the_torque_is_twice_as_stiff(model):
 
 @pytest.mark.slow
 def test_known_figures_come_back_and_leave_a_valley(model, measured):
-    found = identify(model, measured)
-    assert found.best.misfit < 0.01
-    np.testing.assert_allclose(found.best.mean, measured.mean, rtol=2e-3)
-    np.testing.assert_allclose(found.best.variation, measured.variation, atol=2e-3)
-    assert found.interpolation_error < 1e-3
+    fit = identify(model, measured)
+    assert fit.best.misfit < 0.01
+    np.testing.assert_allclose(fit.best.mean, measured.mean, rtol=2e-3)
+    np.testing.assert_allclose(fit.best.variation, measured.variation, atol=2e-3)
+    assert fit.interpolation_error < 1e-3
     # one mesh gives two figures for three unknowns: the true set is one of many
-    good = found.equally_good
+    good = fit.equally_good
     assert len(good) > 5
     at_true_hub = [
         np.interp(HUBS[0], [c.hub_radius[0] for c in good], column)
@@ -104,24 +104,24 @@ def test_known_figures_come_back_and_leave_a_valley(model, measured):
     ]
     assert at_true_hub == pytest.approx([HUBS[1], WIDTH], rel=0.03)
     again = identify(model, measured)
-    assert np.array_equal(again.best.hub_radius, found.best.hub_radius)
+    assert np.array_equal(again.best.hub_radius, fit.best.hub_radius)
 
 
 def test_the_chosen_hubs_are_alike_in_proportion(model, measured, pair):
-    found = identify(model, measured)
+    fit = identify(model, measured)
     roots = [gear.geometry.root_radius for gear in pair.gears]
 
     def spread(candidate):
         return np.ptp(np.log(candidate.hub_radius / roots))
 
-    assert spread(found.best) <= min(map(spread, found.equally_good)) + 0.02
+    assert spread(fit.best) <= min(map(spread, fit.equally_good)) + 0.02
 
 
 def test_a_held_width_stays_and_one_hub_follows(model, measured):
-    found = identify(model, replace(measured, variation=np.array([np.nan])), True, 1)
-    assert found.along == 1
-    assert {c.width_factor for c in (found.best, *found.valley)} == {1.0}
-    hubs = [c.hub_radius for c in found.equally_good]
+    fit = identify(model, replace(measured, variation=np.array([np.nan])), True, 1)
+    assert fit.along == 1
+    assert {c.width_factor for c in (fit.best, *fit.valley)} == {1.0}
+    hubs = [c.hub_radius for c in fit.equally_good]
     driver, driven = np.array(hubs).T
     assert (np.diff(driven) > 0).all()
     assert (np.diff(driver) < 0).all()  # a stiffer wheel asks for a softer pinion
@@ -159,17 +159,17 @@ def test_a_gear_without_room_for_a_hub_is_refused(pair):
 
 
 def test_the_valley_as_a_file(model, measured, pair):
-    found = identify(model, measured)
+    fit = identify(model, measured)
     study = Identification(
         gear_set=pair, mean=measured.mean, variation=measured.variation
     )
-    lines = IdentificationResult(study, found).table.csv().splitlines()
+    lines = IdentificationResult(study, fit).table.csv().splitlines()
     assert lines[0] == "# gear set: liu-pair"
-    assert len(lines) == 4 + len(found.valley)
+    assert len(lines) == 4 + len(fit.valley)
     names = lines[2].split(",")[1:]
-    for line, candidate in ((lines[3], found.best), (lines[4], found.valley[0])):
+    for line, candidate in ((lines[3], fit.best), (lines[4], fit.valley[0])):
         numbers = map(float, line.split(",")[1:])
         row = dict(zip(names, numbers, strict=True))
         assert row == plain_candidate(pair, candidate)
-    width = 1e3 * found.valley[0].width_factor * pair.gears[0].face_width
+    width = 1e3 * fit.valley[0].width_factor * pair.gears[0].face_width
     assert row["pinion_face_width_mm"] == pytest.approx(width, rel=1e-4)

@@ -81,9 +81,9 @@ def test_functions_and_results_say_what_they_are():
 
 
 def test_it_is_a_program():
-    words = [sys.executable, "-m", "fegear", "--version"]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
-    assert done.stdout == f"fegear {package_version()}\n"
+    command = [sys.executable, "-m", "fegear", "--version"]
+    process = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert process.stdout == f"fegear {package_version()}\n"
 
 
 def test_a_gear_set_made_in_python():
@@ -96,8 +96,8 @@ def test_a_gear_set_made_in_python():
         ],
         "mesh": [{"driver": "a", "driven": "b", "operating_pressure_angle_deg": 20}],
     }
-    made = fegear.make_gear_set(tables, {"gear.a.teeth": 31})
-    assert [gear.geometry.teeth for gear in made.gears] == [31, 45]
+    gear_set = fegear.make_gear_set(tables, {"gear.a.teeth": 31})
+    assert [gear.geometry.teeth for gear in gear_set.gears] == [31, 45]
     with pytest.raises(fegear.InputError, match="teeth"):
         fegear.make_gear_set(tables, {"gear.a.teeth": 3})
 
@@ -113,10 +113,10 @@ def test_frames_where_pandas_is_there(monkeypatch):
     np.testing.assert_array_equal(columns["position"], [0.0, 0.25, 0.5, 0.75] * 2)
     np.testing.assert_array_equal(columns["ste_m"], table.table["ste_m"].ravel())
     model = fegear.LumpedModel(stiffness=FAST)
-    asked = fegear.Sweep(
+    study = fegear.Sweep(
         gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model, direction="up"
     )
-    assert fegear.run(asked).to_frame()["mesh_frequency_Hz"] == SPEEDS
+    assert fegear.run(study).to_frame()["mesh_frequency_Hz"] == SPEEDS
 
 
 def test_the_summary_of_a_sweep_is_that_of_the_command(capsys):
@@ -124,12 +124,12 @@ def test_the_summary_of_a_sweep_is_that_of_the_command(capsys):
 
     gears = fegear.load_gear_set("liu-pair")
     model = fegear.LumpedModel(stiffness=FAST)
-    found = fegear.run(
+    result = fegear.run(
         fegear.Sweep(gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model)
     )
-    words = "sweep liu-pair --excitation rectangular --torque 100 --speeds 2000,2100"
-    assert run([*words.split(), "-o", "command.csv"]) == 0
-    found.to_csv("python.csv")
+    command = "sweep liu-pair --excitation rectangular --torque 100 --speeds 2000,2100"
+    assert run([*command.split(), "-o", "command.csv"]) == 0
+    result.to_csv("python.csv")
     texts = (Path(f"{name}.csv").read_text() for name in ("command", "python"))
     assert len(set(texts)) == 1
 
@@ -144,10 +144,10 @@ def test_torques_that_are_nowhere():
 @pytest.mark.slow
 def test_no_module_hides_what_is_offered():
     """A module of the package becomes its attribute once it is imported."""
-    words = "import fegear; " + "; ".join(
+    code = "import fegear; " + "; ".join(
         ("[getattr(fegear, name) for name in fegear.__all__]",) * 2
         + ("assert callable(fegear.lumped_system), fegear.lumped_system",)
     )
-    subprocess.run([sys.executable, "-c", words], check=True)
-    offered = [getattr(fegear, name) for name in fegear.__all__]
-    assert not any(isinstance(each, ModuleType) for each in offered)
+    subprocess.run([sys.executable, "-c", code], check=True)
+    members = [getattr(fegear, name) for name in fegear.__all__]
+    assert not any(isinstance(member, ModuleType) for member in members)

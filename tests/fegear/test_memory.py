@@ -51,10 +51,10 @@ def test_what_is_freed_before_does_not_hide_a_later_need():
     ],
 )
 def test_what_the_system_does_not_tell_is_not_made_up(content, tmp_path, monkeypatch):
-    place = tmp_path / "status"
+    path = tmp_path / "status"
     if content is not None:
-        place.write_text(content)
-    monkeypatch.setattr(memory, "STATUS", place)
+        path.write_text(content)
+    monkeypatch.setattr(memory, "STATUS", path)
     level = memory_level()
     assert math.isnan(level.resident_MB)
     assert math.isnan(level.peak_MB)

@@ -36,9 +36,9 @@ def test_failed_writer_leaves_the_old_file(tmp_path):
 
 
 def test_suffix_is_kept_for_the_writer(tmp_path):
-    seen = []
-    write_whole(tmp_path / "a.npz", lambda beside: seen.append(beside.suffix))
-    assert seen == [".npz"]
+    suffixes = []
+    write_whole(tmp_path / "a.npz", lambda temporary: suffixes.append(temporary.suffix))
+    assert suffixes == [".npz"]
 
 
 def test_permissions_are_those_of_a_usual_file(tmp_path):
@@ -87,12 +87,12 @@ def test_what_a_killed_process_left_is_swept_away(tmp_path):
     mine.write_text("mine")
     command = [sys.executable, "-c", KILLED, str(path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
-        beside = writer.stdout.readline().strip()
+        temporary = writer.stdout.readline().strip()
         again = [sys.executable, "-c", KILLED.replace("sleep(60)", "sleep(0)")]
         subprocess.run([*again, str(path)], check=True, capture_output=True)
-        assert os.path.exists(beside), "its process still runs"
+        assert os.path.exists(temporary), "its process still runs"
         writer.kill()
-    assert os.path.exists(beside)
+    assert os.path.exists(temporary)
     write_whole(tmp_path / "b.csv", lambda place: place.write_text("whole"))
     assert sorted(p.name for p in tmp_path.iterdir()) == [mine.name, "a.png", "b.csv"]
 
@@ -105,8 +105,8 @@ def test_files_are_swept_by_their_locks_not_by_process_numbers(tmp_path):
     with locked.open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         write_whole(tmp_path / "a.csv", lambda place: place.write_text("whole"))
-    left = sorted(path.name for path in tmp_path.iterdir())
-    assert left == [locked.name, "a.csv"]
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == [locked.name, "a.csv"]
 
 
 def test_a_file_that_is_being_written_is_locked(tmp_path):

@@ -60,10 +60,10 @@ def pair():
 def with_modes(system, count):
     """The system with no more than so many families of body modes."""
     contacts = system.contacts
-    kept = np.isin(
+    mode_mask = np.isin(
         contacts.inertia.families, np.unique(contacts.inertia.families)[:count]
     )
-    contacts = replace(contacts, modes=contacts.solved.only(kept), kept=kept)
+    contacts = replace(contacts, modes=contacts.solved.only(mode_mask), kept=mode_mask)
     return replace(system, contacts=contacts)
 
 
@@ -84,7 +84,7 @@ def test_a_speed_has_the_same_motion_alone_and_among_others():
 def test_finite_elements_keep_the_same_modes_at_any_speed():
     gear_set, excitations = load_gear_set("liu-idler"), Excitations()
     reference = lumped_system(gear_set, 100.0, excitations=excitations)
-    kept = {
+    elastic_modes = {
         prepare(
             *(gear_set, 100.0, reference, speeds, FiniteElements(fidelity=fidelity)),
             *(DynamicSettings(), excitations),
@@ -92,7 +92,7 @@ def test_finite_elements_keep_the_same_modes_at_any_speed():
         for fidelity in ("auto", "reduced")
         for speeds in ([300.0], [2000.0], [300.0, 4000.0])
     }
-    assert len(kept) <= 2  # one of each fidelity
+    assert len(elastic_modes) <= 2  # one of each fidelity
 
 
 def test_what_is_left_out_is_measured(pair):
@@ -113,8 +113,8 @@ def test_what_is_left_out_is_measured(pair):
 def test_a_motion_that_diverges_with_all_modes_is_warned_of(pair, monkeypatch):
     few = with_modes(pair, 2)
     one = respond(few, 5900.0)
-    gone = replace(one, status=Status.DIVERGED, dte_rms=np.full(1, np.nan))
-    monkeypatch.setattr(truncation_check, "steady_state", lambda *_: (gone, None))
+    diverged = replace(one, status=Status.DIVERGED, dte_rms=np.full(1, np.nan))
+    monkeypatch.setattr(truncation_check, "steady_state", lambda *_: (diverged, None))
     checks = check_truncation(few, [one], Settings())
     assert [check.error for check in checks] == [np.inf]
     (warning,) = truncation_warnings(checks)
@@ -147,7 +147,7 @@ def test_a_harmonic_that_meets_a_mode_of_a_body_is_seen():
     assert check.error < 0.02
     # one family alone is far off, and warned of
     few = with_modes(system, 1)
-    off = respond(few, speed)
-    assert np.abs(off.dte_rms / expected.dte_rms - 1.0).max() > 0.08
-    checks = check_truncation(few, [off], Settings())
+    one_family = respond(few, speed)
+    assert np.abs(one_family.dte_rms / expected.dte_rms - 1.0).max() > 0.08
+    checks = check_truncation(few, [one_family], Settings())
     assert len(list(truncation_warnings(checks))) == 1

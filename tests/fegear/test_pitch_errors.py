@@ -32,7 +32,9 @@ def uneven(problem):
 
 def with_errors(gear_set: GearSet, *errors: tuple[float, ...]) -> GearSet:
     pairs = zip(gear_set.gears, errors, strict=True)
-    gears = tuple(replace(gear, pitch_errors=each) for gear, each in pairs)
+    gears = tuple(
+        replace(gear, pitch_errors=gear_errors) for gear, gear_errors in pairs
+    )
     return replace(gear_set, gears=gears)
 
 
@@ -45,13 +47,13 @@ def test_pairs_count_anew_in_each_base_pitch(uneven):
     """The same contact whether a position is 7.4, or 0.4 in base pitch 7."""
     pitch = np.repeat(np.arange(PITCHES), 4)
     position = np.tile(np.arange(4) / 4 + 0.05, PITCHES)
-    whole = solve_cycle(uneven, [100.0], position, pitch)
+    cycle = solve_cycle(uneven, [100.0], position, pitch)
     for n in (0, 5, 30, 39):
         alone = solve_cycle(uneven, [100.0], [position[n] + pitch[n]])
-        assert whole.position[n] == pytest.approx(alone.position[0])
-        assert whole.ste[0, n] == pytest.approx(alone.ste[0, 0], rel=1e-6)
-        assert whole.no_load[0, n] == pytest.approx(alone.no_load[0, 0], abs=1e-12)
-    assert np.ptp(whole.no_load) > 2e-6
+        assert cycle.position[n] == pytest.approx(alone.position[0])
+        assert cycle.ste[0, n] == pytest.approx(alone.ste[0, 0], rel=1e-6)
+        assert cycle.no_load[0, n] == pytest.approx(alone.no_load[0, 0], abs=1e-12)
+    assert np.ptp(cycle.no_load) > 2e-6
 
 
 def rigid_errors(problem, position, back):
@@ -61,22 +63,28 @@ def rigid_errors(problem, position, back):
     contact, is in the reference pair at position n. On the back flanks the driven
     tooth is as early as it is thick, and a driver's tooth stands ahead of it.
     """
-    pair, found = problem.pair, []
-    one, two = problem.driver_pitch_errors, problem.driven_pitch_errors
-    for at in position:
+    pair, errors = problem.pair, []
+    driver_errors, driven_errors = (
+        problem.driver_pitch_errors,
+        problem.driven_pitch_errors,
+    )
+    for x in position:
         gaps = []
-        for n in range(int(at) - 4, int(at) + 5):
-            passed = at - n
+        for n in range(int(x) - 4, int(x) + 5):
+            pitches = x - n
             if back:
-                passed = float(back_side_position(pair, at - n))
-            roll = pair.pitch_point + passed * pair.base_pitch
+                pitches = float(back_side_position(pair, x - n))
+            roll = pair.pitch_point + pitches * pair.base_pitch
             if not pair.path_start <= roll <= pair.path_end:
                 continue
-            ahead = n - 1 if back else n
-            total = one[ahead % len(one)] + two[n % len(two)]
+            driver_tooth = n - 1 if back else n
+            total = (
+                driver_errors[driver_tooth % len(driver_errors)]
+                + driven_errors[n % len(driven_errors)]
+            )
             gaps.append(-total if back else total)
-        found.append(min(gaps))
-    return np.array(found)
+        errors.append(min(gaps))
+    return np.array(errors)
 
 
 @pytest.mark.parametrize("back", [False, True])
@@ -84,11 +92,11 @@ def test_rigid_teeth_follow_the_first_pair_to_touch(uneven, back):
     position = np.arange(PITCHES * 8) / 8 + 0.02
     case = replace(uneven, corner_contact=False)
     torque = -100.0 if back else 100.0
-    found = solve_cycle(case, [torque], position % 1.0, np.floor(position).astype(int))
+    cycle = solve_cycle(case, [torque], position % 1.0, np.floor(position).astype(int))
     expected = rigid_errors(case, position, back)
     if back:
         expected = -(case.pair.backlash + expected)
-    np.testing.assert_allclose(found.no_load[0], expected, atol=1e-10)
+    np.testing.assert_allclose(cycle.no_load[0], expected, atol=1e-10)
     assert np.ptp(expected) > 2e-6
 
 
@@ -96,8 +104,8 @@ def test_rigid_teeth_follow_the_first_pair_to_touch(uneven, back):
 def test_the_approach_of_a_torque_gives_the_torque(uneven, torque):
     position = np.arange(PITCHES) + 0.3
     cycle = solve_cycle(uneven, [torque], np.full(PITCHES, 0.3), np.arange(PITCHES))
-    found = contact_at(uneven, position, cycle.ste[0])
-    np.testing.assert_allclose(found.torque, torque, rtol=5e-3)
+    contact = contact_at(uneven, position, cycle.ste[0])
+    np.testing.assert_allclose(contact.torque, torque, rtol=5e-3)
 
 
 def test_a_table_goes_on_until_the_pairs_repeat(uneven_set):
@@ -109,8 +117,8 @@ def test_a_table_goes_on_until_the_pairs_repeat(uneven_set):
     assert parse_table(format_table(table)) == table
     # every base pitch differs from the others
     ste = table["ste_m"][0].reshape(PITCHES, 16)
-    apart = np.abs(ste[:, None] - ste[None, :]).max(axis=2)
-    assert (apart[~np.eye(PITCHES, dtype=bool)] > 1e-7).all()
+    distance = np.abs(ste[:, None] - ste[None, :]).max(axis=2)
+    assert (distance[~np.eye(PITCHES, dtype=bool)] > 1e-7).all()
     plain = solve_mesh(without_pitch_errors(uneven_set), 0, [100.0], SETTINGS)
     assert plain.pitches == 1
     assert "pitch errors" not in plain.table.header
@@ -135,16 +143,16 @@ def test_model_1_has_nearly_the_statics_of_the_finite_elements(uneven_set):
     force = 100.0 / uneven_set.meshes[0].pair.driver.base_radius
     excitation = source.of(uneven_set, 0, 100.0, 1)
     assert excitation.period == PITCHES
-    found = static_deflection(excitation, force, table.position)
-    off = found - table["ste_m"][0]
+    deflection = static_deflection(excitation, force, table.position)
+    deviation = deflection - table["ste_m"][0]
     alone = table["n_pairs"][0] == 1
-    assert np.abs(off[alone & (table.position % 1.0 < 0.1)]).max() < 1e-9
-    assert off.std() < 0.1 * table["ste_m"][0].std()
+    assert np.abs(deviation[alone & (table.position % 1.0 < 0.1)]).max() < 1e-9
+    assert deviation.std() < 0.1 * table["ste_m"][0].std()
     # one tooth's error on every tooth, or none, is no match for that
     for one_for_all in (0.0, float(tooth_pair_errors(uneven_set, 0)[0])):
         plain = source.table(without_pitch_errors(uneven_set), 0, 100.0)["ste_m"][0]
         repeated = np.tile(plain + one_for_all, PITCHES)
-        assert (repeated - table["ste_m"][0]).std() > 3.0 * off.std()
+        assert (repeated - table["ste_m"][0]).std() > 3.0 * deviation.std()
 
 
 @pytest.mark.parametrize("model", [2, 3])
@@ -165,7 +173,7 @@ def test_an_idler_drives_with_the_flank_that_stands_ahead():
     uneven = with_errors(idler, (), errors, ())
     source = Excitations(StiffnessSource(positions=16, resolution="coarse"))
     free = [source.table(uneven, m, 100.0)["nlte_m"][0] for m in range(2)]
-    late, early = (each.reshape(55, -1) for each in free)
+    late, early = (error.reshape(55, -1) for error in free)
     assert late.max() == pytest.approx(2e-6, abs=1e-9)
     assert int(late.max(axis=1).argmax()) in (29, 30)
     assert early.min() == pytest.approx(-2e-6, abs=1e-9)
@@ -177,9 +185,11 @@ def test_tables_know_which_tooth_is_first():
     idler = load_gear_set("liu-idler")
     errors = tuple(2e-6 if tooth == 30 else 0.0 for tooth in range(55))
     source = Excitations(StiffnessSource(positions=16, resolution="coarse"))
-    found = []
+    no_load_errors = []
     for phase in (0.2, 1.2):
         meshes = (idler.meshes[0], replace(idler.meshes[1], phase=phase))
         uneven = with_errors(replace(idler, meshes=meshes), (), errors, ())
-        found.append(source.table(uneven, 1, 100.0)["nlte_m"][0])
-    np.testing.assert_allclose(np.roll(found[0], 16), found[1], atol=1e-9)
+        no_load_errors.append(source.table(uneven, 1, 100.0)["nlte_m"][0])
+    np.testing.assert_allclose(
+        np.roll(no_load_errors[0], 16), no_load_errors[1], atol=1e-9
+    )

@@ -36,7 +36,7 @@ def test_a_usual_result_is_not_doubted():
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "message"),
     [
         ({"transmission_error": 2.1e-4}, "210 um exceeds a tenth of the module, 200"),
         ({"transmission_error": -2.1e-4}, "210 um exceeds a tenth of the module"),
@@ -44,22 +44,22 @@ def test_a_usual_result_is_not_doubted():
         ({"backlash": 0.0, "back_side": 0.51}, "back flanks touch for 51 % of the"),
     ],
 )
-def test_each_reason_is_one_line_with_both_numbers(changes, words):
+def test_each_reason_is_one_line_with_both_numbers(changes, message):
     (line,) = reasons(**changes)
     assert line.startswith("mesh 1: ")
-    assert words in line
+    assert message in line
     assert "\n" not in line
 
 
-def told(capsys, *words: str) -> tuple[dict, list[str]]:
+def command_output(capsys, *argv: str) -> tuple[dict, list[str]]:
     """What a command prints as JSON, and its lines on the error stream."""
-    assert run([*words, "--json"]) == 0
+    assert run([*argv, "--json"]) == 0
     printed = capsys.readouterr()
     return json.loads(printed.out), printed.err.splitlines()
 
 
 @pytest.mark.parametrize(
-    ("words", "part"),
+    ("argv", "part"),
     [
         (["stiffness", *COARSE, "--torque", "1e8"], "1e+08 N m: transmission error"),
         (["compare", "--torque", "1e7"], "exceeds a tenth of the module"),
@@ -78,22 +78,22 @@ def told(capsys, *words: str) -> tuple[dict, list[str]]:
             "without backlash the back flanks touch",
         ),
     ],
-    ids=lambda words: words[0] if isinstance(words, list) else "",
+    ids=lambda argv: argv[0] if isinstance(argv, list) else "",
 )
-def test_commands_warn_in_one_line_and_in_json(capsys, words, part):
-    values, lines = told(capsys, *words)
-    assert [f"warning: {each}" for each in values["warnings"]] == lines
+def test_commands_warn_in_one_line_and_in_json(capsys, argv, part):
+    values, lines = command_output(capsys, *argv)
+    assert [f"warning: {warning}" for warning in values["warnings"]] == lines
     assert len(lines) == 1
     assert part in lines[0]
 
 
 def test_usual_results_are_without_warnings(capsys):
-    for words in (
+    for argv in (
         ["stiffness", *COARSE],
         ["sweep", *RECTANGULAR, "--speeds", "900:1500:100"],
         ["motion", *RECTANGULAR, "--speed", "1500"],
     ):
-        values, lines = told(capsys, *words)
+        values, lines = command_output(capsys, *argv)
         assert values["warnings"] == []
         assert lines == []
 
@@ -118,13 +118,13 @@ def test_what_closed_forms_leave_out_is_said(capsys, tmp_path):
     text = text.replace("[load]", relief)
     text = text.replace("teeth = 38", f"teeth = 38\npitch_errors_um = [{errors}]")
     (tmp_path / "own.toml").write_text(text)
-    _, lines = told(capsys, "compare", str(tmp_path / "own.toml"))
+    _, lines = command_output(capsys, "compare", str(tmp_path / "own.toml"))
     start = 'warning: gear "pinion" has '
     assert lines == [
         f"{start}tip relief, which the closed forms leave out",
         f"{start}pitch_errors_um, which are left out: the closed forms know none",
     ]
-    assert told(capsys, "compare")[1] == []
+    assert command_output(capsys, "compare")[1] == []
 
 
 def test_pressure_at_sharp_tips_is_no_reason():
@@ -147,20 +147,20 @@ def test_evidence_that_holds_is_no_warning(coarse):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
         ({"residual": 0.002}, "gaps and pressures of the contact are off by 0.002"),
         ({"residual": math.nan}, "gaps and pressures of the contact are off by nan"),
         ({"driven_torque": 1.01}, "works of both torques over the cycle are off by"),
     ],
 )
-def test_a_self_check_that_fails_is_a_warning(coarse, change, words):
+def test_a_self_check_that_fails_is_a_warning(coarse, change, message):
     ((name, factor),) = change.items()
-    own = getattr(coarse.cycle, name)
-    wrong = own * factor if own.any() else own + factor
+    value = getattr(coarse.cycle, name)
+    wrong = value * factor if value.any() else value + factor
     cycle = replace(coarse.cycle, **{name: wrong})
     (line,) = table_warnings(replace(coarse, cycle=cycle))
-    assert words in line
+    assert message in line
 
 
 def test_a_mesh_that_is_too_coarse_is_a_warning(coarse):

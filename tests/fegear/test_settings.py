@@ -112,34 +112,34 @@ EXAMPLES = [  # of classes that must be told something
     LoadMachineRef(name="roots-a"),
     MotionMachineRef(name="roots-a"),
 ]
-KNOWN = {type(each): each for each in EXAMPLES}
+INSTANCES = {type(instance): instance for instance in EXAMPLES}
 OFFERED = [getattr(home, name) for home in (fegear, lumped) for name in home.__all__]
 
 
 def parts(kind: Any) -> Iterator[Any]:
     """A type and those that it is made of."""
     yield kind
-    for each in get_args(kind):
+    for argument in get_args(kind):
         if get_origin(kind) is not Literal:
-            yield from parts(each)
+            yield from parts(argument)
 
 
 def public_classes() -> list[type]:
     """Dataclasses that the packages offer, and those of their fields."""
-    found: list[type] = []
-    waiting = [each for each in OFFERED if is_dataclass(each)] + list(KNOWN)
-    while waiting:
-        kind = waiting.pop(0)
-        if kind in {*found} | RESULTS | READ:
+    classes: list[type] = []
+    queue = [member for member in OFFERED if is_dataclass(member)] + list(INSTANCES)
+    while queue:
+        kind = queue.pop(0)
+        if kind in {*classes} | RESULTS | READ:
             continue
-        found.append(kind)
+        classes.append(kind)
         for hint in get_type_hints(kind).values():
-            waiting += [p for p in parts(hint) if is_dataclass(p)]
-    return found
+            queue += [p for p in parts(hint) if is_dataclass(p)]
+    return classes
 
 
 def example(kind: type) -> Any:
-    return KNOWN[kind] if kind in KNOWN else kind()
+    return INSTANCES[kind] if kind in INSTANCES else kind()
 
 
 def wrong_values(hint: Any) -> Iterator[Any]:
@@ -148,7 +148,7 @@ def wrong_values(hint: Any) -> Iterator[Any]:
     if get_origin(kinds[0]) is tuple:
         yield 1.0
         element = get_args(kinds[0])[0]
-        yield from ((each,) for each in wrong_values(element))
+        yield from ((value,) for value in wrong_values(element))
         return
     yield from ("no such word", math.nan, [2.0])
     if not any(kind in (int, float) for kind in kinds):
@@ -164,10 +164,10 @@ def wrong_values(hint: Any) -> Iterator[Any]:
 def settings() -> Iterator[Any]:
     for kind in public_classes():
         hints = get_type_hints(kind)
-        for each in fields(kind):
-            name = f"{kind.__module__}.{kind.__name__}-{each.name}"
-            if each.name not in FREE:
-                yield pytest.param(kind, each.name, hints[each.name], id=name)
+        for field in fields(kind):
+            name = f"{kind.__module__}.{kind.__name__}-{field.name}"
+            if field.name not in FREE:
+                yield pytest.param(kind, field.name, hints[field.name], id=name)
 
 
 @pytest.mark.parametrize(("kind", "name", "hint"), list(settings()))
@@ -287,9 +287,9 @@ def test_messages_name_the_setting_the_value_and_what_is_allowed(make, message):
 
 
 WITH_A_GEAR_SET = [
-    each
-    for each in OFFERED
-    if isfunction(each) and "gear_set" in signature(each).parameters
+    function
+    for function in OFFERED
+    if isfunction(function) and "gear_set" in signature(function).parameters
 ]
 
 
@@ -312,10 +312,10 @@ def test_numbers_of_numpy_are_numbers():
         corner_contact=np.bool_(False),
     )
     assert settings.positions == 8
-    given = np.array([2800.0, 2900.0])
+    speeds = np.array([2800.0, 2900.0])
     model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
     torque = np.array([100.0])
-    asked = fegear.Sweep(gear_set=GEARS, torque=torque, speeds=given, model=model)
-    assert asked.speeds == (2800.0, 2900.0)
-    assert asked.torque == (100.0,)
-    assert "2800,2900" in fegear.Sweep(gear_set="liu-pair", speeds=given).argv
+    study = fegear.Sweep(gear_set=GEARS, torque=torque, speeds=speeds, model=model)
+    assert study.speeds == (2800.0, 2900.0)
+    assert study.torque == (100.0,)
+    assert "2800,2900" in fegear.Sweep(gear_set="liu-pair", speeds=speeds).words

@@ -49,17 +49,17 @@ def fill(checkpoint, branch: str, count: int) -> None:
 
 def assert_true(checkpoint, branch: str) -> int:
     """Every finished speed and the state are what was added; how many there are."""
-    found = checkpoint.finished(branch)
-    assert found == [values_of(index) for index in range(len(found))]
+    records = checkpoint.finished(branch)
+    assert records == [values_of(index) for index in range(len(records))]
     state = checkpoint.state(branch)
-    if not found:
+    if not records:
         assert state is None
         return 0
-    expected = state_of(len(found) - 1)
+    expected = state_of(len(records) - 1)
     assert list(state) == list(expected)
     for name, array in expected.items():
         np.testing.assert_array_equal(state[name], array, strict=True)
-    return len(found)
+    return len(records)
 
 
 @contextmanager
@@ -136,10 +136,12 @@ def test_floats_come_back_to_the_bit(figures, numbers):
         with opened(place) as checkpoint:
             checkpoint.add(UP, {"figures": figures}, state)
         with opened(place) as checkpoint:
-            found = checkpoint.finished(UP)[0]["figures"]
+            stored_figures = checkpoint.finished(UP)[0]["figures"]
             arrays = checkpoint.state(UP)
-    assert list(found) == list(figures)
-    assert [bits(v) for v in found.values()] == [bits(v) for v in figures.values()]
+    assert list(stored_figures) == list(figures)
+    assert [bits(v) for v in stored_figures.values()] == [
+        bits(v) for v in figures.values()
+    ]
     assert list(arrays) == list(state)
     for name, array in state.items():
         assert arrays[name].tobytes() == array.tobytes()
@@ -154,8 +156,8 @@ def test_state_without_arrays(place):
 def test_numpy_floats_and_tuples_are_values(place):
     with opened(place) as checkpoint:
         checkpoint.add(UP, {"rms": (np.float64(0.1), -np.float64(0.0))}, {})
-        found = checkpoint.finished(UP)[0]["rms"]
-    assert [bits(value) for value in found] == [bits(0.1), bits(-0.0)]
+        rms = checkpoint.finished(UP)[0]["rms"]
+    assert [bits(value) for value in rms] == [bits(0.1), bits(-0.0)]
 
 
 @pytest.mark.parametrize(
@@ -258,10 +260,14 @@ def test_lock_is_held_until_closed(place):
 
 def damaged(data: bytes, chance: random.Random) -> bytes:
     """Cut off, with a byte changed, or filled with zeros."""
-    at = chance.randrange(len(data))
-    other = bytes([data[at] ^ (1 << chance.randrange(8))])
+    index = chance.randrange(len(data))
+    flipped_byte = bytes([data[index] ^ (1 << chance.randrange(8))])
     return chance.choice(
-        [data[:at], data[:at] + other + data[at + 1 :], data[:at] + bytes(9)]
+        [
+            data[:index],
+            data[:index] + flipped_byte + data[index + 1 :],
+            data[:index] + bytes(9),
+        ]
     )
 
 
@@ -269,9 +275,9 @@ def test_damage_never_yields_a_wrong_value(place):
     with opened(place) as checkpoint:
         fill(checkpoint, UP, 4)
         fill(checkpoint, DOWN, 2)
-    whole, chance = place.read_bytes(), random.Random(1)
+    content, chance = place.read_bytes(), random.Random(1)
     for _ in range(RANDOM_CASES):
-        place.write_bytes(damaged(whole, chance))
+        place.write_bytes(damaged(content, chance))
         try:
             checkpoint = open_checkpoint(place, INPUTS, resume=True)
         except InputError:
@@ -392,9 +398,9 @@ def contents(place: Path) -> list[list[tuple]]:
 def test_killed_at_any_time_and_resumed_nothing_differs(tmp_path):
     count, chance = 60, random.Random(2)
     with start_writer(tmp_path / "whole", count) as writer:
-        began = time.perf_counter()
+        start = time.perf_counter()
         allow(writer, 2 * count)
-    span = time.perf_counter() - began
+    span = time.perf_counter() - start
     lengths = 0
     for _ in range(8):
         writer = start_writer(tmp_path / "killed", count)
@@ -404,9 +410,9 @@ def test_killed_at_any_time_and_resumed_nothing_differs(tmp_path):
         with writer:
             assert writer.wait() != 0
         with opened(tmp_path / "killed", inputs={"a": "b"}) as checkpoint:
-            found = sum(len(checkpoint.finished(b)) for b in ("1-up", "1-down"))
-        assert found >= lengths  # a kill loses nothing that was finished
-        lengths = found
+            record_count = sum(len(checkpoint.finished(b)) for b in ("1-up", "1-down"))
+        assert record_count >= lengths  # a kill loses nothing that was finished
+        lengths = record_count
     assert lengths < 2 * count
     with start_writer(tmp_path / "killed", count) as writer:
         allow(writer, 2 * count - lengths)

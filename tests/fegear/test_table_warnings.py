@@ -33,19 +33,19 @@ def tables(*of_meshes):
     return GivenTables(tuple((f"{i}.csv", t) for i, t in enumerate(of_meshes, 1)))
 
 
-def lines(given, torque):
-    return list(table_warnings(given, IDLER, torque))
+def lines(mesh_tables, torque):
+    return list(table_warnings(mesh_tables, IDLER, torque))
 
 
 def test_a_single_torque_serves_within_a_factor():
-    given = tables(hand_table(100.0), hand_table(144.74))
+    mesh_tables = tables(hand_table(100.0), hand_table(144.74))
     for torque in (68.0, 100.0, 149.0):
-        assert lines(given, torque) == []
-    one, two = lines(given, 1000.0)
+        assert lines(mesh_tables, torque) == []
+    one, two = lines(mesh_tables, 1000.0)
     assert one.startswith("1.csv: a mesh table of 100 N m alone serves 1000 N m on")
     assert two.startswith("2.csv: a mesh table of 144.74 N m alone serves 1447 N m on")
     assert "beyond a factor of 1.5" in one
-    assert len(lines(given, 60.0)) == 2
+    assert len(lines(mesh_tables, 60.0)) == 2
 
 
 def test_tables_of_several_torques_and_finite_elements_are_silent():
@@ -80,7 +80,7 @@ def test_torques_that_are_no_load_are_refused_on_reading(tmp_path, torque):
 
 
 def test_model_2_names_the_file_of_another_torque():
-    given = tables(hand_table(100.0), hand_table(144.74))
-    assert given.of(IDLER, 1, 144.736842, 2).pairs
+    mesh_tables = tables(hand_table(100.0), hand_table(144.74))
+    assert mesh_tables.of(IDLER, 1, 144.736842, 2).pairs
     with pytest.raises(InputError, match=r"1.csv: torque 1000 N m; the mesh table is"):
-        given.of(IDLER, 0, 1000.0, 2)
+        mesh_tables.of(IDLER, 0, 1000.0, 2)

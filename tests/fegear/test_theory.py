@@ -24,9 +24,9 @@ def idler():
     return predicted("liu-idler")
 
 
-def of(theory, words):
+def resonances_of(theory, prefix):
     rows = theory.summary["resonances"]
-    return [row for row in rows if row["resonance"].startswith(words)]
+    return [row for row in rows if row["resonance"].startswith(prefix)]
 
 
 def test_every_mode_resonates_in_three_ways(idler):
@@ -34,7 +34,9 @@ def test_every_mode_resonates_in_three_ways(idler):
     assert len(rows) == 6  # 70 Hz strains no mesh
     speeds = [row["mesh_frequency_Hz"] for row in rows]
     assert speeds == sorted(speeds)
-    for row, speed in zip(of(idler, "fundamental"), (1605.0, 3230.6), strict=True):
+    for row, speed in zip(
+        resonances_of(idler, "fundamental"), (1605.0, 3230.6), strict=True
+    ):
         assert row["mesh_frequency_Hz"] == pytest.approx(speed, rel=1e-4)
     assert {row["resonance"] for row in rows} == {
         f"{kind} of meshes 1 and 2"
@@ -43,7 +45,7 @@ def test_every_mode_resonates_in_three_ways(idler):
 
 
 def test_a_subharmonic_has_an_interval_and_no_peak(idler):
-    for row in of(idler, "subharmonic"):
+    for row in resonances_of(idler, "subharmonic"):
         assert row["peak_frequency_Hz"] is None
         assert row["unstable_from_Hz"] < row["mesh_frequency_Hz"]
         assert row["damping_ratio_without_instability"] > 0.04
@@ -68,13 +70,13 @@ def test_best_relief_is_that_of_eq_2_28(idler):
 
 
 def test_the_phase_of_least_drive_is_where_it_says(idler):
-    row = of(idler, "fundamental")[0]
+    row = resonances_of(idler, "fundamental")[0]
     phase, part = (
         row["meshes"][1][key]
         for key in ("phase_of_least_drive", "least_drive_over_drive")
     )
     gears = fegear.load_gear_set("liu-idler", {"mesh.2.phase": phase})
-    moved = predicted(gears)
+    shifted = predicted(gears)
     drives = [
         abs(
             next(
@@ -84,7 +86,7 @@ def test_the_phase_of_least_drive_is_where_it_says(idler):
                 and f.resonance.order == 1
             ).resonance.drive
         )
-        for t in (moved, idler)
+        for t in (shifted, idler)
     ]
     assert drives[0] / drives[1] == pytest.approx(part, rel=1e-6)
 
@@ -93,19 +95,22 @@ def test_the_command_writes_what_the_library_finds(
     idler, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    words = ["theory", "liu-idler", "--torque", "100", "--excitation", "rectangular"]
-    assert run([*words, "-o", "t.csv", "--plot", "t.png", "--json"]) == 0
+    argv = ["theory", "liu-idler", "--torque", "100", "--excitation", "rectangular"]
+    assert run([*argv, "-o", "t.csv", "--plot", "t.png", "--json"]) == 0
     values = json.loads(capsys.readouterr().out)
     del values["wall_time_s"]
     assert values == json.loads(json.dumps(idler.summary))
     lines = (tmp_path / "t.csv").read_text().splitlines()
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     assert len(rows) == 12
-    assert float(rows[2]["dte_rms_m"]) == of(idler, "fund")[0]["meshes"][0]["dte_rms_m"]
+    assert (
+        float(rows[2]["dte_rms_m"])
+        == resonances_of(idler, "fund")[0]["meshes"][0]["dte_rms_m"]
+    )
     assert rows[0]["phase_of_least_drive"] == ""
     assert (tmp_path / "t.png").stat().st_size > 10_000
-    assert run(words) == 0
-    shown = capsys.readouterr().out
+    assert run(argv) == 0
+    output = capsys.readouterr().out
     for text in (
         "Subharmonics",
         "0.0618",
@@ -115,22 +120,22 @@ def test_the_command_writes_what_the_library_finds(
         "HPSTC",
         "least excitation",
     ):
-        assert text in shown
+        assert text in output
 
 
 def test_drawn_points_end_at_the_peak(idler):
-    for each in idler.found:
-        amplitude, frequency, stable = response_points(each)
+    for prediction in idler.found:
+        amplitude, frequency, stable = response_points(prediction)
         assert amplitude.size == frequency.size == stable.size > 100
-        if each.top is not None:
+        if prediction.top is not None:
             last = frequency[amplitude == amplitude.max()]
-            assert last == pytest.approx(each.top.frequency, rel=1e-3)
+            assert last == pytest.approx(prediction.top.frequency, rel=1e-3)
 
 
 def test_meshes_of_two_frequencies_resonate_apart():
     gears = fegear.load_gear_set("liu-countershaft")
-    found = predicted(gears)
-    rows = of(found, "fundamental")
+    theory = predicted(gears)
+    rows = resonances_of(theory, "fundamental")
     kinds = [row["resonance"] for row in rows]
     assert kinds == [f"fundamental of mesh {m}" for m in (1, 1, 2, 2)]
     first, last = rows[0], rows[2]
@@ -171,9 +176,9 @@ def test_best_relief_is_that_of_teeth_without_relief_and_says_what_it_is():
     assert "the tip relief of pinion starts at a roll angle of" in first
     assert "HPSTC is at" in second
     header = modified.table.header["best tip relief"]
-    for words in (header, changed["optimal_tip_relief_is"]):
-        assert "of each tip" in words
-        assert "HPSTC" in words
+    for text in (header, changed["optimal_tip_relief_is"]):
+        assert "of each tip" in text
+        assert "HPSTC" in text
     page = [line for line in modified.page() if isinstance(line, str)]
     assert any(line.startswith("best tip relief: of each tip") for line in page)
     assert f"not so in the gear set, mesh 1: {first}" in page

@@ -62,8 +62,8 @@ def test_springs_to_ground_take_what_they_do_without_friction():
     """Of the built-in idler set, whose input and output gears have couplings."""
     plain = lumped_input("liu-idler", "nominal", friction=1e-9, changes={})
     assert plain < 0.997 * TORQUE
-    found = lumped_input("liu-idler", "input", changes={})
-    assert found == pytest.approx(plain, rel=1e-4)
+    input_torque = lumped_input("liu-idler", "input", changes={})
+    assert input_torque == pytest.approx(plain, rel=1e-4)
     assert lumped_input("liu-idler", "nominal", changes={}) > 1.005 * plain
 
 
@@ -89,7 +89,7 @@ def test_the_input_gear_of_finite_elements_has_the_torque(name):
 def elements_input(name, torque_of):
     """The same of finite elements, by the lever of every contact."""
     speed, steps = SPEEDS[name], DynamicSettings(steps=512)
-    asked = fegear.Dynamics(
+    study = fegear.Dynamics(
         gear_set=fegear.load_gear_set(name, FREE[name]),
         torque=[TORQUE],
         speeds=[speed],
@@ -97,18 +97,19 @@ def elements_input(name, torque_of):
         integration=steps,
         torque_of=torque_of,
     )
-    made = asked.prepared[TORQUE]
-    _, motion = steady_state(made.stepper, speed, steps)
-    model = made.stepper.model
+    choice = study.prepared[TORQUE]
+    _, motion = steady_state(choice.stepper, speed, steps)
+    model = choice.stepper.model
     count = steps_per_cycle(model, speed, steps)
     moment = np.zeros(len(motion.pair_load))
-    for each in contact_histories(model, motion, count):
-        if each.side.mesh == 0:
-            lever = each.side.laws.moment_arms[:, each.place]
-            own, aside = (
-                between(lever[:, column], each.ends, each.weights) for column in (0, 2)
+    for history in contact_histories(model, motion, count):
+        if history.side.mesh == 0:
+            lever = history.side.laws.moment_arms[:, history.place]
+            normal_arm, friction_arm = (
+                between(lever[:, column], history.ends, history.weights)
+                for column in (0, 2)
             )
-            moment += each.load * (own - each.friction * aside)
+            moment += history.load * (normal_arm - history.friction * friction_arm)
     span = motion.time[-1] - motion.time[0]
     return float(np.trapezoid(moment, motion.time) / span)
 
@@ -124,17 +125,17 @@ def test_without_friction_nothing_changes():
 
 
 @pytest.mark.parametrize(
-    "words",
+    "argv",
     [
         ("sweep", "liu-pair", "--speeds", "2000"),
         ("motion", "liu-pair", "--speed", "2000"),
         ("map", "liu-pair", "--over", "damping_ratio=0.02,0.04", "--at", "2000"),
         ("dynamics", "liu-pair", "--speeds", "2000"),
     ],
-    ids=lambda words: words[0],
+    ids=lambda argv: argv[0],
 )
-def test_without_friction_it_is_refused(words):
-    result = CliRunner().invoke(app, [*words, "--torque-of", "input"])
+def test_without_friction_it_is_refused(argv):
+    result = CliRunner().invoke(app, [*argv, "--torque-of", "input"])
     assert isinstance(result.exception, InputError)
     assert str(result.exception) == "--torque-of = input; needs --friction above 0"
 
@@ -143,10 +144,10 @@ def test_more_friction_lowers_the_output_torque():
     gears = fegear.load_gear_set("liu-pair")
     source = fegear.StiffnessSource(kind="rectangular")
     model = LumpedModel(stiffness=source, bending=0.0, torque_of="input")
-    found = [
+    losses = [
         lumped_system(gears, TORQUE, replace(model, friction=friction)).losses
         for friction in (0.0, 0.05, 0.1)
     ]
-    assert found[0] == 0.0
-    assert found[2] == pytest.approx(2.0 * found[1], rel=0.02)
-    assert 0.003 < found[1] < 0.006  # 0.44 % by Ohlendorf's loss factor
+    assert losses[0] == 0.0
+    assert losses[2] == pytest.approx(2.0 * losses[1], rel=0.02)
+    assert 0.003 < losses[1] < 0.006  # 0.44 % by Ohlendorf's loss factor

@@ -27,9 +27,9 @@ def test_stress_and_table_are_of_one_torque(gears, tmp_path, capsys):
     )
     assert stress.field.torque == TORQUE
     assert stress.field.ste == pytest.approx(table.table["ste_m"][0, 0], rel=1e-9)
-    words = ["liu-idler", "--mesh", "2", "--torque", "100", "--resolution", "coarse"]
+    argv = ["liu-idler", "--mesh", "2", "--torque", "100", "--resolution", "coarse"]
     file = tmp_path / "c.vtu"
-    assert run(["render", *words, "-o", str(file), "--json"]) == 0
+    assert run(["render", *argv, "-o", str(file), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed["largest_von_mises_MPa"] == {
         name: pytest.approx(1e-6 * value) for name, value in stress.largest_Pa.items()

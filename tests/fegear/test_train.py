@@ -109,8 +109,8 @@ def test_figures_of_the_meshes():
     assert one.backlash == IDLER.meshes[0].pair.backlash
     assert two.backlash == 60e-6
     assert two.pressure_angle == pytest.approx(math.radians(21.02))
-    turned = math.remainder(-0.048187 + 0.4 * 55 / (2.0 * math.pi), 1.0)
-    assert two.phase == pytest.approx(turned, abs=1e-6)
+    expected = math.remainder(-0.048187 + 0.4 * 55 / (2.0 * math.pi), 1.0)
+    assert two.phase == pytest.approx(expected, abs=1e-6)
 
 
 def test_translations_keep_the_bearings_there_are():

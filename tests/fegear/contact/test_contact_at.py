@@ -17,36 +17,36 @@ POSITIONS = np.arange(16) / 16
 def test_the_approach_of_a_torque_gives_the_torque(problem, friction):
     problem = replace(problem, friction=friction)
     cycle = solve_cycle(problem, [100.0], POSITIONS)
-    found = contact_at(problem, POSITIONS, cycle.ste[0])
+    contact = contact_at(problem, POSITIONS, cycle.ste[0])
     # patches are laid by another guess, which corner contact feels
-    np.testing.assert_allclose(found.torque, 100.0, rtol=3e-3)
-    assert np.median(np.abs(found.torque / 100.0 - 1.0)) < 2e-4
-    np.testing.assert_allclose(found.slope, cycle.local_stiffness[0], rtol=2e-2)
+    np.testing.assert_allclose(contact.torque, 100.0, rtol=3e-3)
+    assert np.median(np.abs(contact.torque / 100.0 - 1.0)) < 2e-4
+    np.testing.assert_allclose(contact.slope, cycle.local_stiffness[0], rtol=2e-2)
 
 
 def test_slope_is_that_of_the_force(problem):
     x = np.full(3, 0.5)
     d = 6e-6 + np.array([-1e-8, 0.0, 1e-8])
-    found = contact_at(problem, x, d)
-    force = found.torque / problem.pair.driver.base_radius
-    assert found.slope[1] == pytest.approx((force[2] - force[0]) / 2e-8, rel=1e-3)
+    contact = contact_at(problem, x, d)
+    force = contact.torque / problem.pair.driver.base_radius
+    assert contact.slope[1] == pytest.approx((force[2] - force[0]) / 2e-8, rel=1e-3)
 
 
 def test_nothing_touches_within_the_backlash(problem):
     lash = problem.pair.backlash
     assert lash > 0.0
     inside = np.linspace(-0.99, -0.01, POSITIONS.size) * lash
-    found = contact_at(problem, POSITIONS, inside)
-    assert not found.load.any()
-    assert not found.torque.any()
-    assert not found.slope.any()
+    contact = contact_at(problem, POSITIONS, inside)
+    assert not contact.load.any()
+    assert not contact.torque.any()
+    assert not contact.slope.any()
 
 
 def test_back_side_mirrors_the_drive_side(problem):
     cycle = solve_cycle(problem, [-100.0], POSITIONS)
-    found = contact_at(problem, POSITIONS, cycle.ste[0])
-    np.testing.assert_allclose(found.torque, -100.0, rtol=3e-3)
-    assert (found.load <= 0.0).all()
+    contact = contact_at(problem, POSITIONS, cycle.ste[0])
+    np.testing.assert_allclose(contact.torque, -100.0, rtol=3e-3)
+    assert (contact.load <= 0.0).all()
 
 
 def test_position_counts_on_and_on(problem):
@@ -60,9 +60,9 @@ def test_pitch_errors_pass_by(problem):
     errors = tuple(2e-6 if tooth == 3 else 0.0 for tooth in range(teeth))
     uneven = replace(problem, driver_pitch_errors=errors)
     d = np.full(teeth, 8e-6)
-    found = contact_at(uneven, np.arange(teeth) + 0.0, d)
+    contact = contact_at(uneven, np.arange(teeth) + 0.0, d)
     even = contact_at(problem, np.arange(teeth) + 0.0, d)
-    differs = np.flatnonzero(np.abs(found.torque / even.torque - 1.0) > 1e-9)
+    differs = np.flatnonzero(np.abs(contact.torque / even.torque - 1.0) > 1e-9)
     assert differs.tolist() == [3]
 
 

@@ -59,8 +59,8 @@ def test_complementarity_is_met_to_roundoff(plain):
 
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_torques_balance_on_the_nominal_path(problem, friction):
-    off = replace(problem, corner_contact=False, friction=friction)
-    cycle = solve_cycle(off, TORQUES, POSITIONS)
+    nominal = replace(problem, corner_contact=False, friction=friction)
+    cycle = solve_cycle(nominal, TORQUES, POSITIONS)
     pair = problem.pair
     s1 = pair.pitch_point + pair.base_pitch * np.add.outer(POSITIONS, cycle.teeth)
     s2 = pair.line_of_action - s1
@@ -192,9 +192,9 @@ def test_pitch_errors_delay_their_own_pairs(problem):
 
 def test_friction_stiffens_in_approach_and_softens_in_recess(problem):
     position = [-0.2, 0.2]
-    off = replace(problem, corner_contact=False)
-    dry = solve_cycle(replace(off, friction=0.1), [100.0], position)
-    smooth = solve_cycle(off, [100.0], position)
+    nominal = replace(problem, corner_contact=False)
+    dry = solve_cycle(replace(nominal, friction=0.1), [100.0], position)
+    smooth = solve_cycle(nominal, [100.0], position)
     ratio = dry.pair_stiffness[0, :, 0] / smooth.pair_stiffness[0, :, 0]
     beta = smooth.friction_bending[0, :, 0]
     np.testing.assert_allclose(ratio, 1.0 + 0.1 * beta * [1.0, -1.0], rtol=1e-2)

@@ -85,10 +85,10 @@ def test_a_wide_contact_reaches_a_tip_corner_that_the_path_does_not():
 
 def test_a_kink_at_the_pitch_point_has_no_pressure_there():
     pair = load_gear_set("liu-pair").meshes[0].pair
-    whole = (pair.path_end - pair.pitch_point) / pair.base_pitch
+    length = (pair.path_end - pair.pitch_point) / pair.base_pitch
     edits = {
         "mesh.1.driver_tip_relief.magnitude_um": 15,
-        "mesh.1.driver_tip_relief.length_pitches": whole,
+        "mesh.1.driver_tip_relief.length_pitches": length,
     }
     gears = load_gear_set("liu-pair", edits=edits)
     assert at_torque(solved(gears, "coarse"), 0)["pressure_at_pitch_point_MPa"] is None
@@ -98,14 +98,14 @@ KINK = [f"--set=mesh.1.tip_relief.{x}" for x in ("magnitude_um=15", "length_pitc
 
 
 def test_commands_leave_the_pressure_of_a_kink_out(capsys, tmp_path):
-    words = ["liu-pair", *KINK, "--torque", "400", "--resolution", "coarse"]
+    argv = ["liu-pair", *KINK, "--torque", "400", "--resolution", "coarse"]
     table = tmp_path / "t.csv"
-    assert run(["stiffness", *words, "--json", "-o", str(table)]) == 0
+    assert run(["stiffness", *argv, "--json", "-o", str(table)]) == 0
     (values,) = json.loads(capsys.readouterr().out)["torques"]
     header = table.read_text().split("torque_Nm,")[0]
     assert "# pressure: the largest of all positions; with a tip corner" in header
     assert values["positions_with_edge_contact"] > 10
     assert values["max_pressure_MPa"] < 1e-6 * read_table(table)[COLUMN].max()
     output = ["--position", "0.25", "-o", str(tmp_path / "c.html")]
-    assert run(["render", *words, *output]) == 0
+    assert run(["render", *argv, *output]) == 0
     assert "the start of a linear relief in contact" in capsys.readouterr().out

@@ -75,9 +75,9 @@ def together(laws, problem, approach):
         def error(squeeze, load=load, compliance=compliance, free=free):
             return (squeeze + compliance @ load(squeeze) - free) / DEPTH
 
-        found = root(error, free, options={"xtol": 1e-12})
-        assert np.abs(error(found.x)).max() < 1e-9
-        loads[n] = load(found.x)
+        solution = root(error, free, options={"xtol": 1e-12})
+        assert np.abs(error(solution.x)).max() < 1e-9
+        loads[n] = load(solution.x)
     return loads
 
 
@@ -85,9 +85,9 @@ def difference(problem, scale=1.0):
     """Of the total load to that of all pairs at once, over its mean (n,)."""
     laws = pair_laws(problem, POSITION, REACH)
     approach = np.full(POSITION.size, scale * DEPTH)
-    found = together(laws, problem, approach).sum(axis=1)
+    total_load = together(laws, problem, approach).sum(axis=1)
     exact = contact_at(problem, POSITION, approach).load.sum(axis=1)
-    return (found - exact) / exact.mean()
+    return (total_load - exact) / exact.mean()
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -101,13 +101,16 @@ def test_coupled_laws_are_the_whole_contact(cases, case, scale):
 def test_each_pair_carries_its_own_load(cases):
     problem = cases["plain"]
     laws, approach = cases.laws("plain"), np.full(POSITION.size, DEPTH)
-    found = together(laws, problem, approach)
+    loads = together(laws, problem, approach)
     exact = contact_at(problem, POSITION, approach)
-    assert ((found > 0.0).sum(axis=1) == 2).any()
+    assert ((loads > 0.0).sum(axis=1) == 2).any()
     for column, tooth in enumerate(laws.teeth):
-        own = exact.load[:, exact.teeth == tooth].sum(axis=1)
+        pair_load = exact.load[:, exact.teeth == tooth].sum(axis=1)
         np.testing.assert_allclose(
-            found[:, column], own, atol=3e-3 * exact.load.max(), err_msg=str(tooth)
+            loads[:, column],
+            pair_load,
+            atol=3e-3 * exact.load.max(),
+            err_msg=str(tooth),
         )
 
 
@@ -138,10 +141,10 @@ def test_loads_grow_from_nothing(cases, case):
 
 def test_reversed_friction_has_the_opposite_effect(cases):
     laws = cases.laws("friction")
-    nominal, turned = laws.load[:, :, NOMINAL], laws.load[:, :, REVERSED]
-    assert np.abs(nominal - turned).max() > 1e-3 * nominal.max()
+    nominal, reversed_load = laws.load[:, :, NOMINAL], laws.load[:, :, REVERSED]
+    assert np.abs(nominal - reversed_load).max() > 1e-3 * nominal.max()
     plain = cases.laws("plain").load[:, :, NOMINAL]
-    between = 0.5 * (nominal + turned)
+    between = 0.5 * (nominal + reversed_load)
     np.testing.assert_allclose(between, plain, atol=2e-3 * plain.max())
 
 
@@ -162,9 +165,9 @@ def test_back_side_carries_what_contact_at_finds_there(cases):
     problem = cases["plain"]
     back = pair_laws(problem, POSITION, REACH, back=True)
     depth = np.full(POSITION.size, DEPTH)
-    found = together(back, problem, depth)
+    loads = together(back, problem, depth)
     exact = contact_at(problem, POSITION, -problem.pair.backlash - depth)
-    error = np.abs(-found.sum(axis=1) / exact.load.sum(axis=1) - 1.0)
+    error = np.abs(-loads.sum(axis=1) / exact.load.sum(axis=1) - 1.0)
     assert np.median(error) < 2e-4
     assert error.max() < 2e-3
 

@@ -75,11 +75,16 @@ def oracle(problem, kinds, shape):
     flanks = []
     for name in ("driver", "driven"):
         gear, depth = getattr(pair, name), getattr(problem, name).flank_length
-        own = [relief_depth(DEPTH, *ways[k], power) for k in kinds if name in k]
+        reliefs = [relief_depth(DEPTH, *ways[k], power) for k in kinds if name in k]
         tip = gear.tip_roll_length
         low = math.sqrt(max(0.0, tip**2 - 2.0 * gear.base_radius * depth))
         flanks.append(
-            Flank(gear.base_radius, tip, low, lambda s, own=own: sum(f(s) for f in own))
+            Flank(
+                gear.base_radius,
+                tip,
+                low,
+                lambda s, reliefs=reliefs: sum(f(s) for f in reliefs),
+            )
         )
 
     def gap(position):
@@ -101,8 +106,8 @@ def test_gap_is_that_of_the_geometry(unmodified, kinds, shape):
     expected = np.full(cycle.gap[0].shape, np.inf)
     for n, k in np.argwhere(cycle.gap[0] < CLOSE):
         expected[n, k] = exact(POSITIONS[n] + cycle.teeth[k])
-    found = np.where(cycle.gap[0] < CLOSE, cycle.gap[0], np.inf)
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
+    gap = np.where(cycle.gap[0] < CLOSE, cycle.gap[0], np.inf)
+    np.testing.assert_allclose(gap, expected, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(cycle.no_load[0], expected.min(axis=1), atol=1e-12)
 
 
@@ -120,9 +125,9 @@ def test_levers_are_those_of_the_common_normal(unmodified, kinds):
     step, pitch = 1e-4, problem.pair.base_pitch
     bases = problem.pair.driver.base_radius, problem.pair.driven.base_radius
     for n, k in np.argwhere(cells.gap < CLOSE):
-        place, own = POSITIONS[n] + teeth[k], cells.moment_arms[n, k]
-        slope = (exact(place + step) - exact(place - step)) / (2.0 * step * pitch)
-        rates = own[0] / bases[0] * (1.0 + slope), own[1] / bases[1]
+        position, moment_arms = POSITIONS[n] + teeth[k], cells.moment_arms[n, k]
+        slope = (exact(position + step) - exact(position - step)) / (2.0 * step * pitch)
+        rates = moment_arms[0] / bases[0] * (1.0 + slope), moment_arms[1] / bases[1]
         assert rates[0] == pytest.approx(rates[1], abs=2e-5)
 
 
@@ -130,7 +135,7 @@ def test_laws_of_moving_pairs_have_the_same_gaps(unmodified):
     problem, exact = (f(unmodified, KINDS, "parabolic") for f in (relieved, oracle))
     laws = pair_laws(problem, POSITIONS[::6], CLOSE)
     closing = laws.moment_arms[..., 0] / problem.pair.driver.base_radius
-    found = laws.gap / closing
-    for n, k in np.argwhere(found < CLOSE):
+    gap = laws.gap / closing
+    for n, k in np.argwhere(gap < CLOSE):
         expected = exact(POSITIONS[6 * n] + laws.teeth[k])
-        assert found[n, k] == pytest.approx(expected, abs=1e-12)
+        assert gap[n, k] == pytest.approx(expected, abs=1e-12)

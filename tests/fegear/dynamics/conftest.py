@@ -94,7 +94,9 @@ def edited(
     """With the last gear held [N m/rad], other backlash and pitch errors [m]."""
     if errors:
         pairs = zip(gear_set.gears, errors, strict=True)
-        gears = tuple(replace(gear, pitch_errors=each) for gear, each in pairs)
+        gears = tuple(
+            replace(gear, pitch_errors=gear_errors) for gear, gear_errors in pairs
+        )
         gear_set = replace(gear_set, gears=gears)
     if held is not None:
         last = replace(gear_set.gears[-1], coupling_stiffness=held)
@@ -138,7 +140,9 @@ def case_of(private_cache) -> Callable[..., Case]:
         excitations = tables(resolution)
         on_meshes = mesh_torques_at(gear_set, LAW_TORQUE)
         numbers = range(len(on_meshes))
-        found = [excitations.of(gear_set, m, on_meshes[m], 1) for m in numbers]
+        mesh_excitations = [
+            excitations.of(gear_set, m, on_meshes[m], 1) for m in numbers
+        ]
         statics = StaticsSettings(friction=friction, resolution=resolution)
         laws = []
         for m in numbers:
@@ -146,7 +150,9 @@ def case_of(private_cache) -> Callable[..., Case]:
             ste = excitations.table(equal, m, on_meshes[m])["ste_m"]
             laws.append(mesh_laws(gear_set, m, float(ste.max()), statics))
         train = train_of(gear_set, torque, damping_ratio=damping)
-        return Case(gear_set, LumpedSystem(train, tuple(found)), laws, statics)
+        return Case(
+            gear_set, LumpedSystem(train, tuple(mesh_excitations)), laws, statics
+        )
 
     return make
 
@@ -171,7 +177,7 @@ def track() -> Callable[..., Track]:
     def march(stepper: ReducedStepper, state: MotionState, steps: TimeSteps) -> Track:
         from fegear.dynamics.kernels import reduced as kernel
 
-        model, made = stepper.model, stepper.step(steps.size)
+        model, step_matrices = stepper.model, stepper.step(steps.size)
         motion, contact = state.motion.copy(), state.contact.copy()
         record = empty_record(model, 1)
         motions, contactes, deflections = [motion.copy()], [contact.copy()], []
@@ -180,7 +186,7 @@ def track() -> Callable[..., Track]:
             speed = 2.0 * np.pi * steps.frequency
             clock = Clock(speed, steps.cycle, number, np.inf)
             status, _ = kernel.integrate(
-                model.arrays, made, clock, motion, contact, record
+                model.arrays, step_matrices, clock, motion, contact, record
             )
             assert status == kernel.FINISHED
             motions.append(motion.copy())
@@ -209,14 +215,14 @@ def sector_of(gear):
 def full_of(case_of):
     """All freedoms of coarse finite elements; arguments as for `case_of`."""
 
-    def make(**case):
-        given = case_of(**case)
-        gears = given.gear_set.gears
+    def make(**options):
+        case = case_of(**options)
+        gears = case.gear_set.gears
         wholes = [cyclic_gear(sector_of(gear), gear.density) for gear in gears]
         damping = [elastic_damping(gear, LIGHT) for gear in gears]
-        far = None if given.beside is None else given.beside[0]
+        far = None if case.beside is None else case.beside[0]
         hubs, fields = full_model(
-            given.gear_set, given.reference, given.laws, wholes, damping, far
+            case.gear_set, case.reference, case.laws, wholes, damping, far
         )
         return FullStepper(hubs, generalized_alpha(0.9), fields)
 

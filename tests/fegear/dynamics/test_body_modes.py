@@ -38,17 +38,17 @@ def modes(case):
 
 @pytest.fixture(scope="module")
 def contacts(case, modes):
-    given = case.gear_set, case.reference, case.laws, case.settings
+    args = case.gear_set, case.reference, case.laws, case.settings
     sides = contact_sides(case.gear_set, case.laws)
     bodies = body_modes(case.gear_set, case.reference, sides, modes)
-    return replace(contacts_of(*given), modes=bodies)
+    return replace(contacts_of(*args), modes=bodies)
 
 
 def in_the_frame_of_the_gears(case, modes):
     """Finite elements in motion with the same modes, counted anew tooth by tooth."""
     elastic = [
-        ElasticGear(each, gear.face_width, elastic_damping(gear, DAMPING))
-        for gear, each in zip(case.gear_set.gears, modes, strict=True)
+        ElasticGear(elastic_modes, gear.face_width, elastic_damping(gear, DAMPING))
+        for gear, elastic_modes in zip(case.gear_set.gears, modes, strict=True)
     ]
     model = dynamic_model(
         case.gear_set, case.reference, case.laws, elastic, case.beside
@@ -75,15 +75,15 @@ def test_both_frames_see_the_same_motion(case, modes, contacts, part):
     system = replace(case.reference, contacts=without_relief_of_inertia(contacts))
     frequency = part * float(case.reference.resonances_Hz[-1])
     fine = Settings(steps=256, tolerance=1e-6)
-    found, _ = steady_state(FixedStepper(system), frequency, fine)
+    response, _ = steady_state(FixedStepper(system), frequency, fine)
     settings = DynamicSettings(
         steps=1024, step_angle=0.2, hub_angle=0.02, tolerance=1e-6
     )
     stepper = replace(in_the_frame_of_the_gears(case, modes), scheme=settings.scheme)
     exact, _ = steady_state(stepper, frequency, settings)
-    assert found.multiple == exact.multiple == 1
-    np.testing.assert_allclose(found.dte_rms, exact.dte_rms, rtol=4e-3)
-    np.testing.assert_allclose(found.force_peak, exact.force_peak, rtol=6e-3)
+    assert response.multiple == exact.multiple == 1
+    np.testing.assert_allclose(response.dte_rms, exact.dte_rms, rtol=4e-3)
+    np.testing.assert_allclose(response.force_peak, exact.force_peak, rtol=6e-3)
 
 
 def test_whirl_matters_where_gears_turn_fast(case, contacts):
@@ -102,10 +102,10 @@ def test_whirl_matters_where_gears_turn_fast(case, contacts):
 
 
 def test_statics_do_not_depend_on_the_modes(case, contacts):
-    whole = replace(case.reference, contacts=contacts).loaded
+    loaded = replace(case.reference, contacts=contacts).loaded
     none = replace(case.reference, contacts=replace(contacts, modes=None)).loaded
-    np.testing.assert_allclose(whole.deflection, none.deflection, rtol=1e-9)
-    np.testing.assert_allclose(whole.load, none.load, atol=1e-6)
+    np.testing.assert_allclose(loaded.deflection, none.deflection, rtol=1e-9)
+    np.testing.assert_allclose(loaded.load, none.load, atol=1e-6)
 
 
 def test_rows_pass_from_a_pair_to_the_next_at_the_end_of_a_cycle(contacts):
@@ -128,15 +128,15 @@ def test_inertia_of_all_modes_is_that_of_the_static_displacement(case):
     """Sum of w^2 / omega^4, of which the lowest modes are nearly all."""
     gear_set, settings = case.gear_set, case.settings
     sides = contact_sides(gear_set, case.laws)
-    whole = static_inertias(gear_set, sides, settings)
+    inertias = static_inertias(gear_set, sides, settings)
     modes = [
         gear_modes(settings.sector(gear), gear.density, 60e3) for gear in gear_set.gears
     ]
     bodies = body_modes(gear_set, case.reference, sides, modes)
     contacts = contacts_of(gear_set, case.reference, case.laws, settings)
-    for m, total in enumerate(whole):
-        pair, place = pitch_point(gear_set, m, bodies.rows.shape[1] - 1)
-        own = (contacts.mesh_of == m) & (contacts.pairs == pair)
-        c = int(np.flatnonzero(own & (contacts.contacts.side > 0.0))[0])
-        part = (bodies.rows[c, place] ** 2 / bodies.angular**4).sum() / total
+    for m, total in enumerate(inertias):
+        pair, position = pitch_point(gear_set, m, bodies.rows.shape[1] - 1)
+        pair_mask = (contacts.mesh_of == m) & (contacts.pairs == pair)
+        c = int(np.flatnonzero(pair_mask & (contacts.contacts.side > 0.0))[0])
+        part = (bodies.rows[c, position] ** 2 / bodies.angular**4).sum() / total
         assert 0.93 < part < 1.0 + 1e-3

@@ -63,9 +63,9 @@ def free_energy(model, motion):
     """Kinetic and elastic energy but for the contacts' [J]."""
     hubs = model.modal.damping.size
     kinetic = 0.5 * motion[kernel.V] @ momentum(model, motion)
-    place = motion[kernel.Q]
-    hub = 0.5 * place[:hubs] @ model.modal.stiffness @ place[:hubs]
-    return kinetic + hub + 0.5 * (model.modal.rigidity * place[hubs:] ** 2).sum()
+    displacement = motion[kernel.Q]
+    hub = 0.5 * displacement[:hubs] @ model.modal.stiffness @ displacement[:hubs]
+    return kinetic + hub + 0.5 * (model.modal.rigidity * displacement[hubs:] ** 2).sum()
 
 
 def contact_energy(model, touch):
@@ -140,8 +140,8 @@ def test_vibration_takes_speed_from_the_rebound(colliding):
     restitution = -(shape @ hub[1]) / (shape @ hub[0])
     assert 0.98 < restitution < 0.998
     vibration = free_energy(model, after.motion) - 0.5 * hub[1] @ hub[1]
-    lost = 0.5 * hub[0] @ hub[0] - 0.5 * hub[1] @ hub[1]
-    assert vibration == pytest.approx(lost, rel=0.02)
+    energy_loss = 0.5 * hub[0] @ hub[0] - 0.5 * hub[1] @ hub[1]
+    assert vibration == pytest.approx(energy_loss, rel=0.02)
 
 
 @pytest.mark.parametrize("remaining", [1.0, 0.9, 0.0])
@@ -153,9 +153,13 @@ def test_impulse_changes_momentum_exactly(colliding, kind, step, remaining):
     before, after, motion = collide(stepper, step)
     hubs = model.modal.damping.size
     impulse = step * motion.pair_load.sum(axis=0)  # of each contact [N s]
-    given = -impulse @ model.jacobian.normal[:, 0, :hubs]
-    found = momentum(model, after.motion)[:hubs] - momentum(model, before.motion)[:hubs]
-    np.testing.assert_allclose(found, given, atol=1e-9 * np.abs(given).max())
+    modal_impulse = -impulse @ model.jacobian.normal[:, 0, :hubs]
+    momentum_change = (
+        momentum(model, after.motion)[:hubs] - momentum(model, before.motion)[:hubs]
+    )
+    np.testing.assert_allclose(
+        momentum_change, modal_impulse, atol=1e-9 * np.abs(modal_impulse).max()
+    )
 
 
 def test_both_gears_get_the_same_impulse(colliding):

@@ -80,8 +80,8 @@ def test_marching_on_is_marching_at_once(stepper):
     step = 1.0 / (FREQUENCY * 256)
     half, first = stepper.integrate(start, TimeSteps(FREQUENCY, step, 256, 256))
     end, second = stepper.integrate(half, TimeSteps(FREQUENCY, step, 256, 256))
-    whole, motion = stepper.integrate(start, TimeSteps(FREQUENCY, step, 512, 256))
-    np.testing.assert_allclose(end.motion, whole.motion, rtol=1e-9, atol=1e-12)
+    final, motion = stepper.integrate(start, TimeSteps(FREQUENCY, step, 512, 256))
+    np.testing.assert_allclose(end.motion, final.motion, rtol=1e-9, atol=1e-12)
     joined = np.concatenate([first.pair_load, second.pair_load[1:]])
     np.testing.assert_allclose(joined, motion.pair_load, rtol=1e-9, atol=1e-6)
 
@@ -113,25 +113,25 @@ def test_stiff_gears_are_quasistatic(case_of, frequency):
 
 
 def test_a_watch_ends_a_run(stepper):
-    seen = []
+    calls = []
 
     def watch(frequency, period):
-        seen.append((frequency, period))
+        calls.append((frequency, period))
         if period == 3:
             raise TimeoutError
 
     with pytest.raises(TimeoutError):
         steady_state(stepper, FREQUENCY, SETTINGS, watch=watch)
-    assert seen == [(FREQUENCY, n) for n in (1, 2, 3)]
+    assert calls == [(FREQUENCY, n) for n in (1, 2, 3)]
 
 
 def test_slow_sliding_does_not_chatter(case_of):
     """Vibration of nanometres must not turn the friction back and forth."""
-    case, found = case_of(friction=0.1), []
+    case, deflections = case_of(friction=0.1), []
     for cutoff in CUTOFFS.values():
         _, motion = steady_state(case.stepper(cutoff), 2.0, DynamicSettings())
         history = motion
         cycle = history.time / history.time[-1]
         places = np.linspace(0.0, 1.0, 128)
-        found.append(np.interp(places, cycle, history.deflection[:, 0]))
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-3)
+        deflections.append(np.interp(places, cycle, history.deflection[:, 0]))
+    np.testing.assert_allclose(deflections[1], deflections[0], rtol=1e-3)

@@ -41,8 +41,8 @@ def system(case):
 
 
 def coupled(case, **changes):
-    given = case.gear_set, case.reference, case.laws, case.settings
-    contacts = replace(contacts_of(*given), **changes)
+    args = case.gear_set, case.reference, case.laws, case.settings
+    contacts = replace(contacts_of(*args), **changes)
     return replace(case.reference, contacts=contacts)
 
 
@@ -54,8 +54,8 @@ def vibrating(case, families=range(3), count=2, **changes):
         lowest_modes(settings.sector(gear), gear.density, families, count)
         for gear in gear_set.gears
     ]
-    found = body_modes(gear_set, case.reference, sides, modes)
-    return coupled(case, modes=found, **changes)
+    bodies = body_modes(gear_set, case.reference, sides, modes)
+    return coupled(case, modes=bodies, **changes)
 
 
 def frequencies_of_elements(model, system, place):
@@ -75,8 +75,8 @@ def frequencies_of_elements(model, system, place):
     Q, D = model.contacts.normal_compliance[place], np.diag(slopes[place])
     pressed = np.linalg.solve(np.eye(len(D)) + D @ Q, D @ jacobian)
     squares = eigh(stiffness + jacobian.T @ pressed, mass, eigvals_only=True)
-    found = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
-    return found[found > 1.0][: system.moving.size]
+    frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
+    return frequencies[frequencies > 1.0][: system.moving.size]
 
 
 def frequencies_of(system, place):
@@ -89,13 +89,13 @@ def frequencies_of(system, place):
 @pytest.mark.parametrize("place", [0, 20, 50, 90])
 def test_natural_frequencies_are_those_of_the_elements(case, system, place):
     """What is left out are modes of the free gears: second order in the ratio."""
-    found = frequencies_of_elements(case.model(HIGH), system, place)
-    error = np.abs(frequencies_of(system, place) / found - 1.0)
+    expected = frequencies_of_elements(case.model(HIGH), system, place)
+    error = np.abs(frequencies_of(system, place) / expected - 1.0)
     first = math.sqrt(case.model(HIGH).modal.rigidity.min()) / (2.0 * math.pi)
-    assert (error < 0.1 * (found / first) ** 2 + 1e-5).all()
+    assert (error < 0.1 * (expected / first) ** 2 + 1e-5).all()
     assert (error < 0.01).all()
     held = frequencies_of(coupled(case, without=("body",)), place)
-    assert np.abs(held / found - 1.0).max() > 3.0 * error.max()
+    assert np.abs(held / expected - 1.0).max() > 3.0 * error.max()
 
 
 def test_at_rest_it_is_the_static_contact_of_the_elements(case, system):
@@ -111,12 +111,12 @@ def test_at_rest_it_is_the_static_contact_of_the_elements(case, system):
 def test_loads_at_rest_balance_the_torque(case, system):
     train, loads = case.reference.train, system.loaded.load
     for m, mesh in enumerate(train.meshes):
-        own = loads[:, system.contacts.mesh_of == m].sum(axis=1)
+        mesh_load = loads[:, system.contacts.mesh_of == m].sum(axis=1)
         gear = train.gears[0]
         # of an idler in both meshes; springs that hold the ends take half a per cent
         force = abs(gear.torque) / gear.base_radius
         assert mesh.driver in (0, 1)
-        np.testing.assert_allclose(own, force, rtol=1e-2)
+        np.testing.assert_allclose(mesh_load, force, rtol=1e-2)
 
 
 def test_compliance_in_mean_axes_is_symmetric(system):
@@ -131,13 +131,13 @@ def test_compliance_in_mean_axes_is_symmetric(system):
 def test_vibration_is_that_of_the_reduced_elements(case, system, speed):
     elements = case.stepper(30e3, remaining=0.9)
     settings = DynamicSettings(tolerance=1e-5)
-    found, _ = steady_state(elements, speed, settings)
+    expected, _ = steady_state(elements, speed, settings)
     response, _ = steady_state(FixedStepper(system), speed, Settings(tolerance=1e-5))
     springs, _ = steady_state(FixedStepper(case.reference), speed, Settings())
-    np.testing.assert_allclose(response.dte_rms, found.dte_rms, rtol=0.05)
-    np.testing.assert_allclose(response.force_peak, found.force_peak, rtol=0.05)
+    np.testing.assert_allclose(response.dte_rms, expected.dte_rms, rtol=0.05)
+    np.testing.assert_allclose(response.force_peak, expected.force_peak, rtol=0.05)
     errors = [
-        np.abs(r.dte_rms / found.dte_rms - 1.0).max() for r in (springs, response)
+        np.abs(r.dte_rms / expected.dte_rms - 1.0).max() for r in (springs, response)
     ]
     assert errors[1] < errors[0]
 
@@ -146,12 +146,12 @@ def test_vibration_is_that_of_the_reduced_elements(case, system, speed):
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_each_ingredient_changes_what_it_should(case_of, name):
     case = case_of("liu-idler")
-    whole, less = vibrating(case), vibrating(case, without=(name,))
-    count = whole.moving.size  # body modes are higher
-    ratio = less.resonances_Hz[1:count] / whole.resonances_Hz[1:count]
+    complete, less = vibrating(case), vibrating(case, without=(name,))
+    count = complete.moving.size  # body modes are higher
+    ratio = less.resonances_Hz[1:count] / complete.resonances_Hz[1:count]
     assert (np.abs(ratio - 1.0) > 1e-4).any()
     # pairs and hardening are left out about the loaded state, body in motion only
-    at_rest = less.loaded.deflection / whole.loaded.deflection
+    at_rest = less.loaded.deflection / complete.loaded.deflection
     allowed = {"hardening": 0.03, "meshes": 0.05}.get(name, 1e-9)
     assert np.abs(at_rest - 1.0).max() < allowed
 
@@ -175,8 +175,8 @@ def test_a_table_of_free_bodies_has_the_stiffness_of_the_coupled_model(case_of):
     stiffness = table["local_stiffness_N_per_m"][0].mean()
     gears = case.reference.train.gears
     softness = sum(gear.base_radius**2 / gear.inertia for gear in gears)
-    found = math.sqrt(stiffness * softness) / (2.0 * math.pi)
-    assert found == pytest.approx(system.resonances_Hz[-1], rel=0.01)
+    frequency = math.sqrt(stiffness * softness) / (2.0 * math.pi)
+    assert frequency == pytest.approx(system.resonances_Hz[-1], rel=0.01)
     held = solve_mesh(gear_set, 0, [100.0], replace(settings, body="held")).table
     assert held["local_stiffness_N_per_m"].mean() < 0.97 * stiffness
     assert (table.header["body"], held.header["body"]) == tuple(
@@ -200,7 +200,7 @@ def test_back_flanks_are_as_stiff_as_drive_flanks(case_of):
     np.testing.assert_allclose(back.resonances_Hz, drive.resonances_Hz, rtol=1e-3)
     one = drive.loaded.deflection[:-1, 0]
     two = -gap - back.loaded.deflection[:-1, 0]
-    sizes = [np.abs(np.fft.rfft(each))[:8] / each.size for each in (one, two)]
+    sizes = [np.abs(np.fft.rfft(signal))[:8] / signal.size for signal in (one, two)]
     np.testing.assert_allclose(sizes[1], sizes[0], rtol=2e-3, atol=3e-3 * np.ptp(one))
     sides = back.loaded.load[:, drive.contacts.contacts.side > 0.0]
     assert not sides.any(), "drive flanks are apart"
@@ -208,13 +208,13 @@ def test_back_flanks_are_as_stiff_as_drive_flanks(case_of):
 
 def test_it_does_not_matter_which_gear_drives():
     """Statics pass the cycle the other way round; natural frequencies are the same."""
-    turned = {"mesh.1.driver": "idler", "mesh.1.driven": "pinion", "load.gear": "idler"}
+    edits = {"mesh.1.driver": "idler", "mesh.1.driven": "pinion", "load.gear": "idler"}
     model = LumpedModel(number="coupled", stiffness=StiffnessSource(positions=64))
     one = lumped_system(load_gear_set("liu-pair"), 100.0, model)
-    other = load_gear_set("liu-pair", turned)
+    other = load_gear_set("liu-pair", edits)
     two = lumped_system(other, 100.0 * 55.0 / 38.0, model)
     np.testing.assert_allclose(two.resonances_Hz, one.resonances_Hz, rtol=1e-3)
-    forward, back = (each.loaded.deflection[:, 0] for each in (one, two))
+    forward, back = (lumped_pair.loaded.deflection[:, 0] for lumped_pair in (one, two))
     np.testing.assert_allclose(back[::-1], forward, rtol=5e-3)
 
 
@@ -229,13 +229,13 @@ def test_a_fixed_point_of_the_period_is_the_settled_motion(case, system):
         errors, jacobian, _ = motion.equations(x, frequency)
         x = x - np.linalg.solve(jacobian, errors)
     assert np.abs(motion.errors(x, frequency)).max() < 1e-10 * motion.size
-    found = motion.figures(x, frequency)
+    figures = motion.figures(x, frequency)
     for name in ("dte_rms", "dte_mean", "force_peak"):
-        np.testing.assert_allclose(found[name], getattr(response, name), rtol=5e-3)
+        np.testing.assert_allclose(figures[name], getattr(response, name), rtol=5e-3)
     transfer = motion.monodromy(x, frequency)
     damping = np.trace(system.coupled_arrays.damping)
     determinant = np.linalg.det(transfer)
     assert determinant == pytest.approx(math.exp(-damping / frequency), rel=1e-3)
     exponent = math.log(np.abs(np.linalg.eigvals(transfer)).max())
-    found = find_attractor(system, response, fine)
-    assert found.exponent == pytest.approx(exponent, rel=5e-3)
+    attractor = find_attractor(system, response, fine)
+    assert attractor.exponent == pytest.approx(exponent, rel=5e-3)

@@ -64,7 +64,8 @@ def test_slow_motion_has_the_load_sharing_of_the_static_table(
 ):
     """Within the vibration that is left at 20 Hz: 0.6 % of the load, 1.1 % where teeth
     that stand out come into contact, and 0.04 % on average."""
-    found, case = request.getfixturevalue(motion), case_of("liu-pair", errors=errors)
+    slow_motion = request.getfixturevalue(motion)
+    case = case_of("liu-pair", errors=errors)
     settings = replace(case.settings, positions=64, estimate_error=False)
     table = solve_mesh(case.gear_set, 0, [100.0], settings).table
     gear = case.gear_set.meshes[0].pair.driver
@@ -73,8 +74,8 @@ def test_slow_motion_has_the_load_sharing_of_the_static_table(
     error = []
     for p, k in enumerate(sorted(shares)):
         static = np.nan_to_num(table[shares[k]][0]) * 100.0 / gear.base_radius
-        place = SLOW * found.history.time
-        force = np.interp(table.position, place, found.pairs[0].force[:, p])
+        position = SLOW * slow_motion.history.time
+        force = np.interp(table.position, position, slow_motion.pairs[0].force[:, p])
         error.append(np.abs(force - static) * gear.base_radius / 100.0)
     assert np.max(error) < 0.015
     assert np.mean(error) < 0.001
@@ -103,8 +104,10 @@ def test_engaged_is_the_nominal_path_of_contact(lost, slow):
 def test_states_last_as_long_as_the_response_says(lost):
     pairs, response = lost.pairs[0], lost.response
     step = np.diff(lost.history.time) / lost.history.time[-1]
-    apart = (pairs.state == 0).all(axis=1)[:-1]
-    assert (apart * step).sum() == pytest.approx(response.contact_loss[0], abs=0.03)
+    is_separated = (pairs.state == 0).all(axis=1)[:-1]
+    assert (is_separated * step).sum() == pytest.approx(
+        response.contact_loss[0], abs=0.03
+    )
     behind = (pairs.state == -1).any(axis=1)[:-1]
     assert response.back_side[0] > 0.1
     assert (behind * step).sum() == pytest.approx(response.back_side[0], abs=0.03)

@@ -32,8 +32,8 @@ def prepared(gear_set, source, fidelity="reduced", torque=TORQUE):
     tables = Excitations(source)
     system = lumped_system(gear_set, torque, excitations=tables)
     elements = FiniteElements(fidelity=fidelity, cutoff_Hz=CUTOFF, mesh=0.25)
-    given = system, [SPEED], elements, DynamicSettings(), tables
-    return prepare(gear_set, torque, *given).stepper
+    args = system, [SPEED], elements, DynamicSettings(), tables
+    return prepare(gear_set, torque, *args).stepper
 
 
 def with_gears(gear_set, change):
@@ -49,7 +49,7 @@ def idler():
 def arrays(stepper):
     """What a stepper knows of the finite elements, by name."""
     model = stepper.model
-    found = {
+    by_name = {
         "mean stiffness": model.reference.modes.mean_stiffness,
         "laws": model.contacts.load_curve[..., 1:],
         "compliance": model.contacts.normal_compliance,
@@ -57,8 +57,8 @@ def arrays(stepper):
     }
     if hasattr(stepper, "fields"):
         for field in stepper.fields:
-            found[f"stiffness of {field.number}"] = field.whole.stiffness.toarray()
-    return found
+            by_name[f"stiffness of {field.number}"] = field.whole.stiffness.toarray()
+    return by_name
 
 
 def largest_change(one, other):
@@ -103,8 +103,8 @@ def test_wider_gears_move_the_same_under_as_much_more(idler, fidelity):
         },
     )
     expected = marched(idler, fidelity, TORQUE)
-    found = marched(wide, fidelity, 2.0 * TORQUE)
-    np.testing.assert_allclose(found, expected, rtol=1e-6)
+    deflection = marched(wide, fidelity, 2.0 * TORQUE)
+    np.testing.assert_allclose(deflection, expected, rtol=1e-6)
 
 
 def test_a_wider_idler_moves_more_mass_on_the_same_statics(idler):
@@ -175,7 +175,7 @@ SETTLE = ["--direction", "up", "--tolerance", "0.1", "--max-periods", "1"]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("words", "meshed"),
+    ("argv", "meshed"),
     [
         # flanks, cross-mesh compliance and root stress of the same sectors; modes
         (
@@ -190,13 +190,13 @@ SETTLE = ["--direction", "up", "--tolerance", "0.1", "--max-periods", "1"]
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
-def test_commands_solve_all_as_they_are_asked(solved, tmp_path, words, meshed):
-    if words[0] == "dynamics":
-        words = [*words, "--history", str(tmp_path / "h")]
-    if words[0] == "render":
-        words = [*words, "-o", str(tmp_path / "c.vtu")]
-    words = [*words, "--plane", "strain", "--resolution", "coarse"]
-    result = CliRunner().invoke(app, words, catch_exceptions=False)
+def test_commands_solve_all_as_they_are_asked(solved, tmp_path, argv, meshed):
+    if argv[0] == "dynamics":
+        argv = [*argv, "--history", str(tmp_path / "h")]
+    if argv[0] == "render":
+        argv = [*argv, "-o", str(tmp_path / "c.vtu")]
+    argv = [*argv, "--plane", "strain", "--resolution", "coarse"]
+    result = CliRunner().invoke(app, argv, catch_exceptions=False)
     assert result.exit_code == 0
     sizes, constants = solved
     assert sizes == [RESOLUTIONS["coarse"].size] * meshed
@@ -211,7 +211,7 @@ def test_whole_gears_follow_the_resolution(solved, idler):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("options", "message"),
     [
         (
             ["--excitation", "rectangular"],
@@ -220,8 +220,8 @@ def test_whole_gears_follow_the_resolution(solved, idler):
         (["--table", "a.csv", "--table", "b.csv"], "--table replaces it"),
     ],
 )
-def test_elements_that_are_not_solved_take_no_options(words, message):
-    given = ["sweep", "liu-idler", "--speeds", "1500", "--plane", "strain", *words]
-    result = CliRunner().invoke(app, given)
+def test_elements_that_are_not_solved_take_no_options(options, message):
+    argv = ["sweep", "liu-idler", "--speeds", "1500", "--plane", "strain", *options]
+    result = CliRunner().invoke(app, argv)
     assert str(result.exception).startswith("--plane = strain; ")
     assert message in str(result.exception)

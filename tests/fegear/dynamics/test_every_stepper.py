@@ -59,8 +59,8 @@ def stepper(kind, case_of, full_of):
 
 
 def coupled(case):
-    given = case.gear_set, case.reference, case.laws, case.settings
-    return replace(case.reference, contacts=contacts_of(*given))
+    args = case.gear_set, case.reference, case.laws, case.settings
+    return replace(case.reference, contacts=contacts_of(*args))
 
 
 @pytest.fixture(scope="module")
@@ -100,11 +100,11 @@ def test_a_motion_repeats_itself(settled, stepper, settings):
 
 @pytest.mark.slow
 def test_finer_steps_agree_the_better(settled, stepper, settings):
-    found = [settled[0].dte_rms] + [
+    dte_rms = [settled[0].dte_rms] + [
         steady_state(stepper, SPEEDS[0], refined(settings, times))[0].dte_rms
         for times in (2, 4)
     ]
-    coarse, fine = (np.abs(b / a - 1.0).max() for a, b in pairwise(found))
+    coarse, fine = (np.abs(b / a - 1.0).max() for a, b in pairwise(dte_rms))
     assert fine < max(0.5 * coarse, 2e-4)
 
 
@@ -143,7 +143,7 @@ def test_a_stopped_sweep_goes_on_as_if_it_had_not_stopped(
     kind, stepper, settings, tmp_path
 ):
     quick = replace(settings, tolerance=1e-3)
-    whole = sweep_branch(stepper, SPEEDS, "down", quick)
+    branch = sweep_branch(stepper, SPEEDS, "down", quick)
     checkpoint = open_checkpoint(tmp_path / "kept", {"of": kind}, resume=True)
     lumped = isinstance(settings, Settings)
     store = MemoryStore() if lumped else StoredBranch(Records(checkpoint, "down"))
@@ -161,7 +161,7 @@ def test_a_stopped_sweep_goes_on_as_if_it_had_not_stopped(
     assert resumed.complete
     np.testing.assert_array_equal(resumed.frequency_Hz, SPEEDS[::-1])
     for name in FIGURES:
-        np.testing.assert_array_equal(resumed.column(name), whole.column(name))
+        np.testing.assert_array_equal(resumed.column(name), branch.column(name))
 
 
 def test_a_divergence_is_a_response(stepper, settings, monkeypatch):

@@ -105,15 +105,15 @@ def test_pressure_at_the_pitch_point_is_that_of_hertz(case_of, pair, frequency):
 def test_pressure_follows_from_the_law_on_and_between_its_loads(case_of, pair):
     """Of a pair on its path, where it is Hertz's to a few parts in a thousand."""
     laws, columns = case_of().laws[0].drive, pair(FAST).columns
-    own = laws.teeth.tolist().index(0)
+    pair_index = laws.teeth.tolist().index(0)
     for step in (0, 5, 60):  # a multiple of the laws' positions
         load = columns["mesh1_pair0_load_N"][step]
-        knots, values = laws.load[step, own, 0], laws.pressure[step, own]
+        knots, values = laws.load[step, pair_index, 0], laws.pressure[step, pair_index]
         above = np.searchsorted(knots, load)
-        found = columns["mesh1_pair0_pressure_Pa"][step]
-        assert values[above - 1] < found < values[above]
+        pressure = columns["mesh1_pair0_pressure_Pa"][step]
+        assert values[above - 1] < pressure < values[above]
         part = math.sqrt(load / knots[above])
-        assert found == pytest.approx(part * values[above], rel=5e-3)
+        assert pressure == pytest.approx(part * values[above], rel=5e-3)
 
 
 def test_no_load_is_no_pressure(pair):
@@ -156,8 +156,8 @@ def test_text_reads_back_to_the_same_bits(pair):
 def test_back_side_contacts_have_columns_of_their_own(case_of):
     stepper = case_of(backlash=1e-6).stepper()
     state = stepper.start()
-    apart = stepper.model.kinematics.deflection[0]
-    state.motion[1] = -0.5 / (apart @ apart) * apart  # thrown apart at 0.5 m/s
+    gradient = stepper.model.kinematics.deflection[0]
+    state.motion[1] = -0.5 / (gradient @ gradient) * gradient  # thrown apart at 0.5 m/s
     _, motion = stepper.integrate(state, TimeSteps(FAST, 1.0 / (FAST * 128), 128, 128))
     columns = history_table(stepper.model, motion, 128).columns
     sums = {"pair": 0.0, "back": 0.0}
@@ -190,8 +190,8 @@ def test_slow_motion_has_the_root_stress_of_the_statics(case_of, friction):
         loads = patch_loads(problem, 100.0, step / 128)
         for gear, kind in zip(gear_set.gears, ("driver", "driven"), strict=True):
             for load in loads:
-                seen = tooth_loads(loads, kind, load.tooth)
-                field = sector_stress(gear.geometry, STEEL, seen)
+                pair_loads = tooth_loads(loads, kind, load.tooth)
+                field = sector_stress(gear.geometry, STEEL, pair_loads)
                 name = f"{gear.name}_mesh1_tooth{load.tooth}_root_stress_Pa"
                 assert columns[name][step] == pytest.approx(field.root_stress, rel=0.01)
 
@@ -206,13 +206,13 @@ def test_gears_on_bearings_have_translations(case_of):
     columns = recorded(stepper, FAST, roots).columns
     for row, mesh in zip(reference.modes.coordinates.mesh_rows, (1, 2), strict=True):
         places = reference.modes.coordinates.places
-        found = 0.0
+        deflection = 0.0
         for (gear, kind), place in places.items():
             unit = "rad" if kind == "rotation" else "m"
             name = f"{gear_set.gears[gear].name}_{kind}_{unit}"
-            found = found + row[place] * columns[name]
+            deflection = deflection + row[place] * columns[name]
         dte = columns[f"mesh{mesh}_dte_m"]
-        np.testing.assert_allclose(found, dte, atol=1e-9 * dte.max())
+        np.testing.assert_allclose(deflection, dte, atol=1e-9 * dte.max())
     stressed = [name for name in columns if name.endswith("root_stress_Pa")]
     assert all(name.startswith("idler_mesh") for name in stressed)
     both = {name.split("_")[1] for name in stressed}
@@ -246,13 +246,13 @@ def test_wrong_numbers_are_named(torque):
 
 
 @pytest.mark.parametrize(
-    ("names", "words"),
+    ("names", "expected"),
     [
         (["pinion", "middle-1"], ["pinion", "middle-1"]),
         (["sun, small", "Zahnrad_ä"], ["sun_small", "Zahnrad_ä"]),
         (["a b", "a,b"], ["a_b_1", "a_b_2"]),
     ],
 )
-def test_gears_are_named_by_words(names, words):
+def test_gears_are_named_by_words(names, expected):
     gears = [SimpleNamespace(name=name) for name in names]
-    assert gear_words(SimpleNamespace(gears=gears)) == words
+    assert gear_words(SimpleNamespace(gears=gears)) == expected

@@ -36,8 +36,8 @@ def prepared(example, private_cache):
 
     def make(fidelity):
         elements = FiniteElements(fidelity=fidelity, mesh=0.25)
-        given = TORQUE, reference, SPEEDS, elements, SETTINGS, tables
-        return prepare(example, *given).stepper
+        args = TORQUE, reference, SPEEDS, elements, SETTINGS, tables
+        return prepare(example, *args).stepper
 
     return make
 
@@ -46,15 +46,15 @@ def prepared(example, private_cache):
 def test_modes_and_all_freedoms_agree_from_rest(prepared):
     """From the inertia of a ring up to the reference circle the hub's is negative."""
     speed, steps = SPEEDS[1], 128
-    found = []
+    deflections = []
     for fidelity in ("full", "reduced", "auto"):
         stepper = prepared(fidelity)
         size = 1.0 / (speed * steps)
         _, motion = stepper.integrate(
             stepper.start(), TimeSteps(speed, size, 3 * steps, steps)
         )
-        found.append(motion.deflection[:, 0])
-    full, *others = found
+        deflections.append(motion.deflection[:, 0])
+    full, *others = deflections
     for motion in others:
         assert np.sqrt(((motion - full) ** 2).mean()) < 0.06 * full.std()
 

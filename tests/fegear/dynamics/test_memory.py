@@ -27,8 +27,8 @@ def made(private_cache):
     def make(name):
         gear_set = load_gear_set(name)
         system = lumped_system(gear_set, 100.0, excitations=tables)
-        given = system, [1000.0], FULL, DynamicSettings(), tables
-        return prepare(gear_set, 100.0, *given)
+        args = system, [1000.0], FULL, DynamicSettings(), tables
+        return prepare(gear_set, 100.0, *args)
 
     return make
 
@@ -36,10 +36,10 @@ def made(private_cache):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["liu-pair", "liu-idler"])
 def test_estimate_is_above_what_is_used_and_near_it(made, monkeypatch, name):
-    noted = []
+    estimates = []
     monkeypatch.setattr(
         "fegear.dynamics.build.full_bytes",
-        lambda *given: noted.append(full_bytes(*given)) or noted[-1],
+        lambda *args: estimates.append(full_bytes(*args)) or estimates[-1],
     )
     stepper = made(name).stepper
     tracemalloc.start()
@@ -47,9 +47,9 @@ def test_estimate_is_above_what_is_used_and_near_it(made, monkeypatch, name):
     state = stepper.start()
     for size in 1e-5 * np.array([1.0, 1.1, 1.2]):
         state, _ = stepper.integrate(state, TimeSteps(1000.0, size, 3, 100))
-    used = tracemalloc.get_traced_memory()[1]
+    peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert 0.3 * noted[-1] < used < noted[-1]
+    assert 0.3 * estimates[-1] < peak < estimates[-1]
 
 
 def test_too_little_memory_is_one_line_with_both_figures(made, monkeypatch):

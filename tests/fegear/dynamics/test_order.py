@@ -39,8 +39,8 @@ def deflections(stepper, state, frequency, cells, fine):
 
 def errors_of(stepper, state, frequency, cells):
     exact, force = deflections(stepper, state, frequency, cells, 4 * int(FINE[-1]))
-    found = [deflections(stepper, state, frequency, cells, int(f))[0] for f in FINE]
-    return [np.sqrt(np.mean((x - exact) ** 2)) / np.ptp(exact) for x in found], force
+    motions = [deflections(stepper, state, frequency, cells, int(f))[0] for f in FINE]
+    return [np.sqrt(np.mean((x - exact) ** 2)) / np.ptp(exact) for x in motions], force
 
 
 def rate(errors):
@@ -74,13 +74,13 @@ def test_order_through_loss_of_contact(case_of, kind):
 def test_periodic_response_with_loss_of_contact(case_of, kind):
     """Settled at a resonance of a weakly damped pair."""
     stepper = case_of(damping=0.01).stepper(KINDS[kind])
-    counts, found = np.array([128, 256, 512, 2048]), []
+    counts, responses = np.array([128, 256, 512, 2048]), []
     for steps in counts:
         settings = DynamicSettings(steps=int(steps), tolerance=1e-6)
         response, _ = steady_state(stepper, RESONANCES[kind], settings)
         assert response.multiple == 1
-        found.append((response.dte_rms[0], response.contact_loss[0]))
-    rms, loss = np.array(found).T
+        responses.append((response.dte_rms[0], response.contact_loss[0]))
+    rms, loss = np.array(responses).T
     assert loss.min() > 0.05
     errors = np.abs(rms[:-1] / rms[-1] - 1.0)
     order = -np.polyfit(np.log(counts[:-1]), np.log(errors), 1)[0]

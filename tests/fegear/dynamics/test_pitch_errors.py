@@ -42,17 +42,19 @@ def test_contacts_have_the_errors_of_their_own_teeth(case_of):
     model = case.model()
     assert {side.side for side in model.sides} == {DRIVE, BACK}
     for side in model.sides:
-        for place in range(side.laws.teeth.size):
+        for pair in range(side.laws.teeth.size):
             for cycle in (0, 1, 17, 60, 98229):
                 expected = 0.0
                 for g in side.gears:
-                    clockwise = side.teeth(g)[place]
+                    clockwise = side.teeth(g)[pair]
                     tooth = senses[g] * clockwise + cycle
                     # the idler is driven in its first mesh and drives in the second
                     sign = -1.0 if (g == 1 and side.mesh == 1) else 1.0
                     expected += side.side * sign * errors[g][tooth % len(errors[g])]
-                found = model.contacts.errors[row]
-                assert found[cycle % found.size] == pytest.approx(expected, abs=1e-15)
+                tooth_errors = model.contacts.errors[row]
+                assert tooth_errors[cycle % tooth_errors.size] == pytest.approx(
+                    expected, abs=1e-15
+                )
             row += 1
     assert row == model.contact_count
 
@@ -72,19 +74,21 @@ def test_slow_motion_has_the_statics_of_every_pair(uneven):
     settings = StaticsSettings()
     problem = contact_problem(gear_set, 0, settings)
     position = np.arange(CYCLES * 16) / 16
-    at = mesh_phases(gear_set)[0].value + position % 1.0
-    expected = solve_cycle(problem, [100.0], at, np.floor(position).astype(int))
+    mesh_position = mesh_phases(gear_set)[0].value + position % 1.0
+    expected = solve_cycle(
+        problem, [100.0], mesh_position, np.floor(position).astype(int)
+    )
     time = position / slow
-    found = np.interp(time, motion.time, motion.deflection[:, 0])
-    off = found - expected.ste[0]
-    assert off.std() < 0.02 * expected.ste[0].std()
-    assert abs(off.mean()) < 0.02 * expected.ste[0].mean()
+    deflection = np.interp(time, motion.time, motion.deflection[:, 0])
+    deviation = deflection - expected.ste[0]
+    assert deviation.std() < 0.02 * expected.ste[0].std()
+    assert abs(deviation.mean()) < 0.02 * expected.ste[0].mean()
 
 
 @pytest.mark.slow
 def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
     """Classical steps over all pairs, contact solved anew at each; no pair laws."""
-    frequency, each, settle = 1500.0, 64, 20
+    frequency, cycle_steps, transient_cycles = 1500.0, 64, 20
     train, modes = uneven.reference.train, uneven.reference.modes
     mass = 1.0 / sum(g.base_radius**2 / g.inertia for g in train.gears)
     damping = 2.0 * train.damping_ratio * np.sqrt(modes.mean_stiffness[0] * mass)
@@ -97,10 +101,10 @@ def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
         push = 100.0 / radius - damping * state[1] - force
         return np.array([state[1], push / mass])
 
-    state, h = np.array([8e-6, 0.0]), 1.0 / (frequency * each)
+    state, h = np.array([8e-6, 0.0]), 1.0 / (frequency * cycle_steps)
     expected = []
-    for step in range(-settle * each, CYCLES * each):
-        x, half = step / each, 0.5 / each
+    for step in range(-transient_cycles * cycle_steps, CYCLES * cycle_steps):
+        x, half = step / cycle_steps, 0.5 / cycle_steps
         if step >= 0:
             expected.append(state[0])
         one = slope(x, state)
@@ -111,11 +115,11 @@ def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
     _, motion = steady_state(
         uneven.stepper(None), frequency, DynamicSettings(steps=256)
     )
-    time = np.arange(CYCLES * each) * h
-    found = np.interp(time, motion.time, motion.deflection[:, 0])
-    off = found - expected
-    assert off.std() < 0.02 * np.std(expected)
-    assert abs(off.mean()) < 0.01 * np.mean(expected)
+    time = np.arange(CYCLES * cycle_steps) * h
+    deflection = np.interp(time, motion.time, motion.deflection[:, 0])
+    deviation = deflection - expected
+    assert deviation.std() < 0.02 * np.std(expected)
+    assert abs(deviation.mean()) < 0.01 * np.mean(expected)
 
 
 @pytest.mark.slow
@@ -134,10 +138,10 @@ def test_steps_are_those_of_the_equations(uneven):
     _, motion = stepper.integrate(
         state, TimeSteps(frequency, 1.0 / (frequency * steps), cycles * steps, steps)
     )
-    found = motion.deflection[::8, 0]
+    deflection = motion.deflection[::8, 0]
     exact = states[:, 0, : shape.size] @ shape
     assert (motion.force == 0.0).any()
-    assert np.sqrt(np.mean((found - exact) ** 2)) < 2e-3 * exact.std()
+    assert np.sqrt(np.mean((deflection - exact) ** 2)) < 2e-3 * exact.std()
 
 
 def test_a_later_start_is_another_pair(uneven):
@@ -176,10 +180,12 @@ def test_the_speed_changes_within_whole_periods(uneven):
     """After a change of speed the same pairs are in mesh at the same time."""
     stepper, settings = uneven.stepper(None), DynamicSettings(tolerance=1e-4)
     state = steady_state(stepper, 1500.0, settings)[0].state
-    moved, _ = steady_state(stepper, 1600.0, settings, state, 1500.0)
+    response, _ = steady_state(stepper, 1600.0, settings, state, 1500.0)
     rested, _ = steady_state(stepper, 1600.0, settings)
-    np.testing.assert_allclose(moved.dte_rms, rested.dte_rms, rtol=1e-3)
-    np.testing.assert_allclose(moved.state.motion[0], rested.state.motion[0], rtol=1e-2)
+    np.testing.assert_allclose(response.dte_rms, rested.dte_rms, rtol=1e-3)
+    np.testing.assert_allclose(
+        response.state.motion[0], rested.state.motion[0], rtol=1e-2
+    )
 
 
 def test_history_names_the_teeth_of_the_reference_pair(uneven, case_of):
@@ -188,9 +194,11 @@ def test_history_names_the_teeth_of_the_reference_pair(uneven, case_of):
     steps = steps_per_cycle(stepper.model, 1600.0, settings)
     columns = history_table(stepper.model, motion, steps).columns
     for role, teeth in (("driver", 38), ("driven", 55)):
-        found = columns[f"mesh1_{role}_tooth"]
-        assert found[::steps].tolist() == [1 + n % teeth for n in range(CYCLES + 1)]
-        assert found[steps - 1] == 1
+        tooth_numbers = columns[f"mesh1_{role}_tooth"]
+        assert tooth_numbers[::steps].tolist() == [
+            1 + n % teeth for n in range(CYCLES + 1)
+        ]
+        assert tooth_numbers[steps - 1] == 1
     stepper = case_of().stepper(None)
     _, motion = steady_state(stepper, 1600.0, settings)
     plain = history_table(stepper.model, motion, steps)
@@ -205,9 +213,9 @@ def test_every_fidelity_moves_as_the_pairs_of_teeth(fidelity, case_of):
     elements = FiniteElements(fidelity=fidelity)
     settings = DynamicSettings(tolerance=1e-2, multiples=1)
     source = Excitations(StiffnessSource(resolution="coarse"))
-    given = case.reference, [1000.0], elements, settings, source
-    found = prepare(case.gear_set, 100.0, *given)
-    response, _ = steady_state(found.stepper, 1000.0, settings)
+    args = case.reference, [1000.0], elements, settings, source
+    choice = prepare(case.gear_set, 100.0, *args)
+    response, _ = steady_state(choice.stepper, 1000.0, settings)
     assert response.period_multiple.tolist() == [2]
     from lumped.steady.respond import respond as lumped_respond
 

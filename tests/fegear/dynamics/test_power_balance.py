@@ -33,18 +33,18 @@ def contact_force(model, touch, fine):
         on_steps(table, fine)
         for table in (*model.jacobian[2:4], model.contacts.sliding)
     )
-    load, turned = touch[:, kernel.LOAD], touch[:, kernel.REVERSED]
-    drag = model.jacobian.friction * sliding.T * (1.0 - 2.0 * turned)
+    load, is_reversed = touch[:, kernel.LOAD], touch[:, kernel.REVERSED]
+    drag = model.jacobian.friction * sliding.T * (1.0 - 2.0 * is_reversed)
     count = model.jacobian.widths[0]
     force = np.zeros((len(load), model.size))
-    pushed = np.einsum("tc,ctw->tw", load, closing[..., :count])
-    drawn = np.einsum("tc,ctw->tw", load * drag, rootward[..., :count])
-    force[:, model.jacobian.columns[0, :count]] = -pushed - drawn
+    normal_force = np.einsum("tc,ctw->tw", load, closing[..., :count])
+    friction_force = np.einsum("tc,ctw->tw", load * drag, rootward[..., :count])
+    force[:, model.jacobian.columns[0, :count]] = -normal_force - friction_force
     return force
 
 
 def imbalance(stepper, track, frequency, steps):
-    """Power that is missing over that of damping; part of the time apart."""
+    """Missing power over that of damping, and the fraction of time out of contact."""
     model = stepper.model
     settings = DynamicSettings(steps=steps, tolerance=1e-8, step_angle=10.0)
     response, _ = steady_state(stepper, frequency, settings)
@@ -58,9 +58,9 @@ def imbalance(stepper, track, frequency, steps):
     damping = np.concatenate([model.modal.damping, model.modal.elastic_damping])
     load = np.concatenate([model.modal.load, np.zeros(model.modal.rigidity.size)])
     force = contact_force(model, touch, steps // CYCLE)
-    given = ((force + load) * velocity).sum(axis=1).mean()
-    taken = (damping * velocity**2).sum(axis=1).mean()
-    return given / taken - 1.0, response.contact_loss[0]
+    input_power = ((force + load) * velocity).sum(axis=1).mean()
+    dissipated_power = (damping * velocity**2).sum(axis=1).mean()
+    return input_power / dissipated_power - 1.0, response.contact_loss[0]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -69,8 +69,10 @@ def test_power_is_balanced(case_of, track, kind, name):
     frequency, damping, friction = CASES[name]
     case = case_of(damping=damping, friction=friction)
     stepper = case.stepper(KINDS[kind])
-    found = [imbalance(stepper, track, frequency, steps) for steps in (256, 512, 1024)]
-    errors, loss = np.abs(found).T
+    imbalances = [
+        imbalance(stepper, track, frequency, steps) for steps in (256, 512, 1024)
+    ]
+    errors, loss = np.abs(imbalances).T
     assert (loss > 0.05).all() == (name == "losing contact")
     assert errors[-1] < 0.3 * errors[0]
     assert errors[0] < 5e-5

@@ -33,25 +33,25 @@ def static_error(case_of, track, *, relief=0.0, resolution="default", cutoff=Non
     level = statics.RESOLUTIONS[resolution]
     problem = contact_problem(case.gear_set, 0, StaticsSettings(), resolution=level)
     table = solve_cycle(problem, [100.0], np.arange(POSITIONS) / POSITIONS)
-    found, moment = at_rest(case.stepper(cutoff, remaining=0.0), track)
+    deflection, moment = at_rest(case.stepper(cutoff, remaining=0.0), track)
     assert np.abs(moment / 100.0 - 1.0).max() < 1e-9
-    return found / table.ste[0] - 1.0, found
+    return deflection / table.ste[0] - 1.0, deflection
 
 
 def at_rest(stepper, track):
     """(deflection, moment of the contact forces on the driver) at rest."""
     state = stepper.start()
     lever = stepper.model.sides[0].laws.moment_arms[..., 0]
-    found, moment = [], []
+    deflections, moments = [], []
     for n in range(POSITIONS):
-        place = n * CYCLE // POSITIONS
-        run = track(stepper, state, TimeSteps(0.0, 1e-2, 6, CYCLE, place))
+        position = n * CYCLE // POSITIONS
+        run = track(stepper, state, TimeSteps(0.0, 1e-2, 6, CYCLE, position))
         motion = run.motion[-1]
         motion[1:3] = 0.0
         state = MotionState(motion, run.contact[-1])
-        found.append(run.deflection[-1, 0])
-        moment.append(run.contact[-1, kernel.LOAD] @ lever[place])
-    return np.array(found), np.array(moment)
+        deflections.append(run.deflection[-1, 0])
+        moments.append(run.contact[-1, kernel.LOAD] @ lever[position])
+    return np.array(deflections), np.array(moments)
 
 
 def test_deflection_at_rest_is_the_static_transmission_error(case_of, track):
@@ -103,9 +103,9 @@ def test_slow_motion_with_friction_is_static(case_of, track, relief):
     _, motion = stepper.integrate(
         stepper.start(), TimeSteps(frequency, 1.0 / (frequency * steps), steps, steps)
     )
-    found = motion.deflection[: -1 : steps // POSITIONS, 0]
+    deflection = motion.deflection[: -1 : steps // POSITIONS, 0]
     # at the pitch point itself, and off balance at the very start
-    error = np.abs(found / table.ste[0] - 1.0)[1:]
+    error = np.abs(deflection / table.ste[0] - 1.0)[1:]
     assert np.median(error) < 1e-4
     assert error.max() < (2e-3 if relief == 0.0 else 3e-4)
     frictionless = solve_cycle(

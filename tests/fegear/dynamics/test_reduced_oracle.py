@@ -43,8 +43,8 @@ def test_march_tends_to_the_exact_motion(run):
     errors = []
     for fine in (2, 4, 8, 16):
         motion = marched(stepper, state, fine)
-        found = motion.deflection[::fine, 0]
-        errors.append(np.sqrt(np.mean((found - exact) ** 2)) / exact.std())
+        deflection = motion.deflection[::fine, 0]
+        errors.append(np.sqrt(np.mean((deflection - exact) ** 2)) / exact.std())
     force = motion.force
     assert 0.05 < (force == 0.0).mean() < 0.5
     rate = -np.polyfit(np.log([2, 4, 8]), np.log(errors[:3]), 1)[0]

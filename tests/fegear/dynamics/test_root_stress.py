@@ -59,8 +59,8 @@ def test_static_loads_give_the_stress_of_the_field(
 ):
     loads = tooth_loads(patch_loads(liu_pair, 100.0, position), gear)
     field = sector_stress(getattr(liu_pair.pair, gear), STEEL, loads)
-    found = influences[gear].stress(lumped_loads(loads))
-    assert found == pytest.approx(field.root_stress, rel=1e-3)
+    stress = influences[gear].stress(lumped_loads(loads))
+    assert stress == pytest.approx(field.root_stress, rel=1e-3)
     right = field.components[np.unique(field.sector.mesh.edges["fillet"]), :2].sum(
         axis=1
     )
@@ -83,7 +83,9 @@ def test_stress_is_linear_in_the_loads(influence):
 def test_mirrored_loads_stress_the_other_fillet(influence, tooth, flank):
     load = FlankLoad(tooth, flank, 0.3 * influence.arcs[-1], 1e5, 1e4)
     mirrored = load._replace(tooth=-tooth, flank=OTHER[flank])
-    one, two = (influence.along_fillets([each]) for each in (load, mirrored))
+    one, two = (
+        influence.along_fillets([flank_load]) for flank_load in (load, mirrored)
+    )
     np.testing.assert_allclose(one, two[::-1], rtol=1e-12)
     assert influence.stress([load]) == influence.stress([mirrored])
 
@@ -98,16 +100,16 @@ def test_the_loaded_side_is_in_tension_the_other_compressed(influence, flank):
 
 def test_loads_matter_less_the_farther_away_they_are(influence):
     arc = 0.5 * influence.arcs[-1]
-    own = FlankLoad(0, RIGHT, arc, 1e5)
-    alone = influence.stress([own])
+    load = FlankLoad(0, RIGHT, arc, 1e5)
+    alone = influence.stress([load])
     for side in (-1, 1):
-        near, far = (own._replace(tooth=side * k) for k in (1, 2))
-        changes = [abs(influence.stress([own, x]) / alone - 1.0) for x in (near, far)]
+        near, far = (load._replace(tooth=side * k) for k in (1, 2))
+        changes = [abs(influence.stress([load, x]) / alone - 1.0) for x in (near, far)]
         assert changes[1] < changes[0] < 0.15
         assert changes[1] < 0.06
         assert influence.stress([far]) < 0.15 * alone
-    neglected = own._replace(tooth=REACH + 1)
-    assert influence.stress([own, neglected]) == alone
+    neglected = load._replace(tooth=REACH + 1)
+    assert influence.stress([load, neglected]) == alone
 
 
 def test_teeth_count_around_the_gear(influence):
@@ -120,13 +122,13 @@ def test_time_is_vectorised(influence):
     arcs = np.linspace(0.1, 0.9, 7) * influence.arcs[-1]
     loads = np.linspace(0.0, 1e5, 7)
     fixed = FlankLoad(1, RIGHT, 0.5 * influence.arcs[-1], 5e4)
-    found = influence.stress([FlankLoad(0, LEFT, arcs, loads, 0.1 * loads), fixed])
+    stress = influence.stress([FlankLoad(0, LEFT, arcs, loads, 0.1 * loads), fixed])
     single = [
         influence.stress([FlankLoad(0, LEFT, arc, load, 0.1 * load), fixed])
         for arc, load in zip(arcs, loads, strict=True)
     ]
-    assert found.shape == (7,)
-    np.testing.assert_allclose(found, single, rtol=1e-12)
+    assert stress.shape == (7,)
+    np.testing.assert_allclose(stress, single, rtol=1e-12)
 
 
 def test_loads_at_both_ends_of_the_flank_are_finite(influence):

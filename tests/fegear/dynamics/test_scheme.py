@@ -49,8 +49,8 @@ def test_never_amplifies(remaining, power, damping):
 
 @pytest.mark.parametrize("remaining", REMAINING)
 def test_damps_more_the_less_is_resolved(remaining):
-    found = [radius(amplification(remaining, x)) for x in np.geomspace(0.1, 1e3, 12)]
-    assert (np.diff(found) < 1e-4).all()
+    radii = [radius(amplification(remaining, x)) for x in np.geomspace(0.1, 1e3, 12)]
+    assert (np.diff(radii) < 1e-4).all()
 
 
 @pytest.mark.parametrize("remaining", REMAINING)
@@ -84,10 +84,10 @@ def test_predicted_and_corrected_are_the_same_step(remaining, damping):
     late = 1.0 - s.alpha_f
     force = -s.alpha_m * state[2] - C * (late * v + s.alpha_f * state[1])
     force = force - K * (late * q + s.alpha_f * state[0])
-    found = s.corrected(h, state, force / (mass + C * drag + K * spring))
+    new_state = s.corrected(h, state, force / (mass + C * drag + K * spring))
     units = np.array([1.0, h, h * h])
     expected = amplification(remaining, omega * h, damping) @ (units * state[:, 0])
-    np.testing.assert_allclose(units * found[:, 0], expected, rtol=1e-12)
+    np.testing.assert_allclose(units * new_state[:, 0], expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("remaining", [-0.1, 1.1, float("nan")])

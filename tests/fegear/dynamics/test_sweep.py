@@ -30,11 +30,11 @@ def test_speeds_are_passed_in_the_direction(stepper):
 
 
 def test_a_stop_keeps_what_was_finished(stepper):
-    stop, passed = threading.Event(), []
+    stop, calls = threading.Event(), []
 
     def count():
-        passed.append(1)
-        if len(passed) == 2:
+        calls.append(1)
+        if len(calls) == 2:
             stop.set()
 
     branch = sweep_branch(
@@ -45,7 +45,7 @@ def test_a_stop_keeps_what_was_finished(stepper):
 
 
 def test_a_checkpoint_gives_back_what_was_found(stepper, tmp_path):
-    whole = sweep_branch(stepper, SPEEDS, "up", SETTINGS)
+    branch = sweep_branch(stepper, SPEEDS, "up", SETTINGS)
     checkpoint = open_checkpoint(tmp_path / "j", {"of": "this"}, resume=True)
     stop = threading.Event()
     sweep_branch(
@@ -62,8 +62,8 @@ def test_a_checkpoint_gives_back_what_was_found(stepper, tmp_path):
     )
     assert set(marched) == set(SPEEDS[1:])
     for name in FIGURES:
-        np.testing.assert_array_equal(resumed.column(name), whole.column(name))
-    assert [r.status for r in resumed.responses] == [r.status for r in whole.responses]
+        np.testing.assert_array_equal(resumed.column(name), branch.column(name))
+    assert [r.status for r in resumed.responses] == [r.status for r in branch.responses]
     checkpoint.close(keep=False)
 
 

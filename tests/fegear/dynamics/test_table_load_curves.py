@@ -30,12 +30,12 @@ FINE = Settings(steps=256, tolerance=1e-5)
 
 
 @pytest.fixture(scope="module")
-def given_of(tmp_path_factory):
+def tables_of(tmp_path_factory):
     """Tables of a case at TORQUES, out of their files."""
-    kept = {}
+    tables_of_cases = {}
 
     def make(case):
-        if case not in kept:
+        if case not in tables_of_cases:
             tables, folder = [], tmp_path_factory.mktemp("tables")
             for mesh in range(len(case.gear_set.meshes)):
                 torques = [mesh_torques_at(case.gear_set, t)[mesh] for t in TORQUES]
@@ -43,85 +43,85 @@ def given_of(tmp_path_factory):
                 path = folder / f"mesh{mesh + 1}.csv"
                 path.write_text(format_table(tables[-1]))
             paths = [folder / f"mesh{m + 1}.csv" for m in range(len(tables))]
-            kept[case] = read_mesh_tables(paths, case.gear_set)
-            assert [table for _, table in kept[case].tables] == tables
-        return kept[case]
+            tables_of_cases[case] = read_mesh_tables(paths, case.gear_set)
+            assert [table for _, table in tables_of_cases[case].tables] == tables
+        return tables_of_cases[case]
 
     return make
 
 
-def from_tables(case, given, without=("modes",)):
-    contacts = coupled_contacts(case.gear_set, 100.0, case.reference, given, without)
+def from_tables(case, tables, without=("modes",)):
+    contacts = coupled_contacts(case.gear_set, 100.0, case.reference, tables, without)
     return replace(case.reference, contacts=contacts)
 
 
 def from_laws(case):
-    given = case.gear_set, case.reference, case.laws, case.settings
-    return replace(case.reference, contacts=contacts_of(*given))
+    args = case.gear_set, case.reference, case.laws, case.settings
+    return replace(case.reference, contacts=contacts_of(*args))
 
 
-def at_rest(case_of, system, torque, **words):
+def at_rest(case_of, system, torque, **options):
     """Deflection under another torque at the positions of the tables."""
-    reference = case_of("liu-pair", torque, **words).reference
+    reference = case_of("liu-pair", torque, **options).reference
     loaded = replace(reference, contacts=system.contacts).loaded
     return loaded.deflection[: -1 : (len(loaded.load) - 1) // POSITIONS, 0]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("relief", [0.0, RELIEF])
-def test_at_rest_it_is_the_table(case_of, given_of, relief):
+def test_at_rest_it_is_the_table(case_of, tables_of, relief):
     """Exact at the torques, and close to it between them."""
     case = case_of("liu-pair", relief=relief)
-    given = given_of(case)
-    system, (_, table) = from_tables(case, given), given.tables[0]
+    tables = tables_of(case)
+    system, (_, table) = from_tables(case, tables), tables.tables[0]
     for torque, ste in zip(table.torque_Nm, table["ste_m"], strict=True):
-        found = at_rest(case_of, system, float(torque), relief=relief)
-        np.testing.assert_allclose(found, ste, rtol=2e-6)
-        assert np.median(np.abs(found / ste - 1.0)) < 1e-7
+        deflection = at_rest(case_of, system, float(torque), relief=relief)
+        np.testing.assert_allclose(deflection, ste, rtol=2e-6)
+        assert np.median(np.abs(deflection / ste - 1.0)) < 1e-7
     for torque in (35.0, 140.0):
         exact = solve_mesh(case.gear_set, 0, [torque], STATICS).table["ste_m"][0]
-        found = at_rest(case_of, system, torque, relief=relief)
-        np.testing.assert_allclose(found, exact, rtol=2e-3)
-        assert np.abs(found / exact - 1.0).mean() < 1e-4
+        deflection = at_rest(case_of, system, torque, relief=relief)
+        np.testing.assert_allclose(deflection, exact, rtol=2e-3)
+        assert np.abs(deflection / exact - 1.0).mean() < 1e-4
 
 
 @pytest.mark.parametrize("relief", [0.0, RELIEF])
-def test_its_motion_is_that_of_pair_laws(case_of, given_of, relief):
+def test_its_motion_is_that_of_pair_laws(case_of, tables_of, relief):
     case = case_of("liu-pair", relief=relief)
-    systems = from_laws(case), from_tables(case, given_of(case))
-    laws, found = (system.resonances_Hz for system in systems)
-    np.testing.assert_allclose(found, laws, rtol=3e-4)
+    systems = from_laws(case), from_tables(case, tables_of(case))
+    laws, tables = (system.resonances_Hz for system in systems)
+    np.testing.assert_allclose(tables, laws, rtol=3e-4)
     for speed in (1000.0, 1500.0, 2000.0, 2800.0, 3400.0):
-        laws, found = (
+        laws, tables = (
             steady_state(FixedStepper(system), speed, FINE)[0] for system in systems
         )
-        np.testing.assert_allclose(found.dte_rms, laws.dte_rms, rtol=3e-3)
-        np.testing.assert_allclose(found.force_peak, laws.force_peak, rtol=3e-3)
+        np.testing.assert_allclose(tables.dte_rms, laws.dte_rms, rtol=3e-3)
+        np.testing.assert_allclose(tables.force_peak, laws.force_peak, rtol=3e-3)
 
 
-def test_two_meshes_at_a_phase_off_the_tables_positions(case_of, given_of):
+def test_two_meshes_at_a_phase_off_the_tables_positions(case_of, tables_of):
     case = case_of("liu-idler", edits=(("mesh.2.phase", 0.377),))
-    systems = from_laws(case), from_tables(case, given_of(case))
-    laws, found = (system.loaded for system in systems)
-    np.testing.assert_allclose(found.deflection, laws.deflection, rtol=0.01)
+    systems = from_laws(case), from_tables(case, tables_of(case))
+    laws, tables = (system.loaded for system in systems)
+    np.testing.assert_allclose(tables.deflection, laws.deflection, rtol=0.01)
     np.testing.assert_allclose(
         systems[1].resonances_Hz, systems[0].resonances_Hz, rtol=2e-3
     )
 
 
 @pytest.mark.parametrize("back", [False, True])
-def test_laws_stand_where_finite_elements_have_them(case_of, given_of, back):
+def test_laws_stand_where_finite_elements_have_them(case_of, tables_of, back):
     """Drive flanks from the table, back flanks as their picture in a mirror."""
     case = case_of("liu-pair")
     problem = contact_problem(case.gear_set, 0, case.settings)
     position = 0.2 + np.arange(9) / 9
-    _, table = given_of(case).tables[0]
+    _, table = tables_of(case).tables[0]
     path = path_laws(table, problem.pair.driver.base_radius)
-    found = laws_at(path, problem.pair, position, back)
+    laws = laws_at(path, problem.pair, position, back)
     reach = float(table["ste_m"][2].max())
     exact = pair_laws(problem, position, reach, back)
-    assert set(exact.teeth) <= set(found.teeth)
-    columns = [list(found.teeth).index(k) for k in exact.teeth]
+    assert set(exact.teeth) <= set(laws.teeth)
+    columns = [list(laws.teeth).index(k) for k in exact.teeth]
     close = exact.gap < reach
     assert close.sum() > position.size
     # tables are of transmission errors, laws of penetrations
@@ -129,20 +129,18 @@ def test_laws_stand_where_finite_elements_have_them(case_of, given_of, back):
         np.where(close, exact.moment_arms[..., 0], 1.0)
         / problem.pair.driver.base_radius
     )
-    gap = found.gap[:, columns][close]
+    gap = laws.gap[:, columns][close]
     np.testing.assert_allclose(gap, (exact.gap / closing)[close], atol=5e-3 * reach)
     # in corner contact where the nominal path ends
-    np.testing.assert_allclose(
-        found.arc[:, columns][close], exact.arc[close], atol=2e-4
-    )
+    np.testing.assert_allclose(laws.arc[:, columns][close], exact.arc[close], atol=2e-4)
     for n, k in np.argwhere(exact.gap < 0.5 * reach):
         load = np.interp(
-            exact.penetration, found.penetration, found.load[n, columns[k], 0]
+            exact.penetration, laws.penetration, laws.load[n, columns[k], 0]
         )
         scale = exact.load[n, k, 0, -1]
         np.testing.assert_allclose(load, exact.load[n, k, 0], atol=0.02 * scale)
     both = close[:, :, None] & close[:, None, :]
-    between = found.normal[:, columns][:, :, columns]
+    between = laws.normal[:, columns][:, :, columns]
     normal = exact.normal / (closing[:, :, None] * closing[:, None, :])
     np.testing.assert_allclose(between[both], normal[both], rtol=2e-3)
 
@@ -189,9 +187,9 @@ def test_springs_of_another_code_are_solved_by_hand(
     system = lumped_system(gear_set, 100.0, model)
     force = 100.0 / pair.driver.base_radius
     ste = (force + (stiff @ gaps).sum()) / stiff.sum()
-    loaded, at = system.loaded, slice(None, None, 16)  # positions of the table
-    np.testing.assert_allclose(loaded.deflection[at, 0], ste, rtol=1e-9)
-    loads = np.sort(loaded.load[at], axis=1)
+    loaded, samples = system.loaded, slice(None, None, 16)  # positions of the table
+    np.testing.assert_allclose(loaded.deflection[samples, 0], ste, rtol=1e-9)
+    loads = np.sort(loaded.load[samples], axis=1)
     assert (loads[:, :-2] == 0.0).all()
     np.testing.assert_allclose(
         loads[:, -2:],
@@ -200,12 +198,12 @@ def test_springs_of_another_code_are_solved_by_hand(
     )
     softness = sum(g.base_radius**2 / g.inertia for g in system.train.gears)
     held = math.sqrt(stiff.sum() * softness) / (2.0 * math.pi)
-    found = np.sqrt(loaded.tangent[:-1:16].sum(axis=1)[:, 0, 0]) / (2.0 * math.pi)
+    frequencies = np.sqrt(loaded.tangent[:-1:16].sum(axis=1)[:, 0, 0]) / (2.0 * math.pi)
     if "body" in without:
-        np.testing.assert_allclose(found, held, rtol=1e-7)
+        np.testing.assert_allclose(frequencies, held, rtol=1e-7)
     else:  # inertia of the gears' own bodies raises the frequency
-        assert (found > 1.01 * held).all()
-        assert (found < 1.2 * held).all()
+        assert (frequencies > 1.01 * held).all()
+        assert (frequencies < 1.2 * held).all()
 
 
 def test_equilibrium_is_found_where_relief_is_deeper_than_the_load_presses(case_of):
@@ -216,30 +214,30 @@ def test_equilibrium_is_found_where_relief_is_deeper_than_the_load_presses(case_
     np.testing.assert_allclose(ste[::8], exact, rtol=0.01)
 
 
-def refused(case, given, **words):
-    model = LumpedModel(number="coupled", stiffness=given, **words)
+def refused(case, tables, **options):
+    model = LumpedModel(number="coupled", stiffness=tables, **options)
     with pytest.raises(InputError) as caught:
-        lumped_system(case.gear_set, words.pop("torque", 100.0), model)
+        lumped_system(case.gear_set, options.pop("torque", 100.0), model)
     return str(caught.value)
 
 
-def test_what_tables_do_not_know_is_refused_by_the_name_of_the_file(case_of, given_of):
+def test_what_tables_do_not_know_is_refused_by_the_name_of_the_file(case_of, tables_of):
     case = case_of("liu-pair")
-    ((name, table),) = given_of(case).tables
+    ((name, table),) = tables_of(case).tables
 
-    def given(**changes):
+    def changed_tables(**changes):
         return GivenTables(((name, replace(table, **changes)),))
 
     one = {n: v[2:3] for n, v in table.columns.items()}
-    single = given(torque_Nm=table.torque_Nm[2:3], columns=one)
+    single = changed_tables(torque_Nm=table.torque_Nm[2:3], columns=one)
     assert f"{name}: torques = 1" in refused(case, single)
     assert "without hardening" in refused(case, single)
     linear = LumpedModel(number="coupled", without=("hardening",), stiffness=single)
-    found = lumped_system(case.gear_set, 100.0, linear).loaded.deflection[:-1:2, 0]
-    np.testing.assert_allclose(found, one["ste_m"][0], rtol=1e-6)
-    free = given(header={**table.header, "body": "free to accelerate"})
+    deflection = lumped_system(case.gear_set, 100.0, linear).loaded.deflection[:-1:2, 0]
+    np.testing.assert_allclose(deflection, one["ste_m"][0], rtol=1e-6)
+    free = changed_tables(header={**table.header, "body": "free to accelerate"})
     assert "gears held at their hubs" in refused(case, free)
-    model = LumpedModel(number="coupled", stiffness=given())
+    model = LumpedModel(number="coupled", stiffness=changed_tables())
     with pytest.raises(InputError, match=r"torque 310 N m is outside .* 25 to 300 N m"):
         lumped_system(case.gear_set, 310.0, model)
     gears = (replace(case.gear_set.gears[0], pitch_errors=(0.0, 1e-6) * 19),)

@@ -65,16 +65,16 @@ def test_without_eccentricity_the_pair_of_a_gear_set():
     toothed = ToothedPair(EccentricPair(radius, 0.0), ALPHA, teeth)
     wheels = wheels_of(toothed, 8e-3)
     # the pair of teeth 0 is at its pitch point a quarter of a pitch early
-    found = solve_contact_cycle(
+    cycle = solve_contact_cycle(
         toothed, *wheels, load, toothed.rack.pitch * (position - 0.25)
     )
-    error = found.driver_error * gear.base_radius
+    error = cycle.driver_error * gear.base_radius
     np.testing.assert_allclose(error, expected.ste[0], rtol=1e-3)
     pressure = expected.pressure[0].max(axis=1)
-    whole = [0, 2, 3, 4]  # where no tip corner cuts the contact off
-    np.testing.assert_allclose(found.pressure[whole], pressure[whole], rtol=0.01)
+    uncut = [0, 2, 3, 4]  # where no tip corner cuts the contact off
+    np.testing.assert_allclose(cycle.pressure[uncut], pressure[uncut], rtol=0.01)
     share = expected.load_share[0].max(axis=1)
-    np.testing.assert_allclose(found.largest_share, share, atol=2e-3)
+    np.testing.assert_allclose(cycle.largest_share, share, atol=2e-3)
 
 
 def test_torque_follows_the_kinematics(turn):
@@ -93,9 +93,9 @@ def test_torque_follows_the_kinematics_at_tip_corners(ends):
     toothed = ToothedPair(EccentricPair(0.02, 0.007), ALPHA, 36)
     inside = (1 - 2 * ends) * 1e-9 * toothed.rack.pitch
     arcs = np.concatenate([toothed.contact[:9, ends] + i * inside for i in range(2)])
-    found = solve_contact_cycle(toothed, *wheels_of(toothed, 4e-3, 0.7), 2e3, arcs)
+    cycle = solve_contact_cycle(toothed, *wheels_of(toothed, 4e-3, 0.7), 2e3, arcs)
     expected = toothed.pair.torque_ratio(arcs / toothed.pair.radius)
-    np.testing.assert_allclose(found.torque_ratio / expected, 1.0, atol=1e-3)
+    np.testing.assert_allclose(cycle.torque_ratio / expected, 1.0, atol=1e-3)
 
 
 def test_torque_off_the_kinematics_is_warned_of(turn):
@@ -189,14 +189,14 @@ def test_loads_add_up_and_none_pulls():
 
 
 @pytest.mark.parametrize(
-    ("given", "reason"),
+    ("overrides", "reason"),
     [
         ({}, "^torque needs teeth"),
         ({"teeth": 40, "bore": 30.0}, "^bore = 30 mm"),
         ({"eccentricity": 1.0, "teeth": 1500}, "at most 2000 on both wheels in meshes"),
     ],
 )
-def test_loads_that_cannot_be(given, reason):
+def test_loads_that_cannot_be(overrides, reason):
     wheels = {"radius": 20.0, "eccentricity": 6.0, "torque": 1.0}
     with pytest.raises(InputError, match=reason):
-        fegear.run(fegear.Eccentric(**wheels | given))
+        fegear.run(fegear.Eccentric(**wheels | overrides))

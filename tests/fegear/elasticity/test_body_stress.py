@@ -41,9 +41,9 @@ def test_root_stress_over_the_mesh_cycle_is_that_of_the_field(problem, pinion):
 
 def test_neighbours_load_strains_the_root_little(problem, pinion):
     loads = tooth_loads(patch_loads(problem, 100.0, 0.5), "driver")
-    own = [load for load in loads if load.tooth == 0]
+    tooth_zero = [load for load in loads if load.tooth == 0]
     both = sector_stress(pinion, STEEL, loads).root_stress
-    alone = sector_stress(pinion, STEEL, own).root_stress
+    alone = sector_stress(pinion, STEEL, tooth_zero).root_stress
     assert both == pytest.approx(alone, rel=0.25)
     assert both != alone
 

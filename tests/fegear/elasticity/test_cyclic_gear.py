@@ -49,10 +49,10 @@ class Explicit:
         angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
         copies = np.vstack([turn(self.sector.points, a) for a in angles])
         near = cKDTree(copies).query_ball_point(copies, 1e-9)
-        kept, merged = np.unique([min(n) for n in near], return_inverse=True)
+        unique_nodes, merged = np.unique([min(n) for n in near], return_inverse=True)
         shift = len(self.sector.points) * np.arange(gear.teeth)[:, None, None]
         triangles = (self.sector.triangles[None] + shift).reshape(-1, 6)
-        mesh = MeshTri2(copies[kept].T.copy(), merged[triangles].T.copy())
+        mesh = MeshTri2(copies[unique_nodes].T.copy(), merged[triangles].T.copy())
         basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=4)
         fine = Basis(mesh, ElementVector(ElementTriP2()), intorder=6)
         E, nu = 206e9, 0.3
@@ -66,34 +66,34 @@ class Explicit:
         self.mass = self.fields.T @ self.full_mass @ self.fields
 
     def _fields(self):
-        """(freedoms of the whole gear, own * teeth), orthonormal columns."""
+        """(freedoms of the whole gear, sector_size * teeth), orthonormal columns."""
         model, teeth = CyclicSector(self.gear, STEEL, SIZE), self.gear.teeth
         along_y = np.isin(
             np.arange(model.basis.N), model.basis.split_indices()[1]
         ).astype(int)
-        left = model.cut[: len(model.cut) // 2]
+        left_cut = model.cut[: len(model.cut) // 2]
         rows, columns, entries = [], [], []
         for k in range(teeth):
             angle = 2.0 * np.pi * k / teeth
             directions = turn(np.eye(2), angle)[along_y[model.interior]]
             places = turn(model.locations[model.interior], angle)
-            cut = turn(model.locations[left], angle)
+            cut = turn(model.locations[left_cut], angle)
             radial = cut / np.hypot(*cut.T)[:, None]
             clockwise = np.stack([radial[:, 1], -radial[:, 0]], axis=1)
-            polar = np.where(along_y[left, None] == 0, radial, clockwise)
+            polar = np.where(along_y[left_cut, None] == 0, radial, clockwise)
             pairs = self.freedoms(np.vstack([places, cut]))
-            own = len(pairs)
+            sector_size = len(pairs)
             rows.append(pairs.ravel())
-            columns.append(np.repeat(np.arange(own) * teeth + k, 2))
+            columns.append(np.repeat(np.arange(sector_size) * teeth + k, 2))
             entries.append(np.vstack([directions, polar]).ravel())
         where = np.concatenate(rows), np.concatenate(columns)
-        shape = (len(self.places), own * teeth)
+        shape = (len(self.places), sector_size * teeth)
         return csc_array(coo_array((np.concatenate(entries), where), shape=shape))
 
     def freedoms(self, points):
         """(n, 2) freedoms x, y at points."""
-        found = cKDTree(self.places).query_ball_point(points, 1e-9)
-        return np.array([sorted(pair, key=lambda d: self.along_y[d]) for pair in found])
+        pairs = cKDTree(self.places).query_ball_point(points, 1e-9)
+        return np.array([sorted(pair, key=lambda d: self.along_y[d]) for pair in pairs])
 
     @property
     def turned(self):
@@ -121,9 +121,9 @@ def random_field(gear, seed=0):
     return np.random.default_rng(seed).standard_normal((gear.own, gear.teeth))
 
 
-def close(found, wanted, rtol):
-    scale = np.abs(wanted).max()
-    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=rtol * scale)
+def close(actual, desired, rtol):
+    scale = np.abs(desired).max()
+    np.testing.assert_allclose(actual, desired, rtol=0.0, atol=rtol * scale)
 
 
 def test_fields_are_all_freedoms_off_the_hub_once(gear, explicit):
@@ -183,8 +183,8 @@ def test_operators_are_symmetric_and_positive(gear, factors):
 def test_a_turn_by_one_tooth_turns_the_answer(gear, factors):
     load = random_field(gear)
     for operator in (gear.stiffness_times, gear.mass_times, factors.solve):
-        turned = np.roll(operator(load), 1, axis=1)
-        close(operator(np.roll(load, 1, axis=1)), turned, 1e-12)
+        expected = np.roll(operator(load), 1, axis=1)
+        close(operator(np.roll(load, 1, axis=1)), expected, 1e-12)
 
 
 def as_operator(function, gear):
@@ -224,17 +224,17 @@ def test_lowest_frequencies_and_couplings_are_those_of_the_modes(gear, explicit)
 
 
 def test_turn_and_its_momentum_are_those_of_the_cyclic_gear(gear, explicit):
-    turned = explicit.turned
-    rotation = (explicit.fields.T @ turned).reshape(gear.own, gear.teeth)
+    rigid_turn = explicit.turned
+    rotation = (explicit.fields.T @ rigid_turn).reshape(gear.own, gear.teeth)
     close(np.repeat(gear.rotation[:, None], gear.teeth, axis=1), rotation, 1e-10)
-    momentum = explicit.fields.T @ (explicit.full_mass @ turned)
+    momentum = explicit.fields.T @ (explicit.full_mass @ rigid_turn)
     close(
         np.repeat(gear.momentum[:, None], gear.teeth, axis=1),
         momentum.reshape(gear.own, gear.teeth),
         1e-10,
     )
     assert gear.inertia == pytest.approx(
-        turned @ explicit.full_mass @ turned, rel=1e-10
+        rigid_turn @ explicit.full_mass @ rigid_turn, rel=1e-10
     )
 
 
@@ -341,15 +341,18 @@ def test_free_gear_vibrates_as_the_cyclic_gear_does():
         M[:-1, i] = gear.mass_times(equal).sum(axis=1)
     M[-1, :-1] = M[:-1, -1] = gear.teeth * gear.momentum
     M[-1, -1] = gear.inertia + hub
-    found = np.sqrt(eigh(K, M, eigvals_only=True, subset_by_index=[1, 3]))
-    found = found[found < expected[-1]]
-    assert found.size > 1
-    apart = np.abs(found[:, None] / expected - 1.0).min(axis=1)
-    assert (apart < 1e-6).all()
+    frequencies = np.sqrt(eigh(K, M, eigvals_only=True, subset_by_index=[1, 3]))
+    frequencies = frequencies[frequencies < expected[-1]]
+    assert frequencies.size > 1
+    deviation = np.abs(frequencies[:, None] / expected - 1.0).min(axis=1)
+    assert (deviation < 1e-6).all()
 
     errors = [
-        np.abs(free_modes(explicit.gear, cutoff, hub)[: found.size] / found - 1.0).max()
-        for cutoff in (2.0 * found[-1], 8.0 * found[-1])
+        np.abs(
+            free_modes(explicit.gear, cutoff, hub)[: frequencies.size] / frequencies
+            - 1.0
+        ).max()
+        for cutoff in (2.0 * frequencies[-1], 8.0 * frequencies[-1])
     ]
     assert errors[1] < 0.2 * errors[0]
     assert errors[1] < 1e-3

@@ -38,8 +38,8 @@ class WholeGear:
         copies = np.vstack([turn(self.sector.points, a) for a in angles])
         tree = cKDTree(copies)
         first = np.array([min(near) for near in tree.query_ball_point(copies, 1e-9)])
-        kept, self.merged = np.unique(first, return_inverse=True)
-        self.points = copies[kept]
+        unique_nodes, self.merged = np.unique(first, return_inverse=True)
+        self.points = copies[unique_nodes]
         shift = len(self.sector.points) * np.arange(gear.teeth)[:, None, None]
         triangles = (self.sector.triangles[None] + shift).reshape(-1, 6)
         mesh = MeshTri2(self.points.T.copy(), self.merged[triangles].T.copy())
@@ -54,8 +54,8 @@ class WholeGear:
 
     def freedoms(self, points):
         """(n, 2) freedoms x, y at points."""
-        found = self.places.query_ball_point(points, 1e-9)
-        return np.array([sorted(pair) for pair in found])
+        pairs = self.places.query_ball_point(points, 1e-9)
+        return np.array([sorted(pair) for pair in pairs])
 
     def displacement(self, force):
         return solve(*condense(self.stiffness, force, D=self.held))

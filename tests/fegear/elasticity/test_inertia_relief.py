@@ -45,8 +45,8 @@ def free_gear_displacement(whole, load, inertia):
     momentum[0] += inertia - rigid @ momentum  # of the hub, beyond the mesh
     column = csr_array(1e9 * momentum[:, None])  # so that entries are of like size
     system = block_array([[K, column], [column.T, None]]).tocsc()
-    found = splu(system).solve(np.append(basis.T @ load, 0.0))
-    return basis @ found[:-1], 1e9 * found[-1]
+    solution = splu(system).solve(np.append(basis.T @ load, 0.0))
+    return basis @ solution[:-1], 1e9 * solution[-1]
 
 
 @pytest.mark.slow
@@ -65,12 +65,12 @@ def test_compliance_in_mean_axes_is_that_of_a_free_whole_gear(sector, whole, ext
     expected += np.outer(arm, arm) * q / inertia**2
     whole.fields = np.eye(len(whole.places))
     rows = whole.flank(0, RIGHT).T  # (points, freedoms)
-    found = np.empty_like(held)
+    compliance = np.empty_like(held)
     for j, load in enumerate(rows):
         field, acceleration = free_gear_displacement(whole, load, inertia)
         assert acceleration == pytest.approx(arm[j] / inertia, rel=1e-9)
-        found[:, j] = rows @ field
-    assert np.abs(found - expected).max() < 1e-8 * np.abs(held).max()
+        compliance[:, j] = rows @ field
+    assert np.abs(compliance - expected).max() < 1e-8 * np.abs(held).max()
     assert np.abs(expected - held).max() > 1e-2 * np.abs(held).max()
 
 

@@ -34,9 +34,11 @@ def largest_change(one, other):
 @pytest.mark.parametrize(("teeth", "hub"), [(55, 0.25), (100, 0.1)])
 def test_layers_lose_nothing_against_triangles_down_to_the_hub(monkeypatch, teeth, hub):
     gear = gear_of(teeth, hub)
-    found = flank_compliance(CyclicSector(gear, STEEL))
+    compliance = flank_compliance(CyclicSector(gear, STEEL))
     monkeypatch.setattr(outline, "FLOOR_DEPTH", 1e9)
-    assert largest_change(found, flank_compliance(CyclicSector(gear, STEEL))) < 1e-4
+    assert (
+        largest_change(compliance, flank_compliance(CyclicSector(gear, STEEL))) < 1e-4
+    )
 
 
 @pytest.mark.slow
@@ -68,8 +70,8 @@ def test_modes_are_resolved_however_thick_layers_may_be():
         )
         for growth in (0.15, 0.6)
     )
-    found, expected = coarse.frequencies_Hz, fine.frequencies_Hz
-    np.testing.assert_allclose(found, expected, rtol=1e-3)
+    frequencies, expected = coarse.frequencies_Hz, fine.frequencies_Hz
+    np.testing.assert_allclose(frequencies, expected, rtol=1e-3)
 
 
 def peak_of(teeth):
@@ -96,8 +98,8 @@ def test_harmonics_in_batches_are_those_at_once(monkeypatch):
     root = rng.standard_normal((2 * m, 2 * m))
     superelement = root @ root.T
     left, right = rng.standard_normal((2, m, 3))
-    given = superelement, left, right, teeth, range(-2, 3)
-    whole = ring.ring_response(*given)
+    args = superelement, left, right, teeth, range(-2, 3)
+    expected = ring.ring_response(*args)
     monkeypatch.setattr(ring, "BATCH", 16 * m * m * 5)
-    for cut, field in ring.ring_response(*given).items():
-        np.testing.assert_allclose(field, whole[cut], rtol=1e-12, atol=1e-15)
+    for cut, field in ring.ring_response(*args).items():
+        np.testing.assert_allclose(field, expected[cut], rtol=1e-12, atol=1e-15)

@@ -65,9 +65,9 @@ def test_frequencies_are_those_of_the_whole_gear(modes, whole):
 
 def test_odd_number_of_teeth():
     odd = small_gear(13)
-    found = gear_modes(CyclicSector(odd, STEEL, COARSE), DENSITY, CUTOFF)
+    body_modes = gear_modes(CyclicSector(odd, STEEL, COARSE), DENSITY, CUTOFF)
     direct = WholeGear(odd, COARSE, CUTOFF).frequencies
-    np.testing.assert_allclose(found.frequencies_Hz, direct, rtol=1e-8)
+    np.testing.assert_allclose(body_modes.frequencies_Hz, direct, rtol=1e-8)
 
 
 @pytest.mark.parametrize("side", [RIGHT, LEFT])
@@ -75,8 +75,8 @@ def test_odd_number_of_teeth():
 def test_shapes_are_those_of_the_whole_gear(modes, whole, tooth, side):
     """Products of two places, which do not ask how a pair is turned."""
     for group in same_frequency(modes.frequencies_Hz):
-        for seen, normal in ((modes.normal_at, True), (modes.tangential_at, False)):
-            ring = modes.normal_at(0)[group].T @ seen(tooth, side)[group]
+        for shape_at, normal in ((modes.normal_at, True), (modes.tangential_at, False)):
+            ring = modes.normal_at(0)[group].T @ shape_at(tooth, side)[group]
             direct = (
                 whole.flank(0, RIGHT)[group].T @ whole.flank(tooth, side, normal)[group]
             )
@@ -141,12 +141,12 @@ def test_count_is_that_of_the_unskipped_problem(sector, cutoff):
 
 def test_count_says_which_nodal_diameters_are_skipped(sector):
     mass = sector.mass(DENSITY)
-    found = list(cyclic_modes(sector, mass, 50e3))
+    families = list(cyclic_modes(sector, mass, 50e3))
     counts = mode_counts(sector, mass, 50e3)
-    assert [len(modes.omega) for modes in found] == list(counts)
-    assert any(len(modes.omega) == 0 for modes in found)
-    everything = list(cyclic_modes(sector, mass, CUTOFF))
-    for modes, more in zip(found, everything, strict=True):
+    assert [len(modes.omega) for modes in families] == list(counts)
+    assert any(len(modes.omega) == 0 for modes in families)
+    all_families = list(cyclic_modes(sector, mass, CUTOFF))
+    for modes, more in zip(families, all_families, strict=True):
         below = more.omega[more.omega < 2.0 * np.pi * 50e3]
         np.testing.assert_allclose(modes.omega, below, rtol=1e-10)
 
@@ -157,23 +157,25 @@ def test_effective_inertia_grows_to_that_of_the_free_nodes(gear, sector):
     K, M = constrained_matrices(sector, 0)
     _, vectors = eigh(K, M)
     ties = sector.cyclic_constraint(1.0)
-    turned = ties.T @ (mass @ sector.rigid_fields[:, 0])
-    every = gear.teeth * np.cumsum((vectors.T @ turned) ** 2)
+    momentum = ties.T @ (mass @ sector.rigid_fields[:, 0])
+    inertias = gear.teeth * np.cumsum((vectors.T @ momentum) ** 2)
     limits = [
         gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, f) for f in (80e3, 300e3)
     ]
-    for found in limits:
-        axial = found.rotation_coupling[found.nodal_diameters == 0]
-        np.testing.assert_allclose(np.cumsum(axial**2), every[: len(axial)], rtol=1e-8)
-    below = gear.teeth * turned @ spsolve((ties.T @ mass @ ties).tocsc(), turned)
-    assert every[-1] == pytest.approx(below, rel=1e-10)
+    for body_modes in limits:
+        axial = body_modes.rotation_coupling[body_modes.nodal_diameters == 0]
+        np.testing.assert_allclose(
+            np.cumsum(axial**2), inertias[: len(axial)], rtol=1e-8
+        )
+    limit = gear.teeth * momentum @ spsolve((ties.T @ mass @ ties).tocsc(), momentum)
+    assert inertias[-1] == pytest.approx(limit, rel=1e-10)
     shares = [np.sum(m.rotation_coupling**2) / m.inertia for m in limits]
-    assert 0.9 < shares[0] < shares[1] < every[-1] / limits[0].inertia < 1.0
+    assert 0.9 < shares[0] < shares[1] < inertias[-1] / limits[0].inertia < 1.0
 
 
 def test_effective_mass_is_nearly_all_and_alike_in_all_directions(gear):
-    found = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, 600e3)
-    share = np.sum(found.translation_coupling**2, axis=0) / found.mass
+    body_modes = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, 600e3)
+    share = np.sum(body_modes.translation_coupling**2, axis=0) / body_modes.mass
     assert share[0] == pytest.approx(share[1], rel=1e-9)
     assert 0.96 < share[0] < 1.0
 
@@ -209,13 +211,17 @@ def test_sum_of_modes_tends_to_the_static_compliance(gear, static):
     load = np.diff(sector_mesh(gear, COARSE).flank_arcs)
     missing = []
     for cutoff in (100e3, 400e3, 1600e3):
-        found = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, cutoff)
-        force = found.normal_at(0) @ load / (2.0 * np.pi * found.frequencies_Hz) ** 2
+        body_modes = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, cutoff)
+        force = (
+            body_modes.normal_at(0)
+            @ load
+            / (2.0 * np.pi * body_modes.frequencies_Hz) ** 2
+        )
         missing.append(
             [
                 1.0
                 - force
-                @ (found.normal_at(k) @ load)
+                @ (body_modes.normal_at(k) @ load)
                 / (load @ static[REACH + k] @ load)
                 for k in (0, 1, -2)
             ]
@@ -235,9 +241,11 @@ def test_static_twist_under_a_smooth_load_needs_few_modes(gear, sector):
     exact = gear.teeth * load @ np.linalg.solve(stiffness, load)
     missing = []
     for cutoff in (40e3, 200e3, 800e3):
-        found = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, cutoff)
-        omega = 2.0 * np.pi * found.frequencies_Hz
-        missing.append(1.0 - np.sum((found.rotation_coupling / omega) ** 2) / exact)
+        body_modes = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, cutoff)
+        omega = 2.0 * np.pi * body_modes.frequencies_Hz
+        missing.append(
+            1.0 - np.sum((body_modes.rotation_coupling / omega) ** 2) / exact
+        )
     assert 1e-2 > missing[0] > missing[1] > missing[2] > 0.0
     assert missing[2] < 1e-5
 
@@ -293,9 +301,9 @@ def test_ring_without_teeth_is_the_closed_form_at_fourth_order():
     exact = [frequencies(RING, n, highest) for n in range(7)]
     for refined in (1, 2, 4):
         sector = ring_sector(4 * refined, 2 * refined)
-        found = list(cyclic_modes(sector, sector.mass(DENSITY), highest))
-        assert [len(w.omega) for w in found] == [len(f) for f in exact]
-        both = np.concatenate([w.omega for w in found]), np.concatenate(exact)
+        families = list(cyclic_modes(sector, sector.mass(DENSITY), highest))
+        assert [len(w.omega) for w in families] == [len(f) for f in exact]
+        both = np.concatenate([w.omega for w in families]), np.concatenate(exact)
         errors.append(both[0] / (2.0 * np.pi * both[1]) - 1.0)
     errors = np.array(errors)
     assert (errors > 0.0).all()
@@ -307,23 +315,23 @@ def test_ring_without_teeth_is_the_closed_form_at_fourth_order():
 
 def test_held_hub_keeps_less_inertia_on_a_finer_mesh():
     """What no mode carries is the mass of the hub nodes: one layer of elements."""
-    kept = []
+    hub_shares = []
     for refined in (1, 2, 4):
         sector = ring_sector(4 * refined, 2)
-        mass, turned = sector.mass(DENSITY), sector.rigid_fields[:, 0]
+        mass, rigid_turn = sector.mass(DENSITY), sector.rigid_fields[:, 0]
         ties = sector.cyclic_constraint(1.0)
-        load = ties.T @ (mass @ turned)
-        carried = load @ spsolve((ties.T @ mass @ ties).tocsc(), load)
-        kept.append(1.0 - carried / (turned @ mass @ turned))
-    assert np.diff(np.log2(kept)) == pytest.approx(-1.0, abs=0.2)
-    assert 0.0 < kept[-1] < 1e-3
+        load = ties.T @ (mass @ rigid_turn)
+        modal_inertia = load @ spsolve((ties.T @ mass @ ties).tocsc(), load)
+        hub_shares.append(1.0 - modal_inertia / (rigid_turn @ mass @ rigid_turn))
+    assert np.diff(np.log2(hub_shares)) == pytest.approx(-1.0, abs=0.2)
+    assert 0.0 < hub_shares[-1] < 1e-3
 
 
 def test_nothing_below_the_first_mode(gear):
-    found = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, 1e3)
-    assert found.normal.shape == (0, 2, 6)
-    assert found.translation_coupling.shape == (0, 2)
-    assert found.normal_at(3).shape == (0, 6)
+    body_modes = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, 1e3)
+    assert body_modes.normal.shape == (0, 2, 6)
+    assert body_modes.translation_coupling.shape == (0, 2)
+    assert body_modes.normal_at(3).shape == (0, 6)
 
 
 @pytest.mark.parametrize("cutoff", [0.0, -1.0, np.nan, np.inf])

@@ -115,8 +115,8 @@ def test_centres_in_line_give_nearly_the_printed_phase():
 def test_pair_is_the_first_mesh_of_the_idler_set():
     """But for its own stiffness figures, and for bearings, which are not printed."""
     pair, train = load_gear_set("liu-pair"), load_gear_set("liu-idler")
-    own = {"mean_stiffness": 2.98e8, "load_share": 0.6}
-    assert pair.meshes[0] == replace(train.meshes[0], **own)
+    stiffness = {"mean_stiffness": 2.98e8, "load_share": 0.6}
+    assert pair.meshes[0] == replace(train.meshes[0], **stiffness)
     free = {"bearing_stiffness": None, "coupling_stiffness": 0.0}
     assert pair.gears == tuple(replace(gear, **free) for gear in train.gears[:2])
 

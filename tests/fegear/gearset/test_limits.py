@@ -46,8 +46,8 @@ def refusal(**values) -> str:
     return str(caught.value)
 
 
-def limit(message: str, words: str) -> float:
-    return float(re.search(rf"{words} ([-0-9.]+)", message)[1])
+def limit(message: str, label: str) -> float:
+    return float(re.search(rf"{label} ([-0-9.]+)", message)[1])
 
 
 @given(st.floats(1e-9, 1e9), st.booleans())

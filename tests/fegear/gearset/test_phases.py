@@ -96,7 +96,7 @@ def test_drawn_flanks_meet_where_the_phase_says(gear_set, number):
     mesh, placed = gear_set.meshes[number], layout(gear_set)
     line = line_of_action(mesh, placed.places[mesh.driver], placed.directions[number])
     pair, phase = mesh.pair, mesh_phases(gear_set)[number].value
-    seen = 0
+    checked_count = 0
     for position in (phase - 1.0, phase, phase + 1.0):
         roll_length = pair.pitch_point + position * pair.base_pitch
         if not pair.path_start < roll_length < pair.path_end:
@@ -106,8 +106,8 @@ def test_drawn_flanks_meet_where_the_phase_says(gear_set, number):
             teeth, place = gear_set.gears[gear].geometry, placed.places[gear]
             gaps = np.hypot(*(dense(gear_outline(teeth, place)) - point).T)
             assert gaps.min() < 0.002 * pair.base_pitch
-        seen += 1
-    assert seen
+        checked_count += 1
+    assert checked_count
 
 
 @settings(max_examples=40, deadline=None)
@@ -155,15 +155,15 @@ def test_turn_by_whole_pitches_leaves_the_phase(pitches):
 
 
 def test_a_given_phase_wins_and_carries_on():
-    free, given = (
+    free, with_phase = (
         train(("a", "b", ""), ("b", "c", keys), ("c", "d", ""))
         for keys in ("", "phase = 0.2")
     )
-    loose, held = mesh_phases(free), mesh_phases(given)
+    loose, held = mesh_phases(free), mesh_phases(with_phase)
     assert (held[1].value, held[1].origin) == (0.2, "given")
-    carried = apart(held[2].value, loose[2].value)
-    assert carried == pytest.approx(apart(0.2, loose[1].value))
-    assert geometric_phase(given, 1) == pytest.approx(loose[1].value)
+    shift = apart(held[2].value, loose[2].value)
+    assert shift == pytest.approx(apart(0.2, loose[1].value))
+    assert geometric_phase(with_phase, 1) == pytest.approx(loose[1].value)
 
 
 ORIGINS = {

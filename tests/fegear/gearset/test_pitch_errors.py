@@ -92,19 +92,22 @@ def tooth_at_pitch_point(gear_set: GearSet, number: int, gear: int) -> float:
 def test_the_reference_pair_has_the_errors_of_its_teeth(name, number):
     gear_set = with_errors(TRAINS[name], 0, 1, 2)
     mesh = gear_set.meshes[number]
-    seen = mesh_errors(gear_set, number)
-    for errors, gear in zip(seen, (mesh.driver, mesh.driven), strict=True):
+    errors_of_gears = mesh_errors(gear_set, number)
+    for errors, gear in zip(errors_of_gears, (mesh.driver, mesh.driven), strict=True):
         tooth = tooth_at_pitch_point(gear_set, number, gear)
         derived = mesh.phase is None or number == 0
         assert abs(tooth - round(tooth)) < (1e-6 if derived else 0.5)
-        listed = gear_set.gears[gear].pitch_errors
+        pitch_errors = gear_set.gears[gear].pitch_errors
         sizes = [abs(error) for error in errors]
         assert sizes == [
-            listed[(round(tooth) + n) % len(listed)] for n in range(len(listed))
+            pitch_errors[(round(tooth) + n) % len(pitch_errors)]
+            for n in range(len(pitch_errors))
         ]
         cycles = np.arange(3)
-        found = tooth_in_cycles(gear_set, number, gear, cycles)
-        assert found.tolist() == [(round(tooth) + n) % len(listed) for n in cycles]
+        teeth = tooth_in_cycles(gear_set, number, gear, cycles)
+        assert teeth.tolist() == [
+            (round(tooth) + n) % len(pitch_errors) for n in cycles
+        ]
 
 
 def test_the_other_flank_of_a_tooth_out_of_place_is_too_far_ahead():

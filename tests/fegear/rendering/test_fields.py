@@ -68,15 +68,15 @@ def test_displacement_under_a_hat_is_that_of_many_line_loads(angle):
     t, weight = np.polynomial.legendre.leggauss(400)
     direct = np.zeros_like(points)
     for low, high in ((-1.0, 0.0), (0.0, 1.0)):
-        at = 0.5 * (high + low) + 0.5 * (high - low) * t
-        for x, w in zip(at, 0.5 * (high - low) * weight, strict=True):
-            place = origin + half * x * side
-            unit = halfplane.displacement(points, place, inward, 2e11, 0.3, angle)
+        abscissas = 0.5 * (high + low) + 0.5 * (high - low) * t
+        for x, w in zip(abscissas, 0.5 * (high - low) * weight, strict=True):
+            point = origin + half * x * side
+            unit = halfplane.displacement(points, point, inward, 2e11, 0.3, angle)
             direct += w * (1.0 - abs(x)) * unit
     forces = (math.cos(angle), math.sin(angle))
-    found = hat_displacement(points, origin, inward, half, forces, (2e11, 0.3))
+    displacement = hat_displacement(points, origin, inward, half, forces, (2e11, 0.3))
     np.testing.assert_allclose(
-        found, direct, rtol=1e-5, atol=1e-6 * np.abs(direct).max()
+        displacement, direct, rtol=1e-5, atol=1e-6 * np.abs(direct).max()
     )
 
 
@@ -85,11 +85,13 @@ def test_displacement_and_stress_of_a_hat_obey_hooke():
     E, nu = 2e11, 0.3
     point, step = np.array([[5e-5, -8e-5]]), 1e-8
     for forces in ((1.0, 0.0), (0.0, 1.0)):
-        moved = [
+        displacements = [
             hat_displacement(point + d, origin, inward, half, forces, (E, nu))[0]
             for d in step * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
         ]
-        slope = np.stack([moved[0] - moved[1], moved[2] - moved[3]]) / (2.0 * step)
+        slope = np.stack(
+            [displacements[0] - displacements[1], displacements[2] - displacements[3]]
+        ) / (2.0 * step)
         xx, yy, xy = halfplane.hat_stress(point, origin, inward, half, *forces)[0]
         scale = max(abs(xx), abs(yy), abs(xy))
         assert E * slope[0, 0] == pytest.approx(xx - nu * yy, abs=1e-5 * scale)
@@ -177,15 +179,15 @@ def test_largest_shear_is_below_the_contact_where_hertz_has_it(scene):
     flank, inward = flank_frame(pair.driver, np.array([centre]))
     depth = np.linspace(0.2, 2.0, 361) * b
     line = flank + depth[:, None] * inward
-    all_of_it, own = sectors[0].at(line)[:, 2:], sectors[0].local(line)[:, 2:]
+    stress, local_stress = sectors[0].at(line)[:, 2:], sectors[0].local(line)[:, 2:]
     shear, alone = (
-        np.hypot(0.5 * (xx - yy), xy) for xx, yy, xy in (all_of_it.T, own.T)
+        np.hypot(0.5 * (xx - yy), xy) for xx, yy, xy in (stress.T, local_stress.T)
     )
     assert depth[shear.argmax()] == pytest.approx(0.786 * b, rel=5e-2)
     assert alone.max() == pytest.approx(0.300 * peak, rel=1e-2)
     # the bent tooth is stretched along this flank, which widens Mohr's circle
     along = np.array([-inward[0, 1], inward[0, 0]])
-    xx, yy, xy = (all_of_it - own)[shear.argmax()]
+    xx, yy, xy = (stress - local_stress)[shear.argmax()]
     bending = along @ np.array([[xx, xy], [xy, yy]]) @ along
     assert bending > 0.0
     assert shear.max() - alone.max() == pytest.approx(0.5 * bending, rel=0.3)
@@ -197,12 +199,12 @@ def test_states_at_nodes_are_found_at_their_places(scene):
     for tooth in (0, 2):
         sector = sectors[tooth]
         nodes = np.arange(0, len(sector.body.sector.mesh.points), 7)
-        found = sector.at(sector.body.sector.mesh.points[nodes])
+        state = sector.at(sector.body.sector.mesh.points[nodes])
         expected = nodal_state(sector)[nodes]
         for part in (slice(0, 2), slice(2, 5)):
             scale = np.abs(expected[:, part]).max()
             np.testing.assert_allclose(
-                found[:, part], expected[:, part], atol=1e-7 * scale
+                state[:, part], expected[:, part], atol=1e-7 * scale
             )
 
 
@@ -313,8 +315,8 @@ def test_loads_are_taken_wherever_they_are(pinion):
     assert len(body.unit_loads) == 1
     load = ToothLoad(0, np.array([2e-3]), 5e-5, np.array([1e5]), np.array([0.0]))
     (field,) = body.sectors([load], [0])
-    (moved,) = body.sectors([replace(load, tooth=3)], [3])
-    np.testing.assert_allclose(nodal_state(moved), nodal_state(field))
+    (rotated_field,) = body.sectors([replace(load, tooth=3)], [3])
+    np.testing.assert_allclose(nodal_state(rotated_field), nodal_state(field))
 
 
 class DirectSolve:
@@ -325,10 +327,12 @@ class DirectSolve:
         angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
         copies = np.vstack([turn(self.sector.points, angle) for angle in angles])
         near = cKDTree(copies).query_ball_point(copies, 1e-9)
-        kept, merged = np.unique([min(group) for group in near], return_inverse=True)
+        unique_nodes, merged = np.unique(
+            [min(group) for group in near], return_inverse=True
+        )
         shift = len(self.sector.points) * np.arange(gear.teeth)[:, None, None]
         nodes = merged[(self.sector.triangles + shift).reshape(-1, 6)]
-        grid = MeshTri2(copies[kept].T.copy(), nodes.T.copy())
+        grid = MeshTri2(copies[unique_nodes].T.copy(), nodes.T.copy())
         self.basis = Basis(grid, ElementVector(ElementTriP2()), intorder=4)
         places = self.basis.doflocs.T
         self.held = np.hypot(*places.T) < gear.hub_radius * (1.0 + 1e-6)
@@ -362,15 +366,15 @@ def test_fields_are_those_of_a_direct_solve_of_the_whole_gear():
     for sector in body.sectors([load], range(-2, 4)):
         angle = sector.tooth * gear.pitch_angle
         expected = turn(u[direct.freedoms(turn(mesh.points, angle))], -angle)
-        apart = np.hypot(*(mesh.points - point[0]).T)
-        far = (apart > 0.5 * gear.module) | (sector.tooth != 0)
-        found = nodal_state(sector)[far, :2]
-        largest = np.abs(found).max()
-        np.testing.assert_allclose(found, expected[far], atol=1e-3 * largest)
+        distance = np.hypot(*(mesh.points - point[0]).T)
+        far = (distance > 0.5 * gear.module) | (sector.tooth != 0)
+        displacement = nodal_state(sector)[far, :2]
+        largest = np.abs(displacement).max()
+        np.testing.assert_allclose(displacement, expected[far], atol=1e-3 * largest)
         if sector.tooth == 0:
-            whole = nodal_stress(body.sector) @ field_of(body, expected)
+            stress = nodal_stress(body.sector) @ field_of(body, expected)
             fillet = np.unique(mesh.edges["fillet"])
-            trace = whole.reshape(3, -1)[:2, fillet].sum(axis=0).max()
+            trace = stress.reshape(3, -1)[:2, fillet].sum(axis=0).max()
             root = nodal_state(sector)[fillet, 2:4].sum(axis=1).max()
             assert root == pytest.approx(trace, rel=1e-2)
 

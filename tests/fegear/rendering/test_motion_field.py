@@ -46,7 +46,7 @@ def test_a_pair_alone_carries_its_load_as_in_the_whole_contact(scene, position):
         alone = pair_load(scene.problem, whole.tooth, position, load)
         assert alone.normal.sum() == pytest.approx(whole.normal.sum(), rel=1e-9)
         for name in ("driver_arcs", "driven_arcs"):
-            centers = [each.normal @ getattr(each, name) for each in (alone, whole)]
+            centers = [patch.normal @ getattr(patch, name) for patch in (alone, whole)]
             assert centers[0] == pytest.approx(centers[1], rel=1e-3)
 
 
@@ -64,8 +64,8 @@ def test_gears_in_steady_motion_are_those_at_rest(scene):
         np.testing.assert_allclose(
             one.displacement[:same], other.displacement[:same], atol=1e-3 * largest
         )
-    found = {(pair.tooth, False): pair.load for pair in moving.pairs}
-    assert found == pytest.approx(loads)
+    moving_loads = {(pair.tooth, False): pair.load for pair in moving.pairs}
+    assert moving_loads == pytest.approx(loads)
 
 
 @pytest.mark.parametrize(("name", "lost"), [("scene", 5e-6), ("mirrored", 2e-6)])
@@ -126,20 +126,23 @@ def test_loads_and_pressures_are_those_of_the_history(tmp_path, private_cache):
     gear_set = load_gear_set("liu-idler")
     file = read_history(next(tmp_path.iterdir()))
     settings = StaticsSettings(resolution="coarse")
-    both = mesh_scene(gear_set, 1, settings)
+    second_mesh = mesh_scene(gear_set, 1, settings)
     motion = mesh_motion(file, gear_set, 1)
     np.testing.assert_allclose(
         motion.force[:-1], file.column("mesh2_force_N")[:-1], rtol=1e-9, atol=1e-6
     )
-    lost = 0
+    unloaded_count = 0
     for row in range(0, motion.rows, 8):
         moment = motion.at(row)
-        lost += not moment.loads
+        unloaded_count += not moment.loads
         for (tooth, _), load in moment.loads.items():
-            found = pair_load(both.problem, tooth, moment.position, load)
-            assert found.normal.sum() * both.problem.face_width == pytest.approx(load)
+            patches = pair_load(second_mesh.problem, tooth, moment.position, load)
+            assert (
+                patches.normal.sum() * second_mesh.problem.face_width
+                == pytest.approx(load)
+            )
             peak = file.column(f"mesh2_pair{tooth}_pressure_Pa")[row]
-            if found.driver_arcs.min() > 0.0 and found.driven_arcs.min() > 0.0:
-                own = (found.normal / found.step).max()
-                assert own == pytest.approx(peak, rel=5e-2)
-    assert lost > 2
+            if patches.driver_arcs.min() > 0.0 and patches.driven_arcs.min() > 0.0:
+                pressure = (patches.normal / patches.step).max()
+                assert pressure == pytest.approx(peak, rel=5e-2)
+    assert unloaded_count > 2

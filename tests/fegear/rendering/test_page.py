@@ -37,13 +37,13 @@ def field(scene):
 def looks(scene, field):
     view = scene.view("contact", picture_aspect())
     module = scene.mesh.pair.driver.module
-    return [look_of([field], each, view, module) for each in SHOWN]
+    return [look_of([field], name, view, module) for name in SHOWN]
 
 
 def data_of(text: str) -> dict:
-    found = re.search(r'type="application/json">(.*?)</script>', text, re.DOTALL)
-    assert found
-    return json.loads(found[1])
+    script = re.search(r'type="application/json">(.*?)</script>', text, re.DOTALL)
+    assert script
+    return json.loads(script[1])
 
 
 def unpacked(text: str, kind: str, columns: int = 1) -> np.ndarray:
@@ -53,16 +53,18 @@ def unpacked(text: str, kind: str, columns: int = 1) -> np.ndarray:
 
 def test_numbers_are_those_of_the_fields(field, looks):
     data = data_of(page(field, looks, "title"))
-    used = [np.union1d(gear.triangles, gear.outline) for gear in field.gears]
-    both = list(zip(field.gears, used, strict=True))
+    used_nodes = [np.union1d(gear.triangles, gear.outline) for gear in field.gears]
+    gear_nodes = list(zip(field.gears, used_nodes, strict=True))
     points = unpacked(data["points"], "<f4", 2) + data["center"]
-    expected = 1e3 * np.vstack([gear.points[nodes] for gear, nodes in both])
+    expected = 1e3 * np.vstack([gear.points[nodes] for gear, nodes in gear_nodes])
     np.testing.assert_allclose(points, expected, atol=1e-4)  # mm
     motion = unpacked(data["motion"], "<f4", 2)
-    expected = 1e3 * np.vstack([gear.motion[nodes] for gear, nodes in both])
+    expected = 1e3 * np.vstack([gear.motion[nodes] for gear, nodes in gear_nodes])
     np.testing.assert_allclose(motion, expected, rtol=1e-3, atol=1e-9)
     stress = unpacked(data["fields"][0]["values"], "<f4")
-    expected = 1e-6 * np.concatenate([gear.von_mises[nodes] for gear, nodes in both])
+    expected = 1e-6 * np.concatenate(
+        [gear.von_mises[nodes] for gear, nodes in gear_nodes]
+    )
     np.testing.assert_allclose(stress, expected, rtol=1e-3)
     triangles = unpacked(data["triangles"], "<u4", 3)
     assert triangles.max() == len(points) - 1
@@ -73,9 +75,9 @@ def test_numbers_are_those_of_the_fields(field, looks):
     assert (area > 0.0).mean() > 0.999
     outline = points[unpacked(data["outline"], "<u4", 2)]
     sides = [gear.points[gear.outline] for gear in field.gears]
-    expected = np.vstack([each[:, i : i + 2] for i in (0, 1) for each in sides])
+    expected = np.vstack([side[:, i : i + 2] for i in (0, 1) for side in sides])
     np.testing.assert_allclose(outline, 1e3 * expected, atol=1e-4)
-    assert [each["unit"] for each in data["fields"]] == ["MPa", "MPa", "um", "MPa"]
+    assert [entry["unit"] for entry in data["fields"]] == ["MPa", "MPa", "um", "MPa"]
 
 
 def test_ribbon_stands_on_the_contact(field, looks):
@@ -89,9 +91,9 @@ def test_ribbon_stands_on_the_contact(field, looks):
         1e-6 * max(pair.pressure.max() for pair in field.pairs), rel=1e-6
     )
     top = int(np.hypot(*crest.T).argmax())
-    drawn = base[top] + data["scale"] * motion[top]
+    displaced = base[top] + data["scale"] * motion[top]
     places = np.vstack([1e3 * ribbon_base(pair, looks[0]) for pair in field.pairs])
-    assert np.hypot(*(places - drawn).T).min() < 1e-4
+    assert np.hypot(*(places - displaced).T).min() < 1e-4
 
 
 def test_many_nodes_are_thinned_out(field, looks, monkeypatch):
@@ -127,8 +129,8 @@ def test_loads_add_up_in_the_table(field, looks):
     rows = re.findall(r"<tr><td>(-?\d+|sum)</td><td>(\d+)</td>", text)
     assert len(rows) == len(field.pairs) + 1
     assert abs(sum(int(load) for _, load in rows[:-1]) - int(rows[-1][1])) <= 1
-    apart = page(replace(field, pairs=()), looks, "title")
-    assert "No tooth pair carries load" in apart
+    html = page(replace(field, pairs=()), looks, "title")
+    assert "No tooth pair carries load" in html
 
 
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="no browser")

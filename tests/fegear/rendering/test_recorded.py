@@ -20,12 +20,12 @@ def motion(path, **changed):
 
 
 def test_rows_are_read_as_they_are(tmp_path):
-    found = motion(tmp_path / "h.csv")
-    assert (found.frequency, found.direction) == (1600.0, "up")
-    assert (found.torque, found.friction) == (100.0, 0.05)
+    recording = motion(tmp_path / "h.csv")
+    assert (recording.frequency, recording.direction) == (1600.0, "up")
+    assert (recording.torque, recording.friction) == (100.0, 0.05)
     table = columns()
     for row in (0, 5, 20, ROWS - 1):
-        instant = found.at(row)
+        instant = recording.at(row)
         assert instant.time == table["time_s"][row]
         assert instant.position == pytest.approx(table["mesh1_position"][row])
         assert instant.loads == {
@@ -38,9 +38,9 @@ def test_rows_are_read_as_they_are(tmp_path):
 
 def test_pairs_are_followed_over_the_end_of_a_cycle(tmp_path):
     """What is pair -1 at the end of a cycle is pair 0 at the start of the next."""
-    found = motion(tmp_path / "h.csv")
+    recording = motion(tmp_path / "h.csv")
     last = ROWS // CYCLES - 1
-    middle = found.at(last + 0.5)
+    middle = recording.at(last + 0.5)
     assert middle.position == pytest.approx(1.0 - 0.5 * CYCLES / ROWS)
     expected = 0.5 * (share(-CYCLES / ROWS) + share(0.0))
     assert middle.loads[-1, False] == pytest.approx(expected)
@@ -50,19 +50,19 @@ def test_largest_force_and_back_side(tmp_path):
     back = np.zeros(ROWS + 1)
     back[7] = 9e3
     none = dict.fromkeys(("mesh1_pair0_load_N", "mesh1_pair-1_load_N"), 0.0 * back)
-    found = motion(tmp_path / "h.csv", mesh1_back0_load_N=back, **none)
-    largest = found.largest()
+    recording = motion(tmp_path / "h.csv", mesh1_back0_load_N=back, **none)
+    largest = recording.largest()
     assert largest.force == -9e3
     assert largest.back
     assert largest.time == columns()["time_s"][7]
-    assert not found.at(3).loads
+    assert not recording.at(3).loads
 
 
 def test_frames_cover_the_period_of_the_motion(tmp_path):
     """The transmission error repeats after two cycles; a mesh alone after one."""
-    found = motion(tmp_path / "h.csv")
-    assert found.cycles == 2
-    frames = found.frames(8)
+    recording = motion(tmp_path / "h.csv")
+    assert recording.cycles == 2
+    frames = recording.frames(8)
     assert [f.position for f in frames] == pytest.approx([0.0, 0.25, 0.5, 0.75] * 2)
     assert frames[-1].time == pytest.approx(7 / 8 * CYCLES / 1600.0)
     single = motion(tmp_path / "s.csv", mesh1_dte_m=1e-5 * columns()["mesh1_position"])
@@ -139,16 +139,16 @@ def test_a_file_cut_short_of_a_cycle_is_refused(tmp_path):
 
 def test_a_film_of_a_long_motion_shows_the_cycle_of_the_largest_force(tmp_path):
     """Tooth pairs with pitch errors may take thousands of cycles to repeat."""
-    found = motion(tmp_path / "h.csv")
-    assert found.film_cycles == (0, 2)
-    each = ROWS // CYCLES
+    recording = motion(tmp_path / "h.csv")
+    assert recording.film_cycles == (0, 2)
+    cycle_rows = ROWS // CYCLES
     cycles = 40
-    rows = np.arange(cycles * each + 1)
-    uneven = 1e-5 + 1e-7 * (rows // each)
-    load = np.where(rows == 23 * each + 3, 9e3, 1e3 + rows)
+    rows = np.arange(cycles * cycle_rows + 1)
+    uneven = 1e-5 + 1e-7 * (rows // cycle_rows)
+    load = np.where(rows == 23 * cycle_rows + 3, 9e3, 1e3 + rows)
     long = replace(
-        found,
-        time=rows * found.time[1],
+        recording,
+        time=rows * recording.time[1],
         ste=uneven,
         loads={(0, False): load, (-1, False): 0.0 * load},
     )
@@ -156,4 +156,4 @@ def test_a_film_of_a_long_motion_shows_the_cycle_of_the_largest_force(tmp_path):
     assert long.film_cycles == (23, 1)
     frames = long.frames(4)
     assert [f.position for f in frames] == pytest.approx([0.0, 0.25, 0.5, 0.75])
-    assert frames[0].time == pytest.approx(23 * each * found.time[1])
+    assert frames[0].time == pytest.approx(23 * cycle_rows * recording.time[1])
