@@ -318,4 +318,4 @@ def test_numbers_of_numpy_are_numbers():
     study = fegear.Sweep(gear_set=GEARS, torque=torque, speeds=speeds, model=model)
     assert study.speeds == (2800.0, 2900.0)
     assert study.torque == (100.0,)
-    assert "2800,2900" in fegear.Sweep(gear_set="liu-pair", speeds=speeds).words
+    assert "2800,2900" in fegear.Sweep(gear_set="liu-pair", speeds=speeds).argv
