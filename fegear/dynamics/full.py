@@ -71,18 +71,18 @@ class ElasticField:
 
     def responses(self, factors: Factors) -> dict[int, Array]:
         """Fields (kinds, points, own, teeth) under unit loads on tooth 0, by flank."""
-        found = {}
+        responses = {}
         shape = self.whole.own, self.whole.teeth
         for flank in np.unique(self.flanks).tolist():
             freedoms = self.whole.flanks[flank].freedoms
             fields = np.empty((self.kinds, len(freedoms), *shape))
             for kind, direction in enumerate(self.directions(flank)):
-                for i, own in enumerate(freedoms):
+                for i, freedom in enumerate(freedoms):
                     load = np.zeros(shape)
-                    load[own, 0] = direction[i]
+                    load[freedom, 0] = direction[i]
                     fields[kind, i] = factors.solve(load)
-            found[flank] = fields
-        return found
+            responses[flank] = fields
+        return responses
 
     def compliance(self, responses: dict[int, Array]) -> Array:
         """Inward displacement at contacts per load on contacts (kinds, p, k, k).
@@ -120,15 +120,15 @@ class ElasticField:
 
     def stencils(self, tables: ContactTables) -> list[tuple[int, slice, Array]]:
         """(contact's place in `contacts`, flank points, weights) at an instant."""
-        found = []
+        stencils = []
         for c, contact in enumerate(self.contacts):
             place, part = tables.of(int(contact))
             for grid, share in ((place, 1.0 - part), (place + 1, part)):
                 if share != 0.0:
                     first = int(self.first[grid, c])
                     weights = share * self.weights[grid, c]
-                    found.append((c, slice(first, first + len(weights)), weights))
-        return found
+                    stencils.append((c, slice(first, first + len(weights)), weights))
+        return stencils
 
     def inward_at(
         self,
@@ -172,13 +172,13 @@ class ContactTables:
 
     def at(self, table: Array, contacts: Indices) -> Array:
         """Entries (k, ...) of a table (p, k, ...), one for each contact."""
-        mesh, each = self.mesh_of[contacts], np.arange(contacts.size)
+        mesh, column = self.mesh_of[contacts], np.arange(contacts.size)
         place, part = self.where.place[mesh], self.where.part[mesh]
-        low = table[place, each]
+        low = table[place, column]
         if not part.any():
             return low
         share = part.reshape(-1, *[1] * (low.ndim - 1))
-        return low + share * (table[place + 1, each] - low)
+        return low + share * (table[place + 1, column] - low)
 
 
 def full_model(
@@ -209,8 +209,8 @@ def full_model(
     for field in fields:
         static = field.compliance(field.responses(field.whole.factorised(0.0, 1.0)))
         every = np.arange(kinds), np.arange(positions)
-        own = np.ix_(*every, field.contacts, field.contacts)
-        extra[own] -= static / field.width
+        block = np.ix_(*every, field.contacts, field.contacts)
+        extra[block] -= static / field.width
     rigid = [None] * len(gear_set.gears)
     hubs = dynamic_model(gear_set, reference, laws, rigid, (extra[0], extra[1]))
     return hubs, fields
@@ -474,13 +474,13 @@ class FullStepper(ImplicitStepper):
         Q = tables.at(contacts.normal_compliance, every)
         Q += tables.at(contacts.tangential_compliance, every) * friction
         for f, z in zip(self.fields, step.fields, strict=True):
-            turn, own = self.model.modal.rotation[f.number], f.contacts
-            square = np.ix_(own, own)
-            for kind, factor in enumerate((1.0, friction[own])[: f.kinds]):
-                seen = tables.at(z.rotation_at_contacts[kind], own)
-                onto[kind, own] -= step.mass * seen[:, None] * turn
+            turn, field_contacts = self.model.modal.rotation[f.number], f.contacts
+            square = np.ix_(field_contacts, field_contacts)
+            for kind, factor in enumerate((1.0, friction[field_contacts])[: f.kinds]):
+                seen = tables.at(z.rotation_at_contacts[kind], field_contacts)
+                onto[kind, field_contacts] -= step.mass * seen[:, None] * turn
                 Q[square] += (
-                    soft / f.width * tables.at(z.compliance[kind], own) * factor
+                    soft / f.width * tables.at(z.compliance[kind], field_contacts) * factor
                 )
         pushing = onto[0] + friction[:, None] * onto[1]
         return np.asarray(Q + soft * (onto[0] @ step.hub_inverse @ pushing.T))

@@ -67,11 +67,11 @@ class CyclicGear:
 
     def factorised(self, mass_factor: float, stiffness_factor: float) -> Factors:
         """Factors of mass_factor M + stiffness_factor K."""
-        given = mass_factor, stiffness_factor
-        if not (all(0.0 <= f < math.inf for f in given) and any(given)):
+        factors = mass_factor, stiffness_factor
+        if not (all(0.0 <= f < math.inf for f in factors) and any(factors)):
             raise ValueError(
                 "mass_factor and stiffness_factor must be finite, not negative and "
-                f"not both zero, got {given}"
+                f"not both zero, got {factors}"
             )
         system = mass_factor * self.mass_matrix + stiffness_factor * self.stiffness
         return _eliminate(csr_array(system), self.interior, self.own, self.teeth)
@@ -83,14 +83,14 @@ def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
         raise ValueError(f"density must be positive and finite, got {density}")
     mass, rigid, interior = sector.mass(density), sector.rigid_fields, sector.interior
     left = sector.cyclic_constraint(0.0)
-    count, own = len(interior), left.shape[1]
+    count, unknowns = len(interior), left.shape[1]
     both = hstack([left, (sector.cyclic_constraint(1.0) - left)[:, count:]])
     momentum = mass @ rigid
     inertia, *shifted = sector.gear.teeth * np.einsum("ic,ic->c", rigid, momentum)
     return CyclicGear(
         teeth=sector.gear.teeth,
         interior=count,
-        own=own,
+        own=unknowns,
         stiffness=csr_array(both.T @ sector.stiffness @ both),
         mass_matrix=csr_array(both.T @ mass @ both),
         flanks=tuple(
@@ -99,16 +99,16 @@ def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
         ),
         flank_grading=sector.size.flank_grading,
         rotation=left.T @ rigid[:, 0],
-        momentum=_fold(both.T @ momentum[:, :1], count, own)[:, 0],
+        momentum=_fold(both.T @ momentum[:, :1], count, unknowns)[:, 0],
         inertia=float(inertia),
         mass=float(np.mean(shifted)),
     )
 
 
-def _fold(force: Array, interior: int, own: int) -> Array:
+def _fold(force: Array, interior: int, unknowns: int) -> Array:
     """Forces (own + m, teeth) with those on a right cut added to the next left one."""
-    force[interior:own] += np.roll(force[own:], 1, axis=1)
-    return force[:own]
+    force[interior:unknowns] += np.roll(force[unknowns:], 1, axis=1)
+    return force[:unknowns]
 
 
 @compiled
@@ -163,7 +163,7 @@ class Factors:
         return substitute(*self.backward, x)[: self.own]
 
 
-def _eliminate(system: csr_array, interior: int, own: int, teeth: int) -> Factors:
+def _eliminate(system: csr_array, interior: int, unknowns: int, teeth: int) -> Factors:
     """Factors of a sector's (own + m, own + m) symmetric positive definite system."""
     columns, cuts = system[:, :interior], np.arange(interior, system.shape[0])
     factor = factorise(columns[:interior])
@@ -180,7 +180,7 @@ def _eliminate(system: csr_array, interior: int, own: int, teeth: int) -> Factor
     ring = _invert_ring(system[interior:][:, interior:] - reduced.T @ reduced, teeth)
     backward = _gather_rows(lower.T, freedoms, scale, step=-1)
     return Factors(
-        interior, own, teeth, _gather_rows(lower, freedoms, scale), ring, backward
+        interior, unknowns, teeth, _gather_rows(lower, freedoms, scale), ring, backward
     )
 
 

@@ -63,9 +63,9 @@ class Keys(BaseModel):
 
 
 def require_at_most_one(keys: Keys, *names: str) -> None:
-    given = keys.given(*names)
-    if len(given) > 1:
-        raise ValueError(f"{' and '.join(given)} are given; only one is allowed")
+    present = keys.given(*names)
+    if len(present) > 1:
+        raise ValueError(f"{' and '.join(present)} are given; only one is allowed")
 
 
 def require_exactly_one(keys: Keys, *names: str) -> None:
@@ -75,11 +75,11 @@ def require_exactly_one(keys: Keys, *names: str) -> None:
 
 
 def require_all_or_none(keys: Keys, *names: str) -> None:
-    given = keys.given(*names)
-    missing = [name for name in names if name not in given]
-    if given and missing:
+    present = keys.given(*names)
+    missing = [name for name in names if name not in present]
+    if present and missing:
         raise ValueError(
-            f"{' and '.join(given)} is given; {' and '.join(missing)} is needed with it"
+            f"{' and '.join(present)} is given; {' and '.join(missing)} is needed with it"
         )
 
 
