@@ -43,7 +43,7 @@ def solve_active(C, nodes, kind, target, active, q):
     """(transmission error, slope d torque / d ste) with the active nodes in contact.
 
     nodes : NodeConditions; q is overwritten
-    kind, given : TORQUE or STE, and its value
+    kind, target : TORQUE or STE, and its value
     """
     chosen = np.empty(q.size, np.int64)
     n = 0
@@ -113,7 +113,7 @@ def exchange(C, nodes, q, d, active, one_only):
 def solve_contact(C, nodes, kind, target, active, q):
     """(ste, slope, residual, status, sweeps); active and q are overwritten.
 
-    kind, given : TORQUE or STE, and its value
+    kind, target : TORQUE or STE, and its value
 
     Primal-dual active set: all violated nodes are exchanged together. Should that
     cycle, the violated node of least index alone is exchanged (Murty 1974), which

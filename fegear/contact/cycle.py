@@ -104,7 +104,7 @@ def solve_cycle(constants, teeth, gaps, positions, kind, targets, work, results)
     teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
     gaps : (positions, pairs) extra gap of each pair, from pitch errors [m]
     positions : base pitches from the pitch point
-    kind, given : TORQUE on the driver [N], or STE [m], at each of some load cases and
+    kind, targets : TORQUE on the driver [N], or STE [m], at each of some load cases and
         positions (cases, positions)
     results : rows (cases, positions) and cells (cases, positions, pairs)
     """
@@ -141,7 +141,7 @@ def place_pairs(constants, teeth, gaps, position, kind, target, work):
 def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
     """Solve one position; patches grow until they hold all the pressure.
 
-    kind, given : TORQUE on the driver [N], or STE [m], and its value
+    kind, target : TORQUE on the driver [N], or STE [m], and its value
     """
     patches, flanks = work.patches, constants.flanks
     work.q[:] = 0.0

@@ -284,7 +284,7 @@ def solve_pairs(
     """Run the kernel for chosen tooth pairs (k,), whatever its status.
 
     gaps : (n, k) extra gap of each pair [m]
-    kind, given : cycle.TORQUE per width [N] or cycle.STE [m], (t, n)
+    kind, targets : cycle.TORQUE per width [N] or cycle.STE [m], (t, n)
     friction_reversed : friction acts against the nominal sliding direction
     """
     from fegear.contact import cycle

@@ -176,7 +176,7 @@ def with_body_modes(
 
     So the motion at one speed does not depend on which others are asked for.
 
-    kept : those modes, where they are known
+    retained : mask of those modes, where it is known
     reference : Model-1 of the same train; modes : all that were solved
     static : (m,) inertia of the meshes' static displacement, see `static_inertias`
     """

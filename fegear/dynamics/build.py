@@ -344,6 +344,6 @@ def _speeds_of_resonances(
         np.divide.outer(modes.frequencies_Hz[modes.compliance > SHARE], rate * orders)
         for modes, _, rate in meshes
     ]
-    speeds = np.concatenate([crossings.ravel() for crossings in met])
+    speeds = np.concatenate([block.ravel() for block in met])
     inside = np.unique(speeds[(speeds > low) & (speeds < high)])
     return [*np.geomspace(low, high, GRID).tolist(), *inside.tolist()]

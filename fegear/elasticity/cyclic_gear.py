@@ -67,11 +67,11 @@ class CyclicGear:
 
     def factorised(self, mass_factor: float, stiffness_factor: float) -> Factors:
         """Factors of mass_factor M + stiffness_factor K."""
-        factors = mass_factor, stiffness_factor
-        if not (all(0.0 <= f < math.inf for f in factors) and any(factors)):
+        coefficients = mass_factor, stiffness_factor
+        if not (all(0.0 <= f < math.inf for f in coefficients) and any(coefficients)):
             raise ValueError(
                 "mass_factor and stiffness_factor must be finite, not negative and "
-                f"not both zero, got {factors}"
+                f"not both zero, got {coefficients}"
             )
         system = mass_factor * self.mass_matrix + stiffness_factor * self.stiffness
         return _eliminate(csr_array(system), self.interior, self.own, self.teeth)

@@ -45,7 +45,7 @@ def load_gear_set(
 def path_of(name_or_path: str, kind: str, names: Sequence[str]) -> Path:
     """The path of a TOML file; InputError where a name was meant that is not known.
 
-    known : names of what is built in, such as gear sets
+    names : of what is built in, such as gear sets
     """
     if not name_or_path:
         raise InputError(f"no name of a {kind} (built-in: {', '.join(names)})")

@@ -79,7 +79,7 @@ class HasDescription(Protocol):
 def heading(subject: HasDescription) -> Page:
     """First lines of a page: what it is about."""
     yield f"{subject.name}: {subject.description or 'no description'}"
-    yield from (f"inferred: {each}" for each in subject.inferences)
+    yield from (f"inferred: {inference}" for inference in subject.inferences)
 
 
 def number(value: float, figures: int = 5) -> str:
