@@ -192,7 +192,7 @@ def _show(result: Any, outputs: Any, seconds: float) -> None:
     console = screen()
     for part in result.page():
         if isinstance(part, RowTable):
-            table = ruled_table(*part.columns, title=part.title, words=part.words)
+            table = ruled_table(*part.columns, title=part.title, text_columns=part.text_columns)
             table.columns[0].no_wrap = part.whole or table.columns[0].no_wrap
             for cells in part.cells():
                 table.add_row(*cells)

@@ -167,7 +167,7 @@ def _prepare_full(
 
     damping = [elastic_damping(gear, damping_ratio) for gear in gear_set.gears]
     hubs, fields = full_model(gear_set, reference, laws, wholes, damping, far)
-    freedoms = tuple(field.whole.own * field.whole.teeth for field in fields)
+    freedoms = tuple(field.whole.unknowns * field.whole.teeth for field in fields)
     counts = " + ".join(map(str, freedoms))
     reason = f"full: as asked for, {counts} elastic freedoms of the gears"
     return StepperChoice(FullStepper(hubs, scheme, fields), "full", reason, freedoms)

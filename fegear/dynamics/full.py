@@ -70,9 +70,9 @@ class ElasticField:
         return [points.inward, points.rootward][: self.kinds]
 
     def responses(self, factors: Factors) -> dict[int, Array]:
-        """Fields (kinds, points, own, teeth) under unit loads on tooth 0, by flank."""
+        """Fields (kinds, points, unknowns, teeth) under unit loads on tooth 0, by flank."""
         responses = {}
-        shape = self.whole.own, self.whole.teeth
+        shape = self.whole.unknowns, self.whole.teeth
         for flank in np.unique(self.flanks).tolist():
             freedoms = self.whole.flanks[flank].freedoms
             fields = np.empty((self.kinds, len(freedoms), *shape))
@@ -106,7 +106,7 @@ class ElasticField:
         return total
 
     def of_column(self, column: Array) -> Array:
-        """What contacts see of a field (own,) equal for all sectors (kinds, p, k)."""
+        """What contacts see of a field (unknowns,) equal for all sectors (kinds, p, k)."""
         out = np.zeros((self.kinds, *self.first.shape))
         for c, flank in enumerate(self.flanks):
             shown = column[self.whole.flanks[flank].freedoms]
@@ -141,7 +141,7 @@ class ElasticField:
     ) -> Array:
         """Inward displacement (k,) at the contacts after a step.
 
-        acceleration : (own, teeth) at its end, to which `swing` (own,) of all
+        acceleration : (unknowns, teeth) at its end, to which `swing` (unknowns,) of all
             sectors comes
         """
         out = np.zeros(self.contacts.size)
@@ -259,9 +259,9 @@ class FieldStep:
     """What a step size makes of one gear.
 
     mass, stiffness : their weights in the matrix that `factors` are of
-    rotation_field : (own,) field under the momentum of a unit turn;
+    rotation_field : (unknowns,) field under the momentum of a unit turn;
         rotation_momentum : its momentum
-    responses : by flank, fields (kinds, points, own, teeth) under unit loads
+    responses : by flank, fields (kinds, points, unknowns, teeth) under unit loads
     compliance : (kinds, p, k, k)
     rotation_at_contacts : (kinds, p, k) of `rotation_field`
     """
@@ -308,7 +308,7 @@ class FullStepMatrices:
 
 @dataclass(frozen=True, eq=False)
 class FullStepper(ImplicitStepper):
-    """Hubs and fields; a state holds (4, own, teeth) of every gear."""
+    """Hubs and fields; a state holds (4, unknowns, teeth) of every gear."""
 
     fields: tuple[ElasticField, ...]
 
@@ -317,7 +317,7 @@ class FullStepper(ImplicitStepper):
         return MotionState(
             np.zeros((4, model.size)),
             np.zeros((3, model.contact_count)),
-            tuple(np.zeros((4, f.whole.own, f.whole.teeth)) for f in self.fields),
+            tuple(np.zeros((4, f.whole.unknowns, f.whole.teeth)) for f in self.fields),
         )
 
     def integrate(
@@ -515,7 +515,7 @@ def momentum(field: ElasticField, velocity: Array) -> float:
 def free_acceleration(
     field: ElasticField, step: FieldStep, state: Array, newmark: Newmark
 ) -> Array:
-    """Acceleration of a field (own, teeth) under the forces of the last step and its
+    """Acceleration of a field (unknowns, teeth) under the forces of the last step and its
     elasticity.
 
     With S = m M + k K, K y = (S y - m M y) / k spares the product with K.
@@ -550,7 +550,7 @@ def add_responses(
 def set_push(
     field: ElasticField, force: Array, tables: ContactTables, push: Array
 ) -> None:
-    """The forces (2, k) per unit width as loads (own, teeth) on the field."""
+    """The forces (2, k) per unit width as loads (unknowns, teeth) on the field."""
     push[:] = 0.0
     for c, near, weights in field.stencils(tables):
         freedoms = field.whole.flanks[field.flanks[c]].freedoms[near]

@@ -74,7 +74,7 @@ class MotionState:
 
     motion : (4, n) displacement, velocity, acceleration, generalised contact force
     contact : (3, c) penetration [m], load [N] and whether friction is reversed
-    fields : (4, own, teeth) the same as motion of each gear's finite elements, per
+    fields : (4, unknowns, teeth) the same as motion of each gear's finite elements, per
         unit width, where they are integrated
     """
 

@@ -280,7 +280,7 @@ class IdentificationResult(StudyResult):
             f"measured {ratio}": _fixed("measured_variation", 4),
         }
         title = "the chosen set, meshed, and the measured values"
-        return RowTable(rows, columns, title, words=())
+        return RowTable(rows, columns, title, text_columns=())
 
 
 def _fixed(key: str, decimals: int) -> Any:

@@ -20,14 +20,14 @@ class RowTable:
 
     Given as rows of values, and what to make of each, by column.
 
-    words : columns of text, the first one where it is None
+    text_columns : columns of text, the first one where it is None
     whole : whether words are not folded
     """
 
     rows: Sequence[Mapping[str, Any]]
     columns: Columns
     title: str | None = None
-    words: Sequence[str] | None = None
+    text_columns: Sequence[str] | None = None
     whole: bool = False
 
     def cells(self) -> Iterator[list[str]]:

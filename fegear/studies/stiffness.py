@@ -182,7 +182,7 @@ class StiffnessResult(StudyResult):
                 f"with pitch errors, tooth pairs repeat after {values['base_pitches']} "
                 "base pitches: all of them are in the table"
             )
-        yield RowTable(values["torques"], COLUMNS, words=())
+        yield RowTable(values["torques"], COLUMNS, text_columns=())
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
         peak = values["peak_memory_MB"]
@@ -197,7 +197,7 @@ def page_of_table(solved: StaticsResult) -> Page:
         f"{solved.problem.pair.contact_ratio:.4f}, friction {solved.problem.friction:g}"
     )
     rows = [at_torque(solved, t) for t in range(solved.cycle.torque.size)]
-    yield RowTable(rows, COLUMNS, words=())
+    yield RowTable(rows, COLUMNS, text_columns=())
     yield from _evidence_lines(evidence(solved))
 
 

@@ -302,7 +302,7 @@ class TheoryResult(StudyResult):
             f"{values['model']}, {values['excitation']}, damping ratio "
             f"{values['damping_ratio']:g}; mesh frequencies are those of the first mesh"
         )
-        yield RowTable(values["meshes"], MESH, "Meshes", words=())
+        yield RowTable(values["meshes"], MESH, "Meshes", text_columns=())
         if any(row["optimal_tip_relief_m"] is not None for row in values["meshes"]):
             yield f"best tip relief: {OPTIMAL_RELIEF}"
             for row in values["meshes"]:

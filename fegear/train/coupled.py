@@ -41,7 +41,7 @@ def coupled_contacts(
     reference: LumpedSystem,
     excitations: Excitations | GivenTables,
     without: tuple[str, ...] = (),
-    kept: NDArray[np.bool_] | None = None,
+    retained: NDArray[np.bool_] | None = None,
 ) -> CoupledContacts:
     """Contacts of all meshes, in the modal coordinates of a lumped system.
 
@@ -66,7 +66,7 @@ def coupled_contacts(
         of_gears = gears_modes(gear_set, settings, reference)
         modes = body_modes(gear_set, reference, sides, of_gears)
         static = static_inertias(gear_set, sides, settings)
-        contacts = with_body_modes(gear_set, contacts, reference, modes, static, kept)
+        contacts = with_body_modes(gear_set, contacts, reference, modes, static, retained)
     return replace(contacts, without=without)
 
 

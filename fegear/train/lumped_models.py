@@ -204,7 +204,7 @@ def lumped_system(
     require_physical(gear_set, torque, system)
     contacts = coupled_contacts(
         *(gear_set, torque, system, contact_source, model.without),
-        kept=like.contacts.kept if like is not None and like.contacts else None,
+        retained=like.contacts.kept if like is not None and like.contacts else None,
     )
     return replace(system, contacts=contacts)
 
