@@ -18,7 +18,8 @@ class Result:
     def __repr__(self) -> str:
         instance: Any = self
         parts = (
-            f"{field.name}={shown(getattr(self, field.name))}" for field in fields(instance)
+            f"{field.name}={shown(getattr(self, field.name))}"
+            for field in fields(instance)
         )
         return f"{type(self).__name__}({', '.join(parts)})"
 

@@ -60,7 +60,7 @@ class ExcitationKeys(Keys):
     def _one_kind(self) -> ExcitationKeys:
         require_exactly_one(self, "amplitude_mm", "amplitudes_mm", "speed_file")
         require_all_or_none(self, "speed_file", "base_radius_mm")
-        waves = self.present_keys("frequency_Hz", "phases_deg")
+        waves = self.present("frequency_Hz", "phases_deg")
         if self.speed_file is not None and waves:
             raise ValueError(f"{waves[0]} belongs to amplitudes, not to a speed_file")
         if self.speed_file is None and self.frequency_Hz is None:
@@ -99,12 +99,12 @@ class WheelKeys(Keys):
         for side in ("axial", "radial"):
             play, bounce = f"{side}_play_mm", f"{side}_restitution"
             require_all_or_none(self, play, bounce)
-            others = self.present_keys(f"{side}_drag_N", f"{side}_damping_Ns_per_m")
+            others = self.present(f"{side}_drag_N", f"{side}_damping_Ns_per_m")
             if others and getattr(self, play) is None:
                 raise ValueError(f"{others[0]} needs {play}")
             if getattr(self, play) is not None and self.mass_kg is None:
                 raise ValueError(f"{play} needs mass_kg")
-        if self.mass_kg is not None and not self.present_keys(
+        if self.mass_kg is not None and not self.present(
             "axial_play_mm", "radial_play_mm"
         ):
             raise ValueError("mass_kg needs axial_play_mm or radial_play_mm")
@@ -113,7 +113,7 @@ class WheelKeys(Keys):
         return self
 
     def _require_open_play(self) -> None:
-        waves = self.present_keys("tooth_play_order", "tooth_play_phase_deg")
+        waves = self.present("tooth_play_order", "tooth_play_phase_deg")
         if waves and not self.tooth_play_amplitude_mm:
             raise ValueError(f"{waves[0]} needs tooth_play_amplitude_mm, other than 0")
         if abs(self.tooth_play_amplitude_mm or 0.0) >= self.tooth_play_mm:
@@ -181,7 +181,9 @@ class GearboxFile(Keys):
     @model_validator(mode="after")
     def _in_motion(self) -> GearboxFile:
         excitation = self.excitation
-        still = excitation.amplitude_mm == 0.0 or not any(excitation.amplitudes_mm or (1.0,))
+        still = excitation.amplitude_mm == 0.0 or not any(
+            excitation.amplitudes_mm or (1.0,)
+        )
         drags = "drag_Nm", "axial_drag_N", "radial_drag_N"
         if still and not any(getattr(w, key) for w in self.wheel for key in drags):
             raise ValueError(

@@ -110,7 +110,9 @@ def _group_of(kind: Any) -> SettingsGroup:
     )
 
 
-def _of_setting(parameter: Parameter, declared: Setting, hint: Any) -> Iterator[Parameter]:
+def _of_setting(
+    parameter: Parameter, declared: Setting, hint: Any
+) -> Iterator[Parameter]:
     """Option or argument of typer's, with its range, and one for each flag."""
     kind = hint if declared.parse is None else str | None
     if declared.several:
@@ -153,7 +155,9 @@ def _name_of(flag: str) -> str:
 def _require_allowed(option: Parameter, value: Any) -> None:
     """InputError for a number, or one of several, out of the option's range."""
     ranges = get_args(option.annotation)[1:]
-    for allowed in (annotation for annotation in ranges if isinstance(annotation, Range)):
+    for allowed in (
+        annotation for annotation in ranges if isinstance(annotation, Range)
+    ):
         for number in value if isinstance(value, list) else [value]:
             if number is not None and number not in allowed:
                 name = option.name.replace("_", "-")
@@ -168,7 +172,9 @@ def _gathered(group: SettingsGroup, values: dict[str, Any]) -> Any:
             if isinstance(member.declared, Setting):
                 arguments |= _taken(member, member.declared, values)
             elif member.group is not None:
-                inner = _group_of(member.kind) if member.declared is None else member.group
+                inner = (
+                    _group_of(member.kind) if member.declared is None else member.group
+                )
                 arguments[member.name] = _gathered(inner, values)
             else:
                 arguments[member.name] = values.pop(member.name)

@@ -55,7 +55,7 @@ def screen() -> Console:
 def ruled_table(
     *columns: str, title: str | None = None, text_columns: Sequence[str] | None = None
 ) -> Table:
-    """A table without a frame; text_columns : columns of text, by default the first one."""
+    """A table without a frame; text_columns : names, by default the first column."""
     from fegear.cli.ruled import Ruled
 
     table = Ruled(title)

@@ -127,12 +127,17 @@ def _make_folder(study: Study, outputs: Any) -> Any:
     return replace(outputs, output=folder)
 
 
-def _run_study(study: Study, workers: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
+def _run_study(
+    study: Study, workers: Any, outputs: Any
+) -> tuple[Any, Mapping[str, Any]]:
     """The result and its summary, files written; a bar moves all the while."""
     from fegear.files.store import NO_CHECKPOINT
     from fegear.studies.running import run
 
-    keeping, computed = outputs.checkpoint_options if study.resumes else NO_CHECKPOINT, False
+    keeping, computed = (
+        outputs.checkpoint_options if study.resumes else NO_CHECKPOINT,
+        False,
+    )
     try:
         with named_as_options(group_of(study)), outputs.progress() as report:
 
@@ -168,7 +173,7 @@ def _write(result: Any, outputs: Any) -> None:
 def _print_checkpoint(outputs: Any) -> None:
     checkpoint = getattr(outputs, "checkpoint", None)
     if checkpoint is not None and checkpoint.exists():
-        print_error(f"{kept} is stored; --resume continues from it")
+        print_error(f"{checkpoint} is stored; --resume continues from it")
 
 
 def _end(result: Any, outputs: Any) -> None:
@@ -192,7 +197,9 @@ def _show(result: Any, outputs: Any, seconds: float) -> None:
     console = screen()
     for part in result.page():
         if isinstance(part, RowTable):
-            table = ruled_table(*part.columns, title=part.title, text_columns=part.text_columns)
+            table = ruled_table(
+                *part.columns, title=part.title, text_columns=part.text_columns
+            )
             table.columns[0].no_wrap = part.whole or table.columns[0].no_wrap
             for cells in part.cells():
                 table.add_row(*cells)

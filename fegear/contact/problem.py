@@ -332,7 +332,9 @@ def solve_drive_side(
     from fegear.contact.cycle import STE
 
     targets = np.ascontiguousarray(ste[None, :])
-    solved = solve_pairs(problem, teeth, gaps, position, STE, targets, friction_reversed)
+    solved = solve_pairs(
+        problem, teeth, gaps, position, STE, targets, friction_reversed
+    )
     rows, cells = solved.rows[0], solved.cells[0]
     failed = np.flatnonzero(rows.status != 0)
     if failed.size:

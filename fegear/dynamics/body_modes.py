@@ -142,8 +142,8 @@ def _mode_rows(jacobian: ContactJacobian, modal: ModalMatrices) -> Array:
     hubs = modal.damping.size
     rows = np.zeros((*jacobian.normal.shape[:2], modal.rigidity.size))
     for c, m in enumerate(jacobian.mesh_of):
-        mode_slice = slice(hubs, jacobian.widths[m])
-        rows[c][:, jacobian.columns[m, mode_slice] - hubs] = jacobian.normal[c, :, mode_slice]
+        span = slice(hubs, jacobian.widths[m])
+        rows[c][:, jacobian.columns[m, span] - hubs] = jacobian.normal[c, :, span]
     return rows
 
 
@@ -187,7 +187,11 @@ def with_body_modes(
         every = replace(reference, contacts=replace(contacts, modes=modes))
         retained = inertia.choose(own_band(every))
     return replace(
-        contacts, modes=modes.only(retained), solved=modes, inertia=inertia, kept=retained
+        contacts,
+        modes=modes.only(retained),
+        solved=modes,
+        inertia=inertia,
+        kept=retained,
     )
 
 
@@ -253,5 +257,7 @@ def _rest_Hz(modes: BodyModes) -> float:
         in_gear, n = modes.gears == gear, modes.nodal_diameters
         last = in_gear & (n == n[in_gear].max())
         bounds.append(modes.angular[last].min())
-        bounds += [modes.angular[in_gear & (n == k)].max() for k in np.unique(n[in_gear])]
+        bounds += [
+            modes.angular[in_gear & (n == k)].max() for k in np.unique(n[in_gear])
+        ]
     return float(min(bounds)) / (2.0 * np.pi)

@@ -35,7 +35,12 @@ def cross_mesh_compliance(
     has_coupling = False
     for g, gear in enumerate(gear_set.gears):
         side_indices = [i for i, side in enumerate(sides) if g in side.gears]
-        pairs = [(i, j) for i in side_indices for j in side_indices if sides[i].mesh != sides[j].mesh]
+        pairs = [
+            (i, j)
+            for i in side_indices
+            for j in side_indices
+            if sides[i].mesh != sides[j].mesh
+        ]
         if not pairs:
             continue
         has_coupling = True

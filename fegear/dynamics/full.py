@@ -70,7 +70,10 @@ class ElasticField:
         return [points.inward, points.rootward][: self.kinds]
 
     def responses(self, factors: Factors) -> dict[int, Array]:
-        """Fields (kinds, points, unknowns, teeth) under unit loads on tooth 0, by flank."""
+        """Fields (kinds, points, unknowns, teeth) under unit loads on tooth 0.
+
+        They are listed by flank.
+        """
         responses = {}
         shape = self.whole.unknowns, self.whole.teeth
         for flank in np.unique(self.flanks).tolist():
@@ -106,7 +109,7 @@ class ElasticField:
         return total
 
     def of_column(self, column: Array) -> Array:
-        """What contacts see of a field (unknowns,) equal for all sectors (kinds, p, k)."""
+        """What contacts see (kinds, p, k) of a field (unknowns,) equal on all teeth."""
         out = np.zeros((self.kinds, *self.first.shape))
         for c, flank in enumerate(self.flanks):
             shown = column[self.whole.flanks[flank].freedoms]
@@ -474,13 +477,13 @@ class FullStepper(ImplicitStepper):
         Q = tables.at(contacts.normal_compliance, every)
         Q += tables.at(contacts.tangential_compliance, every) * friction
         for f, z in zip(self.fields, step.fields, strict=True):
-            turn, field_contacts = self.model.modal.rotation[f.number], f.contacts
-            square = np.ix_(field_contacts, field_contacts)
-            for kind, factor in enumerate((1.0, friction[field_contacts])[: f.kinds]):
-                seen = tables.at(z.rotation_at_contacts[kind], field_contacts)
-                onto[kind, field_contacts] -= step.mass * seen[:, None] * turn
+            turn, index = self.model.modal.rotation[f.number], f.contacts
+            square = np.ix_(index, index)
+            for kind, factor in enumerate((1.0, friction[index])[: f.kinds]):
+                seen = tables.at(z.rotation_at_contacts[kind], index)
+                onto[kind, index] -= step.mass * seen[:, None] * turn
                 Q[square] += (
-                    soft / f.width * tables.at(z.compliance[kind], field_contacts) * factor
+                    soft / f.width * tables.at(z.compliance[kind], index) * factor
                 )
         pushing = onto[0] + friction[:, None] * onto[1]
         return np.asarray(Q + soft * (onto[0] @ step.hub_inverse @ pushing.T))
@@ -515,7 +518,7 @@ def momentum(field: ElasticField, velocity: Array) -> float:
 def free_acceleration(
     field: ElasticField, step: FieldStep, state: Array, newmark: Newmark
 ) -> Array:
-    """Acceleration of a field (unknowns, teeth) under the forces of the last step and its
+    """Acceleration of a field (unknowns, teeth) under the last step's forces and its
     elasticity.
 
     With S = m M + k K, K y = (S y - m M y) / k spares the product with K.

@@ -145,10 +145,14 @@ def _root_stresses(
             continue
         tooth = contact.tooth(gear)
         parts = [
-            influence.stress([other.flank_load(gear, tooth, rows) for other in contacts])
+            influence.stress(
+                [other.flank_load(gear, tooth, rows) for other in contacts]
+            )
             for rows in _blocks(contact.load.size)
         ]
-        column = f"{name}_mesh{contact.side.mesh + 1}_tooth{contact.pair}_root_stress_Pa"
+        column = (
+            f"{name}_mesh{contact.side.mesh + 1}_tooth{contact.pair}_root_stress_Pa"
+        )
         columns[column] = np.concatenate(parts)
     return columns
 

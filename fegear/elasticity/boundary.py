@@ -34,7 +34,9 @@ def boundary_quadrature(sector: CyclicSector, names: list[str]) -> BoundaryQuadr
     for name in names:
         edge_nodes = sector.mesh.edges[name]
         # the right half's outline runs clockwise, its mirror image the other way
-        edges.append(edge_nodes[:, [1, 0, 2]] if name.startswith("left_") else edge_nodes)
+        edges.append(
+            edge_nodes[:, [1, 0, 2]] if name.startswith("left_") else edge_nodes
+        )
     return edge_quadrature(
         sector.mesh.points, np.vstack(edges), sector.node_freedoms, sector.basis.N
     )

@@ -62,6 +62,8 @@ def cached_flank_compliance(
         plain: Any = {n: v if v.ndim else v.item() for n, v in arrays.items()}
         return FlankCompliance(**plain)
     compliance = flank_compliance(cyclic_sector(gear, material, size, order), split)
-    values = {field.name: getattr(compliance, field.name) for field in fields(compliance)}
+    values = {
+        field.name: getattr(compliance, field.name) for field in fields(compliance)
+    }
     save_arrays(path, key, {name: np.asarray(v) for name, v in values.items()})
     return compliance

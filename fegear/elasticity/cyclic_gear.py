@@ -1,7 +1,7 @@
 """Elastic freedoms of a whole toothed gear with its hub held, for time stepping.
 
 The sectors are equal, so that mass and stiffness are block-circulant and one sector
-represents all. A field is an array (unknowns, teeth): column k belongs to sector k, counted
+represents all. A field is an array (unknowns, teeth): column k is of sector k, counted
 clockwise from tooth 0, and holds its interior freedoms in the frame of its tooth, then
 those of its left cut in polar components. Its right cut is the next one's left cut.
 A system of equations loses its interior freedoms by one sparse elimination for all
@@ -31,11 +31,13 @@ Rows = tuple[NDArray[np.int32], Array, NDArray[np.int32], NDArray[np.int32], Arr
 class CyclicGear:
     """Mass and stiffness of the gear, hub held.
 
-    interior, unknowns : number of a sector's interior freedoms, and with its left cut's m
-    stiffness, mass_matrix : (unknowns + m, unknowns + m) of a sector, right cut last [Pa], [kg/m]
+    interior, unknowns : number of a sector's interior freedoms, and with the m of its
+        left cut
+    stiffness, mass_matrix : (unknowns + m, unknowns + m) of a sector, right cut last
+        [Pa], [kg/m]
     flanks : right and left one, with freedoms as rows of a field
-    rotation : (unknowns,) displacement under a unit clockwise turn of the whole gear about
-        its centre [m], equal for all sectors
+    rotation : (unknowns,) displacement under a unit clockwise turn of the whole gear
+        about its centre [m], equal for all sectors
     momentum : (unknowns,) its momentum [kg], with the share of the nodes on the hub
     inertia : of the meshed gear about its centre [kg m]; mass : [kg/m]
     """
@@ -53,11 +55,11 @@ class CyclicGear:
     mass: float
 
     def stiffness_times(self, u: Array) -> Array:
-        """Elastic forces (unknowns, teeth) [N/m] at displacements (unknowns, teeth) [m]."""
+        """Elastic forces [N/m] at displacements [m], both (unknowns, teeth)."""
         return self._times(self.stiffness, u)
 
     def mass_times(self, u: Array) -> Array:
-        """Momenta (unknowns, teeth) of velocities, or inertial forces of accelerations."""
+        """Momenta of velocities (unknowns, teeth), or forces of accelerations."""
         return self._times(self.mass_matrix, u)
 
     def _times(self, matrix: csr_array, u: Array) -> Array:
@@ -106,7 +108,7 @@ def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
 
 
 def _fold(force: Array, interior: int, unknowns: int) -> Array:
-    """Forces (unknowns + m, teeth) with those on a right cut added to the next left one."""
+    """Forces (unknowns + m, teeth), those on right cuts added to the next left ones."""
     force[interior:unknowns] += np.roll(force[unknowns:], 1, axis=1)
     return force[:unknowns]
 
@@ -156,7 +158,9 @@ class Factors:
         _require_shape("load", load, (self.unknowns, self.teeth))
         right = np.zeros((self.unknowns - self.interior, self.teeth))
         x = substitute(*self.forward, np.vstack([load, right]))
-        spectrum = np.fft.rfft(_fold(x, self.interior, self.unknowns)[self.interior :]).T
+        spectrum = np.fft.rfft(
+            _fold(x, self.interior, self.unknowns)[self.interior :]
+        ).T
         spectrum = (self.ring @ spectrum[:, :, None])[:, :, 0]
         x[self.interior : self.unknowns] = np.fft.irfft(spectrum.T, self.teeth)
         x[self.unknowns :] = np.roll(x[self.interior : self.unknowns], -1, axis=1)
@@ -164,7 +168,10 @@ class Factors:
 
 
 def _eliminate(system: csr_array, interior: int, unknowns: int, teeth: int) -> Factors:
-    """Factors of a sector's (unknowns + m, unknowns + m) symmetric positive definite system."""
+    """Factors of the symmetric positive definite system of a sector.
+
+    system : (unknowns + m, unknowns + m)
+    """
     columns, cuts = system[:, :interior], np.arange(interior, system.shape[0])
     factor = factorise(columns[:interior])
     order, pivots = np.argsort(factor.perm_c), np.sqrt(factor.U.diagonal())

@@ -34,7 +34,8 @@ def draw_theory(predictions: Sequence[Prediction], meshes: int, title: str) -> F
     for prediction, amplitude, frequency, stable in points:
         full = color_of(names.index(_kind(prediction)))
         for m, (axes,) in enumerate(rows):
-            rms = 1e6 * prediction.resonance.amplitudes(1.0)[m] / math.sqrt(2.0) * amplitude
+            shape = prediction.resonance.amplitudes(1.0)[m]
+            rms = 1e6 * shape / math.sqrt(2.0) * amplitude
             for flags, color in ((~stable, _pale(full)), (stable, full)):
                 axes.plot(frequency[flags], rms[flags], color=color, **MARKERS)
     for m, (axes,) in enumerate(rows):

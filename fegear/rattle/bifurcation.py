@@ -95,7 +95,9 @@ def find_bifurcations(
         done = round(100.0 * (value - low) / (high - low))
         report(f"branch {number}", done, 100)
 
-    branches = follow_branches(machine, search, _rows_at(arrays, "orbits", seeds), watch)
+    branches = follow_branches(
+        machine, search, _rows_at(arrays, "orbits", seeds), watch
+    )
     settled = np.vstack(
         [np.empty((0, 3))]
         + [

@@ -204,12 +204,18 @@ def read_history(path: Path) -> HistoryFile:
     except ValueError as error:
         message = f"{path}: is no history of a motion, {error}; {WHAT}"
         raise InputError(message) from None
-    if "gear set" not in contents.header or len(table) < 2 or contents.names[0] != "time_s":
+    if (
+        "gear set" not in contents.header
+        or len(table) < 2
+        or contents.names[0] != "time_s"
+    ):
         raise InputError(f"{path}: is no history of a motion; {WHAT}")
     if not np.isfinite(table).all():
         column = contents.names[int(np.argwhere(~np.isfinite(table))[0, 1])]
         raise InputError(f"{path}: {column} has values that are not finite; {WHAT}")
-    return HistoryFile(path, contents.header, dict(zip(contents.names, table.T, strict=True)))
+    return HistoryFile(
+        path, contents.header, dict(zip(contents.names, table.T, strict=True))
+    )
 
 
 def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMotion:

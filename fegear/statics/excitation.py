@@ -358,7 +358,10 @@ class Excitations:
         force = torque / spec.pair.driver.base_radius
         harmonics = self.source.harmonics if self.source.kind == "fourier" else None
         gap, errors = gap_points(spec), tooth_pair_errors(gear_set, mesh)
-        for feature, there in (("a profile modification", gap), ("pitch errors", errors)):
+        for feature, there in (
+            ("a profile modification", gap),
+            ("pitch errors", errors),
+        ):
             if harmonics and len(there):
                 raise InputError(
                     f"mesh {mesh + 1} has {feature}; excitation fourier "
@@ -423,7 +426,9 @@ def _widened(nominal: MeshTable, wide: MeshTable) -> MeshTable:
         dict(zip(pair_teeth(t), (t[n] for n in pair_names(t, STIFFNESS)), strict=True))
         for t in (nominal, wide)
     ]
-    peaks = [max(float(stiffness.max()) for stiffness in table.values()) for table in tables]
+    peaks = [
+        max(float(stiffness.max()) for stiffness in table.values()) for table in tables
+    ]
     columns = dict(wide.columns) | {STIFFNESS: nominal[STIFFNESS]}
     for k, name in zip(pair_teeth(wide), pair_names(wide, STIFFNESS), strict=True):
         nominal_stiffness = tables[0].get(k, np.zeros_like(wide[name]))

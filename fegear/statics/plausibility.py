@@ -66,8 +66,8 @@ def check_warnings(
     """
     if not abs(off) <= allowed:  # not a number does not hold either
         yield (
-            f"{where}: {quantity} are off by {abs(off):.2g}, more than {allowed:.2g}; the "
-            "result cannot be trusted"
+            f"{where}: {quantity} are off by {abs(off):.2g}, more than {allowed:.2g}; "
+            "the result cannot be trusted"
         )
 
 

@@ -337,13 +337,15 @@ def _teeth(pair: GearPair) -> str:
     return f"{pair.driver.teeth} / {pair.driven.teeth}"
 
 
-def _require_rows(gear_set: GearSet, mesh: int, pitches: int, rows_per_pitch: int) -> None:
+def _require_rows(
+    gear_set: GearSet, mesh: int, pitches: int, rows_per_pitch: int
+) -> None:
     if pitches > 1 and pitches * rows_per_pitch > MAX_ROWS:
         raise InputError(
             f"{gear_set.name}: tooth pairs of mesh {mesh + 1} repeat after {pitches} "
-            f"base pitches for their pitch errors: {pitches * rows_per_pitch} rows of a table, "
-            f"allowed are {MAX_ROWS}; fewer positions or torques, or errors that "
-            "repeat sooner"
+            f"base pitches for their pitch errors: {pitches * rows_per_pitch} rows of "
+            f"a table, allowed are {MAX_ROWS}; fewer positions or torques, or errors "
+            "that repeat sooner"
         )
 
 

@@ -227,7 +227,9 @@ class Bifurcations(
             stop=job.stop,
         )
 
-    def gather(self, results: Mapping[str, AttractorBranch | None]) -> BifurcationsResult:
+    def gather(
+        self, results: Mapping[str, AttractorBranch | None]
+    ) -> BifurcationsResult:
         branches = [
             results[direction] or AttractorBranch(direction, (), (), complete=False)
             for direction in self.directions
@@ -287,7 +289,12 @@ class BifurcationsResult(StudyResult):
     def _rows(self) -> Iterator[list[object]]:
         for branch in self.branches:
             for value, attractor in zip(branch.values, branch.attractors, strict=True):
-                last = attractor.kind, attractor.multiple, attractor.exponent, attractor.stderr
+                last = (
+                    attractor.kind,
+                    attractor.multiple,
+                    attractor.exponent,
+                    attractor.stderr,
+                )
                 for (k, m), error in np.ndenumerate(attractor.deflection):
                     rate = float(attractor.rate[k, m])
                     point = branch.direction, m + 1, k + 1, float(error), rate
@@ -314,7 +321,9 @@ class BifurcationsResult(StudyResult):
 
     def _size_warnings(self) -> Iterator[str]:
         """Warnings where the largest deflections cannot be physical."""
-        deflections = [attractor.deflection for b in self.branches for attractor in b.attractors]
+        deflections = [
+            attractor.deflection for b in self.branches for attractor in b.attractors
+        ]
         every = np.abs(np.concatenate(deflections)) if deflections else np.empty((0, 0))
         if every.size:
             peaks = every.max(axis=0)

@@ -165,7 +165,9 @@ class Clatter(
     def _moved(self, group: WheelGroup, job: Job) -> GroupRun:
         state: Any = job.state
         now = self.start_of(group) if state is None else State(**state)
-        before = [Impacts(*(np.array(column) for column in p.values())) for p in job.records]
+        before = [
+            Impacts(*(np.array(column) for column in p.values())) for p in job.records
+        ]
         name, period = group.wheels[0].name, group.excitation.period
 
         def report(count: int) -> None:
@@ -215,7 +217,8 @@ class ClatterResult(StudyResult):
     def _wheel(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
         noise = noise_of(run.group, run.impacts, run.seconds)
         plays = [
-            {"play": play_noise.play} | {key: getattr(play_noise, name) for key, name in KEYS}
+            {"play": play_noise.play}
+            | {key: getattr(play_noise, name) for key, name in KEYS}
             for play_noise in noise
             if play_noise.wheel == wheel.name
         ]
@@ -313,6 +316,13 @@ def _chaos_of(wheel: Mapping[str, Any]) -> Iterator[str]:
 def _rows_of(run: GroupRun) -> Iterator[tuple[Any, ...]]:
     names = [(wheel.name, play) for wheel, play in run.group.plays]
     impacts = run.impacts
-    columns = impacts.time, impacts.play, impacts.edge, impacts.speed, impacts.impulse, impacts.lost
+    columns = (
+        impacts.time,
+        impacts.play,
+        impacts.edge,
+        impacts.speed,
+        impacts.impulse,
+        impacts.lost,
+    )
     for time, play, edge, *rest in zip(*(c.tolist() for c in columns), strict=True):
         yield time, *names[play], "upper" if edge > 0 else "lower", *rest

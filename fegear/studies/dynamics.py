@@ -194,7 +194,9 @@ class Dynamics(
         friction, of = self.elements.friction, self.torque_of
         model = replace(self.reference, friction=friction, torque_of=of)
         friction_system = lumped_system(self.gears, torque, model, self.excitations)
-        return replace(system, train=friction_system.train, losses=friction_system.losses)
+        return replace(
+            system, train=friction_system.train, losses=friction_system.losses
+        )
 
     @cached_property
     def prepared(self) -> dict[float, StepperChoice]:
@@ -219,7 +221,9 @@ class Dynamics(
             f"generalised-alpha, {steps.steps} steps per period or more, tolerance "
             f"{exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
         )
-        mode_counts = "; ".join(" + ".join(map(str, choice.elastic)) or "0" for choice in choices)
+        mode_counts = "; ".join(
+            " + ".join(map(str, choice.elastic)) or "0" for choice in choices
+        )
         return {
             **file_header(self.gears, self.reference, self._damping, method),
             "fidelity": choices[0].fidelity,
@@ -315,7 +319,11 @@ class Dynamics(
     def gather(self, results: Mapping[str, Branch | None]) -> DynamicsResult:
         def branches(prefix: str) -> list[tuple[float, Branch]]:
             return [
-                (torque, results[f"{prefix}{torque!r}-{direction}"] or unbegun(system, direction))
+                (
+                    torque,
+                    results[f"{prefix}{torque!r}-{direction}"]
+                    or unbegun(system, direction),
+                )
                 for torque, system in self.systems.items()
                 for direction in self.directions
             ]

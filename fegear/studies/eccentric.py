@@ -320,9 +320,9 @@ class EccentricResult(StudyResult):
         angle, most = values["largest_pressure_angle_deg"], ANGLES[1]
         angle_text = f"{number(angle, 4)}" if angle <= most else f"above {most:g}"
         yield (
-            f"largest pressure angle {angle_text} degrees with this eccentricity, largest "
-            f"eccentricity {number(values['largest_eccentricity_mm'], 5)} mm with this "
-            "pressure angle"
+            f"largest pressure angle {angle_text} degrees with this eccentricity, "
+            f"largest eccentricity {number(values['largest_eccentricity_mm'], 5)} mm "
+            "with this pressure angle"
         )
         yield (
             f"torque ratio {values['least_torque_ratio']:.4g} to "

@@ -334,7 +334,9 @@ def draw_valley(study: Identification, solution: Identified) -> Figure:
     for axes in (hubs, means, variations, misfit):
         if good:
             axes.axvspan(min(good), max(good), color="0.93", zorder=0)
-        axes.axvline(1e3 * solution.best.hub_radius[solution.along], color="0.4", lw=0.8)
+        axes.axvline(
+            1e3 * solution.best.hub_radius[solution.along], color="0.4", lw=0.8
+        )
     draw_title(
         figure,
         f"{gear_set.name}: face width and hub radii from mesh stiffness\n"
@@ -343,12 +345,16 @@ def draw_valley(study: Identification, solution: Identified) -> Figure:
     return figure
 
 
-def _draw_hubs(axes: Axes, gear_set: GearSet, solution: Identified, x: np.ndarray) -> None:
+def _draw_hubs(
+    axes: Axes, gear_set: GearSet, solution: Identified, x: np.ndarray
+) -> None:
     for i, gear in enumerate(gear_set.gears):
         if i != solution.along:
             radius = [1e3 * c.hub_radius[i] for c in solution.valley]
             axes.plot(x, radius, label=f"hub radius of {gear.name}")
-    width = [c.width_factor * 1e3 * gear_set.gears[0].face_width for c in solution.valley]
+    width = [
+        c.width_factor * 1e3 * gear_set.gears[0].face_width for c in solution.valley
+    ]
     name = gear_set.gears[0].name
     axes.plot(x, width, color="k", linestyle="--", label=f"face width of {name}")
     axes.set_ylabel("[mm]")

@@ -183,6 +183,6 @@ def not_converged_warning(
         if iterations < MAX_RETURNS:
             more += f": more {name}"
     return (
-        f"{100.0 * part:.3g} % of the {subject} have reached no attractor in {iterations} "
-        f"returns; {more}"
+        f"{100.0 * part:.3g} % of the {subject} have reached no attractor in "
+        f"{iterations} returns; {more}"
     )

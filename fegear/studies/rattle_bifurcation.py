@@ -298,8 +298,8 @@ class BifurcationResult(OverFigures):
             for bifurcation in branch["bifurcations"]:
                 time, speed = bifurcation["departures"][0]
                 yield (
-                    f"  {bifurcation['value']:12.7g}  {bifurcation['kind']:<15} first departure at "
-                    f"{time:.4f} turns, {speed:.4g} rad per turn"
+                    f"  {bifurcation['value']:12.7g}  {bifurcation['kind']:<15} "
+                    f"first departure at {time:.4f} turns, {speed:.4g} rad per turn"
                 )
 
 

@@ -105,7 +105,9 @@ def _window(values: Mapping[str, Any]) -> str:
 def _changes(slopes: Mapping[str, Slope | None], limit: str) -> Page:
     """What a change of each figure does to a limit, the largest first."""
     finite_slopes = {name: slope for name, slope in slopes.items() if slope is not None}
-    for name, slope in sorted(finite_slopes.items(), key=lambda both: -_largest(both[1])):
+    for name, slope in sorted(
+        finite_slopes.items(), key=lambda both: -_largest(both[1])
+    ):
         if _largest(slope) < MIN_SHOWN:
             continue
         if isinstance(slope, tuple):

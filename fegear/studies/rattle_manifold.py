@@ -100,7 +100,10 @@ class Manifolds(
         all_orbits = find_orbits(machine, self.departures, self.speeds)
         orbits = [o for o in saddles(all_orbits) if self.orbit in ("", o.name)]
         if self.orbit and not orbits:
-            names = ", ".join(sorted({saddle.name for saddle in saddles(all_orbits)})) or "none"
+            names = (
+                ", ".join(sorted({saddle.name for saddle in saddles(all_orbits)}))
+                or "none"
+            )
             raise InputError(f"orbit = {self.orbit}; saddles that are found: {names}")
         for number, orbit in enumerate(orbits):
             yield Task(f"{SADDLE} {number}", partial(self._grown, orbit))

@@ -119,7 +119,9 @@ class NoiseResult(StudyResult):
         noise, count = self.noise, self.study.starts
         valid = np.isfinite(noise.level) & (noise.motion >= 0)
         level, unclear = noise.level[valid], int(np.sum(noise.motion < 0))
-        quiet = [i for i, attractor in enumerate(noise.attractors) if attractor.name == QUIET]
+        quiet = [
+            i for i, attractor in enumerate(noise.attractors) if attractor.name == QUIET
+        ]
         silent = int(np.isin(noise.motion, quiet).sum())
         spread = float(level.std(ddof=1)) if level.size > 1 else math.nan
         parts = np.percentile(level, PARTS) if level.size else [math.nan] * len(PARTS)
@@ -181,7 +183,9 @@ class NoiseResult(StudyResult):
     def table(self) -> Table:
         """A row for each run."""
         noise, (low, high) = self.noise, self.study.speeds
-        motion_names = np.array([*(attractor.name for attractor in noise.attractors), "not identified"])
+        motion_names = np.array(
+            [*(attractor.name for attractor in noise.attractors), "not identified"]
+        )
         columns = {
             "start_time_turns": noise.starts[:, 0],
             "start_speed_rad_per_turn": noise.starts[:, 1],

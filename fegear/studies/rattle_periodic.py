@@ -85,7 +85,7 @@ class Repeating:
             return None
         exact = (two_sided_rattle if lower else simple_rattle)(machine, turns)
         (departure,) = self.orbit.departures
-        distances = (distance(departure, (closed_form.time, closed_form.velocity)) for closed_form in exact)
+        distances = (distance(departure, (form.time, form.velocity)) for form in exact)
         return min(distances, default=None)
 
 

@@ -128,8 +128,9 @@ class Stability(
     @cached_property
     def natural_Hz(self) -> list[float]:
         """Modes that strain a mesh, without friction, at the first value."""
-        frequencies: list[float] = self._system_at(self.over.values[0]).frequency_Hz.tolist()
-        return frequencies
+        system = self._system_at(self.over.values[0])
+        natural: list[float] = system.frequency_Hz.tolist()
+        return natural
 
     @cached_property
     def _lock(self) -> threading.Lock:
@@ -312,7 +313,9 @@ def _widest(columns: list[dict[str, Any]]) -> list[dict[str, Any]]:
             place = {**interval, "width": width, "value": column["value"]}
             by_kind.setdefault(interval["kind"], []).append(place)
     for intervals in by_kind.values():
-        widest = max(intervals, key=lambda interval: (interval["width"], -interval["value"]))
+        widest = max(
+            intervals, key=lambda interval: (interval["width"], -interval["value"])
+        )
         ends = [interval["value"] for interval in intervals]
         rows.append({**widest, "first": min(ends), "last": max(ends)})
     return sorted(rows, key=lambda row: -row["width"])

@@ -112,8 +112,10 @@ class SettingsGroup:
     default: Any = None
 
 
-def setting(default: Any, text: str, allowed: Range | None = None, **options: Any) -> Any:
-    """A field of a study; words : see `Setting`."""
+def setting(
+    default: Any, text: str, allowed: Range | None = None, **options: Any
+) -> Any:
+    """A field of a study; options : see `Setting`."""
     declared = Setting(text=text, allowed=allowed, **options)
     return field(default=default, metadata={"setting": declared})
 
@@ -183,17 +185,22 @@ def declared_fields(kind: Any) -> dict[str, Any]:
     What is found by its place comes first, then its settings, then groups; None for a
     dataclass with its own settings.
     """
-    declarations, ranks, hints = dict[str, Any](), dict[str, int](), get_type_hints(kind)
+    declarations = dict[str, Any]()
+    ranks, hints = dict[str, int](), get_type_hints(kind)
     for member in fields(kind):
         declared = member.metadata.get("setting") or member.metadata.get("group")
         inner = is_dataclass(hints[member.name])
         if declared is None and not inner:
             continue
-        settings = (declared,) if declared else declared_fields(hints[member.name]).values()
+        settings = (
+            (declared,) if declared else declared_fields(hints[member.name]).values()
+        )
         placed = any(getattr(setting, "place", "") for setting in settings)
         declarations[member.name] = declared
         ranks[member.name] = 0 if placed else 1 + (not isinstance(declared, Setting))
-    return {name: declarations[name] for name in sorted(declarations, key=ranks.__getitem__)}
+    return {
+        name: declarations[name] for name in sorted(declarations, key=ranks.__getitem__)
+    }
 
 
 def exposed_fields(group: SettingsGroup) -> Iterator[ExposedField]:

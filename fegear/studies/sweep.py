@@ -175,7 +175,11 @@ class Sweep(
             | self.gear_set.entries,
             frequencies=self.frequencies,
             found=[
-                (torque, results[f"{torque!r} {direction}"] or unbegun(torque_system, direction))
+                (
+                    torque,
+                    results[f"{torque!r} {direction}"]
+                    or unbegun(torque_system, direction),
+                )
                 for torque, torque_system in self.systems.items()
                 for direction in self.directions
             ],

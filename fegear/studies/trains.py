@@ -183,7 +183,9 @@ def chosen_torques(
             raise InputError(f"torque = {value:.12g}; {LOAD if free else DRIVER_LOAD}")
         if torques.count(value) > 1:
             raise InputError(f"torque = {value:.12g}; is given more than once")
-    load_cases = input_torques(gears) if mesh is None else gears.meshes[mesh - 1].torques
+    load_cases = (
+        input_torques(gears) if mesh is None else gears.meshes[mesh - 1].torques
+    )
     if not torques and not load_cases:
         where = "" if free else f" for mesh {mesh}"
         raise InputError(f"torque is missing; {gears.name} has no load case{where}")
@@ -438,7 +440,9 @@ class TrainStudy:
     def rejection(self, name: str, reason: str) -> InputError:
         """Why the value of a setting of the model is refused."""
         model_member = next(
-            member for member in exposed_fields(group_of(self)) if member.name == "model"
+            member
+            for member in exposed_fields(group_of(self))
+            if member.name == "model"
         )
         return refusal(self.model, name, reason, model_member.group)
 

@@ -76,12 +76,12 @@ class ParametricStudy(TrainStudy):
             speeds = display_name(self, "speeds")
             raise InputError(f"{over} {MESH_FREQUENCY}; is the speed, {speeds}")
         why = f"{over} {axis.name} replaces it, leave it out"
-        parameter = OF_TEETH.get(axis.name) or FIELD_OF_AXIS.get(axis.name, "")
-        if parameter == "torque" and self.torque is not None:
+        name = OF_TEETH.get(axis.name) or FIELD_OF_AXIS.get(axis.name, "")
+        if name == "torque" and self.torque is not None:
             raise refusal(self, "torque", why)
-        of_model = parameter in ("friction", "bending", "damping_ratio")
-        if of_model and getattr(self.model, parameter) != getattr(LumpedModel(), parameter):
-            raise self.rejection(parameter, why)
+        of_model = name in ("friction", "bending", "damping_ratio")
+        if of_model and getattr(self.model, name) != getattr(LumpedModel(), name):
+            raise self.rejection(name, why)
         if axis.name == BENDING and not self.has_friction:
             raise InputError(
                 f"{over} {BENDING}; needs {display_name(self, 'friction')} above 0"
@@ -125,7 +125,9 @@ class ParametricStudy(TrainStudy):
         }
         torque = values.pop(TORQUE, self.load)
         tooth_axes = OF_TEETH.keys() & values.keys()
-        of_teeth: dict[str, Any] = {OF_TEETH[name]: values.pop(name) for name in tooth_axes}
+        of_teeth: dict[str, Any] = {
+            OF_TEETH[name]: values.pop(name) for name in tooth_axes
+        }
         try:
             model = replace(self.resolved_model, **of_teeth)
         except ValueError as error:

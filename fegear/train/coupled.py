@@ -66,7 +66,9 @@ def coupled_contacts(
         of_gears = gears_modes(gear_set, settings, reference)
         modes = body_modes(gear_set, reference, sides, of_gears)
         static = static_inertias(gear_set, sides, settings)
-        contacts = with_body_modes(gear_set, contacts, reference, modes, static, retained)
+        contacts = with_body_modes(
+            gear_set, contacts, reference, modes, static, retained
+        )
     return replace(contacts, without=without)
 
 

@@ -156,7 +156,9 @@ class LumpedModel:
         torques.
         """
         stiffness = self.stiffness
-        return stiffness if isinstance(stiffness, GivenTables) else Excitations(stiffness)
+        return (
+            stiffness if isinstance(stiffness, GivenTables) else Excitations(stiffness)
+        )
 
 
 @public
@@ -347,7 +349,9 @@ def static_entries(
         for mesh in range(meshes)
     ]
     return {
-        "static_error": [max(mesh_errors, key=abs) if mesh_errors else None for mesh_errors in errors],
+        "static_error": [
+            max(mesh_errors, key=abs) if mesh_errors else None for mesh_errors in errors
+        ],
         "static": rows,
     }
 

@@ -303,7 +303,9 @@ def test_rigid_motion_is_read_between_points(explicit, side):
 
 
 def test_kernel_and_python_agree(gear, factors):
-    load = np.random.default_rng(0).standard_normal((2 * gear.unknowns - gear.interior, 3))
+    load = np.random.default_rng(0).standard_normal(
+        (2 * gear.unknowns - gear.interior, 3)
+    )
     for rows in (factors.forward, factors.backward):
         close(substitute(*rows, load), substitute.py_func(*rows, load), 1e-13)
 
