@@ -20,10 +20,10 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
-        given = signature(function).bind(*args, **kwargs).arguments
-        if "gear_set" in given:
-            require_gear_set(given["gear_set"])
-        require_arguments(function, given)
+        arguments = signature(function).bind(*args, **kwargs).arguments
+        if "gear_set" in arguments:
+            require_gear_set(arguments["gear_set"])
+        require_arguments(function, arguments)
         return function(*args, **kwargs)
 
     return run

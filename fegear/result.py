@@ -16,9 +16,10 @@ class Result:
     """A dataclass that shows the sizes of what it holds, not all of its numbers."""
 
     def __repr__(self) -> str:
-        own: Any = self
+        instance: Any = self
         parts = (
-            f"{each.name}={shown(getattr(self, each.name))}" for each in fields(own)
+            f"{field.name}={shown(getattr(self, field.name))}"
+            for field in fields(instance)
         )
         return f"{type(self).__name__}({', '.join(parts)})"
 

@@ -60,7 +60,7 @@ class ExcitationKeys(Keys):
     def _one_kind(self) -> ExcitationKeys:
         require_exactly_one(self, "amplitude_mm", "amplitudes_mm", "speed_file")
         require_all_or_none(self, "speed_file", "base_radius_mm")
-        waves = self.given("frequency_Hz", "phases_deg")
+        waves = self.present("frequency_Hz", "phases_deg")
         if self.speed_file is not None and waves:
             raise ValueError(f"{waves[0]} belongs to amplitudes, not to a speed_file")
         if self.speed_file is None and self.frequency_Hz is None:
@@ -99,12 +99,12 @@ class WheelKeys(Keys):
         for side in ("axial", "radial"):
             play, bounce = f"{side}_play_mm", f"{side}_restitution"
             require_all_or_none(self, play, bounce)
-            others = self.given(f"{side}_drag_N", f"{side}_damping_Ns_per_m")
+            others = self.present(f"{side}_drag_N", f"{side}_damping_Ns_per_m")
             if others and getattr(self, play) is None:
                 raise ValueError(f"{others[0]} needs {play}")
             if getattr(self, play) is not None and self.mass_kg is None:
                 raise ValueError(f"{play} needs mass_kg")
-        if self.mass_kg is not None and not self.given(
+        if self.mass_kg is not None and not self.present(
             "axial_play_mm", "radial_play_mm"
         ):
             raise ValueError("mass_kg needs axial_play_mm or radial_play_mm")
@@ -113,7 +113,7 @@ class WheelKeys(Keys):
         return self
 
     def _require_open_play(self) -> None:
-        waves = self.given("tooth_play_order", "tooth_play_phase_deg")
+        waves = self.present("tooth_play_order", "tooth_play_phase_deg")
         if waves and not self.tooth_play_amplitude_mm:
             raise ValueError(f"{waves[0]} needs tooth_play_amplitude_mm, other than 0")
         if abs(self.tooth_play_amplitude_mm or 0.0) >= self.tooth_play_mm:
@@ -126,7 +126,7 @@ class WheelKeys(Keys):
         if self.mass_kg is None:
             return
         radius = 1e3 * math.sqrt(self.inertia_kg_m2 / self.mass_kg)
-        low, high = (each * self.base_radius_mm for each in GYRATION)
+        low, high = (ratio * self.base_radius_mm for ratio in GYRATION)
         if not low <= radius <= high:
             raise ValueError(
                 f"inertia_kg_m2 = {self.inertia_kg_m2:g} and mass_kg = "
@@ -169,8 +169,8 @@ class GearboxFile(Keys):
                     f"wheel {wheel.name}: tooth_play_amplitude_mm belongs to a "
                     "frequency_Hz, not to a speed_file"
                 )
-            meshes = [each for each in self.wheel if each.driver == wheel.name]
-            still = all(each.helix_angle_deg == 0.0 for each in (wheel, *meshes))
+            meshes = [driven for driven in self.wheel if driven.driver == wheel.name]
+            still = all(keys.helix_angle_deg == 0.0 for keys in (wheel, *meshes))
             if wheel.axial_play_mm is not None and still:
                 raise ValueError(
                     f"wheel {wheel.name}: axial_play_mm needs helix_angle_deg, other "
@@ -180,8 +180,10 @@ class GearboxFile(Keys):
 
     @model_validator(mode="after")
     def _in_motion(self) -> GearboxFile:
-        given = self.excitation
-        still = given.amplitude_mm == 0.0 or not any(given.amplitudes_mm or (1.0,))
+        excitation = self.excitation
+        still = excitation.amplitude_mm == 0.0 or not any(
+            excitation.amplitudes_mm or (1.0,)
+        )
         drags = "drag_Nm", "axial_drag_N", "radial_drag_N"
         if still and not any(getattr(w, key) for w in self.wheel for key in drags):
             raise ValueError(
@@ -216,12 +218,12 @@ def load_gearbox(name_or_path: str) -> NamedGearbox:
 
     Raises InputError, in one line, on anything that cannot be used.
     """
-    known = gearbox_names()
+    names = gearbox_names()
     folder = Path(".")
-    if name_or_path in known:
+    if name_or_path in names:
         text = (_folder() / f"{name_or_path}.toml").read_text("utf-8")
     else:
-        path = path_of(name_or_path, "gearbox", known)
+        path = path_of(name_or_path, "gearbox", names)
         text, folder = read_text(path), path.parent
     try:
         return _named(text, folder)
@@ -242,15 +244,15 @@ def _folder() -> Traversable:
 def _named(text: str, folder: Path) -> NamedGearbox:
     tables = parsed_toml(text)
     try:
-        given = GearboxFile.model_validate(tables)
+        file = GearboxFile.model_validate(tables)
     except ValidationError as error:
         raise InputError(first_problem(error, tables, GearboxFile)) from None
-    excitation, recorded = _excitation(given.excitation, folder)
-    for keys in given.wheel:
+    excitation, recorded = _excitation(file.excitation, folder)
+    for keys in file.wheel:
         keys.require_slow_fading(excitation.shortest)
-    wheels = tuple(_wheel(keys) for keys in given.wheel)
+    wheels = tuple(_wheel(keys) for keys in file.wheel)
     return NamedGearbox(
-        *(given.name, given.description, given.inferences),
+        *(file.name, file.description, file.inferences),
         Gearbox(excitation, wheels),
         text + recorded,
     )

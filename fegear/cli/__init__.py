@@ -128,13 +128,13 @@ class Announcer(logging.Handler):
         print_error(record.getMessage())
 
 
-def run(words: list[str]) -> int:
+def run(argv: list[str]) -> int:
     """Run a command: exit code 0, 1 failed, 2 for wrong input, 130 after Ctrl-C.
 
     Whatever goes wrong is one line on the error stream; --debug raises it instead.
     """
-    debug = "--debug" in words
-    arguments = [word for word in words if word != "--debug"] or ["--help"]
+    debug = "--debug" in argv
+    arguments = [word for word in argv if word != "--debug"] or ["--help"]
     try:
         code = app(arguments, prog_name="fegear", standalone_mode=False) or 0
         sys.stdout.flush()

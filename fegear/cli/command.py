@@ -33,13 +33,13 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if ctx.resilient_parsing:  # completing a line that is half written
             return super().parse_args(ctx, args)
-        given, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        params, _, order = self.make_parser(ctx).parse_args(args=list(args))
         counts = Counter(param.name for param in order)
         for param in order:
             if counts[param.name] > 1 and not getattr(param, "multiple", True):
                 times = counts[param.name]
                 raise InputError(f"{_option(param)} is given {times} times")
-            value = given[param.name]
+            value = params[param.name]
             values = value if isinstance(value, list | tuple) else [value]
             if "" in values and param.param_type_name == "option":
                 raise InputError(f"{_option(param)} is empty; a value is needed")
@@ -47,10 +47,10 @@ class Command(TyperCommand):
             return super().parse_args(ctx, args)
         except Exception as error:
             wrong: Any = getattr(error, "param", None)
-            if wrong is None or given.get(wrong.name) is None:  # missing
+            if wrong is None or params.get(wrong.name) is None:  # missing
                 raise
             reason = _reason(str(getattr(error, "message", error)))
-            value = given[wrong.name]
+            value = params[wrong.name]
             shown = ", ".join(value) if isinstance(value, list) else value
             raise InputError(f"{_option(wrong)} = {shown}; {reason}") from None
 

@@ -57,13 +57,13 @@ def option(
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
     """The command as typer sees it: every group spread into its options."""
     hints = get_type_hints(command, include_extras=True)
-    given = signature(command).parameters.values()
-    groups = {p.name: hints[p.name] for p in given if is_dataclass(hints[p.name])}
-    options = [option for p in given for option in _options(p, hints[p.name])]
+    parameters = signature(command).parameters.values()
+    groups = {p.name: hints[p.name] for p in parameters if is_dataclass(hints[p.name])}
+    options = [option for p in parameters for option in _options(p, hints[p.name])]
 
     def run(**values: Any) -> None:
-        for each in options:
-            _require_allowed(each, values[each.name])
+        for parameter in options:
+            _require_allowed(parameter, values[parameter.name])
         for name, group in groups.items():
             values[name] = _gathered(_group_of(group), values)
         command(**values)
@@ -84,54 +84,56 @@ def _options(
         return
     group = group or _group_of(annotation)
     hints = get_type_hints(group.kind, include_extras=True)
-    known = signature(group.kind).parameters
-    for each in exposed_fields(group):
-        own, declared = known[each.name], each.declared
+    parameters = signature(group.kind).parameters
+    for member in exposed_fields(group):
+        child, declared = parameters[member.name], member.declared
         if isinstance(parameter.default, group.kind):  # stronger than its class's own
-            own = own.replace(default=getattr(parameter.default, each.name))
+            child = child.replace(default=getattr(parameter.default, member.name))
         if isinstance(declared, Setting):
-            yield from _of_setting(own, declared, hints[each.name])
-        elif each.group is not None:
-            inner = None if declared is None else each.group
-            yield from _options(own, each.group.kind, inner)
+            yield from _of_setting(child, declared, hints[member.name])
+        elif member.group is not None:
+            inner = None if declared is None else member.group
+            yield from _options(child, member.group.kind, inner)
         else:
-            typed = each.field.metadata.get("typer")
-            hint = hints[each.name]
-            yield from _options(own, Annotated[hint, *typed] if typed else hint)
+            typed = member.field.metadata.get("typer")
+            hint = hints[member.name]
+            yield from _options(child, Annotated[hint, *typed] if typed else hint)
 
 
 def _group_of(kind: Any) -> SettingsGroup:
     """What a dataclass declares, options of typer's among it."""
-    own = declared_fields(kind)
-    if any(own.values()):
-        return SettingsGroup(kind=kind, exposed=own)
+    declarations = declared_fields(kind)
+    if any(declarations.values()):
+        return SettingsGroup(kind=kind, exposed=declarations)
     return SettingsGroup(
-        kind=kind, exposed={e.name: own.get(e.name, ()) for e in fields(kind)}
+        kind=kind, exposed={e.name: declarations.get(e.name, ()) for e in fields(kind)}
     )
 
 
-def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parameter]:
+def _of_setting(
+    parameter: Parameter, declared: Setting, hint: Any
+) -> Iterator[Parameter]:
     """Option or argument of typer's, with its range, and one for each flag."""
     kind = hint if declared.parse is None else str | None
     if declared.several:
         kind = list[str] | None
     elif get_origin(hint) is tuple and declared.parse is None:
         kind = list[get_args(hint)[0]] | None  # type: ignore[misc]
-    default = None if own.default == () else own.default
+    default = None if parameter.default == () else parameter.default
     if default is not None and default is not Parameter.empty and declared.parse:
         default = declared.write(default)
     if declared.place:
-        words = typer.Argument(metavar=declared.place, help=declared.text)
+        info = typer.Argument(metavar=declared.place, help=declared.text)
     else:
         names = list(filter(None, (declared.short, declared.option)))
-        words = typer.Option(*names, help=declared.text, metavar=declared.metavar)
+        info = typer.Option(*names, help=declared.text, metavar=declared.metavar)
     if not (declared.flags and hint is bool):
-        yield own.replace(
-            name=_parameter(own.name, declared),
+        yield parameter.replace(
+            name=_parameter(parameter.name, declared),
             kind=Parameter.KEYWORD_ONLY,
             default=default,
             annotation=Annotated[
-                kind, words, None if declared.parse else declared.allowed
+                kind, info, None if declared.parse else declared.allowed
             ],
         )
     for flag, _, text in declared.flags:
@@ -153,7 +155,9 @@ def _name_of(flag: str) -> str:
 def _require_allowed(option: Parameter, value: Any) -> None:
     """InputError for a number, or one of several, out of the option's range."""
     ranges = get_args(option.annotation)[1:]
-    for allowed in (each for each in ranges if isinstance(each, Range)):
+    for allowed in (
+        annotation for annotation in ranges if isinstance(annotation, Range)
+    ):
         for number in value if isinstance(value, list) else [value]:
             if number is not None and number not in allowed:
                 name = option.name.replace("_", "-")
@@ -162,41 +166,43 @@ def _require_allowed(option: Parameter, value: Any) -> None:
 
 def _gathered(group: SettingsGroup, values: dict[str, Any]) -> Any:
     """A value of the group, whose options are taken out of the values."""
-    given = dict[str, Any]()
+    arguments = dict[str, Any]()
     with named_as_options(group, every=True):
-        for each in exposed_fields(group):
-            if isinstance(each.declared, Setting):
-                given |= _taken(each, each.declared, values)
-            elif each.group is not None:
-                inner = _group_of(each.kind) if each.declared is None else each.group
-                given[each.name] = _gathered(inner, values)
+        for member in exposed_fields(group):
+            if isinstance(member.declared, Setting):
+                arguments |= _taken(member, member.declared, values)
+            elif member.group is not None:
+                inner = (
+                    _group_of(member.kind) if member.declared is None else member.group
+                )
+                arguments[member.name] = _gathered(inner, values)
             else:
-                given[each.name] = values.pop(each.name)
-        return group.kind(**given)
+                arguments[member.name] = values.pop(member.name)
+        return group.kind(**arguments)
 
 
 def _taken(
-    each: ExposedField, declared: Setting, values: dict[str, Any]
+    member: ExposedField, declared: Setting, values: dict[str, Any]
 ) -> dict[str, Any]:
     """The value of a setting by its name, nothing where none is given."""
-    value = values.pop(_parameter(each.name, declared), None)
+    value = values.pop(_parameter(member.name, declared), None)
     flags = {
         flag: meant for flag, meant, _ in declared.flags if values.pop(_name_of(flag))
     }
     if value is not None and declared.parse is not None:
         value = (
-            [parse_setting(each, w) for w in value]
+            [parse_setting(member, w) for w in value]
             if declared.several
-            else parse_setting(each, value)
+            else parse_setting(member, value)
         )
-    words = [*flags, *([each.option] if flags and value is not None else [])]
-    if len(words) > 1:
-        raise InputError(f"{words[1]}; {words[0]} replaces it, leave it out")
+    options = [*flags, *([member.option] if flags and value is not None else [])]
+    if len(options) > 1:
+        raise InputError(f"{options[1]}; {options[0]} replaces it, leave it out")
     for meant in flags.values():
         value = meant
     if isinstance(value, list):
         value = tuple(value)
-    return {} if value is None else {each.name: value}
+    return {} if value is None else {member.name: value}
 
 
 @contextmanager

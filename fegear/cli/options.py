@@ -75,8 +75,8 @@ class Workers:
     def chosen(self) -> Cluster | None:
         from lumped.common.workers import Cluster
 
-        asked = self.cluster or self.scheduler is not None
-        return Cluster(self.scheduler or "") if asked else None
+        on_cluster = self.cluster or self.scheduler is not None
+        return Cluster(self.scheduler or "") if on_cluster else None
 
 
 @dataclass(frozen=True)
@@ -136,9 +136,9 @@ def refuse_unused_options(reason: str, **options: Any) -> None:
     """
     for name, value in options.items():
         if value is not None and value is not False:
-            given = value if isinstance(value, list) else [value]
-            words = (f"{v:.12g}" if isinstance(v, float) else str(v) for v in given)
-            shown = "" if value is True else f" = {', '.join(words)}"
+            values = value if isinstance(value, list) else [value]
+            texts = (f"{v:.12g}" if isinstance(v, float) else str(v) for v in values)
+            shown = "" if value is True else f" = {', '.join(texts)}"
             raise InputError(f"--{name.replace('_', '-')}{shown}; {reason}")
 
 
@@ -148,8 +148,8 @@ def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
 
     if path is None or path.suffix.lower() in allowed or is_device(path):
         return
-    words = " or ".join(filter(None, allowed))
-    raise InputError(f"{path}: the file's name must end in {words}")
+    endings = " or ".join(filter(None, allowed))
+    raise InputError(f"{path}: the file's name must end in {endings}")
 
 
 @contextmanager
@@ -178,9 +178,9 @@ def progress_bar(enabled: bool) -> Iterator[Progress]:
     with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
         task = bar.add_task("", total=1)
 
-        def report(what: str, done: int, total: int) -> None:
-            words = printable(what)
-            bar.update(task, description=words, completed=done, total=total)
+        def report(stage: str, done: int, total: int) -> None:
+            description = printable(stage)
+            bar.update(task, description=description, completed=done, total=total)
 
         yield report
 

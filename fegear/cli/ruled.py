@@ -39,16 +39,16 @@ class Ruled(Table):
     def _parts(self, room: int) -> Iterator[Table]:
         """Tables of as many columns as fit."""
         first, rest = self.columns[:1], self.columns[1:]
-        words = first + [each for each in rest if not each.no_wrap]
-        numbers = [each for each in rest if each.no_wrap]
-        needed = sum(min(NARROW, _width(each)) + 1 for each in words)
-        slices = list(parts([_width(each) - 1 for each in numbers], room - needed))
+        text_columns = first + [column for column in rest if not column.no_wrap]
+        numbers = [column for column in rest if column.no_wrap]
+        needed = sum(min(NARROW, _width(column)) + 1 for column in text_columns)
+        slices = list(parts([_width(column) - 1 for column in numbers], room - needed))
         if len(slices) < 2:
             yield self
             return
-        for number, each in enumerate(slices):
+        for number, span in enumerate(slices):
             part = copy(self)
-            shown = [*words, *numbers[each]]
+            shown = [*text_columns, *numbers[span]]
             part.columns = [replace(one, _index=i) for i, one in enumerate(shown)]
             part.title = None if number else self.title
             yield part

@@ -53,14 +53,14 @@ def screen() -> Console:
 
 
 def ruled_table(
-    *columns: str, title: str | None = None, words: Sequence[str] | None = None
+    *columns: str, title: str | None = None, text_columns: Sequence[str] | None = None
 ) -> Table:
-    """A table without a frame; words : columns of text, by default the first one."""
+    """A table without a frame; text_columns : names, by default the first column."""
     from fegear.cli.ruled import Ruled
 
     table = Ruled(title)
     for name in columns:
-        if name in (columns[:1] if words is None else words):
+        if name in (columns[:1] if text_columns is None else text_columns):
             table.add_column(name, overflow="fold")
         else:
             table.add_column(name, justify="right", no_wrap=True)

@@ -38,25 +38,25 @@ from fegear.studies.study import (
 )
 
 
-def command_of(study: type[Study]) -> Callable[..., None]:
+def command_of(study_class: type[Study]) -> Callable[..., None]:
     """The command that runs a study, as typer sees it."""
 
-    def command(*, asked: Any, workers: Any, outputs: Any) -> None:
+    def command(*, study: Any, workers: Any, outputs: Any) -> None:
         begin = time.perf_counter()
-        _require(asked, outputs)
-        outputs = _placed(asked, outputs)
-        found, summary = _found(asked, workers.chosen, outputs)
+        _require(study, outputs)
+        outputs = _make_folder(study, outputs)
+        result, summary = _run_study(study, workers.chosen, outputs)
         seconds = time.perf_counter() - begin
         values = {**summary, "wall_time_s": round(seconds, 3)}
-        with named_as_options(group_of(asked)):
-            outputs.show(values, lambda values: _show(found, outputs, seconds))
-        _end(found, outputs)
+        with named_as_options(group_of(study)):
+            outputs.show(values, lambda values: _show(result, outputs, seconds))
+        _end(result, outputs)
 
-    command.__doc__ = study.__doc__
+    command.__doc__ = study_class.__doc__
     command.__annotations__ = {
-        "asked": study,
-        "workers": Workers if study.distributes else InThreads,
-        "outputs": _outputs_of(study),
+        "study": study_class,
+        "workers": Workers if study_class.distributes else InThreads,
+        "outputs": _outputs_of(study_class),
     }
     return grouped(command)
 
@@ -95,107 +95,111 @@ def _files(study: Study, outputs: Any) -> dict[str, Path | None]:
     return {name: getattr(outputs, name) for name in names}
 
 
-def _require(asked: Study, outputs: Any) -> None:
+def _require(study: Study, outputs: Any) -> None:
     """Files can be written, and nothing is asked for that changes nothing."""
-    files = _files(asked, outputs)
-    given: dict[str, Any] = {"output": outputs.output, **files}
-    names = options_of(group_of(asked)) | {name: f"--{name}" for name in given}
-    given |= {n: getattr(outputs, n, False) for n in ("resume", "overwrite")}
-    given = {name: value for name, value in given.items() if value}
-    for name, reason in asked.unused_options(given):
-        value = given.get(name, getattr(asked, name, None))
+    files = _files(study, outputs)
+    written: dict[str, Any] = {"output": outputs.output, **files}
+    names = options_of(group_of(study)) | {name: f"--{name}" for name in written}
+    written |= {n: getattr(outputs, n, False) for n in ("resume", "overwrite")}
+    written = {name: value for name, value in written.items() if value}
+    for name, reason in study.unused_options(written):
+        value = written.get(name, getattr(study, name, None))
         refuse_unused_options(reason.format_map(names), **{name: value})
-    taken = list(files_read(asked))
+    taken = list(files_read(study))
     outputs.require(*taken)
     taken += map(str, filter(None, (outputs.output, files.pop("plot", None))))
     for name, path in files.items():
-        if name in asked.pictures:
+        if name in study.pictures:
             require_outputs([], taken, path)
         else:
-            require_ending(path, asked.more_files.get(name, ("", TABLES))[1])
+            require_ending(path, study.more_files.get(name, ("", TABLES))[1])
             require_outputs([path], taken)
         taken += [str(path)] if path is not None else []
 
 
-def _placed(asked: Study, outputs: Any) -> Any:
+def _make_folder(study: Study, outputs: Any) -> Any:
     """The outputs, with a directory that is made before the run."""
-    place = outputs.output or asked.default_output
-    if not asked.folder or place is None:
+    place = outputs.output or study.default_output
+    if not study.folder or place is None:
         return outputs
     folder = make_directory(place)
-    require_outputs([folder / name for name in asked.files])
+    require_outputs([folder / name for name in study.files])
     return replace(outputs, output=folder)
 
 
-def _found(asked: Study, workers: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
+def _run_study(
+    study: Study, workers: Any, outputs: Any
+) -> tuple[Any, Mapping[str, Any]]:
     """The result and its summary, files written; a bar moves all the while."""
     from fegear.files.store import NO_CHECKPOINT
     from fegear.studies.running import run
 
     keeping, computed = (
-        outputs.checkpoint_options if asked.resumes else NO_CHECKPOINT,
+        outputs.checkpoint_options if study.resumes else NO_CHECKPOINT,
         False,
     )
     try:
-        with named_as_options(group_of(asked)), outputs.progress() as report:
+        with named_as_options(group_of(study)), outputs.progress() as report:
 
-            def deliver(found: Any) -> None:
+            def deliver(result: Any) -> None:
                 nonlocal computed
                 computed = True
                 report("results", 0, 1)
-                if not found.empty:
-                    _write(found, outputs)
+                if not result.empty:
+                    _write(result, outputs)
 
-            found = run(asked, keeping, report, workers, deliver)
-            return found, found.summary
+            result = run(study, keeping, report, workers, deliver)
+            return result, result.summary
     except BaseException as error:
         if computed or isinstance(error, KeyboardInterrupt):
-            _say_what_is_kept(outputs)
+            _print_checkpoint(outputs)
         raise
 
 
-def _write(found: Any, outputs: Any) -> None:
+def _write(result: Any, outputs: Any) -> None:
     if outputs.output is not None:
-        found.write(outputs.output)
-    for name, path in _files(found.study, outputs).items():
+        result.write(outputs.output)
+    for name, path in _files(result.study, outputs).items():
         if path is None:
             continue
-        if name in found.study.more_tables:
-            write_text(path, found.more_tables[name].csv())
-        elif name in found.study.more_files:
-            found.more_files[name](path)
+        if name in result.study.more_tables:
+            write_text(path, result.more_tables[name].csv())
+        elif name in result.study.more_files:
+            result.more_files[name](path)
         else:
-            found.draw(path, name)
+            result.draw(path, name)
 
 
-def _say_what_is_kept(outputs: Any) -> None:
-    kept = getattr(outputs, "checkpoint", None)
-    if kept is not None and kept.exists():
-        print_error(f"{kept} is stored; --resume continues from it")
+def _print_checkpoint(outputs: Any) -> None:
+    checkpoint = getattr(outputs, "checkpoint", None)
+    if checkpoint is not None and checkpoint.exists():
+        print_error(f"{checkpoint} is stored; --resume continues from it")
 
 
-def _end(found: Any, outputs: Any) -> None:
+def _end(result: Any, outputs: Any) -> None:
     """Exit code 1 after a failure, 130 after Ctrl-C; files are written by then."""
-    if found.complete:
+    if result.complete:
         return
-    place = getattr(outputs, found.study.checkpoint_beside)
-    written = place is not None and not found.empty
-    rows = f"finished {'parts' if found.study.folder else 'rows'} are in {place}"
-    if found.failure:
-        print_error(f"{found.failure}; {rows}" if written else found.failure)
+    place = getattr(outputs, result.study.checkpoint_beside)
+    written = place is not None and not result.empty
+    rows = f"finished {'parts' if result.study.folder else 'rows'} are in {place}"
+    if result.failure:
+        print_error(f"{result.failure}; {rows}" if written else result.failure)
     elif written:
         print_error(rows)
-    _say_what_is_kept(outputs)
-    if found.failure:
+    _print_checkpoint(outputs)
+    if result.failure:
         raise typer.Exit(1)
     raise KeyboardInterrupt
 
 
-def _show(found: Any, outputs: Any, seconds: float) -> None:
+def _show(result: Any, outputs: Any, seconds: float) -> None:
     console = screen()
-    for part in found.page():
+    for part in result.page():
         if isinstance(part, RowTable):
-            table = ruled_table(*part.columns, title=part.title, words=part.words)
+            table = ruled_table(
+                *part.columns, title=part.title, text_columns=part.text_columns
+            )
             table.columns[0].no_wrap = part.whole or table.columns[0].no_wrap
             for cells in part.cells():
                 table.add_row(*cells)
@@ -206,8 +210,8 @@ def _show(found: Any, outputs: Any, seconds: float) -> None:
             console.print(part)
         else:  # lines as long as they are
             print_line(part)
-    if found.study.folder and outputs.output is not None:
+    if result.study.folder and outputs.output is not None:
         print_line(
-            f"wrote {', '.join(str(outputs.output / n) for n in found.study.files)}"
+            f"wrote {', '.join(str(outputs.output / n) for n in result.study.files)}"
         )
     print_line(f"wall time {seconds:.2f} s")

@@ -24,11 +24,11 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
             cmd_name = ALIASES.get(prefix + cmd_name, cmd_name)
-            known = super().get_command(ctx, cmd_name)
-            if known is None and prefix + cmd_name in STUDIES:
-                known = _loaded(prefix + cmd_name, cmd_name)
-                self.add_command(known, cmd_name)
-            return known
+            command = super().get_command(ctx, cmd_name)
+            if command is None and prefix + cmd_name in STUDIES:
+                command = _loaded(prefix + cmd_name, cmd_name)
+                self.add_command(command, cmd_name)
+            return command
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:
             rows = [(name, self._summary(ctx, name)) for name in names]
@@ -39,8 +39,8 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
             """The first line of the help, without loading the study."""
             if prefix + name in STUDIES:
                 return STUDIES[prefix + name][2]
-            known: Any = super().get_command(ctx, name)
-            return str(known.help).partition("\n\n")[0].replace("\n", " ")
+            command: Any = super().get_command(ctx, name)
+            return str(command.help).partition("\n\n")[0].replace("\n", " ")
 
     return LazyGroup
 

@@ -39,11 +39,11 @@ class NodeConditions(NamedTuple):
 
 
 @allocating
-def solve_active(C, nodes, kind, given, active, q):
+def solve_active(C, nodes, kind, target, active, q):
     """(transmission error, slope d torque / d ste) with the active nodes in contact.
 
     nodes : NodeConditions; q is overwritten
-    kind, given : TORQUE or STE, and its value
+    kind, target : TORQUE or STE, and its value
     """
     chosen = np.empty(q.size, np.int64)
     n = 0
@@ -63,7 +63,7 @@ def solve_active(C, nodes, kind, given, active, q):
     for i in range(n):
         preload += nodes.effective_arm[chosen[i]] * matrix[i, n]
         slope += nodes.effective_arm[chosen[i]] * matrix[i, n + 1]
-    d = given if kind == STE else (given + preload) / slope
+    d = target if kind == STE else (target + preload) / slope
     for i in range(n):
         q[chosen[i]] = d * matrix[i, n + 1] - matrix[i, n]
     return d, slope
@@ -113,10 +113,10 @@ def exchange(C, nodes, q, d, active, one_only):
 
 
 @allocating
-def solve_contact(C, nodes, kind, given, active, q):
+def solve_contact(C, nodes, kind, target, active, q):
     """(ste, slope, residual, status, sweeps); active and q are overwritten.
 
-    kind, given : TORQUE or STE, and its value
+    kind, target : TORQUE or STE, and its value
 
     Primal-dual active set: all violated nodes are exchanged together. Should that
     cycle, the violated node of least index alone is exchanged (Murty 1974), which
@@ -129,7 +129,7 @@ def solve_contact(C, nodes, kind, given, active, q):
     for sweep in range(most):
         if kind == TORQUE:
             require_contact(nodes, active)
-        d, slope = solve_active(C, nodes, kind, given, active, q)
+        d, slope = solve_active(C, nodes, kind, target, active, q)
         if not math.isfinite(d):
             return d, slope, math.nan, NOT_FINITE, sweep + 1
         changed, residual = exchange(C, nodes, q, d, active, sweep >= ALL_AT_ONCE)

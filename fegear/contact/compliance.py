@@ -193,9 +193,9 @@ def friction_bending(constants, patch, q):
                 normal += load * local_normal(flanks, grid, patch.step, i, j)
                 tangential += load * local_tangential(flanks, grid, patch.master, i, j)
     block = np.empty((SUPPORT, SUPPORT))
-    own = np.int64(0)  # a literal would be compiled for separately
-    remainder_block(tables, patch, patch, own, 1.0, 0.0, block)
+    teeth_apart = np.int64(0)  # a literal would be compiled for separately
+    remainder_block(tables, patch, patch, teeth_apart, 1.0, 0.0, block)
     normal += quadratic_form(block, moments)
-    remainder_block(tables, patch, patch, own, 0.0, 1.0, block)
+    remainder_block(tables, patch, patch, teeth_apart, 0.0, 1.0, block)
     tangential += quadratic_form(block, moments)
     return -tangential / normal

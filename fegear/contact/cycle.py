@@ -97,51 +97,51 @@ class Workspace(NamedTuple):
 
 
 @compiled
-def solve_cycle(constants, teeth, gaps, positions, kind, given, work, results):
+def solve_cycle(constants, teeth, gaps, positions, kind, targets, work, results):
     """Fill rows and cells; the last contact state starts the next position.
 
     constants, work : Constants, Workspace
     teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
     gaps : (positions, pairs) extra gap of each pair, from pitch errors [m]
     positions : base pitches from the pitch point
-    kind, given : TORQUE on the driver [N], or STE [m], at each of some load cases and
+    kind, targets : TORQUE on the driver [N], or STE [m], at each of some load cases and
         positions (cases, positions)
     results : rows (cases, positions) and cells (cases, positions, pairs)
     """
     rows, cells = results
-    for t in range(given.shape[0]):
+    for t in range(targets.shape[0]):
         work.in_contact[:, :] = False
         for n in range(positions.size):
             place_pairs(
-                constants, teeth, gaps[n], positions[n], kind, given[t, n], work
+                constants, teeth, gaps[n], positions[n], kind, targets[t, n], work
             )
             solve_position(
-                constants, teeth, gaps[n], kind, given[t, n], work, rows[t, n],
+                constants, teeth, gaps[n], kind, targets[t, n], work, rows[t, n],
                 cells[t, n],
             )  # fmt: skip
 
 
 @compiled_part
-def place_pairs(constants, teeth, gaps, position, kind, given, work):
+def place_pairs(constants, teeth, gaps, position, kind, target, work):
     """Closest points of all pairs, and patches as wide as the whole load would need."""
     mesh, flanks = constants.mesh, constants.flanks
     softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
     for k in range(teeth.size):
         s1 = mesh.pitch + (position + teeth[k]) * mesh.base_pitch
         place_patch(mesh, flanks, work.patches[k], s1, gaps[k])
-        load = given / flanks[0].base_radius
+        load = target / flanks[0].base_radius
         if kind == STE:
-            depth = max(given - work.patches[k].least_gap, 0.0)
+            depth = max(target - work.patches[k].least_gap, 0.0)
             load = depth / (SOFT_TEETH * softness)
         work.half_width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
         work.laid[k] = False
 
 
 @allocating
-def solve_position(constants, teeth, gaps, kind, given, work, row, cells):
+def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
     """Solve one position; patches grow until they hold all the pressure.
 
-    kind, given : TORQUE on the driver [N], or STE [m], and its value
+    kind, target : TORQUE on the driver [N], or STE [m], and its value
     """
     patches, flanks = work.patches, constants.flanks
     work.q[:] = 0.0
@@ -151,14 +151,14 @@ def solve_position(constants, teeth, gaps, kind, given, work, row, cells):
     if row.no_load >= NO_FLANK_GAP:
         row.status = NOT_FINITE
         return
-    limit = given
+    limit = target
     if kind == TORQUE:
         softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
-        limit = row.no_load + FIRST_GUESS * given / flanks[0].base_radius * softness
+        limit = row.no_load + FIRST_GUESS * target / flanks[0].base_radius * softness
     chosen = np.empty(0, np.int64)
     for _ in range(MAX_ROUNDS):
         chosen = choose_pairs(constants, work, gaps, limit)
-        solve_chosen(constants, teeth, kind, given, work, chosen, row)
+        solve_chosen(constants, teeth, kind, target, work, chosen, row)
         if row.status != 0:
             return
         again = widen_patches(work, chosen)
@@ -206,7 +206,7 @@ def widen_patches(work, chosen):
 
 
 @allocating
-def solve_chosen(constants, teeth, kind, given, work, chosen, row):
+def solve_chosen(constants, teeth, kind, target, work, chosen, row):
     """Nodal forces q of the chosen pairs, node after node, and the row's result.
 
     The arm of a nodal force is that of the normal force less that of the friction
@@ -230,7 +230,7 @@ def solve_chosen(constants, teeth, kind, given, work, chosen, row):
             active[at] = work.in_contact[chosen[p], i]
     conditions = NodeConditions(gap, closing, arm)
     ste, slope, residual, status, sweeps = solve_contact(
-        C, conditions, kind, given, active, q
+        C, conditions, kind, target, active, q
     )
     for p in range(chosen.size):
         for i in range(size):
@@ -263,17 +263,17 @@ def store(constants, work, chosen, cells):
 @allocating
 def store_pair(constants, patch, nodes, q, cell):
     """Load, largest pressure and load centre of a pair with nodal forces q (n,)."""
-    own, opposite = 0.0, 0.0
+    master_moment, slave_moment = 0.0, 0.0
     peak = 2.0 * q[-1]  # the last node carries half a hat
     for i in range(q.size):
         nodes[i].force = q[i]
         cell.load += q[i]
-        own += q[i] * (patch.first_arc - i * patch.step)
-        opposite += q[i] * nodes[i].opposite
+        master_moment += q[i] * (patch.first_arc - i * patch.step)
+        slave_moment += q[i] * nodes[i].opposite
         if i < q.size - 1:
             peak = max(peak, q[i])
     if cell.load > 0.0:
         cell.pressure = peak / patch.step
-        cell.arc[patch.master] = own / cell.load
-        cell.arc[1 - patch.master] = opposite / cell.load
+        cell.arc[patch.master] = master_moment / cell.load
+        cell.arc[1 - patch.master] = slave_moment / cell.load
         cell.bending = friction_bending(constants, patch, q)

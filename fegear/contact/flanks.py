@@ -157,8 +157,8 @@ def common_normal(master, slave, line, crossings, arc):
 def normals(master, slave, line, crossings, s):
     """Angles [rad] of the normals of master and slave from the line of action."""
     _, s_slave, lean = separation(master, slave, line, crossings, s)
-    own = turn_to_point(master, crossings[0], s) + normal_angle(master, s)
-    return own, lean + normal_angle(slave, s_slave)
+    angle = turn_to_point(master, crossings[0], s) + normal_angle(master, s)
+    return angle, lean + normal_angle(slave, s_slave)
 
 
 @compiled_part
@@ -172,10 +172,10 @@ def closest_arc(master, slave, line, crossings, arc, reach, exact):
     """
     while True:
         low, high = max(0.0, arc - reach), arc + reach
-        found = least_gap_arc(master, slave, line, crossings, low, high, exact)
-        is_inside = low == 0.0 or found > low + exact
-        if (is_inside and found < high - exact) or reach >= master.length:
-            return 0.0 if found < exact else found
+        best_arc = least_gap_arc(master, slave, line, crossings, low, high, exact)
+        is_inside = low == 0.0 or best_arc > low + exact
+        if (is_inside and best_arc < high - exact) or reach >= master.length:
+            return 0.0 if best_arc < exact else best_arc
         reach *= 2.0
 
 

@@ -79,27 +79,27 @@ def pair_laws(
     )  # penetration / ste
     facing = cells.gap < FAR_GAP
     gap = np.where(facing, cells.gap * closing, FAR_GAP)
-    kept = np.flatnonzero(gap.min(axis=0) < REACH * reach)
-    teeth, arc = candidates[kept], cells.arc[:, kept]
-    load = np.zeros((place.size, kept.size, 2, penetration.size))
-    pressure = np.zeros((place.size, kept.size, penetration.size))
-    for column, k in enumerate(kept):
+    selected = np.flatnonzero(gap.min(axis=0) < REACH * reach)
+    teeth, arc = candidates[selected], cells.arc[:, selected]
+    load = np.zeros((place.size, selected.size, 2, penetration.size))
+    pressure = np.zeros((place.size, selected.size, penetration.size))
+    for column, k in enumerate(selected):
         here = np.flatnonzero(facing[:, k])
         ste = cells.gap[here, k, None] + penetration[1:] / closing[here, k, None]
-        found = _solve_pair(problem, teeth[column], place[here], ste)
-        load[here, column, :, 1:] = (found.load * problem.face_width)[:, None]
-        pressure[here, column, 1:] = found.pressure
-        arc[here, column] = found.arc[:, TYPICAL]
+        solution = _solve_pair(problem, teeth[column], place[here], ste)
+        load[here, column, :, 1:] = (solution.load * problem.face_width)[:, None]
+        pressure[here, column, 1:] = solution.pressure
+        arc[here, column] = solution.arc[:, TYPICAL]
         if problem.friction > 0.0:
-            found = _solve_pair(problem, teeth[column], place[here], ste, True)
-            load[here, column, REVERSED, 1:] = found.load * problem.face_width
+            solution = _solve_pair(problem, teeth[column], place[here], ste, True)
+            load[here, column, REVERSED, 1:] = solution.load * problem.face_width
     normal, tangential = pair_coupling(problem, teeth, arc)
     return PairLoadCurves(
         teeth=-teeth if back else teeth,
-        gap=gap[:, kept],
-        moment_arms=cells.moment_arms[:, kept],
+        gap=gap[:, selected],
+        moment_arms=cells.moment_arms[:, selected],
         arc=arc,
-        sliding=cells.sliding_sign[:, kept],
+        sliding=cells.sliding_sign[:, selected],
         penetration=penetration,
         load=load,
         pressure=pressure,

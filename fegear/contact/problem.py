@@ -242,8 +242,8 @@ def run_kernel(
     teeth = candidate_pairs(problem.pair, position)
     passed = np.zeros(position.size, np.int64) if pitch is None else pitch
     gaps = pair_gaps(problem, teeth - passed[:, None], back)
-    given = np.repeat(torque[:, None] / problem.face_width, position.size, axis=1)
-    solved = solve_pairs(problem, teeth, gaps, position, TORQUE, given)
+    targets = np.repeat(torque[:, None] / problem.face_width, position.size, axis=1)
+    solved = solve_pairs(problem, teeth, gaps, position, TORQUE, targets)
     _require_solved(solved.rows, torque, position)
     return solved
 
@@ -278,13 +278,13 @@ def solve_pairs(
     gaps: Array,
     position: Array,
     kind: np.int64,
-    given: Array,
+    targets: Array,
     friction_reversed: bool = False,
 ) -> KernelResult:
     """Run the kernel for chosen tooth pairs (k,), whatever its status.
 
     gaps : (n, k) extra gap of each pair [m]
-    kind, given : cycle.TORQUE per width [N] or cycle.STE [m], (t, n)
+    kind, targets : cycle.TORQUE per width [N] or cycle.STE [m], (t, n)
     friction_reversed : friction acts against the nominal sliding direction
     """
     from fegear.contact import cycle
@@ -293,8 +293,8 @@ def solve_pairs(
     from fegear.contact.patches import NODE
 
     pairs, size = teeth.size, problem.nodes
-    rows = np.zeros(given.shape, cycle.ROW).view(np.recarray)
-    cells = np.zeros((*given.shape, pairs), cycle.CELL).view(np.recarray)
+    rows = np.zeros(targets.shape, cycle.ROW).view(np.recarray)
+    cells = np.zeros((*targets.shape, pairs), cycle.CELL).view(np.recarray)
     patches = np.zeros(pairs, PATCH).view(np.recarray)
     nodes = np.zeros((pairs, size), NODE).view(np.recarray)
     work = cycle.Workspace(
@@ -312,7 +312,7 @@ def solve_pairs(
     constants = cycle.Constants(mesh, flanks, tables, contact_grid(size))
     # positions may be every other one of an array: kernels are compiled for whole ones
     at = np.ascontiguousarray(position)
-    cycle.solve_cycle(constants, teeth, gaps, at, kind, given, work, (rows, cells))
+    cycle.solve_cycle(constants, teeth, gaps, at, kind, targets, work, (rows, cells))
     return KernelResult(teeth, rows, cells, patches, nodes)
 
 
@@ -331,8 +331,10 @@ def solve_drive_side(
     """
     from fegear.contact.cycle import STE
 
-    given = np.ascontiguousarray(ste[None, :])
-    solved = solve_pairs(problem, teeth, gaps, position, STE, given, friction_reversed)
+    targets = np.ascontiguousarray(ste[None, :])
+    solved = solve_pairs(
+        problem, teeth, gaps, position, STE, targets, friction_reversed
+    )
     rows, cells = solved.rows[0], solved.cells[0]
     failed = np.flatnonzero(rows.status != 0)
     if failed.size:

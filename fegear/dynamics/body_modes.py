@@ -75,7 +75,7 @@ def static_inertias(
 
     w : penetration at the pitch point per coordinate of unit mass
     """
-    found = np.zeros(len(gear_set.meshes))
+    inertias = np.zeros(len(gear_set.meshes))
     for side in sides:
         if side.side != DRIVE:
             continue
@@ -83,10 +83,10 @@ def static_inertias(
         contact = int(np.flatnonzero(side.laws.teeth == pair)[0])
         for g in side.gears:
             gear = gear_set.gears[g]
-            given = settings.sector(gear), gear.density
+            body = settings.sector(gear), gear.density
             arc = float(side.arcs(g)[place, contact])
-            found[side.mesh] += inertia_once(*given, arc) / gear.face_width
-    return found
+            inertias[side.mesh] += inertia_once(*body, arc) / gear.face_width
+    return inertias
 
 
 def body_modes(
@@ -101,8 +101,8 @@ def body_modes(
     modes : of each gear
     """
     elastic = [
-        ElasticGear(each, gear.face_width, elastic_damping(gear, DAMPING))
-        for gear, each in zip(gear_set.gears, modes, strict=True)
+        ElasticGear(gear_modes, gear.face_width, elastic_damping(gear, DAMPING))
+        for gear, gear_modes in zip(gear_set.gears, modes, strict=True)
     ]
     modal = modal_matrices(gear_set, reference, elastic)
     jacobian = contact_rows(gear_set, reference, sides, elastic, 0.0)
@@ -131,10 +131,10 @@ def body_modes(
 def _mesh_rates(gear_set: GearSet, reference: LumpedSystem) -> Array:
     """Cycles (gears,) of a mesh of each gear per cycle of the first mesh."""
     rates = [float(rate) for rate in reference.train.mesh_rates]
-    found = np.empty(len(gear_set.gears))
+    gear_rates = np.empty(len(gear_set.gears))
     for mesh, rate in zip(gear_set.meshes, rates, strict=True):
-        found[[mesh.driver, mesh.driven]] = rate
-    return found
+        gear_rates[[mesh.driver, mesh.driven]] = rate
+    return gear_rates
 
 
 def _mode_rows(jacobian: ContactJacobian, modal: ModalMatrices) -> Array:
@@ -142,8 +142,8 @@ def _mode_rows(jacobian: ContactJacobian, modal: ModalMatrices) -> Array:
     hubs = modal.damping.size
     rows = np.zeros((*jacobian.normal.shape[:2], modal.rigidity.size))
     for c, m in enumerate(jacobian.mesh_of):
-        own = slice(hubs, jacobian.widths[m])
-        rows[c][:, jacobian.columns[m, own] - hubs] = jacobian.normal[c, :, own]
+        span = slice(hubs, jacobian.widths[m])
+        rows[c][:, jacobian.columns[m, span] - hubs] = jacobian.normal[c, :, span]
     return rows
 
 
@@ -158,9 +158,9 @@ def _turned_back(
     one, two = np.flatnonzero(first), partner[first]
     cycle = np.linspace(0.0, 1.0, rows.shape[1])[:, None]
     back = (rows[..., one] + 1j * rows[..., two]) * np.exp(-1j * turn[one] * cycle)
-    found = rows.copy()
-    found[..., one], found[..., two] = back.real, back.imag
-    return found
+    fixed_rows = rows.copy()
+    fixed_rows[..., one], fixed_rows[..., two] = back.real, back.imag
+    return fixed_rows
 
 
 def with_body_modes(
@@ -169,25 +169,29 @@ def with_body_modes(
     reference: LumpedSystem,
     modes: BodyModes,
     static: Array,
-    kept: NDArray[np.bool_] | None = None,
+    retained: NDArray[np.bool_] | None = None,
 ) -> CoupledContacts:
     """Contacts with those body modes as coordinates that matter at the speeds of the
     train's own resonances.
 
     So the motion at one speed does not depend on which others are asked for.
 
-    kept : those modes, where they are known
+    retained : mask of those modes, where it is known
     reference : Model-1 of the same train; modes : all that were solved
     static : (m,) inertia of the meshes' static displacement, see `static_inertias`
     """
     still = replace(reference, contacts=replace(contacts, modes=None))
     assert still.loaded is not None
     inertia = _inertia(gear_set, contacts, reference, modes, static, still.loaded)
-    if kept is None or kept.size != modes.count:
+    if retained is None or retained.size != modes.count:
         every = replace(reference, contacts=replace(contacts, modes=modes))
-        kept = inertia.choose(own_band(every))
+        retained = inertia.choose(own_band(every))
     return replace(
-        contacts, modes=modes.only(kept), solved=modes, inertia=inertia, kept=kept
+        contacts,
+        modes=modes.only(retained),
+        solved=modes,
+        inertia=inertia,
+        kept=retained,
     )
 
 
@@ -223,8 +227,8 @@ def _inertia(
     at_pitch = np.empty((len(reference.excitations), modes.count))
     for m in range(len(at_pitch)):
         pair, place = pitch_point(gear_set, m, positions)
-        own = (contacts.mesh_of == m) & (contacts.pairs == pair) & drive
-        at_pitch[m] = modes.rows[np.flatnonzero(own)[0], place]
+        at_pair = (contacts.mesh_of == m) & (contacts.pairs == pair) & drive
+        at_pitch[m] = modes.rows[np.flatnonzero(at_pair)[0], place]
     stiffness = reference.modes.mean_stiffness[:, None]
     ste = loaded.deflection[:-1].T
     squares = at_pitch**2
@@ -237,7 +241,7 @@ def _inertia(
         compliance=stiffness * squares / modes.angular**2,
         rest_Hz=rest_Hz,
         rest=stiffness[:, 0] * np.maximum(left, 0.0) * (2.0 * np.pi * rest_Hz) ** 2,
-        amplitudes=np.stack([harmonic_amplitudes(each) for each in ste]),
+        amplitudes=np.stack([harmonic_amplitudes(mesh_ste) for mesh_ste in ste]),
         rate=np.array([float(rate) for rate in reference.train.mesh_rates]),
         resonances_Hz=loaded.frequency_Hz,
         energy=loaded.mesh_energy,
@@ -248,10 +252,12 @@ def _inertia(
 def _rest_Hz(modes: BodyModes) -> float:
     """The lowest mode that was not solved is none of these: no lower than the last
     family's lowest and each family's highest."""
-    found = []
+    bounds = []
     for gear in np.unique(modes.gears):
-        own, n = modes.gears == gear, modes.nodal_diameters
-        last = own & (n == n[own].max())
-        found.append(modes.angular[last].min())
-        found += [modes.angular[own & (n == k)].max() for k in np.unique(n[own])]
-    return float(min(found)) / (2.0 * np.pi)
+        in_gear, n = modes.gears == gear, modes.nodal_diameters
+        last = in_gear & (n == n[in_gear].max())
+        bounds.append(modes.angular[last].min())
+        bounds += [
+            modes.angular[in_gear & (n == k)].max() for k in np.unique(n[in_gear])
+        ]
+    return float(min(bounds)) / (2.0 * np.pi)

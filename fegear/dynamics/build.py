@@ -129,7 +129,7 @@ def prepare(
         )
     highest = highest_speed(reference, speeds)
     modes = modes_of(gear_set, highest, statics, elements.cutoff_Hz)
-    if not any(each.frequencies_Hz.size for each in modes):
+    if not any(mode_set.frequencies_Hz.size for mode_set in modes):
         if elements.cutoff_Hz is not None:
             raise InputError(
                 f"cutoff_Hz = {elements.cutoff_Hz:g}; no elastic mode of the gears "
@@ -148,10 +148,10 @@ def prepare(
         return _prepared(model, settings, "reduced", reason, modes)
     if choice.fidelity == "quasistatic":
         return _prepared(rigid, settings, "quasistatic", choice.sentence + unseen, [])
-    kept = [truncate_modes(each, choice.cutoff_Hz) for each in modes]
-    elastic = _elastic(gear_set, kept, elements.elastic_damping)
+    truncated = [truncate_modes(mode_set, choice.cutoff_Hz) for mode_set in modes]
+    elastic = _elastic(gear_set, truncated, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, laws, elastic, beside)
-    return _prepared(model, settings, "reduced", choice.sentence + unseen, kept)
+    return _prepared(model, settings, "reduced", choice.sentence + unseen, truncated)
 
 
 def _prepare_full(
@@ -167,7 +167,7 @@ def _prepare_full(
 
     damping = [elastic_damping(gear, damping_ratio) for gear in gear_set.gears]
     hubs, fields = full_model(gear_set, reference, laws, wholes, damping, far)
-    freedoms = tuple(field.whole.own * field.whole.teeth for field in fields)
+    freedoms = tuple(field.whole.unknowns * field.whole.teeth for field in fields)
     counts = " + ".join(map(str, freedoms))
     reason = f"full: as asked for, {counts} elastic freedoms of the gears"
     return StepperChoice(FullStepper(hubs, scheme, fields), "full", reason, freedoms)
@@ -180,7 +180,7 @@ def _prepared(
     reason: str,
     modes: Sequence[GearModes],
 ) -> StepperChoice:
-    counts = tuple(each.frequencies_Hz.size for each in modes)
+    counts = tuple(mode_set.frequencies_Hz.size for mode_set in modes)
     return StepperChoice(
         ReducedStepper(model, settings.scheme), fidelity, reason, counts
     )
@@ -201,7 +201,7 @@ def _whole_gears(
 
 
 def _asked_for(choice: Choice, modes: Sequence[GearModes]) -> str:
-    counts = " + ".join(str(each.frequencies_Hz.size) for each in modes)
+    counts = " + ".join(str(mode_set.frequencies_Hz.size) for mode_set in modes)
     return (
         f"reduced: as asked for, with {counts} elastic modes of the gears; "
         "without, elastic inertia would change the mesh compliance by "
@@ -249,16 +249,16 @@ def elastic_damping(gear: Gear, ratio: float) -> Rayleigh:
 
 def truncate_modes(modes: GearModes, cutoff_Hz: float) -> GearModes:
     """The modes below a lower cut-off."""
-    kept = modes.frequencies_Hz < cutoff_Hz
+    retained = modes.frequencies_Hz < cutoff_Hz
     return replace(
         modes,
         cutoff_Hz=min(cutoff_Hz, modes.cutoff_Hz),
-        frequencies_Hz=modes.frequencies_Hz[kept],
-        nodal_diameters=modes.nodal_diameters[kept],
-        normal=modes.normal[kept],
-        tangential=modes.tangential[kept],
-        rotation_coupling=modes.rotation_coupling[kept],
-        translation_coupling=modes.translation_coupling[kept],
+        frequencies_Hz=modes.frequencies_Hz[retained],
+        nodal_diameters=modes.nodal_diameters[retained],
+        normal=modes.normal[retained],
+        tangential=modes.tangential[retained],
+        rotation_coupling=modes.rotation_coupling[retained],
+        translation_coupling=modes.translation_coupling[retained],
     )
 
 
@@ -266,8 +266,8 @@ def _elastic(
     gear_set: GearSet, modes: Sequence[GearModes], damping: float
 ) -> list[ElasticGear]:
     return [
-        ElasticGear(each, gear.face_width, elastic_damping(gear, damping))
-        for gear, each in zip(gear_set.gears, modes, strict=True)
+        ElasticGear(mode_set, gear.face_width, elastic_damping(gear, damping))
+        for gear, mode_set in zip(gear_set.gears, modes, strict=True)
     ]
 
 
@@ -291,11 +291,11 @@ def _choice(
     for m, table in enumerate(tables):
         pair, place = pitch_point(model.sides[0].gear_set, m, normal.shape[1] - 1)
         labels = model.contact_labels
-        contact = next(c for c, each in enumerate(labels) if each == (m, pair, 1))
-        own = columns[m, hubs : count[m]] - hubs
+        contact = next(c for c, label in enumerate(labels) if label == (m, pair, 1))
+        mode_index = columns[m, hubs : count[m]] - hubs
         row = normal[contact, place, hubs : count[m]]
-        share = stiffness[m] * row**2 / rigidity[own]
-        frequencies = np.sqrt(rigidity[own]) / (2.0 * math.pi)
+        share = stiffness[m] * row**2 / rigidity[mode_index]
+        frequencies = np.sqrt(rigidity[mode_index]) / (2.0 * math.pi)
         modes = ElasticModes(frequencies, share, elements.elastic_damping)
         amplitudes = harmonic_amplitudes(table["ste_m"][0])
         meshes.append((modes, amplitudes, float(model.kinematics.rate[m])))
@@ -344,6 +344,6 @@ def _speeds_of_resonances(
         np.divide.outer(modes.frequencies_Hz[modes.compliance > SHARE], rate * orders)
         for modes, _, rate in meshes
     ]
-    speeds = np.concatenate([each.ravel() for each in met])
+    speeds = np.concatenate([block.ravel() for block in met])
     inside = np.unique(speeds[(speeds > low) & (speeds < high)])
     return [*np.geomspace(low, high, GRID).tolist(), *inside.tolist()]

@@ -21,7 +21,7 @@ class StoredBranch:
     records: Records
 
     def finished(self) -> list[Response]:
-        responses = [stored_response(each) for each in self.records.records]
+        responses = [stored_response(record) for record in self.records.records]
         arrays = self.records.state
         if responses and arrays is not None:
             responses[-1] = replace(responses[-1], state=_state(dict(arrays)))

@@ -70,7 +70,7 @@ class ContactHistory:
         """Largest contact pressure (t,), linear in the root of the load as Hertz's."""
         loads = self.side.laws.load[:, self.place, NOMINAL]
         pressures = self.side.laws.pressure[:, self.place]
-        found = np.zeros(self.load.size)
+        pressure = np.zeros(self.load.size)
         for end, weight in zip(self.ends.T, self.weights.T, strict=True):
             touching = (self.load > 0.0) & (weight > 0.0)
             for p in np.unique(end[touching]):
@@ -78,8 +78,8 @@ class ContactHistory:
                 root = np.sqrt(self.load[here] / loads[p, -1])
                 knots = np.sqrt(loads[p] / loads[p, -1])
                 peak = np.interp(root, knots, pressures[p]) * np.maximum(root, 1.0)
-                found[here] += weight[here] * peak
-        return found
+                pressure[here] += weight[here] * peak
+        return pressure
 
 
 def between(values: Array, ends: Indices, weights: Array) -> Array:

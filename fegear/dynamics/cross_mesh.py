@@ -32,13 +32,18 @@ def cross_mesh_compliance(
     sides = contact_sides(gear_set, laws)
     ends = np.cumsum([side.laws.teeth.size for side in sides])
     total = np.zeros((len(sides[0].laws.gap), ends[-1], ends[-1]))
-    found = False
+    has_coupling = False
     for g, gear in enumerate(gear_set.gears):
-        own = [i for i, side in enumerate(sides) if g in side.gears]
-        pairs = [(i, j) for i in own for j in own if sides[i].mesh != sides[j].mesh]
+        side_indices = [i for i, side in enumerate(sides) if g in side.gears]
+        pairs = [
+            (i, j)
+            for i in side_indices
+            for j in side_indices
+            if sides[i].mesh != sides[j].mesh
+        ]
         if not pairs:
             continue
-        found = True
+        has_coupling = True
         sector = settings.sector(gear)
         for i, j in pairs:
             # the face-width rule: see fegear.elasticity.sector
@@ -48,7 +53,7 @@ def cross_mesh_compliance(
                 slice(ends[k] - sides[k].laws.teeth.size, ends[k]) for k in (i, j)
             )
             total[:, rows, columns] += block
-    return total if found else None
+    return total if has_coupling else None
 
 
 def cross_compliance(

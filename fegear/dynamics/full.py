@@ -70,19 +70,22 @@ class ElasticField:
         return [points.inward, points.rootward][: self.kinds]
 
     def responses(self, factors: Factors) -> dict[int, Array]:
-        """Fields (kinds, points, own, teeth) under unit loads on tooth 0, by flank."""
-        found = {}
-        shape = self.whole.own, self.whole.teeth
+        """Fields (kinds, points, unknowns, teeth) under unit loads on tooth 0.
+
+        They are listed by flank.
+        """
+        responses = {}
+        shape = self.whole.unknowns, self.whole.teeth
         for flank in np.unique(self.flanks).tolist():
             freedoms = self.whole.flanks[flank].freedoms
             fields = np.empty((self.kinds, len(freedoms), *shape))
             for kind, direction in enumerate(self.directions(flank)):
-                for i, own in enumerate(freedoms):
+                for i, freedom in enumerate(freedoms):
                     load = np.zeros(shape)
-                    load[own, 0] = direction[i]
+                    load[freedom, 0] = direction[i]
                     fields[kind, i] = factors.solve(load)
-            found[flank] = fields
-        return found
+            responses[flank] = fields
+        return responses
 
     def compliance(self, responses: dict[int, Array]) -> Array:
         """Inward displacement at contacts per load on contacts (kinds, p, k, k).
@@ -106,7 +109,7 @@ class ElasticField:
         return total
 
     def of_column(self, column: Array) -> Array:
-        """What contacts see of a field (own,) equal for all sectors (kinds, p, k)."""
+        """What contacts see (kinds, p, k) of a field (unknowns,) equal on all teeth."""
         out = np.zeros((self.kinds, *self.first.shape))
         for c, flank in enumerate(self.flanks):
             shown = column[self.whole.flanks[flank].freedoms]
@@ -120,15 +123,15 @@ class ElasticField:
 
     def stencils(self, tables: ContactTables) -> list[tuple[int, slice, Array]]:
         """(contact's place in `contacts`, flank points, weights) at an instant."""
-        found = []
+        stencils = []
         for c, contact in enumerate(self.contacts):
             place, part = tables.of(int(contact))
             for grid, share in ((place, 1.0 - part), (place + 1, part)):
                 if share != 0.0:
                     first = int(self.first[grid, c])
                     weights = share * self.weights[grid, c]
-                    found.append((c, slice(first, first + len(weights)), weights))
-        return found
+                    stencils.append((c, slice(first, first + len(weights)), weights))
+        return stencils
 
     def inward_at(
         self,
@@ -141,7 +144,7 @@ class ElasticField:
     ) -> Array:
         """Inward displacement (k,) at the contacts after a step.
 
-        acceleration : (own, teeth) at its end, to which `swing` (own,) of all
+        acceleration : (unknowns, teeth) at its end, to which `swing` (unknowns,) of all
             sectors comes
         """
         out = np.zeros(self.contacts.size)
@@ -172,13 +175,13 @@ class ContactTables:
 
     def at(self, table: Array, contacts: Indices) -> Array:
         """Entries (k, ...) of a table (p, k, ...), one for each contact."""
-        mesh, each = self.mesh_of[contacts], np.arange(contacts.size)
+        mesh, column = self.mesh_of[contacts], np.arange(contacts.size)
         place, part = self.where.place[mesh], self.where.part[mesh]
-        low = table[place, each]
+        low = table[place, column]
         if not part.any():
             return low
         share = part.reshape(-1, *[1] * (low.ndim - 1))
-        return low + share * (table[place + 1, each] - low)
+        return low + share * (table[place + 1, column] - low)
 
 
 def full_model(
@@ -209,8 +212,8 @@ def full_model(
     for field in fields:
         static = field.compliance(field.responses(field.whole.factorised(0.0, 1.0)))
         every = np.arange(kinds), np.arange(positions)
-        own = np.ix_(*every, field.contacts, field.contacts)
-        extra[own] -= static / field.width
+        block = np.ix_(*every, field.contacts, field.contacts)
+        extra[block] -= static / field.width
     rigid = [None] * len(gear_set.gears)
     hubs = dynamic_model(gear_set, reference, laws, rigid, (extra[0], extra[1]))
     return hubs, fields
@@ -259,9 +262,9 @@ class FieldStep:
     """What a step size makes of one gear.
 
     mass, stiffness : their weights in the matrix that `factors` are of
-    rotation_field : (own,) field under the momentum of a unit turn;
+    rotation_field : (unknowns,) field under the momentum of a unit turn;
         rotation_momentum : its momentum
-    responses : by flank, fields (kinds, points, own, teeth) under unit loads
+    responses : by flank, fields (kinds, points, unknowns, teeth) under unit loads
     compliance : (kinds, p, k, k)
     rotation_at_contacts : (kinds, p, k) of `rotation_field`
     """
@@ -308,7 +311,7 @@ class FullStepMatrices:
 
 @dataclass(frozen=True, eq=False)
 class FullStepper(ImplicitStepper):
-    """Hubs and fields; a state holds (4, own, teeth) of every gear."""
+    """Hubs and fields; a state holds (4, unknowns, teeth) of every gear."""
 
     fields: tuple[ElasticField, ...]
 
@@ -317,7 +320,7 @@ class FullStepper(ImplicitStepper):
         return MotionState(
             np.zeros((4, model.size)),
             np.zeros((3, model.contact_count)),
-            tuple(np.zeros((4, f.whole.own, f.whole.teeth)) for f in self.fields),
+            tuple(np.zeros((4, f.whole.unknowns, f.whole.teeth)) for f in self.fields),
         )
 
     def integrate(
@@ -474,13 +477,13 @@ class FullStepper(ImplicitStepper):
         Q = tables.at(contacts.normal_compliance, every)
         Q += tables.at(contacts.tangential_compliance, every) * friction
         for f, z in zip(self.fields, step.fields, strict=True):
-            turn, own = self.model.modal.rotation[f.number], f.contacts
-            square = np.ix_(own, own)
-            for kind, factor in enumerate((1.0, friction[own])[: f.kinds]):
-                seen = tables.at(z.rotation_at_contacts[kind], own)
-                onto[kind, own] -= step.mass * seen[:, None] * turn
+            turn, index = self.model.modal.rotation[f.number], f.contacts
+            square = np.ix_(index, index)
+            for kind, factor in enumerate((1.0, friction[index])[: f.kinds]):
+                seen = tables.at(z.rotation_at_contacts[kind], index)
+                onto[kind, index] -= step.mass * seen[:, None] * turn
                 Q[square] += (
-                    soft / f.width * tables.at(z.compliance[kind], own) * factor
+                    soft / f.width * tables.at(z.compliance[kind], index) * factor
                 )
         pushing = onto[0] + friction[:, None] * onto[1]
         return np.asarray(Q + soft * (onto[0] @ step.hub_inverse @ pushing.T))
@@ -515,7 +518,7 @@ def momentum(field: ElasticField, velocity: Array) -> float:
 def free_acceleration(
     field: ElasticField, step: FieldStep, state: Array, newmark: Newmark
 ) -> Array:
-    """Acceleration of a field (own, teeth) under the forces of the last step and its
+    """Acceleration of a field (unknowns, teeth) under the last step's forces and its
     elasticity.
 
     With S = m M + k K, K y = (S y - m M y) / k spares the product with K.
@@ -550,7 +553,7 @@ def add_responses(
 def set_push(
     field: ElasticField, force: Array, tables: ContactTables, push: Array
 ) -> None:
-    """The forces (2, k) per unit width as loads (own, teeth) on the field."""
+    """The forces (2, k) per unit width as loads (unknowns, teeth) on the field."""
     push[:] = 0.0
     for c, near, weights in field.stencils(tables):
         freedoms = field.whole.flanks[field.flanks[c]].freedoms[near]

@@ -76,16 +76,16 @@ def history_table(
     names = gear_words(gear_set)
     columns: dict[str, Column] = {"time_s": motion.time}
     for mesh, rate in enumerate(model.kinematics.rate):
-        own = [each for each in contacts if each.side.mesh == mesh]
+        subset = [contact for contact in contacts if contact.side.mesh == mesh]
         position = cycle_position(float(rate), motion.time.size, steps)
-        columns |= _mesh_columns(motion, mesh, position, own)
+        columns |= _mesh_columns(motion, mesh, position, subset)
         if error_periods(gear_set)[mesh] > 1:
             columns |= _tooth_columns(gear_set, mesh, position)
     for gear, name in enumerate(names):
         columns |= _movements(model, motion, gear, name)
     for gear, influence in (roots or {}).items():
-        own = [each for each in contacts if gear in each.side.gears]
-        columns |= _root_stresses(gear, names[gear], influence, own)
+        subset = [contact for contact in contacts if gear in contact.side.gears]
+        columns |= _root_stresses(gear, names[gear], influence, subset)
     differ = max(error_periods(gear_set)) > 1
     legend = LEGEND | (TOOTH_LEGEND if differ else {}) | (ROOT_LEGEND if roots else {})
     return HistoryTable(columns, dict(header or {}) | legend)
@@ -94,16 +94,16 @@ def history_table(
 def _mesh_columns(
     motion: FeHistory, mesh: int, position: Column, contacts: Sequence[ContactHistory]
 ) -> dict[str, Column]:
-    loaded = np.array([each.load > 0.0 for each in contacts])
+    loaded = np.array([contact.load > 0.0 for contact in contacts])
     columns = {
         f"mesh{mesh + 1}_position": position,
         f"mesh{mesh + 1}_dte_m": motion.deflection[:, mesh],
         f"mesh{mesh + 1}_force_N": motion.force[:, mesh],
         f"mesh{mesh + 1}_engaged_pairs": loaded.sum(axis=0),
     }
-    for each in contacts:
-        columns[f"{each.name}_load_N"] = each.load
-        columns[f"{each.name}_pressure_Pa"] = each.pressure
+    for contact in contacts:
+        columns[f"{contact.name}_load_N"] = contact.load
+        columns[f"{contact.name}_pressure_Pa"] = contact.pressure
     return columns
 
 
@@ -140,15 +140,19 @@ def _root_stresses(
     contacts.
     """
     columns = {}
-    for own in contacts:
-        if own.side.side != DRIVE:
+    for contact in contacts:
+        if contact.side.side != DRIVE:
             continue
-        tooth = own.tooth(gear)
+        tooth = contact.tooth(gear)
         parts = [
-            influence.stress([each.flank_load(gear, tooth, rows) for each in contacts])
-            for rows in _blocks(own.load.size)
+            influence.stress(
+                [other.flank_load(gear, tooth, rows) for other in contacts]
+            )
+            for rows in _blocks(contact.load.size)
         ]
-        column = f"{name}_mesh{own.side.mesh + 1}_tooth{own.pair}_root_stress_Pa"
+        column = (
+            f"{name}_mesh{contact.side.mesh + 1}_tooth{contact.pair}_root_stress_Pa"
+        )
         columns[column] = np.concatenate(parts)
     return columns
 
@@ -160,10 +164,10 @@ def _blocks(count: int) -> Iterator[slice]:
 
 def gear_words(gear_set: GearSet) -> list[str]:
     """Names of the gears as words, numbered if any two come out the same."""
-    words = [re.sub(r"[^\w-]+", "_", gear.name) for gear in gear_set.gears]
-    if len(set(words)) == len(words):
-        return words
-    return [f"{word}_{number}" for number, word in enumerate(words, start=1)]
+    labels = [re.sub(r"[^\w-]+", "_", gear.name) for gear in gear_set.gears]
+    if len(set(labels)) == len(labels):
+        return labels
+    return [f"{label}_{number}" for number, label in enumerate(labels, start=1)]
 
 
 def format_history(table: HistoryTable) -> str:

@@ -57,8 +57,8 @@ def contact_laws(
 def _errors(sides: Sequence[ContactSide]) -> Array:
     """Gaps (c, n) of all contacts in the cycles of their meshes [m]."""
     cycles = np.arange(math.lcm(*error_periods(sides[0].gear_set)))
-    found = np.concatenate([side.errors(cycles) for side in sides])
-    return found if found.any() else found[:, :0]
+    gaps = np.concatenate([side.errors(cycles) for side in sides])
+    return gaps if gaps.any() else gaps[:, :0]
 
 
 def _loads(side: ContactSide) -> Array:
@@ -85,10 +85,10 @@ def _residual_compliance(
     normal, tangential = (np.zeros((positions, contacts, contacts)) for _ in range(2))
     begin = 0
     for side in sides:
-        own = slice(begin, begin + side.laws.teeth.size)
-        normal[:, own, own] = side.laws.normal
-        tangential[:, own, own] = side.laws.tangential
-        begin = own.stop
+        block = slice(begin, begin + side.laws.teeth.size)
+        normal[:, block, block] = side.laws.normal
+        tangential[:, block, block] = side.laws.tangential
+        begin = block.stop
     for c, one in enumerate(mesh_of):
         for d, two in enumerate(mesh_of):
             here, there = _common(rows, hubs, one, two)

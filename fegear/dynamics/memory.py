@@ -25,9 +25,9 @@ def full_bytes(
     total = 0.0
     for number, whole in enumerate(wholes):
         flanks = len({side.flank for side in sides if number in side.gears})
-        field = NUMBER * whole.own * whole.teeth
+        field = NUMBER * whole.unknowns * whole.teeth
         loads = flanks * kinds * len(whole.flanks[0].arcs)
-        cut = whole.own - whole.interior
+        cut = whole.unknowns - whole.interior
         ring = 2 * NUMBER * (whole.teeth // 2 + 1) * cut**2
         total += STEP_SIZES * (loads * field + ring) + FIELDS * field
     return total

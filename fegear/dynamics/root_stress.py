@@ -85,8 +85,8 @@ class RootInfluence:
             force = np.stack(forces, axis=-1)
             loaded = force.any(axis=-1)
             side = 1 if load.flank == RIGHT else -1
-            found = self._under(side * apart, arc[loaded], force[loaded])
-            total[loaded] += found[..., ::side, :]
+            stress = self._under(side * apart, arc[loaded], force[loaded])
+            total[loaded] += stress[..., ::side, :]
         return total
 
     def _under(self, tooth: int, arc: Array, forces: Array) -> Array:

@@ -39,8 +39,8 @@ def contact_rows(
     columns = []
     for mesh in gear_set.meshes:
         gears = sorted((mesh.driver, mesh.driven))
-        own = [np.arange(starts[g], starts[g + 1]) for g in gears]
-        columns.append(np.concatenate([np.arange(hubs), *own]))
+        gear_columns = [np.arange(starts[g], starts[g + 1]) for g in gears]
+        columns.append(np.concatenate([np.arange(hubs), *gear_columns]))
     wide = max(len(c) for c in columns)
     table = np.zeros((len(columns), wide), np.int64)
     for m, column in enumerate(columns):
@@ -95,8 +95,8 @@ def _mode_rows(gear: ElasticGear, tooth: int, flank: int, arcs: Array) -> Array:
     inside = np.clip(arcs, modes.arcs[0], modes.arcs[-1])
     both = modes.normal_at(tooth, flank), modes.tangential_at(tooth, flank)
     # linear in the values, so that a pair of modes may be counted from any tooth
-    found = CubicSpline(modes.arcs, np.stack(both), axis=2)(inside)
-    return scale * found.transpose(0, 2, 1)
+    displacement = CubicSpline(modes.arcs, np.stack(both), axis=2)(inside)
+    return scale * displacement.transpose(0, 2, 1)
 
 
 def _hub_rows(reference: LumpedSystem, side: ContactSide) -> Array:

@@ -91,8 +91,8 @@ def contact_sides(
 ) -> list[ContactSide]:
     """Mesh by mesh, the drive side before the back; contacts are in this order."""
     sides = []
-    for m, each in enumerate(laws):
-        sides.append(ContactSide(gear_set, m, DRIVE, each.drive, 0.0))
-        if each.back is not None:
-            sides.append(ContactSide(gear_set, m, BACK, each.back, each.backlash))
+    for m, curves in enumerate(laws):
+        sides.append(ContactSide(gear_set, m, DRIVE, curves.drive, 0.0))
+        if curves.back is not None:
+            sides.append(ContactSide(gear_set, m, BACK, curves.back, curves.backlash))
     return sides

@@ -74,7 +74,7 @@ class MotionState:
 
     motion : (4, n) displacement, velocity, acceleration, generalised contact force
     contact : (3, c) penetration [m], load [N] and whether friction is reversed
-    fields : (4, own, teeth) the same as motion of each gear's finite elements, per
+    fields : (4, unknowns, teeth) the same as motion of each gear's finite elements, per
         unit width, where they are integrated
     """
 
@@ -145,10 +145,10 @@ class ImplicitStepper(ABC):
         slow = 10.0 / angular[angular > 0.0].min()
         damped = replace(self, scheme=generalized_alpha(0.0))
         still = TimeSteps(0.0, slow, REST_STEPS, 1)
-        found, _ = damped.integrate(self.unloaded(), still)
-        for array in (found.motion, *found.fields):
+        equilibrium, _ = damped.integrate(self.unloaded(), still)
+        for array in (equilibrium.motion, *equilibrium.fields):
             array[1:3] = 0.0
-        return found
+        return equilibrium
 
     def begin(self, state: MotionState, settings: DynamicSettings) -> Convergence:
         angular = self.system.modes.angular

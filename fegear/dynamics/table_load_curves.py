@@ -27,18 +27,18 @@ MAX_POSITIONS = 512  # of a mesh cycle
 
 
 def all_table_laws(
-    gear_set: GearSet, torque: float, given: GivenTables, without: Sequence[str]
+    gear_set: GearSet, torque: float, source: GivenTables, without: Sequence[str]
 ) -> list[MeshLoadCurves]:
     """Laws of every mesh; raises InputError that names the table.
 
     torque : on the input gear [N m]; without : parts that the model leaves out
     """
     torques = mesh_torques_at(gear_set, torque)
-    longest = max(table.position.size for _, table in given.tables)
+    longest = max(table.position.size for _, table in source.tables)
     # finer on the same places, but for a table that would fill the memory
     positions = min(longest * -(-POSITIONS // longest), MAX_POSITIONS)
     laws = []
-    for mesh, (name, table) in enumerate(given.tables):
+    for mesh, (name, table) in enumerate(source.tables):
         try:
             path = path_laws(
                 table, gear_set.meshes[mesh].pair.driver.base_radius, without
@@ -81,8 +81,8 @@ def laws_at(
     low, high = (path.place[i] - position for i in (0, -1))
     ahead = np.arange(np.floor(low.min()), np.ceil(high.max()) + 1).astype(np.int64)
     gap = _read(path, path.gap, position[:, None] + ahead, FAR_GAP)
-    kept = gap.min(axis=0) < REACH * path.penetration[-1]
-    teeth, place = ahead[kept], position[:, None] + ahead[kept]
+    selected = gap.min(axis=0) < REACH * path.penetration[-1]
+    teeth, place = ahead[selected], position[:, None] + ahead[selected]
     roll = pair.pitch_point + pair.base_pitch * place
     roll = np.clip(roll, pair.path_start, pair.path_end)
     rolls = np.stack([roll, pair.line_of_action - roll], axis=2)
@@ -93,7 +93,7 @@ def laws_at(
     none = np.zeros((*place.shape, teeth.size))
     return PairLoadCurves(
         teeth=-teeth if back else teeth,
-        gap=gap[:, kept],
+        gap=gap[:, selected],
         moment_arms=np.concatenate([np.broadcast_to(arms, rolls.shape), rolls], axis=2),
         arc=np.maximum(tips**2 - rolls**2, 0.0) / (2.0 * arms),
         sliding=np.sign(pair.pitch_point - roll),
@@ -123,6 +123,6 @@ def _read(path: PathLoadCurves, values: Array, place: Array, outside: float) -> 
     The last holds until the base pitch ends, where another pair takes its first.
     """
     (low, second), high = path.place[:2], path.place[-1]
-    found = PchipInterpolator(path.place, values)(np.clip(place, low, high))
+    inside = PchipInterpolator(path.place, values)(np.clip(place, low, high))
     off = (place < low - POSITION_TOL) | (place > high + (second - low) - POSITION_TOL)
-    return np.where(off.reshape(off.shape + (1,) * (values.ndim - 1)), outside, found)
+    return np.where(off.reshape(off.shape + (1,) * (values.ndim - 1)), outside, inside)

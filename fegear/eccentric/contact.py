@@ -104,17 +104,17 @@ def solve_contact_cycle(
     load : torque on the driver per face width [N]
     Raises ContactFailure where no solution is found.
     """
-    found = [pairs_at(teeth, arc) for arc in arcs.tolist()]
-    count = np.array([each.radius.size for each in found])
-    loads = [(p.driver_tooth, p.driver_point) for p in found]
+    contacts = [pairs_at(teeth, arc) for arc in arcs.tolist()]
+    count = np.array([p.radius.size for p in contacts])
+    loads = [(p.driver_tooth, p.driver_point) for p in contacts]
     near, driver_arm = _compliances(driver, teeth.driver, TRAILING, loads)
-    loads = [(p.driven_tooth, p.driven_point) for p in found]
+    loads = [(p.driven_tooth, p.driven_point) for p in contacts]
     far, driven_arm = _compliances(driven, teeth.driven, LEADING, loads)
     softness = 1.0 / driver.material.modulus + 1.0 / driven.material.modulus
     pair, angle = teeth.pair, arcs / teeth.pair.radius
     arm = _arm(teeth, angle)
-    error, share, ratio, pressure = (np.empty(len(found)) for _ in range(4))
-    for n, pairs in enumerate(found):
+    error, share, ratio, pressure = (np.empty(len(contacts)) for _ in range(4))
+    for n, pairs in enumerate(contacts):
         force, error[n] = share_load(
             near[n] + far[n], pairs.radius, softness, load / float(arm[n])
         )
@@ -139,9 +139,9 @@ def share_load(
     half-planes approach by 2/pi softness F (1/2 - ln(b/2)), b in metres.
     """
     touching = np.ones(radius.size, bool)
-    own = np.full(radius.size, force / radius.size)
+    forces = np.full(radius.size, force / radius.size)
     for _ in range(SWEEPS):
-        width = np.sqrt(4.0 / math.pi * softness * own * radius)
+        width = np.sqrt(4.0 / math.pi * softness * forces * radius)
         local = 2.0 / math.pi * softness * (0.5 - np.log(0.5 * width[touching]))
         matrix = compliance[np.ix_(touching, touching)] + np.diag(local)
         unit = np.linalg.solve(matrix, np.ones(local.size))
@@ -150,12 +150,12 @@ def share_load(
         new[touching] = approach * unit
         if (new < 0.0).any():
             touching &= new > 0.0
-            own = np.where(touching, np.maximum(new, EQUILIBRIUM_RTOL * force), 0.0)
+            forces = np.where(touching, np.maximum(new, EQUILIBRIUM_RTOL * force), 0.0)
             continue
-        change = float(np.abs(new - own).max())
-        own = new
+        change = float(np.abs(new - forces).max())
+        forces = new
         if change <= EQUILIBRIUM_RTOL * force:
-            return own, approach
+            return forces, approach
     raise ContactFailure(f"contact not solved under {force:g} N/m")
 
 

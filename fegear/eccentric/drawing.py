@@ -110,9 +110,9 @@ def draw_gearing(gearing: Gearing, contact: Mapping[str, Array]) -> Figure:
     if contact:
         error = grid[2][0]
         at = contact["driver_angle_deg"]
-        found = contact["contact_torque_ratio"]
+        ratio = contact["contact_torque_ratio"]
         shown = slice(None, None, 1 + at.size // MARKS)
-        torque.plot(at[shown], found[shown], "r.", label="contact")
+        torque.plot(at[shown], ratio[shown], "r.", label="contact")
         torque.legend(fontsize=8)
         error.plot(at, contact["transmission_error_um"], "k", lw=1.0)
         error.set_ylabel("transmission error\non the line of action [um]")

@@ -128,8 +128,10 @@ class ElasticWheel:
         rim = self.mesh.points[np.unique(self.mesh.bore)]
         tractions, rims = [], []
         for x, n, out in zip(*places[:3], strict=True):
-            own = halfplane.traction(self.boundary.points, self.boundary.normals, x, n)
-            tractions.append(own.T.ravel())
+            traction = halfplane.traction(
+                self.boundary.points, self.boundary.normals, x, n
+            )
+            tractions.append(traction.T.ravel())
             rims.append(halfplane.displacement(rim, x, n, E, nu, cut=out).ravel())
         field = np.zeros((self.basis.N, len(places.edge)))
         field[self.held] = -np.stack(rims, axis=1)

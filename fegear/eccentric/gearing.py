@@ -91,21 +91,21 @@ class Gearing:
             "driver": (self.pair.driver, TRAILING),
             "driven": (self.pair.driven, LEADING),
         }
-        found = {}
+        curves = {}
         for name, (curve, side) in wheels.items():
             angle = np.linspace(0.0, 2.0 * math.pi * curve.turns, 1 + _count(curve))
             frames = curve.frames(angle)
-            found[f"{name}_pitch"] = frames.point
+            curves[f"{name}_pitch"] = frames.point
             with np.errstate(divide="ignore", invalid="ignore"):
                 base = base_points(frames, self.pressure_angle, side)
-            found[f"{name}_base"] = base
+            curves[f"{name}_base"] = base
         if self.toothed is not None:
             for name, wheel in (
                 ("driver", self.toothed.driver),
                 ("driven", self.toothed.driven),
             ):
-                found[f"{name}_tooth"] = outline_points(wheel, WheelEdges())
-        return found
+                curves[f"{name}_tooth"] = outline_points(wheel, WheelEdges())
+        return curves
 
     def rows(self) -> Iterator[tuple[str, int, float, float]]:
         """Points of all curves [mm]."""
@@ -124,7 +124,7 @@ class Gearing:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """Plain values, ready for JSON."""
-        pair, found = self.pair, self.feasibility
+        pair, limits = self.pair, self.feasibility
         exact, near = pair.center_distance, pair.approximate_center_distance
         ratio = pair.torque_ratio(np.array([0.0, math.pi]))
         values: dict[str, Any] = {
@@ -136,10 +136,10 @@ class Gearing:
             "burmester_center_distance_mm": 1e3 * near,
             "burmester_error_mm": 1e3 * (near - exact),
             "burmester_closing_error_deg": math.degrees(pair.closing_error(near)),
-            "feasible": found.feasible,
-            "reason": found.reason or None,
-            "largest_pressure_angle_deg": math.degrees(found.largest_pressure_angle),
-            "largest_eccentricity_mm": 1e3 * found.largest_eccentricity,
+            "feasible": limits.feasible,
+            "reason": limits.reason or None,
+            "largest_pressure_angle_deg": math.degrees(limits.largest_pressure_angle),
+            "largest_eccentricity_mm": 1e3 * limits.largest_eccentricity,
             "least_torque_ratio": float(ratio[1]),
             "largest_torque_ratio": float(ratio[0]),
         }

@@ -30,17 +30,17 @@ def contact_columns(
     arcs: Array,
 ) -> Columns:
     """Columns of some positions, by the names of the table."""
-    found = solve_contact_cycle(toothed, driver, driven, load, arcs)
+    contact = solve_contact_cycle(toothed, driver, driven, load, arcs)
     columns = {
-        "driver_angle_deg": np.degrees(found.driver_turn),
-        "driven_angle_deg": np.degrees(found.driven_turn),
-        "torque_ratio": toothed.pair.torque_ratio(found.angle),
-        "contact_torque_ratio": found.torque_ratio,
-        "transmission_error_um": 1e6 * found.error,
-        "driver_error_urad": 1e6 * found.driver_error,
-        "contact_pressure_MPa": 1e-6 * found.pressure,
-        "pairs": found.pairs.astype(float),
-        "largest_load_share": found.largest_share,
+        "driver_angle_deg": np.degrees(contact.driver_turn),
+        "driven_angle_deg": np.degrees(contact.driven_turn),
+        "torque_ratio": toothed.pair.torque_ratio(contact.angle),
+        "contact_torque_ratio": contact.torque_ratio,
+        "transmission_error_um": 1e6 * contact.error,
+        "driver_error_urad": 1e6 * contact.driver_error,
+        "contact_pressure_MPa": 1e-6 * contact.pressure,
+        "pairs": contact.pairs.astype(float),
+        "largest_load_share": contact.largest_share,
     }
     return {name: values.tolist() for name, values in columns.items()}
 

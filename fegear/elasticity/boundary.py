@@ -32,9 +32,11 @@ def boundary_quadrature(sector: CyclicSector, names: list[str]) -> BoundaryQuadr
     """Quadrature on every edge of the named boundaries of a sector."""
     edges = []
     for name in names:
-        found = sector.mesh.edges[name]
+        edge_nodes = sector.mesh.edges[name]
         # the right half's outline runs clockwise, its mirror image the other way
-        edges.append(found[:, [1, 0, 2]] if name.startswith("left_") else found)
+        edges.append(
+            edge_nodes[:, [1, 0, 2]] if name.startswith("left_") else edge_nodes
+        )
     return edge_quadrature(
         sector.mesh.points, np.vstack(edges), sector.node_freedoms, sector.basis.N
     )

@@ -61,7 +61,9 @@ def cached_flank_compliance(
     if arrays is not None:
         plain: Any = {n: v if v.ndim else v.item() for n, v in arrays.items()}
         return FlankCompliance(**plain)
-    found = flank_compliance(cyclic_sector(gear, material, size, order), split)
-    values = {each.name: getattr(found, each.name) for each in fields(found)}
+    compliance = flank_compliance(cyclic_sector(gear, material, size, order), split)
+    values = {
+        field.name: getattr(compliance, field.name) for field in fields(compliance)
+    }
     save_arrays(path, key, {name: np.asarray(v) for name, v in values.items()})
-    return found
+    return compliance

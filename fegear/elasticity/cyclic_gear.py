@@ -1,7 +1,7 @@
 """Elastic freedoms of a whole toothed gear with its hub held, for time stepping.
 
 The sectors are equal, so that mass and stiffness are block-circulant and one sector
-represents all. A field is an array (own, teeth): column k belongs to sector k, counted
+represents all. A field is an array (unknowns, teeth): column k is of sector k, counted
 clockwise from tooth 0, and holds its interior freedoms in the frame of its tooth, then
 those of its left cut in polar components. Its right cut is the next one's left cut.
 A system of equations loses its interior freedoms by one sparse elimination for all
@@ -31,18 +31,20 @@ Rows = tuple[NDArray[np.int32], Array, NDArray[np.int32], NDArray[np.int32], Arr
 class CyclicGear:
     """Mass and stiffness of the gear, hub held.
 
-    interior, own : number of a sector's interior freedoms, and with its left cut's m
-    stiffness, mass_matrix : (own + m, own + m) of a sector, right cut last [Pa], [kg/m]
+    interior, unknowns : number of a sector's interior freedoms, and with the m of its
+        left cut
+    stiffness, mass_matrix : (unknowns + m, unknowns + m) of a sector, right cut last
+        [Pa], [kg/m]
     flanks : right and left one, with freedoms as rows of a field
-    rotation : (own,) displacement under a unit clockwise turn of the whole gear about
-        its centre [m], equal for all sectors
-    momentum : (own,) its momentum [kg], with the share of the nodes on the hub
+    rotation : (unknowns,) displacement under a unit clockwise turn of the whole gear
+        about its centre [m], equal for all sectors
+    momentum : (unknowns,) its momentum [kg], with the share of the nodes on the hub
     inertia : of the meshed gear about its centre [kg m]; mass : [kg/m]
     """
 
     teeth: int
     interior: int
-    own: int
+    unknowns: int
     stiffness: csr_array
     mass_matrix: csr_array
     flanks: tuple[FlankPoints, ...]
@@ -53,28 +55,28 @@ class CyclicGear:
     mass: float
 
     def stiffness_times(self, u: Array) -> Array:
-        """Elastic forces (own, teeth) [N/m] at displacements (own, teeth) [m]."""
+        """Elastic forces [N/m] at displacements [m], both (unknowns, teeth)."""
         return self._times(self.stiffness, u)
 
     def mass_times(self, u: Array) -> Array:
-        """Momenta (own, teeth) of velocities, or inertial forces of accelerations."""
+        """Momenta of velocities (unknowns, teeth), or forces of accelerations."""
         return self._times(self.mass_matrix, u)
 
     def _times(self, matrix: csr_array, u: Array) -> Array:
-        _require_shape("u", u, (self.own, self.teeth))
+        _require_shape("u", u, (self.unknowns, self.teeth))
         force = matrix @ np.vstack([u, np.roll(u[self.interior :], -1, axis=1)])
-        return _fold(force, self.interior, self.own)
+        return _fold(force, self.interior, self.unknowns)
 
     def factorised(self, mass_factor: float, stiffness_factor: float) -> Factors:
         """Factors of mass_factor M + stiffness_factor K."""
-        given = mass_factor, stiffness_factor
-        if not (all(0.0 <= f < math.inf for f in given) and any(given)):
+        coefficients = mass_factor, stiffness_factor
+        if not (all(0.0 <= f < math.inf for f in coefficients) and any(coefficients)):
             raise ValueError(
                 "mass_factor and stiffness_factor must be finite, not negative and "
-                f"not both zero, got {given}"
+                f"not both zero, got {coefficients}"
             )
         system = mass_factor * self.mass_matrix + stiffness_factor * self.stiffness
-        return _eliminate(csr_array(system), self.interior, self.own, self.teeth)
+        return _eliminate(csr_array(system), self.interior, self.unknowns, self.teeth)
 
 
 def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
@@ -83,14 +85,14 @@ def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
         raise ValueError(f"density must be positive and finite, got {density}")
     mass, rigid, interior = sector.mass(density), sector.rigid_fields, sector.interior
     left = sector.cyclic_constraint(0.0)
-    count, own = len(interior), left.shape[1]
+    count, unknowns = len(interior), left.shape[1]
     both = hstack([left, (sector.cyclic_constraint(1.0) - left)[:, count:]])
     momentum = mass @ rigid
     inertia, *shifted = sector.gear.teeth * np.einsum("ic,ic->c", rigid, momentum)
     return CyclicGear(
         teeth=sector.gear.teeth,
         interior=count,
-        own=own,
+        unknowns=unknowns,
         stiffness=csr_array(both.T @ sector.stiffness @ both),
         mass_matrix=csr_array(both.T @ mass @ both),
         flanks=tuple(
@@ -99,16 +101,16 @@ def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
         ),
         flank_grading=sector.size.flank_grading,
         rotation=left.T @ rigid[:, 0],
-        momentum=_fold(both.T @ momentum[:, :1], count, own)[:, 0],
+        momentum=_fold(both.T @ momentum[:, :1], count, unknowns)[:, 0],
         inertia=float(inertia),
         mass=float(np.mean(shifted)),
     )
 
 
-def _fold(force: Array, interior: int, own: int) -> Array:
-    """Forces (own + m, teeth) with those on a right cut added to the next left one."""
-    force[interior:own] += np.roll(force[own:], 1, axis=1)
-    return force[:own]
+def _fold(force: Array, interior: int, unknowns: int) -> Array:
+    """Forces (unknowns + m, teeth), those on right cuts added to the next left ones."""
+    force[interior:unknowns] += np.roll(force[unknowns:], 1, axis=1)
+    return force[:unknowns]
 
 
 @compiled
@@ -145,26 +147,31 @@ class Factors:
     """
 
     interior: int
-    own: int
+    unknowns: int
     teeth: int
     forward: Rows
     ring: NDArray[np.complex128]
     backward: Rows
 
     def solve(self, load: Array) -> Array:
-        """Displacement (own, teeth) under loads (own, teeth)."""
-        _require_shape("load", load, (self.own, self.teeth))
-        right = np.zeros((self.own - self.interior, self.teeth))
+        """Displacement (unknowns, teeth) under loads (unknowns, teeth)."""
+        _require_shape("load", load, (self.unknowns, self.teeth))
+        right = np.zeros((self.unknowns - self.interior, self.teeth))
         x = substitute(*self.forward, np.vstack([load, right]))
-        spectrum = np.fft.rfft(_fold(x, self.interior, self.own)[self.interior :]).T
+        spectrum = np.fft.rfft(
+            _fold(x, self.interior, self.unknowns)[self.interior :]
+        ).T
         spectrum = (self.ring @ spectrum[:, :, None])[:, :, 0]
-        x[self.interior : self.own] = np.fft.irfft(spectrum.T, self.teeth)
-        x[self.own :] = np.roll(x[self.interior : self.own], -1, axis=1)
-        return substitute(*self.backward, x)[: self.own]
+        x[self.interior : self.unknowns] = np.fft.irfft(spectrum.T, self.teeth)
+        x[self.unknowns :] = np.roll(x[self.interior : self.unknowns], -1, axis=1)
+        return substitute(*self.backward, x)[: self.unknowns]
 
 
-def _eliminate(system: csr_array, interior: int, own: int, teeth: int) -> Factors:
-    """Factors of a sector's (own + m, own + m) symmetric positive definite system."""
+def _eliminate(system: csr_array, interior: int, unknowns: int, teeth: int) -> Factors:
+    """Factors of the symmetric positive definite system of a sector.
+
+    system : (unknowns + m, unknowns + m)
+    """
     columns, cuts = system[:, :interior], np.arange(interior, system.shape[0])
     factor = factorise(columns[:interior])
     order, pivots = np.argsort(factor.perm_c), np.sqrt(factor.U.diagonal())
@@ -180,7 +187,7 @@ def _eliminate(system: csr_array, interior: int, own: int, teeth: int) -> Factor
     ring = _invert_ring(system[interior:][:, interior:] - reduced.T @ reduced, teeth)
     backward = _gather_rows(lower.T, freedoms, scale, step=-1)
     return Factors(
-        interior, own, teeth, _gather_rows(lower, freedoms, scale), ring, backward
+        interior, unknowns, teeth, _gather_rows(lower, freedoms, scale), ring, backward
     )
 
 

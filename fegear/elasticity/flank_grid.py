@@ -49,8 +49,8 @@ def flank_stencils(arcs, length, grading, count):
 
     length : of the flank [m]; grading : beta; count : n
     """
-    given = np.asarray(arcs, float)
-    flat = np.ascontiguousarray(given.ravel())
+    positions = np.asarray(arcs, float)
+    flat = np.ascontiguousarray(positions.ravel())
     first, weights = _place_stencils(flat, float(length), float(grading), count)
-    index = first.reshape(given.shape)[..., None] + np.arange(STENCIL)
-    return index, weights.reshape(*given.shape, STENCIL)
+    index = first.reshape(positions.shape)[..., None] + np.arange(STENCIL)
+    return index, weights.reshape(*positions.shape, STENCIL)

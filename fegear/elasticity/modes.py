@@ -262,8 +262,11 @@ def _collect_modes(
     """
     teeth, momentum = sector.gear.teeth, mass @ sector.rigid_fields
     inertia, *shifted = np.einsum("ic,ic->c", sector.rigid_fields, momentum) * teeth
-    parts = [_at_flanks_and_hub(each, sector.flanks, momentum, teeth) for each in modes]
-    joined = [np.concatenate(each) for each in zip(*parts, strict=True)]
+    parts = [
+        _at_flanks_and_hub(mode_set, sector.flanks, momentum, teeth)
+        for mode_set in modes
+    ]
+    joined = [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
     order = np.argsort(joined[0], kind="stable")
     frequency, n, normal, tangential, rotation, translation = (x[order] for x in joined)
     return GearModes(

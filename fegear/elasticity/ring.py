@@ -25,7 +25,7 @@ def ring_response(
     Returns cut -> (m, loads). Each Fourier component over the sectors is an
     independent (m, m) Hermitian system; that of n and of teeth - n are conjugate.
     """
-    found = {c: np.zeros(left.shape) for c in cuts}
+    displacements = {c: np.zeros(left.shape) for c in cuts}
     for diameters, phase, system in harmonics(superelement, teeth):
         phase = phase[:, None, None]
         spectrum = np.linalg.solve(system, right + left * phase)
@@ -33,8 +33,8 @@ def ring_response(
         weight = np.where(standing, 1.0, 2.0) / teeth
         spectrum *= weight[:, None, None]
         for c in cuts:
-            found[c] += np.real(np.sum(spectrum * phase**c, axis=0))
-    return found
+            displacements[c] += np.real(np.sum(spectrum * phase**c, axis=0))
+    return displacements
 
 
 def harmonics(

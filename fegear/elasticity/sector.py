@@ -194,8 +194,8 @@ class CyclicSector:
         rank = np.unique(mesh.triangles[:, :3])
         ends = np.vstack([mesh.edges[name][:, :2] for name in names])
         ends = np.sort(np.searchsorted(rank, ends), axis=1)
-        known = np.sort(grid.facets, axis=0).astype(np.int64)
-        codes = known[0] * len(rank) + known[1]
+        grid_facets = np.sort(grid.facets, axis=0).astype(np.int64)
+        codes = grid_facets[0] * len(rank) + grid_facets[1]
         order = np.argsort(codes)
         wanted = ends[:, 0] * len(rank) + ends[:, 1]
         facets = order[np.searchsorted(codes[order], wanted)]

@@ -84,9 +84,9 @@ def draw_table(result: StaticsResult, title: str = "") -> Figure:
 
 def _first_pitches(table: MeshTable, shown: int, pitches: int) -> MeshTable:
     """The table cut to the number of base pitches that are shown."""
-    kept = slice(0, table.position.size * shown // pitches)
-    columns = {name: values[:, kept] for name, values in table.columns.items()}
-    return replace(table, position=table.position[kept], columns=columns)
+    window = slice(0, table.position.size * shown // pitches)
+    columns = {name: values[:, window] for name, values in table.columns.items()}
+    return replace(table, position=table.position[window], columns=columns)
 
 
 def _closed(table: MeshTable, values: NDArray) -> tuple[NDArray, NDArray]:
@@ -115,8 +115,8 @@ def _draw_by_torque(
         axes.plot(*_closed(table, curve), color=color, lw=1.8, label=label)
 
 
-def _at_torques(table: MeshTable, words: str) -> list[str]:
-    return [words.format(torque) for torque in table.torque_Nm]
+def _at_torques(table: MeshTable, template: str) -> list[str]:
+    return [template.format(torque) for torque in table.torque_Nm]
 
 
 def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:

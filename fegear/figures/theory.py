@@ -25,16 +25,17 @@ MARKERS: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 1.8}
 PALE = 0.3  # share of the colour that unstable vibrations keep
 
 
-def draw_theory(found: Sequence[Prediction], meshes: int, title: str) -> Figure:
+def draw_theory(predictions: Sequence[Prediction], meshes: int, title: str) -> Figure:
     """RMS of the DTE [um] over the mesh frequency, a panel for each mesh."""
     figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
-    points = [(each, *response_points(each)) for each in found]
+    points = [(prediction, *response_points(prediction)) for prediction in predictions]
     points = [entry for entry in points if entry[1].size]
-    names = list(dict.fromkeys(_kind(each) for each, *_ in points))
-    for each, amplitude, frequency, stable in points:
-        full = color_of(names.index(_kind(each)))
+    names = list(dict.fromkeys(_kind(prediction) for prediction, *_ in points))
+    for prediction, amplitude, frequency, stable in points:
+        full = color_of(names.index(_kind(prediction)))
         for m, (axes,) in enumerate(rows):
-            rms = 1e6 * each.resonance.amplitudes(1.0)[m] / math.sqrt(2.0) * amplitude
+            shape = prediction.resonance.amplitudes(1.0)[m]
+            rms = 1e6 * shape / math.sqrt(2.0) * amplitude
             for flags, color in ((~stable, _pale(full)), (stable, full)):
                 axes.plot(frequency[flags], rms[flags], color=color, **MARKERS)
     for m, (axes,) in enumerate(rows):
@@ -54,12 +55,12 @@ def _handles(names: list[str]) -> list[object]:
     from matplotlib.lines import Line2D
 
     large = {"markersize": 5}
-    found: list[object] = [
+    handles: list[object] = [
         Line2D([], [], color=color_of(i), label=name, **(MARKERS | large))
         for i, name in enumerate(names)
     ]
     unstable = MARKERS | large | {"color": _pale("black")}
-    return [*found, Line2D([], [], label="unstable", **unstable)]
+    return [*handles, Line2D([], [], label="unstable", **unstable)]
 
 
 def _pale(color: str) -> tuple[float, ...]:
@@ -76,11 +77,11 @@ def response_points(prediction: Prediction) -> tuple[Array, Array, NDArray[np.bo
         most = OPEN * float(contact_loss_amplitude(near).min())
     else:
         most = top.amplitude
-    found = [
-        (each.amplitude, each.frequency, each.stable)
+    points = [
+        (vibration.amplitude, vibration.frequency, vibration.stable)
         for amplitude in most * np.linspace(0.01, 1.0, AMPLITUDES)
-        for each in steady_vibrations(near, float(amplitude))
-        if abs(each.frequency / near.at - 1.0) < SPEED_MARGIN
+        for vibration in steady_vibrations(near, float(amplitude))
+        if abs(vibration.frequency / near.at - 1.0) < SPEED_MARGIN
     ]
-    values = np.array(found, float).reshape(-1, 3)
+    values = np.array(points, float).reshape(-1, 3)
     return values[:, 0], values[:, 1], values[:, 2] > 0.5

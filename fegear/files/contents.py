@@ -44,8 +44,10 @@ def exact_repr(value: Any) -> str:
         content = content_digest(np.ascontiguousarray(value).tobytes())
         return f"<array {value.dtype} {value.shape} {content}>"
     if is_dataclass(value) and not isinstance(value, type):
-        each = (f"{f.name}={exact_repr(getattr(value, f.name))}" for f in fields(value))
-        return f"{type(value).__qualname__}({', '.join(each)})"
+        parts = (
+            f"{f.name}={exact_repr(getattr(value, f.name))}" for f in fields(value)
+        )
+        return f"{type(value).__qualname__}({', '.join(parts)})"
     if isinstance(value, Mapping):
         pairs = (f"{exact_repr(k)}: {exact_repr(v)}" for k, v in value.items())
         return f"{{{', '.join(pairs)}}}"

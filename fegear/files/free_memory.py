@@ -33,8 +33,8 @@ def available_bytes() -> float:
 
 def _linux() -> float:
     lines = MEMINFO.read_text(encoding="utf-8").splitlines()
-    words = next(line.split() for line in lines if line.startswith("MemAvailable:"))
-    available = 1024.0 * int(words[1])
+    tokens = next(line.split() for line in lines if line.startswith("MemAvailable:"))
+    available = 1024.0 * int(tokens[1])
     with contextlib.suppress(OSError, ValueError):  # ValueError: "max", no limit
         limit, used = (
             float((GROUP / name).read_text())

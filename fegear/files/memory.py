@@ -52,16 +52,16 @@ def memory_level() -> MemoryLevel:
         MARK.write_text(SET_BACK)
     resident = _status(NOW)
     # a mark that stays up belongs to something earlier
-    known = peak_memory_MB() - resident <= SLACK
-    return MemoryLevel(resident if known else math.nan)
+    was_reset = peak_memory_MB() - resident <= SLACK
+    return MemoryLevel(resident if was_reset else math.nan)
 
 
 def _status(key: str) -> float:
     """An entry of the process's status [MB], NaN where the system has none."""
     try:
         lines = STATUS.read_text(encoding="utf-8").splitlines()
-        words = next(line.split() for line in lines if line.startswith(f"{key}:"))
-        return int(words[1]) * 1024 / 1e6
+        tokens = next(line.split() for line in lines if line.startswith(f"{key}:"))
+        return int(tokens[1]) * 1024 / 1e6
     except (OSError, StopIteration, ValueError, IndexError):
         return math.nan
 

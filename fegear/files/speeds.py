@@ -19,11 +19,11 @@ def parsed_speeds(text: str, most: int = MAX_SPEEDS) -> tuple[float, ...]:
 
     Raises ValueError that says what is allowed.
     """
-    found: dict[Decimal, None] = {}
+    speeds: dict[Decimal, None] = {}
     for part in text.split(",") if text.strip() else ():
-        found |= dict.fromkeys(_speed_range(part, most))
-        _require_few(len(found), most)
-    return tuple(float(speed) for speed in found)
+        speeds |= dict.fromkeys(_speed_range(part, most))
+        _require_few(len(speeds), most)
+    return tuple(float(speed) for speed in speeds)
 
 
 def written_speeds(speeds: Sequence[float]) -> str:

@@ -188,9 +188,9 @@ class Checkpoint:
         """
         finished = sum(map(self.count, branches))
         units = f"{unit}es" if unit.endswith("ch") else f"{unit}s"
-        found = f"1 {unit} is" if finished == 1 else f"{finished} {units} are"
-        found = f"{finished} of {total} {units} are" if total else found
-        tell(f"{self.path}: {found} finished")
+        amount = f"1 {unit} is" if finished == 1 else f"{finished} {units} are"
+        amount = f"{finished} of {total} {units} are" if total else amount
+        tell(f"{self.path}: {amount} finished")
         if self.damaged:
             damaged = f"{unit} is" if self.damaged == 1 else f"{unit}s are"
             tell(f"{self.path}: {self.damaged} {damaged} damaged and computed again")
@@ -373,12 +373,12 @@ def _drop_damaged(connection: sqlite3.Connection) -> int:
     before = connection.total_changes
     branches = connection.execute("select distinct branch from speeds").fetchall()
     for (branch,) in branches:
-        kept = _whole_speeds(connection, branch)
+        intact_count = _whole_speeds(connection, branch)
         command = "delete from speeds where branch = ? and number >= ?"
-        connection.execute(command, [branch, kept])
+        connection.execute(command, [branch, intact_count])
     dropped = connection.total_changes - before
-    known = "select branch from speeds"
-    connection.execute(f"delete from states where branch not in ({known})")
+    branch_query = "select branch from speeds"
+    connection.execute(f"delete from states where branch not in ({branch_query})")
     return dropped
 
 
@@ -402,5 +402,5 @@ def _whole_speeds(connection: sqlite3.Connection, branch: str) -> int:
 
 def _row_digest(branch: str, number: int, content: bytes) -> str:
     """Digest of a row; damage may have made another type of its content."""
-    own = content if isinstance(content, bytes) else b""
-    return hashlib.sha256(f"{branch} {number} ".encode() + own).hexdigest()
+    payload = content if isinstance(content, bytes) else b""
+    return hashlib.sha256(f"{branch} {number} ".encode() + payload).hexdigest()

@@ -120,16 +120,16 @@ def _mesh(
 
 def _center_line(entry: MeshEntry) -> float | None:
     """[rad], None where the file leaves the centres in a row."""
-    given = entry.center_line_deg
-    return None if given is None else math.radians(given)
+    angle_deg = entry.center_line_deg
+    return None if angle_deg is None else math.radians(angle_deg)
 
 
 def _backlash(entry: MeshEntry, pair: GearPair) -> float:
     """Backlash as given, otherwise that of the teeth, which may round to less than 0
     [m].
     """
-    given = entry.backlash_um
-    return max(0.0, pair.backlash) if given is None else given * UM
+    backlash_um = entry.backlash_um
+    return max(0.0, pair.backlash) if backlash_um is None else backlash_um * UM
 
 
 def _phase(entry: MeshEntry, first: bool) -> float | None:
@@ -162,19 +162,19 @@ def _complaint(entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip]) ->
         tip = tips[0 if driver else 1]
         return f'{tip.origin} for gear "{name}"; tip radius {error.message}'
     key = entry.spacing_key
-    what = {"backlash": "backlash ", "contact_ratio": "contact ratio "}.get(
+    quantity = {"backlash": "backlash ", "contact_ratio": "contact ratio "}.get(
         error.field, ""
     )
-    return f"{key} = {shown(getattr(entry, key))}; {what}{error.message}"
+    return f"{key} = {shown(getattr(entry, key))}; {quantity}{error.message}"
 
 
 def _reliefs(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
     """All four reliefs of a mesh by their names in `Mesh`."""
-    found: dict[str, Relief | None] = {}
+    reliefs: dict[str, Relief | None] = {}
     for role in ("driver", "driven"):
         for place in ("tip", "root"):
-            shared, own = f"{place}_relief", f"{role}_{place}_relief"
-            key = own if getattr(entry, own) else shared
+            shared, name = f"{place}_relief", f"{role}_{place}_relief"
+            key = name if getattr(entry, name) else shared
             where = f"{entry.label}: {key}"
-            found[own] = relief(getattr(entry, key), pair, role, place, where)
-    return found
+            reliefs[name] = relief(getattr(entry, key), pair, role, place, where)
+    return reliefs

@@ -42,9 +42,9 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
 def _python_value(value: Any) -> Any:
     """A copy with numbers of NumPy as those of Python."""
     if isinstance(value, Mapping):
-        return {key: _python_value(each) for key, each in value.items()}
+        return {key: _python_value(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_python_value(each) for each in value]
+        return [_python_value(entry) for entry in value]
     return value.item() if getattr(value, "ndim", None) == 0 else deepcopy(value)
 
 
@@ -67,9 +67,9 @@ def require_known_key(name: str) -> None:
     inner = path[2:] if path[0] in LISTS else path[1:]
     place: list[str] = []
     for step in [path[0], *inner, key]:
-        known = known_keys(place)
-        if step not in known:
-            raise InputError(f"{name}: unknown key {step}{nearest(step, known)}")
+        keys = known_keys(place)
+        if step not in keys:
+            raise InputError(f"{name}: unknown key {step}{nearest(step, keys)}")
         place.append(step)
 
 
@@ -87,14 +87,14 @@ def _set(tables: dict[str, Any], name: str, value: Any) -> None:
 def _table(tables: dict[str, Any], path: list[str], name: str) -> dict[str, Any]:
     """The table that a path leads to; tables within it are made where missing."""
     inner = path
-    found: Any = tables
+    table: Any = tables
     if path[0] in LISTS:
-        found, inner = _entry(tables, path[0], path[1], name), path[2:]
+        table, inner = _entry(tables, path[0], path[1], name), path[2:]
     for step in inner:
-        found = found.setdefault(step, {})
-        if not isinstance(found, dict):
+        table = table.setdefault(step, {})
+        if not isinstance(table, dict):
             raise InputError(f"{name}: {step} is a value, no table")
-    return found
+    return table
 
 
 def _entry(tables: dict[str, Any], kind: str, which: str, name: str) -> dict[str, Any]:
@@ -103,8 +103,8 @@ def _entry(tables: dict[str, Any], kind: str, which: str, name: str) -> dict[str
     for entry in (*numbered, *(e for e in entries if e.get("name") == which)):
         return entry
     names = [str(entry.get("name", i)) for i, entry in enumerate(entries, 1)]
-    known = f" (known: {', '.join(names)})" if names else ""
-    raise InputError(f"{name}: no {kind} {which}{known}")
+    hint = f" (known: {', '.join(names)})" if names else ""
+    raise InputError(f"{name}: no {kind} {which}{hint}")
 
 
 def _tables_of(tables: dict[str, Any], kind: str) -> list[dict[str, Any]]:

@@ -43,11 +43,11 @@ def require_inertia_of_bodies(
     otherwise : what has no elastic body
     """
     for gear in gear_set.gears:
-        given, body = inertia_of(gear), body_inertia(gear)
-        if not given >= (1.0 - ROUNDING) * body:
+        inertia, body = inertia_of(gear), body_inertia(gear)
+        if not inertia >= (1.0 - ROUNDING) * body:
             raise InputError(
-                f'{gear_set.name}: gear "{gear.name}": inertia_kg_m2 = {given:.6g} is '
-                f"less than the {body:.6g} kg m2 of the body between bore and tooth "
+                f'{gear_set.name}: gear "{gear.name}": inertia_kg_m2 = {inertia:.6g} '
+                f"is less than the {body:.6g} kg m2 of the body between bore and tooth "
                 "outline; where the body is elastic, give its inertia or more, a "
                 "smaller face_width_mm, a larger hub_radius_mm, or a smaller "
                 f"density_kg_per_m3 for a body with holes; {otherwise}"

@@ -64,8 +64,8 @@ def with_efficiency(
     return replace(train, gears=tuple(gears))
 
 
-def _damping_ratio(gear_set: GearSet, given: float | None) -> float:
-    named = (given, gear_set.damping_ratio, DAMPING_RATIO)
+def _damping_ratio(gear_set: GearSet, override: float | None) -> float:
+    named = (override, gear_set.damping_ratio, DAMPING_RATIO)
     return next(ratio for ratio in named if ratio is not None)
 
 

@@ -166,8 +166,8 @@ class GearSet:
             if not getattr(self, name):
                 raise InputError(f"{name} = (); one or more are needed")
         last = len(self.gears) - 1
-        indices: list[tuple[int, ...]] = [each.gears for each in self.meshes]
-        indices += [each.gears for each in self.shafts]
+        indices: list[tuple[int, ...]] = [mesh.gears for mesh in self.meshes]
+        indices += [shaft.gears for shaft in self.shafts]
         for gear in (gear for gears in indices for gear in gears):
             if not 0 <= gear <= last:
                 raise InputError(
@@ -193,11 +193,11 @@ class GearSet:
     @cached_property
     def meshes_of(self) -> Mapping[int, tuple[int, ...]]:
         """Meshes that each gear takes part in, by their indices."""
-        found: dict[int, list[int]] = {gear: [] for gear in range(len(self.gears))}
+        by_gear: dict[int, list[int]] = {gear: [] for gear in range(len(self.gears))}
         for number, mesh in enumerate(self.meshes):
-            found[mesh.driver].append(number)
-            found[mesh.driven].append(number)
-        return {gear: tuple(numbers) for gear, numbers in found.items()}
+            by_gear[mesh.driver].append(number)
+            by_gear[mesh.driven].append(number)
+        return {gear: tuple(numbers) for gear, numbers in by_gear.items()}
 
     @cached_property
     def senses(self) -> tuple[int, ...]:
@@ -235,9 +235,9 @@ def _require_positive(part: Any, *names: str) -> None:
     """Numbers, or all numbers of a tuple, are above 0 where they are not None."""
     for name in names:
         value = getattr(part, name)
-        for each in value if isinstance(value, tuple) else (value,):
-            if is_number(each) and not each > 0.0:
-                raise InputError(f"{name} = {each:.12g}; must be above 0")
+        for number in value if isinstance(value, tuple) else (value,):
+            if is_number(number) and not number > 0.0:
+                raise InputError(f"{name} = {number:.12g}; must be above 0")
 
 
 def _require_within(part: Any, name: str, low: float, below: float) -> None:

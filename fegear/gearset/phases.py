@@ -67,12 +67,12 @@ def mesh_phases(gear_set: GearSet) -> tuple[MeshPhase, ...]:
         if links:
             link = min(links, key=lambda link: (link.rank, link.mesh, link.other))
             value = _linked_phase(gear_set, link, phases[link.other].value)
-            found, phase = link.mesh, MeshPhase(value, _derivation(gear_set, link))
+            index, phase = link.mesh, MeshPhase(value, _derivation(gear_set, link))
         else:
-            found = waiting[0]
-            phase = MeshPhase(0.0, _choice(gear_set, found, phases))
-        phases[found] = phase
-        waiting.remove(found)
+            index = waiting[0]
+            phase = MeshPhase(0.0, _choice(gear_set, index, phases))
+        phases[index] = phase
+        waiting.remove(index)
     return tuple(phases[number] for number in range(len(gear_set.meshes)))
 
 
@@ -128,19 +128,19 @@ def tooth_axis(mesh: Mesh, drives: bool, sense: int, direction: float) -> float:
 
 
 def _given_phases(gear_set: GearSet) -> dict[int, MeshPhase]:
-    given = {
+    phases = {
         number: MeshPhase(mesh.phase, "given")
         for number, mesh in enumerate(gear_set.meshes)
         if mesh.phase is not None
     }
-    return given | {0: MeshPhase(0.0, "reference")}
+    return phases | {0: MeshPhase(0.0, "reference")}
 
 
-def _links(gear_set: GearSet, number: int, known: Collection[int]) -> list[Link]:
+def _links(gear_set: GearSet, number: int, phased: Collection[int]) -> list[Link]:
     """Links of a mesh that fix its position, to those of the known meshes."""
     mesh, links = gear_set.meshes[number], []
     near = {n for gear in mesh.gears for n in gear_set.meshes_of[gear]} - {number}
-    for index in sorted(near.intersection(known)):
+    for index in sorted(near.intersection(phased)):
         other = gear_set.meshes[index]
         common = {mesh.driver, mesh.driven} & {other.driver, other.driven}
         if _open_branch(mesh, other):
@@ -181,10 +181,10 @@ def _derivation(gear_set: GearSet, link: Link) -> str:
     return "derived from the centre lines"
 
 
-def _choice(gear_set: GearSet, number: int, known: Collection[int]) -> str:
+def _choice(gear_set: GearSet, number: int, phased: Collection[int]) -> str:
     """Why a mesh without links to any known one may be at 0."""
     mesh = gear_set.meshes[number]
-    gears = {g for n in known for g in gear_set.meshes[n].gears}
+    gears = {g for n in phased for g in gear_set.meshes[n].gears}
     if not gears.isdisjoint(mesh.gears):
         return "chosen, no centre line is given where the train branches"
     turning = {g for gear in mesh.gears for g in gear_set.axis(gear)}

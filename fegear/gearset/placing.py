@@ -118,11 +118,11 @@ def _new_place(
     """Place of a gear that no mesh positions: on its shaft's axis, or below everything
     else.
     """
-    found = _on_axis(gear_set, index, places)
-    if found is None:
+    coaxial = _on_axis(gear_set, index, places)
+    if coaxial is None:
         below, sense = _free_height(gear_set, index, places), gear_set.senses[index]
         return Place(0.0, below, tooth_angle, sense)
-    axis = places[found]
+    axis = places[coaxial]
     return Place(axis.x, axis.y, tooth_angle, axis.sense, axis.layer + 1)
 
 
@@ -140,12 +140,12 @@ def _mate_place(mesh: Mesh, place: Place, drives: bool, direction: float) -> Pla
 
     drives : whether the placed gear is the driver
     """
-    own, mate = mesh.pair.driver, mesh.pair.driven
+    gear, mate = mesh.pair.driver, mesh.pair.driven
     distance, sense = mesh.pair.center_distance, place.sense
     if not drives:
-        own, mate, distance = mate, own, -distance
+        gear, mate, distance = mate, gear, -distance
     ahead = place.tooth_angle - tooth_axis(mesh, drives, sense, direction)
-    turned = ahead * own.base_radius / mate.base_radius
+    turned = ahead * gear.base_radius / mate.base_radius
     return Place(
         place.x + distance * math.cos(direction),
         place.y + distance * math.sin(direction),

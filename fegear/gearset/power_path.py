@@ -95,14 +95,14 @@ def _first_mesh(gear_set: GearSet) -> int:
 def _driven_on(gear_set: GearSet, gear: int) -> int | None:
     """The mesh that a gear or another on its shaft drives, None if there is none."""
     axis = gear_set.axis(gear)
-    found = [n for n, mesh in enumerate(gear_set.meshes) if mesh.driver in axis]
-    if len(found) > 1:
+    meshes = [n for n, mesh in enumerate(gear_set.meshes) if mesh.driver in axis]
+    if len(meshes) > 1:
         raise InputError(
             f'{gear_set.name}: gear "{gear_set.gears[gear].name}" or its shaft drives '
-            f"{len(found)} meshes; the split of the torque is ambiguous, one mesh is "
+            f"{len(meshes)} meshes; the split of the torque is ambiguous, one mesh is "
             "allowed"
         )
-    return found[0] if found else None
+    return meshes[0] if meshes else None
 
 
 def _ratio(mesh: Mesh) -> float:

@@ -36,9 +36,9 @@ OTHER_GEARS = re.compile(r"helix|helical|spiral|internal|bevel|worm|overlap", re
 EXTERNAL_SPUR = "external spur gears only"
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
+def nearest(word: str, choices: Iterable[str]) -> str:
     """', did you mean x?' or nothing."""
-    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
+    close = difflib.get_close_matches(word, list(choices), n=1, cutoff=0.6)
     return f", did you mean {close[0]}?" if close else ""
 
 
@@ -145,5 +145,5 @@ def model_of(annotation: Any) -> type[BaseModel] | None:
     """The table's model in `X`, `X | None` or `tuple[X, ...]`."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
-    found = (model_of(part) for part in get_args(annotation))
-    return next((model for model in found if model), None)
+    models = (model_of(part) for part in get_args(annotation))
+    return next((model for model in models if model), None)

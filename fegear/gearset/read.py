@@ -42,18 +42,18 @@ def load_gear_set(
     return read_gear_set_file(path, edits)
 
 
-def path_of(name_or_path: str, kind: str, known: Sequence[str]) -> Path:
+def path_of(name_or_path: str, kind: str, names: Sequence[str]) -> Path:
     """The path of a TOML file; InputError where a name was meant that is not known.
 
-    known : names of what is built in, such as gear sets
+    names : of what is built in, such as gear sets
     """
     if not name_or_path:
-        raise InputError(f"no name of a {kind} (built-in: {', '.join(known)})")
+        raise InputError(f"no name of a {kind} (built-in: {', '.join(names)})")
     path = Path(name_or_path)
     if path.suffix != ".toml" and path.name == name_or_path and not exists(path):
         raise InputError(
             f"{name_or_path}: neither a file nor a built-in {kind}"
-            f"{nearest(name_or_path, known)} (built-in: {', '.join(known)})"
+            f"{nearest(name_or_path, names)} (built-in: {', '.join(names)})"
         )
     return path
 
@@ -89,8 +89,8 @@ def parsed_toml(text: str) -> dict[str, Any]:
     except RecursionError:
         raise InputError("TOML syntax: nested too deeply") from None
     except ValueError as error:  # of TOML, or an integer of thousands of digits
-        found = re.search(r"at line (\d+)", str(error))
-        line = text.splitlines()[int(found[1]) - 1].strip() if found else ""
+        match = re.search(r"at line (\d+)", str(error))
+        line = text.splitlines()[int(match[1]) - 1].strip() if match else ""
         quoted = f": {line[:60]}" if line else ""
         raise InputError(f"TOML syntax: {error}{quoted}") from None
 
@@ -105,8 +105,8 @@ def _builtin_folder() -> Traversable:
     return resources.files("fegear.gearset") / "sets"
 
 
-def _document(given: Mapping[str, Any], edits: Mapping[str, Any]) -> Document:
-    tables = with_defaults(edited(given, edits))
+def _document(raw_tables: Mapping[str, Any], edits: Mapping[str, Any]) -> Document:
+    tables = with_defaults(edited(raw_tables, edits))
     try:
         return Document.model_validate(tables)
     except ValidationError as error:

@@ -57,29 +57,30 @@ class Keys(BaseModel):
         allow_inf_nan=False,
     )
 
-    def given(self, *names: str) -> list[str]:
+    def present(self, *names: str) -> list[str]:
         """Keys that have a value."""
         return [name for name in names if getattr(self, name) is not None]
 
 
 def require_at_most_one(keys: Keys, *names: str) -> None:
-    given = keys.given(*names)
-    if len(given) > 1:
-        raise ValueError(f"{' and '.join(given)} are given; only one is allowed")
+    present = keys.present(*names)
+    if len(present) > 1:
+        raise ValueError(f"{' and '.join(present)} are given; only one is allowed")
 
 
 def require_exactly_one(keys: Keys, *names: str) -> None:
     require_at_most_one(keys, *names)
-    if not keys.given(*names):
+    if not keys.present(*names):
         raise ValueError(f"one of {', '.join(names)} is needed")
 
 
 def require_all_or_none(keys: Keys, *names: str) -> None:
-    given = keys.given(*names)
-    missing = [name for name in names if name not in given]
-    if given and missing:
+    present = keys.present(*names)
+    missing = [name for name in names if name not in present]
+    if present and missing:
         raise ValueError(
-            f"{' and '.join(given)} is given; {' and '.join(missing)} is needed with it"
+            f"{' and '.join(present)} is given; {' and '.join(missing)} is needed "
+            "with it"
         )
 
 
@@ -231,7 +232,7 @@ class MeshEntry(Keys):
     @property
     def spacing_key(self) -> str:
         """The one of the two exclusive keys that sets the centre distance."""
-        return self.given("center_distance_mm", "operating_pressure_angle_deg")[0]
+        return self.present("center_distance_mm", "operating_pressure_angle_deg")[0]
 
 
 def mesh_label(driver: str, driven: str) -> str:

@@ -46,8 +46,8 @@ class Blank(Involute):
 
     @property
     def dedendum(self) -> float:
-        given = self.entry.dedendum_mm
-        return 1.25 * self.module if given is None else given * MM
+        dedendum_mm = self.entry.dedendum_mm
+        return 1.25 * self.module if dedendum_mm is None else dedendum_mm * MM
 
     @property
     def widest_rack_tip(self) -> float:
@@ -61,9 +61,9 @@ class Blank(Involute):
 
     @property
     def rack_tip_radius(self) -> float:
-        given = self.entry.rack_tip_radius_mm
-        if given is not None:
-            return given * MM
+        radius_mm = self.entry.rack_tip_radius_mm
+        if radius_mm is not None:
+            return radius_mm * MM
         return min(0.3 * self.module, self.widest_rack_tip)
 
     @property

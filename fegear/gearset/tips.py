@@ -64,7 +64,7 @@ def _unequal_pitches(one: Blank, two: Blank) -> str:
         for key in ("module_mm", "pressure_angle_deg")
         if getattr(one.entry, key) != getattr(two.entry, key)
     ]
-    pitches = (f"{each.base_pitch / MM:.9g} mm" for each in (one, two))
+    pitches = (f"{blank.base_pitch / MM:.9g} mm" for blank in (one, two))
     return f"{', '.join(keys)}; base pitches {' and '.join(pitches)} must be equal"
 
 

@@ -49,11 +49,11 @@ def _meshes_by_shaft(
     driving: dict[int, int] = {}
     driven: dict[int, int] = {}
     for number, mesh in enumerate(document.mesh):
-        for found, name, does in (
+        for meshes, name, does in (
             (driving, mesh.driver, "drives"),
             (driven, mesh.driven, "is driven by"),
         ):
-            other = found.setdefault(shafts[name], number)
+            other = meshes.setdefault(shafts[name], number)
             if other != number:
                 raise InputError(_ambiguous(document.mesh[other], mesh, name, does))
     return driving, driven

@@ -89,14 +89,14 @@ def _too_long(entry: ReliefEntry, pitch: float, flank: Zones, place: str) -> str
     lowest = flank.gear.form_roll_length if place == "tip" else flank.start
     if entry.length_pitches is not None:
         largest = (flank.tip - lowest) / pitch
-        given = f"length_pitches = {shown(entry.length_pitches)}"
+        setting = f"length_pitches = {shown(entry.length_pitches)}"
         if place == "tip":
-            return f"{given}; at most {floored(largest)}, the whole profile"
-        return f"{given}; must be below {floored(largest)}, the whole active profile"
+            return f"{setting}; at most {floored(largest)}, the whole profile"
+        return f"{setting}; must be below {floored(largest)}, the whole active profile"
     low, high = flank.roll_angle_deg(lowest), flank.roll_angle_deg(flank.tip)
     if entry.start_roll_angle_deg is not None:
-        given = f"start_roll_angle_deg = {shown(entry.start_roll_angle_deg)}"
+        setting = f"start_roll_angle_deg = {shown(entry.start_roll_angle_deg)}"
     else:
-        given = f'start = "{entry.start}"'
+        setting = f'start = "{entry.start}"'
     ends = "form circle and tip" if place == "tip" else "start of contact and tip"
-    return f"{given}; must lie between {ceiled(low)} and {floored(high)} deg, {ends}"
+    return f"{setting}; must lie between {ceiled(low)} and {floored(high)} deg, {ends}"

@@ -76,8 +76,8 @@ def find_bifurcations(
 ) -> BifurcationDiagram:
     """Branches of all orbits that are found at some values, and long runs at others."""
     seeds, values = search.seeds, search.values(search.runs)
-    found = {**compute(_orbits(machine, search, seeds))}
-    found |= compute(
+    arrays = {**compute(_orbits(machine, search, seeds))}
+    arrays |= compute(
         {
             f"run {value!r}": partial(_rows, settled_departures, at, search.velocity)
             for value, at in _machines(machine, search, values)
@@ -86,8 +86,8 @@ def find_bifurcations(
     for _ in range(HALVINGS):
         if len(seeds) >= MORE * len(search.seeds):
             break
-        more = list(_between_differing(seeds, found))
-        found |= compute(_orbits(machine, search, more))
+        more = list(_between_differing(seeds, arrays))
+        arrays |= compute(_orbits(machine, search, more))
         seeds = sorted(seeds + more)
     low, high = search.limits
 
@@ -95,21 +95,23 @@ def find_bifurcations(
         done = round(100.0 * (value - low) / (high - low))
         report(f"branch {number}", done, 100)
 
-    branches = follow_branches(machine, search, _rows_at(found, "orbits", seeds), watch)
+    branches = follow_branches(
+        machine, search, _rows_at(arrays, "orbits", seeds), watch
+    )
     settled = np.vstack(
         [np.empty((0, 3))]
         + [
             np.column_stack([np.full(len(rows), value), rows])
-            for value, rows in _rows_at(found, "run", values)
+            for value, rows in _rows_at(arrays, "run", values)
         ]
     )
     clear = np.isfinite(settled).all(axis=1)
     return BifurcationDiagram(branches, settled[clear], settled[~clear, 0])
 
 
-def _rows(find: Callable[..., Array], *given: object) -> Arrays:
+def _rows(find: Callable[..., Array], *args: object) -> Arrays:
     """What a function finds, as arrays that can be kept."""
-    return {"rows": find(*given)}
+    return {"rows": find(*args)}
 
 
 def orbits_of(machine: Machine, search: OrbitSearch) -> Callable[[], Arrays]:
@@ -132,10 +134,10 @@ def _machines(
 
 
 def _between_differing(
-    seeds: Sequence[float], found: Mapping[str, Arrays]
+    seeds: Sequence[float], arrays: Mapping[str, Arrays]
 ) -> Iterator[float]:
     """Half way between values at which not the same motions are found."""
-    rows = _rows_at(found, "orbits", seeds)
+    rows = _rows_at(arrays, "orbits", seeds)
     for (low, one), (high, two) in pairwise(rows):
         if not np.array_equal(one[:, :3], two[:, :3]):
             yield 0.5 * (low + high)
@@ -151,10 +153,10 @@ def orbit_rows(
 
 
 def _rows_at(
-    found: Mapping[str, Arrays], kind: str, values: Sequence[float]
+    arrays: Mapping[str, Arrays], kind: str, values: Sequence[float]
 ) -> Iterator[tuple[float, Array]]:
     for value in values:
-        yield value, found[f"{kind} {value!r}"]["rows"]
+        yield value, arrays[f"{kind} {value!r}"]["rows"]
 
 
 def follow_branches(

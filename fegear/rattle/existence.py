@@ -48,7 +48,7 @@ def find_existence(
     """Curves of bifurcations over two figures."""
     search = plane.first
     slices = [machine_with(machine, plane.second, other) for other in plane.slices]
-    found = compute(
+    orbits = compute(
         {
             f"orbits {i} {k}": orbits_of(machine_with(at, search.figure, value), search)
             for i, at in enumerate(slices)
@@ -58,7 +58,7 @@ def find_existence(
     curves: list[BifurcationCurve] = []
     for i, at in enumerate(slices):
         report("curves", i, len(slices))
-        rows = (found[f"orbits {i} {k}"]["rows"] for k in range(len(search.seeds)))
+        rows = (orbits[f"orbits {i} {k}"]["rows"] for k in range(len(search.seeds)))
         _add_curves(curves, at, plane, list(zip(search.seeds, rows, strict=True)))
     return tuple(curves)
 

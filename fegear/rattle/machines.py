@@ -170,13 +170,13 @@ def load_machine(
     edits : values to set in the file before it is read, by `table.key`
     Raises InputError, in one line, on anything that cannot be used.
     """
-    known = machine_names()
+    names = machine_names()
     if name_or_path in builtin_names():
         raise InputError(f"{name_or_path}: {OF_A_GEAR_SET}")
-    if name_or_path in known:
+    if name_or_path in names:
         text = (_folder() / f"{name_or_path}.toml").read_text("utf-8")
     else:
-        text = read_text(path_of(name_or_path, "machine", known))
+        text = read_text(path_of(name_or_path, "machine", names))
     try:
         return _named(_edited(parsed_toml(text), edits or {}), changes or {})
     except (InputError, ValueError) as error:
@@ -204,10 +204,10 @@ def _named(tables: dict[str, Any], changes: Mapping[str, Any]) -> NamedMachine:
     if "gear" in tables:
         raise InputError(OF_A_GEAR_SET)
     try:
-        given = MachineFile.model_validate(tables)
+        file = MachineFile.model_validate(tables)
     except ValidationError as error:
         raise InputError(first_problem(error, tables, MachineFile)) from None
-    figures = _values(given.machine)
+    figures = _values(file.machine)
     gears = [figures.pop(name.removesuffix("_rad")) for name in GEAR_ECCENTRICITY_KEYS]
     of_gears = None if gears[0] is None else (gears[0], gears[1], gears[2])
     if of_gears is not None:
@@ -223,10 +223,10 @@ def _named(tables: dict[str, Any], changes: Mapping[str, Any]) -> NamedMachine:
     parts = {
         name: _part(name, keys)
         for name in PARTS
-        if (keys := getattr(given, name)) is not None
+        if (keys := getattr(file, name)) is not None
     }
     return NamedMachine(
-        *(given.name, given.description, given.inferences),
+        *(file.name, file.description, file.inferences),
         Assembly(machine=machine, **parts),
         of_gears,
     )

@@ -107,11 +107,11 @@ def _varied(assembly: Assembly) -> Iterator[tuple[str, Vary]]:
         if value and math.isfinite(value):
             yield name, partial(_with, assembly, "machine", machine, name)
     for table, part in (("shafts", assembly.shafts), *assembly.beside_shafts):
-        for each in fields(part):
-            value = getattr(part, each.name)
+        for field in fields(part):
+            value = getattr(part, field.name)
             if isinstance(value, float) and value:
-                vary = partial(_with, assembly, table, part, each.name)
-                yield f"{table}.{each.name}", vary
+                vary = partial(_with, assembly, table, part, field.name)
+                yield f"{table}.{field.name}", vary
 
 
 def _with(
@@ -139,8 +139,8 @@ def _sensitivities(
             _window(vary, 1.0 + change)
             for change in (-PERCENT, -CHANGED, 0.0, CHANGED, PERCENT)
         ]
-        for side, found in enumerate((lowest, critical)):
-            found[name] = _change([None if w is None else w[side] for w in windows])
+        for side, changes in enumerate((lowest, critical)):
+            changes[name] = _change([None if w is None else w[side] for w in windows])
     return lowest, critical
 
 

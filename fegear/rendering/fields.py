@@ -288,9 +288,9 @@ def loaded_gears(
         _gear_field(scene, "driver", driving, stand, turn),
         _gear_field(scene, "driven", driven, stand, 0.0),
     )
-    own = {sector.tooth: sector for sector in driving}
+    by_tooth = {sector.tooth: sector for sector in driving}
     pairs = tuple(
-        _pair_field(scene, load, own[load.tooth], stand, turn) for load in loads
+        _pair_field(scene, load, by_tooth[load.tooth], stand, turn) for load in loads
     )
     return gears, pairs
 

@@ -28,8 +28,8 @@ def drawing_window() -> Iterator[None]:
     VTK ends the program where it can open none, so each is tried beforehand.
     Raises InputError where nothing works.
     """
-    given = os.environ.get(WINDOW)
-    if given is not None or not sys.platform.startswith("linux"):
+    window = os.environ.get(WINDOW)
+    if window is not None or not sys.platform.startswith("linux"):
         yield
         return
     if name := _working_window():

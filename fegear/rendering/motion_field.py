@@ -67,10 +67,10 @@ def _solve_pair(
     """Arm of the force [m] and solution of one pair at a torque [N m]."""
     from fegear.contact.cycle import TORQUE
 
-    given = np.array([[torque / problem.face_width]])
+    targets = np.array([[torque / problem.face_width]])
     place = np.array([position])
     solved = solve_pairs(
-        problem, np.array([tooth]), np.zeros((1, 1)), place, TORQUE, given
+        problem, np.array([tooth]), np.zeros((1, 1)), place, TORQUE, targets
     )
     if solved.rows.status[0, 0] != 0:
         raise ContactFailure(

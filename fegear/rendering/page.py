@@ -33,7 +33,7 @@ MANY = 150_000  # nodes, from which on corners alone are drawn
 
 def page(field: ContactField, looks: Sequence[RenderStyle], title: str) -> str:
     """The page as text; the first of the looks is shown at first."""
-    words = {
+    replacements = {
         "@TITLE@": escape(title),
         "@DETAILS@": escape(", ".join(state_words(field))),
         "@TABLE@": _table(field.pairs),
@@ -42,7 +42,7 @@ def page(field: ContactField, looks: Sequence[RenderStyle], title: str) -> str:
     }
     template = Path(__file__).with_name("page.html").read_text("utf-8")
     # in one pass: what is put in is not searched for marks
-    return re.sub("|".join(words), lambda mark: words[mark[0]], template)
+    return re.sub("|".join(replacements), lambda mark: replacements[mark[0]], template)
 
 
 def _table(pairs: Sequence[PairField]) -> str:
@@ -86,12 +86,12 @@ def _values_of(field: ContactField) -> LinearMesh:
         triangles = nodes[:, np.array(QUARTERS)].reshape(-1, 3)
         lines = np.vstack([sides[:, :2], sides[:, 1:]])
     # an outline has mid-side nodes of elements that were cut into finer ones
-    kept = np.union1d(triangles, lines)
+    used_nodes = np.union1d(triangles, lines)
     return LinearMesh(
-        nodes=kept,
-        first=int(np.searchsorted(kept, len(field.gears[0].points))),
-        triangles=np.searchsorted(kept, triangles),
-        lines=np.searchsorted(kept, lines),
+        nodes=used_nodes,
+        first=int(np.searchsorted(used_nodes, len(field.gears[0].points))),
+        triangles=np.searchsorted(used_nodes, triangles),
+        lines=np.searchsorted(used_nodes, lines),
     )
 
 
@@ -108,7 +108,7 @@ def _data(field: ContactField, looks: Sequence[RenderStyle]) -> dict[str, Any]:
         "motion": _rough(MM * field.of_both("motion")[plain.nodes]),
         "triangles": _indices(plain.triangles),
         "outline": _indices(plain.lines),
-        "fields": [_field(field, plain, each) for each in looks],
+        "fields": [_field(field, plain, style) for style in looks],
         "ribbon": _ribbon(field.pairs, look),
         "labels": [*_loads(field.pairs, look), *_names(field, look)],
     }
@@ -134,11 +134,11 @@ def _field(field: ContactField, plain: LinearMesh, look: RenderStyle) -> dict[st
 def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> dict[str, str]:
     """Its crest is over the base by the ribbon's height times `crest`."""
     at_rest = look.still()
-    found = ribbon_of(pairs, at_rest)
-    if found is None:
+    ribbon = ribbon_of(pairs, at_rest)
+    if ribbon is None:
         names = ("points", "motion", "crest", "values", "triangles")
         return dict.fromkeys(names, _text(b""))
-    points, faces, pressure = found
+    points, faces, pressure = ribbon
     moved = ribbon_of(pairs, look.still(1.0))
     assert moved is not None
     base = points.copy()

@@ -294,8 +294,8 @@ def draw_contact(
 def require_drawable_file(output: Path) -> None:
     """A file of a known ending that can be written."""
     if output.suffix not in ENDINGS:
-        known = ", ".join(ENDINGS)
-        raise InputError(f"output = {output}; allowed endings {known}")
+        endings = ", ".join(ENDINGS)
+        raise InputError(f"output = {output}; allowed endings {endings}")
     require_writable(output)
 
 
@@ -319,38 +319,38 @@ class Drawing:
         if output.suffix in FILMS:
             return self._film(output, report)
         report("stress", 0, 2)
-        found = self._field(self.contact.still)
+        field = self._field(self.contact.still)
         report("picture", 1, 2)
         if output.suffix == ".vtu":
-            self._data(found, output)
+            self._data(field, output)
         elif output.suffix == ".html":
-            self._page(found, output)
+            self._page(field, output)
         else:
-            self._picture(found, output)
+            self._picture(field, output)
         peaks = PeaksInView()
-        peaks.add(found)
+        peaks.add(field)
         return peaks
 
-    def _picture(self, found: ContactField, output: Path) -> None:
+    def _picture(self, field: ContactField, output: Path) -> None:
         from fegear.figures.film import write_picture
         from fegear.rendering.scene import draw
 
-        look = self._look([found], self.picture.shown)
-        image = draw(found, look, printable(self.contact.title), self._size(WIDTH))
+        look = self._look([field], self.picture.shown)
+        image = draw(field, look, printable(self.contact.title), self._size(WIDTH))
         write_whole(output, lambda path: write_picture(image, path))
 
-    def _data(self, found: ContactField, output: Path) -> None:
+    def _data(self, field: ContactField, output: Path) -> None:
         from fegear.rendering.scene import write_vtu
 
-        write_whole(output, lambda path: write_vtu(found, path))
+        write_whole(output, lambda path: write_vtu(field, path))
 
-    def _page(self, found: ContactField, output: Path) -> None:
+    def _page(self, field: ContactField, output: Path) -> None:
         from fegear.rendering.page import page
 
         first: Shown = self.picture.shown
         every = dict.fromkeys((first, *get_args(Shown)))
-        looks = [self._look([found], shown) for shown in every]
-        write_text(output, page(found, looks, printable(self.contact.title)))
+        looks = [self._look([field], shown) for shown in every]
+        write_text(output, page(field, looks, printable(self.contact.title)))
 
     def _film(self, output: Path, report: Progress) -> PeaksInView:
         """Colours and scales hold for all frames."""

@@ -164,7 +164,7 @@ class RecordedMotion:
 
     def extremes(self) -> list[Instant]:
         """Instants of the largest forces, pair loads and transmission errors."""
-        rows = {int(each.argmax()) for each in self.loads.values()}
+        rows = {int(load.argmax()) for load in self.loads.values()}
         rows |= {int(self.ste.argmin()), int(self.ste.argmax())}
         return [self.largest(), *(self.at(row) for row in sorted(rows))]
 
@@ -199,17 +199,23 @@ def read_history(path: Path) -> HistoryFile:
     """Header and columns; raises InputError, in one line, on any other file."""
     text = read_text(path)
     try:
-        found = parse_csv(text, str(path))
-        table = np.array([list(map(float, row)) for row in found.rows.values()])
+        contents = parse_csv(text, str(path))
+        table = np.array([list(map(float, row)) for row in contents.rows.values()])
     except ValueError as error:
         message = f"{path}: is no history of a motion, {error}; {WHAT}"
         raise InputError(message) from None
-    if "gear set" not in found.header or len(table) < 2 or found.names[0] != "time_s":
+    if (
+        "gear set" not in contents.header
+        or len(table) < 2
+        or contents.names[0] != "time_s"
+    ):
         raise InputError(f"{path}: is no history of a motion; {WHAT}")
     if not np.isfinite(table).all():
-        column = found.names[int(np.argwhere(~np.isfinite(table))[0, 1])]
+        column = contents.names[int(np.argwhere(~np.isfinite(table))[0, 1])]
         raise InputError(f"{path}: {column} has values that are not finite; {WHAT}")
-    return HistoryFile(path, found.header, dict(zip(found.names, table.T, strict=True)))
+    return HistoryFile(
+        path, contents.header, dict(zip(contents.names, table.T, strict=True))
+    )
 
 
 def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMotion:
@@ -233,10 +239,10 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
             f"{file.path}: ends after {pitch * time.size:.2f} of a mesh cycle; {WHAT}"
         )
     pattern = re.compile(rf"{prefix}_(pair|back)(-?\d+)_load_N")
-    found = [(pattern.fullmatch(name), name) for name in file.columns]
+    matches = [(pattern.fullmatch(name), name) for name in file.columns]
     loads = {
         (int(match[2]), match[1] == "back"): file.columns[name]
-        for match, name in found
+        for match, name in matches
         if match
     }
     if not loads:
@@ -272,9 +278,9 @@ def _require_set(file: HistoryFile, gear_set: GearSet) -> None:
         for column in file.columns
         if column.endswith("_rotation_rad")
     }
-    known = gear_words(gear_set)
-    if moving != set(known):
+    labels = gear_words(gear_set)
+    if moving != set(labels):
         raise InputError(
             f"{file.path}: is of the gears {', '.join(sorted(moving))}; allowed are "
-            f"histories of {', '.join(known)}"
+            f"histories of {', '.join(labels)}"
         )

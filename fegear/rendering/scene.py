@@ -166,12 +166,12 @@ def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> pyvista.PolyData:
     import pyvista
 
     height = 2.0 * LIFT * look.view.half_height
-    found = ribbon_of(pairs, look)
-    if found is None:
+    geometry = ribbon_of(pairs, look)
+    if geometry is None:
         ribbon = pyvista.PolyData(np.array([[1e3, 1e3, height]]))
         ribbon.point_data["pressure_MPa"] = [0.0]
         return ribbon
-    points, faces, pressure = found
+    points, faces, pressure = geometry
     sizes = np.full(len(faces), 4)
     ribbon = pyvista.PolyData(
         _spatial(points, height), faces=np.column_stack([sizes, faces]).ravel()

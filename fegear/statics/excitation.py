@@ -224,15 +224,15 @@ def read_mesh_tables(
             f"mesh tables = {len(paths)}; {gear_set.name} has "
             f"{len(gear_set.meshes)} meshes, one for each is needed"
         )
-    found = []
+    tables = []
     for mesh, path in enumerate(paths):
         try:
             table = parse_table(read_text(path), str(path))
         except TableError as error:
             raise InputError(str(error)) from None
         _require_own_table(str(path), table, gear_set, mesh)
-        found.append((str(path), table))
-    return GivenTables(tuple(found))
+        tables.append((str(path), table))
+    return GivenTables(tuple(tables))
 
 
 def _require_own_table(
@@ -240,11 +240,11 @@ def _require_own_table(
 ) -> None:
     """A table that names its teeth must be of this mesh."""
     pair = gear_set.meshes[mesh].pair
-    own = f"{pair.driver.teeth} / {pair.driven.teeth}"
-    if table.header.get("teeth", own) != own:
+    teeth = f"{pair.driver.teeth} / {pair.driven.teeth}"
+    if table.header.get("teeth", teeth) != teeth:
         raise InputError(
             f"{name}: of teeth {table.header['teeth']}, but mesh {mesh + 1} of "
-            f"{gear_set.name} has {own}"
+            f"{gear_set.name} has {teeth}"
         )
 
 
@@ -281,9 +281,9 @@ class Excitations:
 
     def mean_stiffness(self, gear_set: GearSet, mesh: int, torque: float) -> float:
         """The gear set's own figure [N/m], or the mean of the unmodified teeth."""
-        given = gear_set.meshes[mesh].mean_stiffness
-        if given is not None:
-            return given
+        stiffness = gear_set.meshes[mesh].mean_stiffness
+        if stiffness is not None:
+            return stiffness
         table = self.table(unmodified(gear_set, mesh), mesh, torque)
         return float(table["stiffness_N_per_m"].mean())
 
@@ -358,10 +358,13 @@ class Excitations:
         force = torque / spec.pair.driver.base_radius
         harmonics = self.source.harmonics if self.source.kind == "fourier" else None
         gap, errors = gap_points(spec), tooth_pair_errors(gear_set, mesh)
-        for what, there in (("a profile modification", gap), ("pitch errors", errors)):
+        for feature, there in (
+            ("a profile modification", gap),
+            ("pitch errors", errors),
+        ):
             if harmonics and len(there):
                 raise InputError(
-                    f"mesh {mesh + 1} has {what}; excitation fourier "
+                    f"mesh {mesh + 1} has {feature}; excitation fourier "
                     "represents the complete mesh and has none"
                 )
         return analytic_excitation(figures, model, gap, force, harmonics, errors)
@@ -398,11 +401,11 @@ def _with_gaps(solved: StaticsResult, teeth: Sequence[int]) -> MeshTable:
     teeth : base pitches by which they are ahead of the reference pair
     """
     table, cycle = solved.table, solved.cycle
-    known = pair_teeth(table)
-    more = sorted(set(teeth) & set(cycle.teeth.tolist()) - set(known))
-    columns, labels = dict(table.columns), [f"{k:+d}" for k in [*known, *more]]
+    tabulated = pair_teeth(table)
+    more = sorted(set(teeth) & set(cycle.teeth.tolist()) - set(tabulated))
+    columns, labels = dict(table.columns), [f"{k:+d}" for k in [*tabulated, *more]]
     none = np.zeros((table.torque_Nm.size, table.position.size))
-    for number, k in enumerate(more, start=len(known) + 1):
+    for number, k in enumerate(more, start=len(tabulated) + 1):
         gap = cycle.gap[..., cycle.teeth.tolist().index(k)]
         columns |= {
             f"pair{number}_{STIFFNESS}": none,
@@ -425,11 +428,13 @@ def _widened(nominal: MeshTable, wide: MeshTable) -> MeshTable:
         dict(zip(pair_teeth(t), (t[n] for n in pair_names(t, STIFFNESS)), strict=True))
         for t in (nominal, wide)
     ]
-    peaks = [max(float(each.max()) for each in table.values()) for table in tables]
+    peaks = [
+        max(float(stiffness.max()) for stiffness in table.values()) for table in tables
+    ]
     columns = dict(wide.columns) | {STIFFNESS: nominal[STIFFNESS]}
     for k, name in zip(pair_teeth(wide), pair_names(wide, STIFFNESS), strict=True):
-        own = tables[0].get(k, np.zeros_like(wide[name]))
-        columns[name] = np.maximum(own, peaks[0] / peaks[1] * wide[name])
+        nominal_stiffness = tables[0].get(k, np.zeros_like(wide[name]))
+        columns[name] = np.maximum(nominal_stiffness, peaks[0] / peaks[1] * wide[name])
     return MeshTable(nominal.torque_Nm, nominal.position, columns, wide.header)
 
 

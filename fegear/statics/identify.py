@@ -262,15 +262,15 @@ def identify(
     smallest, largest = np.exp(fit.bounds[:, 1 + along])
     radii = np.log(np.linspace(smallest, largest, VALLEY_POINTS))
     above = radii > best[1 + along]
-    found: list[Array] = []
+    solutions: list[Array] = []
     for way in (radii[~above][::-1], radii[above]):  # outward from the best set
         x = best
         for radius in way:
-            report("valley", len(found), VALLEY_POINTS)
+            report("valley", len(solutions), VALLEY_POINTS)
             x = fit.solve({**held, 1 + along: float(radius)}, x)
-            found.append(x)
-    found.sort(key=lambda x: x[1 + along])
-    valley = tuple(fit.candidate(x, model.figures) for x in found)
+            solutions.append(x)
+    solutions.sort(key=lambda x: x[1 + along])
+    valley = tuple(fit.candidate(x, model.figures) for x in solutions)
     chosen = fit.candidate(best, model.meshed_figures)
     between = fit.candidate(best, model.figures)
     error = float(np.abs(between.mean / chosen.mean - 1.0).max())

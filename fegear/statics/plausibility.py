@@ -58,16 +58,16 @@ def plausibility_warnings(
 
 
 def check_warnings(
-    where: str, what: str, off: float, allowed: float = BALANCE
+    where: str, quantity: str, off: float, allowed: float = BALANCE
 ) -> Iterator[str]:
     """A line where a self-check does not hold.
 
-    what : is compared, in the plural; off : its largest deviation, relative
+    quantity : is compared, in the plural; off : its largest deviation, relative
     """
     if not abs(off) <= allowed:  # not a number does not hold either
         yield (
-            f"{where}: {what} are off by {abs(off):.2g}, more than {allowed:.2g}; the "
-            "result cannot be trusted"
+            f"{where}: {quantity} are off by {abs(off):.2g}, more than {allowed:.2g}; "
+            "the result cannot be trusted"
         )
 
 
@@ -83,8 +83,8 @@ def mesh_warnings(
     dte_peak : largest dynamic transmission errors [m]
     back_side : as in `plausibility_warnings`
     """
-    each = zip(meshes, dte_peak, back_side, strict=True)
-    for number, (mesh, peak, back) in enumerate(each, start=1):
+    per_mesh = zip(meshes, dte_peak, back_side, strict=True)
+    for number, (mesh, peak, back) in enumerate(per_mesh, start=1):
         yield from plausibility_warnings(
             f"mesh {number}{where}",
             mesh.pair.driver.module,

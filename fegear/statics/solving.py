@@ -337,13 +337,15 @@ def _teeth(pair: GearPair) -> str:
     return f"{pair.driver.teeth} / {pair.driven.teeth}"
 
 
-def _require_rows(gear_set: GearSet, mesh: int, pitches: int, each: int) -> None:
-    if pitches > 1 and pitches * each > MAX_ROWS:
+def _require_rows(
+    gear_set: GearSet, mesh: int, pitches: int, rows_per_pitch: int
+) -> None:
+    if pitches > 1 and pitches * rows_per_pitch > MAX_ROWS:
         raise InputError(
             f"{gear_set.name}: tooth pairs of mesh {mesh + 1} repeat after {pitches} "
-            f"base pitches for their pitch errors: {pitches * each} rows of a table, "
-            f"allowed are {MAX_ROWS}; fewer positions or torques, or errors that "
-            "repeat sooner"
+            f"base pitches for their pitch errors: {pitches * rows_per_pitch} rows of "
+            f"a table, allowed are {MAX_ROWS}; fewer positions or torques, or errors "
+            "that repeat sooner"
         )
 
 
@@ -412,7 +414,7 @@ def _solve_in_chunks(
     for i, chunk in enumerate(chunks):
         report("contact", i, len(chunks))
         with stage("solving"):
-            position, pitch = (each[chunk] for each in places)
+            position, pitch = (array[chunk] for array in places)
             cycles.append(solve_cycle(problem, torque, position, pitch))
     report("contact", len(chunks), len(chunks))
     return cycles[0] if len(cycles) == 1 else _joined(cycles)

@@ -199,8 +199,8 @@ ALIASES = {"budget": "ablation", "wave": "motion"}  # earlier names of commands
 def load_study(command: str) -> type[Study]:
     """The class of a study by the name of its command."""
     module, name, _ = STUDIES[command]
-    found: type[Study] = getattr(import_module(home_of(module)), name)
-    return found
+    study_class: type[Study] = getattr(import_module(home_of(module)), name)
+    return study_class
 
 
 def home_of(module: str) -> str:

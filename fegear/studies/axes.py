@@ -15,22 +15,22 @@ MAX_POINTS = 1_000_000
 ALLOWED = "allowed KEY=A:B:N with N values from A to B, or values with commas"
 
 
-def parsed_axis(words: str) -> Axis:
+def parsed_axis(text: str) -> Axis:
     """The axis of `KEY=A:B:N` or `KEY=v,v,...`; ValueError says what is allowed."""
-    name, separator, values = words.partition("=")
+    name, separator, values = text.partition("=")
     if not (separator and name.strip()):
         raise ValueError("KEY=A:B:N is needed")
     try:
-        found = _values(values)
+        points = _values(values)
     except ValueError:
         raise ValueError(ALLOWED) from None
-    return Axis(name.strip(), found)
+    return Axis(name.strip(), points)
 
 
-def _values(words: str) -> tuple[float, ...]:
-    if ":" not in words:
-        return tuple(float(value) for value in words.split(","))
-    start, end, count = words.split(":")
+def _values(text: str) -> tuple[float, ...]:
+    if ":" not in text:
+        return tuple(float(value) for value in text.split(","))
+    start, end, count = text.split(":")
     alone = int(count) == 1 and float(start) != float(end)
     if alone or not 1 <= int(count) <= MAX_POINTS:
         raise ValueError
@@ -42,15 +42,15 @@ def written_axis(axis: Axis) -> str:
     """Words from which `parsed_axis` reads this axis, to the last bit."""
     values = [repr(float(value)) for value in axis.values]
     if len(values) > 2:
-        words = f"{values[0]}:{values[-1]}:{len(values)}"
-        if _values(words) == axis.values:
-            return f"{axis.name}={words}"
+        span = f"{values[0]}:{values[-1]}:{len(values)}"
+        if _values(span) == axis.values:
+            return f"{axis.name}={span}"
     return f"{axis.name}={','.join(values)}"
 
 
-def limits_axis(words: str) -> Axis:
+def limits_axis(text: str) -> Axis:
     """The axis of the two limits of `KEY=A:B`, which rise."""
-    name, _, values = words.partition("=")
+    name, _, values = text.partition("=")
     low, high = limits(values, "KEY=A:B")
     return Axis(name.strip(), (low, high))
 
@@ -60,10 +60,10 @@ def written_limits_axis(axis: Axis) -> str:
     return f"{axis.name}={written_limits(axis.values)}"
 
 
-def limits(words: str, form: str = "A:B") -> tuple[float, float]:
+def limits(text: str, form: str = "A:B") -> tuple[float, float]:
     """Two values that rise; ValueError says what is needed."""
     try:
-        low, high = map(float, words.split(":"))
+        low, high = map(float, text.split(":"))
     except ValueError:
         low = high = float("nan")
     if not -np.inf < low < high < np.inf:

@@ -227,10 +227,12 @@ class Bifurcations(
             stop=job.stop,
         )
 
-    def gather(self, found: Mapping[str, AttractorBranch | None]) -> BifurcationsResult:
+    def gather(
+        self, results: Mapping[str, AttractorBranch | None]
+    ) -> BifurcationsResult:
         branches = [
-            found[each] or AttractorBranch(each, (), (), complete=False)
-            for each in self.directions
+            results[direction] or AttractorBranch(direction, (), (), complete=False)
+            for direction in self.directions
         ]
         return BifurcationsResult(self, tuple(branches))
 
@@ -286,10 +288,15 @@ class BifurcationsResult(StudyResult):
 
     def _rows(self) -> Iterator[list[object]]:
         for branch in self.branches:
-            for value, found in zip(branch.values, branch.attractors, strict=True):
-                last = found.kind, found.multiple, found.exponent, found.stderr
-                for (k, m), error in np.ndenumerate(found.deflection):
-                    rate = float(found.rate[k, m])
+            for value, attractor in zip(branch.values, branch.attractors, strict=True):
+                last = (
+                    attractor.kind,
+                    attractor.multiple,
+                    attractor.exponent,
+                    attractor.stderr,
+                )
+                for (k, m), error in np.ndenumerate(attractor.deflection):
+                    rate = float(attractor.rate[k, m])
                     point = branch.direction, m + 1, k + 1, float(error), rate
                     yield [value, *point, *last]
 
@@ -314,8 +321,10 @@ class BifurcationsResult(StudyResult):
 
     def _size_warnings(self) -> Iterator[str]:
         """Warnings where the largest deflections cannot be physical."""
-        found = [each.deflection for b in self.branches for each in b.attractors]
-        every = np.abs(np.concatenate(found)) if found else np.empty((0, 0))
+        deflections = [
+            attractor.deflection for b in self.branches for attractor in b.attractors
+        ]
+        every = np.abs(np.concatenate(deflections)) if deflections else np.empty((0, 0))
         if every.size:
             peaks = every.max(axis=0)
             where = ", at its worst section"
@@ -339,8 +348,8 @@ class BifurcationsResult(StudyResult):
         yield title_of(values)
         for branch in values["branches"]:
             done = pluralize(branch["finished_values"], "value")
-            words = "rising" if branch["direction"] == "up" else "falling"
-            title = f"{values['over']}, {done}, {words}"
+            trend = "rising" if branch["direction"] == "up" else "falling"
+            title = f"{values['over']}, {done}, {trend}"
             columns = ("motion", "begins by")
             yield RowTable(branch["stretches"], STRETCH, title, columns)
             if not branch["complete"]:
@@ -361,7 +370,7 @@ def _branch_values(branch: AttractorBranch) -> dict[str, Any]:
         "direction": branch.direction,
         "complete": branch.complete,
         "finished_values": len(branch.values),
-        "stretches": [_plain_stretch(each) for each in branch.intervals],
+        "stretches": [_plain_stretch(interval) for interval in branch.intervals],
     }
 
 

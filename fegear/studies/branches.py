@@ -291,8 +291,8 @@ class BranchesResult(StudyResult):
                     sizes = (
                         float(point.figures[n][m]) for n in ("dte_rms", "dte_peak")
                     )
-                    own = int(point.stable), point.largest, point.kind
-                    row = place, index, *over, speed, m + 1, *sizes, *own
+                    stability = int(point.stable), point.largest, point.kind
+                    row = place, index, *over, speed, m + 1, *sizes, *stability
                     yield *row, branch.multiple
 
     @property
@@ -373,10 +373,10 @@ class BranchesResult(StudyResult):
                 f"um{checked}\n"
                 f"  begins {branch['origin']}; ends: {branch['end']}"
             )
-            for each in branch["bifurcations"]:
-                levels = _micrometres(each["dte_rms_m"])
-                at = f"{_place(each[name], each['located_by']):>10}{unit}"
-                yield f"  {at}  {each['kind']:<15} RMS {levels} um"
+            for bifurcation in branch["bifurcations"]:
+                levels = _micrometres(bifurcation["dte_rms_m"])
+                at = f"{_place(bifurcation[name], bifurcation['located_by']):>10}{unit}"
+                yield f"  {at}  {bifurcation['kind']:<15} RMS {levels} um"
 
 
 def _place(value: float, located_by: str) -> str:

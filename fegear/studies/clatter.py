@@ -103,12 +103,12 @@ class Clatter(
     )
     wheel: str | None = setting(None, "Wheel to draw and to map. [default: the first]")
 
-    def unused_options(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
+    def unused_options(self, outputs: Collection[str]) -> Iterator[tuple[str, str]]:
         if self.kind != "event":
             yield from (
                 (name, "needs {kind} event") for name in ("resume", "overwrite", "plot")
             )
-        elif not {"plot", "attractor"} & set(given):
+        elif not {"plot", "attractor"} & set(outputs):
             yield "wheel", "needs {plot}, {attractor} or another {kind}"
 
     @cached_property
@@ -118,7 +118,7 @@ class Clatter(
     @cached_property
     def shown(self) -> LooseWheel:
         """The wheel that is drawn, and mapped."""
-        wheels = {each.name: each for each in self.named.gearbox.wheels}
+        wheels = {wheel.name: wheel for wheel in self.named.gearbox.wheels}
         name = next(iter(wheels)) if self.wheel is None else self.wheel
         if name not in wheels:
             names = ", ".join(wheels)
@@ -165,7 +165,9 @@ class Clatter(
     def _moved(self, group: WheelGroup, job: Job) -> GroupRun:
         state: Any = job.state
         now = self.start_of(group) if state is None else State(**state)
-        before = [Impacts(*(np.array(own) for own in p.values())) for p in job.records]
+        before = [
+            Impacts(*(np.array(column) for column in p.values())) for p in job.records
+        ]
         name, period = group.wheels[0].name, group.excitation.period
 
         def report(count: int) -> None:
@@ -174,15 +176,15 @@ class Clatter(
 
         def passed(part: Impacts, count: int) -> None:
             job.add_record(
-                {key: own.tolist() for key, own in vars(part).items()}, vars(now)
+                {key: column.tolist() for key, column in vars(part).items()}, vars(now)
             )
             report(count)
 
         report(sum(map(len, before)))
         return run_events(group, now, self.seconds, self.impacts, before, passed)
 
-    def gather(self, found: Mapping[str, GroupRun]) -> ClatterResult:
-        return ClatterResult(self, tuple(found[task.key] for task in self.tasks()))
+    def gather(self, results: Mapping[str, GroupRun]) -> ClatterResult:
+        return ClatterResult(self, tuple(results[task.key] for task in self.tasks()))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -215,12 +217,13 @@ class ClatterResult(StudyResult):
     def _wheel(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
         noise = noise_of(run.group, run.impacts, run.seconds)
         plays = [
-            {"play": each.play} | {key: getattr(each, name) for key, name in KEYS}
-            for each in noise
-            if each.wheel == wheel.name
+            {"play": play_noise.play}
+            | {key: getattr(play_noise, name) for key, name in KEYS}
+            for play_noise in noise
+            if play_noise.wheel == wheel.name
         ]
         values = {"name": wheel.name, "seconds": run.seconds, "plays": plays}
-        values |= {key: sum(each[key] for each in plays) for key, _ in KEYS[:3]}
+        values |= {key: sum(play[key] for play in plays) for key, _ in KEYS[:3]}
         return values | (self._chaos(run, wheel) if self.study.chaos else {})
 
     def _chaos(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
@@ -244,8 +247,8 @@ class ClatterResult(StudyResult):
             "map": self.study.kind,
             "seconds": exact(self.study.seconds),
         }
-        for place, words in enumerate(self._warnings(), 1):
-            header[f"warning {place}"] = words
+        for place, warning in enumerate(self._warnings(), 1):
+            header[f"warning {place}"] = warning
         names = (
             *("time_s", "wheel", "play", "edge"),
             *("relative_speed_before_m_per_s", "impulse_Ns", "lost_energy_J"),
@@ -302,17 +305,24 @@ def _chaos_of(wheel: Mapping[str, Any]) -> Iterator[str]:
     if wheel.get("forgets_its_start"):
         yield "no Lyapunov exponent: in contact the wheel forgets where it came from"
     elif "correlation_dimension" in wheel:
-        found = wheel["correlation_dimension"]
+        dimension = wheel["correlation_dimension"]
         error = wheel["correlation_dimension_error"]
-        if found is None:
+        if dimension is None:
             yield "no correlation dimension: impacts of teeth are few, or do not scale"
         else:
-            yield f"correlation dimension of its impacts {found:.2f} +- {error:.2f}"
+            yield f"correlation dimension of its impacts {dimension:.2f} +- {error:.2f}"
 
 
 def _rows_of(run: GroupRun) -> Iterator[tuple[Any, ...]]:
     names = [(wheel.name, play) for wheel, play in run.group.plays]
-    found = run.impacts
-    columns = found.time, found.play, found.edge, found.speed, found.impulse, found.lost
+    impacts = run.impacts
+    columns = (
+        impacts.time,
+        impacts.play,
+        impacts.edge,
+        impacts.speed,
+        impacts.impulse,
+        impacts.lost,
+    )
     for time, play, edge, *rest in zip(*(c.tolist() for c in columns), strict=True):
         yield time, *names[play], "upper" if edge > 0 else "lower", *rest

@@ -156,8 +156,8 @@ class Dynamics(
 
     @cached_property
     def gears(self) -> GearSet:
-        own = {"torque": self.torque, "damping_ratio": self.damping_ratio}
-        refuse_edits(self, own, self.translations)
+        settings = {"torque": self.torque, "damping_ratio": self.damping_ratio}
+        refuse_edits(self, settings, self.translations)
         return self.gear_set.loaded
 
     @property
@@ -193,37 +193,41 @@ class Dynamics(
             return system
         friction, of = self.elements.friction, self.torque_of
         model = replace(self.reference, friction=friction, torque_of=of)
-        found = lumped_system(self.gears, torque, model, self.excitations)
-        return replace(system, train=found.train, losses=found.losses)
+        friction_system = lumped_system(self.gears, torque, model, self.excitations)
+        return replace(
+            system, train=friction_system.train, losses=friction_system.losses
+        )
 
     @cached_property
     def prepared(self) -> dict[float, StepperChoice]:
         """A stepper for every torque, all of the same fidelity."""
-        found = self._prepared(self.elements)
-        if len({each.fidelity for each in found.values()}) > 1:
-            found = self._prepared(replace(self.elements, fidelity="reduced"))
-        return found
+        choices = self._prepared(self.elements)
+        if len({choice.fidelity for choice in choices.values()}) > 1:
+            choices = self._prepared(replace(self.elements, fidelity="reduced"))
+        return choices
 
     def _prepared(self, elements: FiniteElements) -> dict[float, StepperChoice]:
-        given = self.frequencies, elements, self.integration, self.excitations
+        arguments = self.frequencies, elements, self.integration, self.excitations
         return {
-            torque: prepare(self.gears, torque, self.under_friction(torque), *given)
+            torque: prepare(self.gears, torque, self.under_friction(torque), *arguments)
             for torque in self.systems
         }
 
     @cached_property
     def header(self) -> dict[str, str]:
         """Entries of every file."""
-        steps, found = self.integration, list(self.prepared.values())
-        words = (
+        steps, choices = self.integration, list(self.prepared.values())
+        method = (
             f"generalised-alpha, {steps.steps} steps per period or more, tolerance "
             f"{exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
         )
-        kept = "; ".join(" + ".join(map(str, each.elastic)) or "0" for each in found)
+        mode_counts = "; ".join(
+            " + ".join(map(str, choice.elastic)) or "0" for choice in choices
+        )
         return {
-            **file_header(self.gears, self.reference, self._damping, words),
-            "fidelity": found[0].fidelity,
-            DERIVED: kept,
+            **file_header(self.gears, self.reference, self._damping, method),
+            "fidelity": choices[0].fidelity,
+            DERIVED: mode_counts,
             "elastic damping ratio": exact(self.elements.elastic_damping),
             "friction coefficient": exact(self.elements.friction),
             **torque_entry(self.torque_of),
@@ -274,8 +278,8 @@ class Dynamics(
 
     def _model_1(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
         observer = reporting(job.report, len(self.frequencies))
-        given = system, self.frequencies, direction
-        return sweep(*given, observer=observer, stop=job.stop)
+        arguments = system, self.frequencies, direction
+        return sweep(*arguments, observer=observer, stop=job.stop)
 
     def _keep(
         self,
@@ -312,12 +316,16 @@ class Dynamics(
         sector = self.source.statics.sector(self.gears.gears[place])
         return {place: root_influence(sector)}
 
-    def gather(self, found: Mapping[str, Branch | None]) -> DynamicsResult:
+    def gather(self, results: Mapping[str, Branch | None]) -> DynamicsResult:
         def branches(prefix: str) -> list[tuple[float, Branch]]:
             return [
-                (torque, found[f"{prefix}{torque!r}-{each}"] or unbegun(system, each))
+                (
+                    torque,
+                    results[f"{prefix}{torque!r}-{direction}"]
+                    or unbegun(system, direction),
+                )
                 for torque, system in self.systems.items()
-                for each in self.directions
+                for direction in self.directions
             ]
 
         friction = self.elements.friction
@@ -350,7 +358,7 @@ class DynamicsResult(ResponsesResult):
     def reasons(self) -> tuple[tuple[float, str], ...]:
         """Sentences that begin with the fidelity at each torque and say why."""
         prepared: Mapping[float, Any] = self.study.prepared
-        return tuple((torque, each.reason) for torque, each in prepared.items())
+        return tuple((torque, choice.reason) for torque, choice in prepared.items())
 
     def page(self) -> Page:
         for torque, reason in self.reasons:

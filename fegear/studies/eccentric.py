@@ -80,7 +80,7 @@ class Eccentric(
     resumes = True
     partial = True
     unit = "block"
-    kept_beside = "contact"
+    checkpoint_beside = "contact"
     output = (
         "File to write: points in .csv, drawings to scale in .svg or .dxf [mm], meshes "
         "in .msh or .vtu [m]."
@@ -137,22 +137,22 @@ class Eccentric(
         None, f"{RESOLUTION.text} [default: default]"
     )
 
-    def idle(self, given: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if self.teeth is None:
             yield from ((name, "needs {teeth}") for name in ("addendum", "dedendum"))
         if self.torque is not None:
             return
         for name in ("face_width", "positions", "contact"):
             yield name, "needs {torque}"
-        if Path(given.get("output", "")).suffix not in MESHES:
+        if Path(outputs.get("output", "")).suffix not in MESHES:
             for name in ("bore", "resolution"):
                 yield name, "needs {torque} or an {output} in .msh or .vtu"
 
     @cached_property
     def gearing(self) -> Gearing:
         """What the wheels are; InputError where there are no such wheels."""
-        own = {"addendum": self.addendum, "dedendum": self.dedendum}
-        heights = {name: value for name, value in own.items() if value is not None}
+        options = {"addendum": self.addendum, "dedendum": self.dedendum}
+        heights = {name: value for name, value in options.items() if value is not None}
         place = self.radius, self.eccentricity, self.ratio
         return Gearing(*place, self.pressure_angle, self.teeth, **heights)
 
@@ -186,17 +186,17 @@ class Eccentric(
             work = partial(contact_columns, toothed, driver, driven, load, block)
             yield Task(f"{place}", partial(_cached, work), size=1)
 
-    def gather(self, found: Mapping[str, Columns | None]) -> EccentricResult:
+    def gather(self, results: Mapping[str, Columns | None]) -> EccentricResult:
         blocks: list[Columns] = []
-        for block in found.values():
+        for block in results.values():
             if block is None:  # after Ctrl-C; positions from the first on are kept
                 break
             blocks.append(block)
         columns = {
-            name: np.array([v for own in blocks for v in own[name]], float)
+            name: np.array([v for block in blocks for v in block[name]], float)
             for name in (blocks[0] if blocks else ())
         }
-        return EccentricResult(self, columns, len(blocks) == len(found))
+        return EccentricResult(self, columns, len(blocks) == len(results))
 
 
 def _cached(work: Callable[[], Columns], job: Job) -> Columns:
@@ -259,10 +259,10 @@ class EccentricResult(StudyResult):
 
     def _sparse(self, teeth: int) -> Iterator[str]:
         """Warnings where there are too few positions for the largest values."""
-        asked = self.study.positions
-        if asked is not None and asked < MIN_POSITIONS * teeth:
+        positions = self.study.positions
+        if positions is not None and positions < MIN_POSITIONS * teeth:
             yield (
-                f"positions = {asked} is less than {MIN_POSITIONS} for each of the "
+                f"positions = {positions} is less than {MIN_POSITIONS} for each of the "
                 f"{teeth} teeth: largest values and peak to peak may lie between them"
             )
 
@@ -276,13 +276,13 @@ class EccentricResult(StudyResult):
     @property
     def more_tables(self) -> dict[str, Table]:
         study = self.study
-        own = {
+        settings = {
             "torque_Nm": exact(study.torque or 0.0),
             "face_width_mm": exact(study.width),
             "resolution": study.meshing[1],
             "plane": STEEL.plane,
         }
-        header = {**study.gearing.header, **own, **OF_CONTACT}
+        header = {**study.gearing.header, **settings, **OF_CONTACT}
         return {"contact": Table.of(self.columns, header)}
 
     def write(self, path: str | Path) -> None:
@@ -318,11 +318,11 @@ class EccentricResult(StudyResult):
         else:
             yield f"not feasible: {values['reason']}"
         angle, most = values["largest_pressure_angle_deg"], ANGLES[1]
-        words = f"{number(angle, 4)}" if angle <= most else f"above {most:g}"
+        angle_text = f"{number(angle, 4)}" if angle <= most else f"above {most:g}"
         yield (
-            f"largest pressure angle {words} degrees with this eccentricity, largest "
-            f"eccentricity {number(values['largest_eccentricity_mm'], 5)} mm with this "
-            "pressure angle"
+            f"largest pressure angle {angle_text} degrees with this eccentricity, "
+            f"largest eccentricity {number(values['largest_eccentricity_mm'], 5)} mm "
+            "with this pressure angle"
         )
         yield (
             f"torque ratio {values['least_torque_ratio']:.4g} to "

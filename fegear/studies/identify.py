@@ -118,8 +118,8 @@ class Identification(
         """Index of the gear whose hub radius runs."""
         names = [gear.name for gear in self.gears.gears]
         if self.along not in (None, *names):
-            known = ", ".join(names)
-            raise InputError(f"along {self.along}; {self.gears.name} has {known}")
+            choices = ", ".join(names)
+            raise InputError(f"along {self.along}; {self.gears.name} has {choices}")
         return 0 if self.along is None else names.index(self.along)
 
     @cached_property
@@ -129,10 +129,10 @@ class Identification(
         if torque <= 0.0:
             allowed = "must be positive, on the input gear [N m]"
             raise InputError(f"torque = {torque:.12g}; {allowed}")
-        for word, given in (("mean", self.mean), ("variation", self.variation)):
-            if given and len(given) != len(meshes):
+        for word, values in (("mean", self.mean), ("variation", self.variation)):
+            if values and len(values) != len(meshes):
                 raise InputError(
-                    f"{word} is given {len(given)} times; {name} has {len(meshes)} "
+                    f"{word} is given {len(values)} times; {name} has {len(meshes)} "
                     "meshes, one for each is needed"
                 )
         mean = self.mean or [mesh.mean_stiffness for mesh in meshes]
@@ -155,12 +155,12 @@ class Identification(
         yield Task("hubs", partial(self._found, self.start, self.measured))
 
     def _found(
-        self, start: int, known: MeasuredStiffness, job: Job
+        self, start: int, measured: MeasuredStiffness, job: Job
     ) -> IdentificationResult:
-        place = self.gears, known.torque, self.elements
+        place = self.gears, measured.torque, self.elements
         model = stiffness_model(*place, job.report)
-        found = identify(model, known, self.hold_width, start, job.report)
-        return IdentificationResult(self, found)
+        solution = identify(model, measured, self.hold_width, start, job.report)
+        return IdentificationResult(self, solution)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -173,20 +173,20 @@ class IdentificationResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         """NaN where nothing was measured."""
-        known, found, gears = self.study.measured, self.found, self.study.gears
+        measured, solution, gears = self.study.measured, self.found, self.study.gears
         return {
             "gear_set": gears.name,
-            "driver_torque_Nm": known.torque.tolist(),
-            "measured_mean_stiffness_N_per_m": known.mean.tolist(),
-            "measured_stiffness_variation": known.variation.tolist(),
-            "mean_spread": known.mean_spread,
-            "variation_spread": known.variation_spread,
-            "best": plain_candidate(gears, found.best),
+            "driver_torque_Nm": measured.torque.tolist(),
+            "measured_mean_stiffness_N_per_m": measured.mean.tolist(),
+            "measured_stiffness_variation": measured.variation.tolist(),
+            "mean_spread": measured.mean_spread,
+            "variation_spread": measured.variation_spread,
+            "best": plain_candidate(gears, solution.best),
             "warnings": list(self._warnings()),
-            "interpolation_error": found.interpolation_error,
-            "equally_good_from": gears.gears[found.along].name,
-            "equally_good": [plain_candidate(gears, c) for c in found.equally_good],
-            "valley": [plain_candidate(gears, c) for c in found.valley],
+            "interpolation_error": solution.interpolation_error,
+            "equally_good_from": gears.gears[solution.along].name,
+            "equally_good": [plain_candidate(gears, c) for c in solution.equally_good],
+            "valley": [plain_candidate(gears, c) for c in solution.valley],
         }
 
     def _warnings(self) -> Iterator[str]:
@@ -280,7 +280,7 @@ class IdentificationResult(StudyResult):
             f"measured {ratio}": _fixed("measured_variation", 4),
         }
         title = "the chosen set, meshed, and the measured values"
-        return RowTable(rows, columns, title, words=())
+        return RowTable(rows, columns, title, text_columns=())
 
 
 def _fixed(key: str, decimals: int) -> Any:
@@ -308,33 +308,35 @@ def plain_candidate(gear_set: GearSet, candidate: Candidate) -> dict[str, float]
     return rounded | {"misfit": round(candidate.misfit, 4)}
 
 
-def draw_valley(study: Identification, found: Identified) -> Figure:
+def draw_valley(study: Identification, solution: Identified) -> Figure:
     """Hubs and width, and the figures they give, along the valley."""
     gear_set = study.gears
     heights = (1.5, 1.0, 1.0, 0.8)
     figure, rows = panels(4, size=(8.0, 9.0), heights=heights, share=True)
     hubs, means, variations, misfit = (row[0] for row in rows)
-    along = gear_set.gears[found.along].name
-    x = np.array([1e3 * c.hub_radius[found.along] for c in found.valley])
-    _draw_hubs(hubs, gear_set, found, x)
+    along = gear_set.gears[solution.along].name
+    x = np.array([1e3 * c.hub_radius[solution.along] for c in solution.valley])
+    _draw_hubs(hubs, gear_set, solution, x)
     for m in range(len(gear_set.meshes)):
         for axes, name, scale in ((means, "mean", 1e-8), (variations, "variation", 1)):
-            curve = scale * np.array([getattr(c, name)[m] for c in found.valley])
+            curve = scale * np.array([getattr(c, name)[m] for c in solution.valley])
             (line,) = axes.plot(x, curve, label=f"mesh {m + 1}")
             wanted = scale * getattr(study.measured, name)[m]
             axes.axhline(wanted, color=line.get_color(), linestyle=":")
     means.set_ylabel("mean stiffness\n[1e8 N/m]")
     variations.set_ylabel("peak to peak\nover mean")
     means.legend(title="dotted: measured", fontsize=8)
-    misfit.plot(x, [c.misfit for c in found.valley], color="k")
-    misfit.set_ylim(0.0, found.best.misfit + 6.0)
+    misfit.plot(x, [c.misfit for c in solution.valley], color="k")
+    misfit.set_ylim(0.0, solution.best.misfit + 6.0)
     misfit.set_ylabel("misfit")
     misfit.set_xlabel(f"hub radius of {along} [mm]")
-    good = [1e3 * c.hub_radius[found.along] for c in found.equally_good]
+    good = [1e3 * c.hub_radius[solution.along] for c in solution.equally_good]
     for axes in (hubs, means, variations, misfit):
         if good:
             axes.axvspan(min(good), max(good), color="0.93", zorder=0)
-        axes.axvline(1e3 * found.best.hub_radius[found.along], color="0.4", lw=0.8)
+        axes.axvline(
+            1e3 * solution.best.hub_radius[solution.along], color="0.4", lw=0.8
+        )
     draw_title(
         figure,
         f"{gear_set.name}: face width and hub radii from mesh stiffness\n"
@@ -343,12 +345,16 @@ def draw_valley(study: Identification, found: Identified) -> Figure:
     return figure
 
 
-def _draw_hubs(axes: Axes, gear_set: GearSet, found: Identified, x: np.ndarray) -> None:
+def _draw_hubs(
+    axes: Axes, gear_set: GearSet, solution: Identified, x: np.ndarray
+) -> None:
     for i, gear in enumerate(gear_set.gears):
-        if i != found.along:
-            radius = [1e3 * c.hub_radius[i] for c in found.valley]
+        if i != solution.along:
+            radius = [1e3 * c.hub_radius[i] for c in solution.valley]
             axes.plot(x, radius, label=f"hub radius of {gear.name}")
-    width = [c.width_factor * 1e3 * gear_set.gears[0].face_width for c in found.valley]
+    width = [
+        c.width_factor * 1e3 * gear_set.gears[0].face_width for c in solution.valley
+    ]
     name = gear_set.gears[0].name
     axes.plot(x, width, color="k", linestyle="--", label=f"face width of {name}")
     axes.set_ylabel("[mm]")

@@ -37,8 +37,8 @@ SPEEDS = (
 def limits(name: str, text: str = SPEEDS) -> Any:
     """A setting of two values from 0 on that rise, A:B in words, None by default."""
 
-    def read(words: str) -> tuple[float, float]:
-        return limits_of(f"{name} = {words}; must be A:B from 0 on", words, least=0.0)
+    def read(value: str) -> tuple[float, float]:
+        return limits_of(f"{name} = {value}; must be A:B from 0 on", value, least=0.0)
 
     def write(values: tuple[float, float]) -> str:
         return f"{values[0]!r}:{values[1]!r}"
@@ -109,8 +109,8 @@ class MotionParameters(LoadParameters):
 
     @property
     def overrides(self) -> dict[str, float | None]:
-        own = {"half_backlash": self.beta, "restitution": self.restitution}
-        return super().overrides | own
+        contact = {"half_backlash": self.beta, "restitution": self.restitution}
+        return super().overrides | contact
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +168,7 @@ def default_returns(settling: float) -> int:
 
 
 def not_converged_warning(
-    study: Any, part: float, what: str, iterations: int, needed: int
+    study: Any, part: float, subject: str, iterations: int, needed: int
 ) -> str:
     """What to do about departures of a study that have not settled."""
     name = display_name(study, "iterations")
@@ -183,6 +183,6 @@ def not_converged_warning(
         if iterations < MAX_RETURNS:
             more += f": more {name}"
     return (
-        f"{100.0 * part:.3g} % of the {what} have reached no attractor in {iterations} "
-        f"returns; {more}"
+        f"{100.0 * part:.3g} % of the {subject} have reached no attractor in "
+        f"{iterations} returns; {more}"
     )

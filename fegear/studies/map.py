@@ -122,11 +122,11 @@ class Map(
         compute = partial(job.compute, "points")
         evaluate = self._evaluation(job.stop_event)
         empty = ParameterMap(self.axes, len(self.gears.meshes), self._header)
-        found = run_map(empty, self.system, evaluate, compute)
-        reasons = {cell.status for cell in found.cells.values()}
+        parameter_map = run_map(empty, self.system, evaluate, compute)
+        reasons = {cell.status for cell in parameter_map.cells.values()}
         if all(reason.startswith("impossible") for reason in reasons):
             raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
-        return MapResult(self, found)
+        return MapResult(self, parameter_map)
 
     def _evaluation(self, stop: Stop) -> Any:
         if self.at is not None:
@@ -195,14 +195,14 @@ class MapResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         """Smallest and largest vibration of every mesh, and where."""
-        found = self.found
-        cells = found.cells.values()
+        parameter_map = self.found
+        cells = parameter_map.cells.values()
         statuses = [cell.status.partition(":")[0] for cell in cells]
         return {
-            "gear_set": found.header["gear set"],
-            "excitation": found.header["excitation"],
-            "response": found.header["response"],
-            "points": len(found.points),
+            "gear_set": parameter_map.header["gear set"],
+            "excitation": parameter_map.header["excitation"],
+            "response": parameter_map.header["response"],
+            "points": len(parameter_map.points),
             "statuses": {
                 status: statuses.count(status) for status in sorted(set(statuses))
             },
@@ -210,7 +210,7 @@ class MapResult(StudyResult):
             "extremes": list(self._extremes()),
             "warnings": [
                 *train_warnings(self.study, self.study.at_load),
-                *_map_warnings(found, self.study.gears),
+                *_map_warnings(parameter_map, self.study.gears),
             ],
         }
 
@@ -266,15 +266,15 @@ class MapResult(StudyResult):
             )
 
 
-def _map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
+def _map_warnings(parameter_map: ParameterMap, gear_set: GearSet) -> Iterator[str]:
     """What changes nothing, and where the largest values cannot be physical."""
-    for place, axis in enumerate(found.axes):
-        if len(axis.values) > 1 and _changes_nothing(found, place):
+    for place, axis in enumerate(parameter_map.axes):
+        if len(axis.values) > 1 and _changes_nothing(parameter_map, place):
             yield f"{axis.name} does not change the response"
     peaks, backs = (
         [
-            float(np.fmax.reduce(found.on_grid(name, m), axis=None))
-            for m in range(found.meshes)
+            float(np.fmax.reduce(parameter_map.on_grid(name, m), axis=None))
+            for m in range(parameter_map.meshes)
         ]
         for name in ("dte_peak_m", "back_side_fraction")
     )
@@ -282,11 +282,11 @@ def _map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
     yield from mesh_warnings(gear_set.meshes, where, peaks, backs)
 
 
-def _changes_nothing(found: ParameterMap, place: int) -> bool:
+def _changes_nothing(parameter_map: ParameterMap, place: int) -> bool:
     """Whether all vibrations along an axis are the same, to the bit."""
-    if len(found.cells) < len(found.points):
+    if len(parameter_map.cells) < len(parameter_map.points):
         return False
-    sizes = [found.on_grid("dte_rms_m", m) for m in range(found.meshes)]
+    sizes = [parameter_map.on_grid("dte_rms_m", m) for m in range(parameter_map.meshes)]
     return all(
         np.array_equal(rms, np.take(rms, [0], place).repeat(rms.shape[place], place))
         for rms in sizes

@@ -107,11 +107,11 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
 
     def _linear(self, job: Job) -> ModesResult:
         torque = self.load or 0.0
-        given = self.stiffness == "given"
-        found = mean_stiffnesses(self.gears, torque, self.source, given)
+        use_given = self.stiffness == "given"
+        stiffnesses = mean_stiffnesses(self.gears, torque, self.source, use_given)
         train = train_of(self.gears, torque, self.translations)
-        modes = natural_modes(train, [value for value, _ in found])
-        origins = [origin for _, origin in found]
+        modes = natural_modes(train, [value for value, _ in stiffnesses])
+        origins = [origin for _, origin in stiffnesses]
         return ModesResult(self, train.damping_ratio, modes, origins)
 
 
@@ -217,7 +217,7 @@ def modes_under_load(system: LumpedSystem) -> Modes:
     # of bodies that yield as they do at rest
     still = replace(system, contacts=replace(system.contacts, modes=None)).loaded
     assert still is not None
-    own = np.einsum("mi,mij,mj->m", shapes, still.meshes, shapes)
+    modal_stiffness = np.einsum("mi,mij,mj->m", shapes, still.meshes, shapes)
     turned = bodies.to_unit @ loaded.shapes
     space = modes.coordinates
     names = [_name_of_body_mode(system, i) for i in range(bodies.count)]
@@ -228,7 +228,7 @@ def modes_under_load(system: LumpedSystem) -> Modes:
             labels=(*space.labels, *names),
             mass=np.append(space.mass, np.ones(bodies.count)),
         ),
-        mean_stiffness=own / (shapes**2).sum(axis=1) ** 2,
+        mean_stiffness=modal_stiffness / (shapes**2).sum(axis=1) ** 2,
         frequency_Hz=loaded.frequency_Hz,
         shapes=np.concatenate(
             [modes.shapes[:, system.moving] @ turned[:hubs], turned[hubs:]]
@@ -251,17 +251,17 @@ def mean_stiffnesses(
     gear_set: GearSet, torque: float, source: StiffnessSource, use_given: bool
 ) -> list[tuple[float, str]]:
     """Mean stiffness of every mesh [N/m], and where it comes from."""
-    excitations, found = Excitations(source), []
+    excitations, stiffnesses = Excitations(source), []
     for mesh, driving in enumerate(mesh_torques_at(gear_set, torque)):
-        given = gear_set.meshes[mesh].mean_stiffness
+        nominal = gear_set.meshes[mesh].mean_stiffness
         origin = f"finite elements at {driving:g} N m on the driver, without relief"
-        if given is not None and use_given:
-            value, origin = given, "given by the gear set"
+        if nominal is not None and use_given:
+            value, origin = nominal, "given by the gear set"
         else:
             table = excitations.table(unmodified(gear_set, mesh), mesh, driving)
             value = float(table["stiffness_N_per_m"].mean())
-        found.append((value, origin))
-    return found
+        stiffnesses.append((value, origin))
+    return stiffnesses
 
 
 def name_mode(modes: Modes, i: int) -> str:

@@ -127,8 +127,8 @@ class Motion(
         system = lumped_system(self.gears, torque, model)
         observer = reporting(job.report, len(speeds_between(start, self.speed)))
         state = arrive(system, start, self.speed, integration, observer)
-        given = system, self.speed, integration, state
-        motion = time_history(*given, watch=observer.watch)
+        arguments = system, self.speed, integration, state
+        motion = time_history(*arguments, watch=observer.watch)
         checks = check_truncation(
             system, [motion.response], integration, observer.watch
         )
@@ -185,10 +185,10 @@ class MotionResult(StudyResult):
     def table(self) -> Table:
         """A row for every time."""
         study, system = self.study, self.motion.system
-        words = integration_in_words(study.integration, system.contacts is not None)
+        method = integration_in_words(study.integration, system.contacts is not None)
         ratio = system.train.damping_ratio
         header = {
-            **file_header(study.gears, study.resolved_model, ratio, words),
+            **file_header(study.gears, study.resolved_model, ratio, method),
             **truncation_entries(system, self.checks),
             "model": study.resolved_model.name,
             "torque_Nm": exact(self.torque),

@@ -61,5 +61,5 @@ def _table(title: str | None, names: Iterable[str], rows: Iterable[list[str]]) -
     )
 
 
-def _text(words: str) -> str:
-    return escape(printable(words)).replace("\n", "<br>")
+def _text(text: str) -> str:
+    return escape(printable(text)).replace("\n", "<br>")

@@ -20,14 +20,14 @@ class RowTable:
 
     Given as rows of values, and what to make of each, by column.
 
-    words : columns of text, the first one where it is None
+    text_columns : columns of text, the first one where it is None
     whole : whether words are not folded
     """
 
     rows: Sequence[Mapping[str, Any]]
     columns: Columns
     title: str | None = None
-    words: Sequence[str] | None = None
+    text_columns: Sequence[str] | None = None
     whole: bool = False
 
     def cells(self) -> Iterator[list[str]]:
@@ -79,7 +79,7 @@ class HasDescription(Protocol):
 def heading(subject: HasDescription) -> Page:
     """First lines of a page: what it is about."""
     yield f"{subject.name}: {subject.description or 'no description'}"
-    yield from (f"inferred: {each}" for each in subject.inferences)
+    yield from (f"inferred: {inference}" for inference in subject.inferences)
 
 
 def number(value: float, figures: int = 5) -> str:

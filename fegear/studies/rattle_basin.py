@@ -176,9 +176,9 @@ class BasinsResult(StudyResult):
             f"{values['iterations']} returns at most"
         )
         rows = []
-        for each in values["attractors"]:
-            time, speed = each["point"] or (None, None)
-            rows.append({**each, "time": time, "speed": speed})
+        for attractor in values["attractors"]:
+            time, speed = attractor["point"] or (None, None)
+            rows.append({**attractor, "time": time, "speed": speed})
         columns: Columns = {
             "motion": itemgetter("name"),
             "part [%]": lambda row: f"{100.0 * row['fraction']:.2f}",

@@ -113,21 +113,21 @@ class OrbitBifurcations(
         if len(self.axes) < len(self.over):
             raise InputError(f"over {next(iter(self.axes))}; is given twice")
 
-    def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
+    def unused_options(self, outputs: Collection[str]) -> Iterator[tuple[str, str]]:
         if len(self.over) > 1:
             yield "runs", "belongs to one {over}"
 
     @cached_property
     def axes(self) -> dict[str, tuple[float, float]]:
         """Limits by the names of one or two figures."""
-        found = {}
+        limits = {}
         for text in self.over:
             name, _, values = text.partition("=")
             wrong = f"over = {text}; must be KEY=A:B"
             if name not in FIGURES:
                 raise InputError(f"{wrong}, KEY one of {', '.join(FIGURES)}")
-            found[name] = limits_of(wrong, values)
-        return found
+            limits[name] = limits_of(wrong, values)
+        return limits
 
     @property
     def plane(self) -> Plane | None:
@@ -156,10 +156,10 @@ class OrbitBifurcations(
 
     def _require(self, name: str, limits: tuple[float, float]) -> None:
         """Refuse to vary what changes nothing, is given as well, or is impossible."""
-        named, figure, given = self.named, FIGURES[name], self.machine.overrides
+        named, figure, overrides = self.named, FIGURES[name], self.machine.overrides
         over = f"{display_name(self, 'over')} {name}"
         fixed = partial(refusal, self.machine)
-        if given.get(figure) is not None:
+        if overrides.get(figure) is not None:
             raise fixed(name, f"{over} replaces it, leave it out")
         if figure == "restitution" and not named.machine.is_impact:
             raise InputError(f"{over}; belongs to impacts, {named.name} has none")
@@ -178,8 +178,8 @@ class OrbitBifurcations(
         machine, plane = self.named.machine, self.plane
         how = partial(job.compute, "orbits and long runs"), job.report
         if plane is None:
-            found = find_bifurcations(machine, self.search, *how)
-            return BifurcationResult(self, found)
+            diagram = find_bifurcations(machine, self.search, *how)
+            return BifurcationResult(self, diagram)
         return ExistenceResult(self, plane, find_existence(machine, plane, *how))
 
 
@@ -248,7 +248,7 @@ class BifurcationResult(OverFigures):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        search, found = self.study.search, self.found
+        search, diagram = self.study.search, self.found
         low, high = search.limits
         return {
             **self.study.named.heading,
@@ -256,10 +256,10 @@ class BifurcationResult(OverFigures):
             "over": self.columns[0],
             "from": low,
             "to": high,
-            "branches": [_of_branch(branch) for branch in found.branches],
+            "branches": [_of_branch(branch) for branch in diagram.branches],
             "long_runs": search.runs,
-            "departures_of_long_runs": len(found.settled),
-            "unsettled_long_runs": len(found.not_converged),
+            "departures_of_long_runs": len(diagram.settled),
+            "unsettled_long_runs": len(diagram.not_converged),
             "warnings": list(self._warnings()),
         }
 
@@ -295,11 +295,11 @@ class BifurcationResult(OverFigures):
                 f"{branch['to']:.6g}\n"
                 f"  {branch['origin']}; ends: {branch['end']}"
             )
-            for each in branch["bifurcations"]:
-                time, speed = each["departures"][0]
+            for bifurcation in branch["bifurcations"]:
+                time, speed = bifurcation["departures"][0]
                 yield (
-                    f"  {each['value']:12.7g}  {each['kind']:<15} first departure at "
-                    f"{time:.4f} turns, {speed:.4g} rad per turn"
+                    f"  {bifurcation['value']:12.7g}  {bifurcation['kind']:<15} "
+                    f"first departure at {time:.4f} turns, {speed:.4g} rad per turn"
                 )
 
 
@@ -355,8 +355,8 @@ class ExistenceResult(OverFigures):
                 f"{pluralize(curve['points'], 'point', 'points')}, "
                 f"{' to '.join(both)}; {curve['end']}"
             )
-            for each in curve["meetings"]:
-                yield "  {} at ({:.7g}, {:.7g})".format(each["kind"], *each["at"])
+            for meeting in curve["meetings"]:
+                yield "  {} at ({:.7g}, {:.7g})".format(meeting["kind"], *meeting["at"])
 
 
 def _none_found(study: OrbitBifurcations) -> str:

@@ -104,8 +104,10 @@ def _window(values: Mapping[str, Any]) -> str:
 
 def _changes(slopes: Mapping[str, Slope | None], limit: str) -> Page:
     """What a change of each figure does to a limit, the largest first."""
-    known = {name: slope for name, slope in slopes.items() if slope is not None}
-    for name, slope in sorted(known.items(), key=lambda both: -_largest(both[1])):
+    finite_slopes = {name: slope for name, slope in slopes.items() if slope is not None}
+    for name, slope in sorted(
+        finite_slopes.items(), key=lambda both: -_largest(both[1])
+    ):
         if _largest(slope) < MIN_SHOWN:
             continue
         if isinstance(slope, tuple):
@@ -126,7 +128,7 @@ def _percent(change: float | None) -> str:
 
 def _largest(slope: Slope) -> float:
     """The largest eccentricity; beyond all values where there is no limit."""
-    return max(inf if each is None else abs(each) for each in _both(slope))
+    return max(inf if side is None else abs(side) for side in _both(slope))
 
 
 def _of_gears(values: Mapping[str, Any]) -> str:

@@ -121,8 +121,8 @@ class MachineFromGears(
         pair = self.pair
         place = pair.gear_set, self.mesh - 1, (pair.torque,)
         solved = solve_mesh(*place, self.elements, job.report)
-        found = at_torque(solved, 0)
-        row = {name: found[name] for name in OF_MESH}
+        entries = at_torque(solved, 0)
+        row = {name: entries[name] for name in OF_MESH}
         assembly = pair.assembly(row["mean_stiffness_N_per_m"])
         warnings = table_warnings(solved)
         return MachineOfGearsResult(self, assembly, pair.figures | row, warnings)
@@ -160,8 +160,8 @@ class Pair:
     @property
     def other(self) -> float:
         """Inertia of the driven shaft [kg m2]."""
-        own = self.study.driven_inertia_kgm2 or inertia_of(self.gears[1])
-        return own * self.ratio**2
+        inertia = self.study.driven_inertia_kgm2 or inertia_of(self.gears[1])
+        return inertia * self.ratio**2
 
     @property
     def share(self) -> float:
@@ -290,7 +290,7 @@ class MachineOfGearsResult(StudyResult):
     @property
     def text(self) -> str:
         """Text of the machine file."""
-        quoted = "".join(f"    {_toml(each)},\n" for each in self.inferences)
+        quoted = "".join(f"    {_toml(inference)},\n" for inference in self.inferences)
         return "\n".join(
             (
                 *(f"# {line}" for line in _lines(self.of_gears)),

@@ -56,7 +56,7 @@ class Manifolds(
     orbit: str = setting(
         "",
         "Saddles of this motion only, such as P(1,1,0). [default: all]",
-        parse=lambda words: words.replace(" ", ""),
+        parse=lambda text: text.replace(" ", ""),
     )
     departures: int = setting(
         1,
@@ -86,8 +86,8 @@ class Manifolds(
         Range(5, 6000),
     )
 
-    def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
-        if "plot" not in given:
+    def unused_options(self, outputs: Collection[str]) -> Iterator[tuple[str, str]]:
+        if "plot" not in outputs:
             yield "grid", "needs the {plot} that shows the basins"
 
     def tasks(self) -> Iterator[Task]:
@@ -97,10 +97,13 @@ class Manifolds(
                 f"{self.named.name}: restitution = 0; departures have no pre-images "
                 "where impacts lose all speed, manifolds and grazing curves need more"
             )
-        found = find_orbits(machine, self.departures, self.speeds)
-        orbits = [o for o in saddles(found) if self.orbit in ("", o.name)]
+        all_orbits = find_orbits(machine, self.departures, self.speeds)
+        orbits = [o for o in saddles(all_orbits) if self.orbit in ("", o.name)]
         if self.orbit and not orbits:
-            names = ", ".join(sorted({each.name for each in saddles(found)})) or "none"
+            names = (
+                ", ".join(sorted({saddle.name for saddle in saddles(all_orbits)}))
+                or "none"
+            )
             raise InputError(f"orbit = {self.orbit}; saddles that are found: {names}")
         for number, orbit in enumerate(orbits):
             yield Task(f"{SADDLE} {number}", partial(self._grown, orbit))
@@ -130,9 +133,9 @@ class Manifolds(
         settled = settle_grid(self.named.machine, cells, RETURNS, compute)
         return basins_of(self.named.machine, cells, RETURNS, settled)
 
-    def gather(self, found: Mapping[str, Any]) -> ManifoldsResult:
-        grazing, basins = found["grazing"], found.get("basins")
-        grown = (found[key] for key in found if key.startswith(SADDLE))
+    def gather(self, results: Mapping[str, Any]) -> ManifoldsResult:
+        grazing, basins = results["grazing"], results.get("basins")
+        grown = (results[key] for key in results if key.startswith(SADDLE))
         return ManifoldsResult(self, [*chain.from_iterable(grown)], grazing, basins)
 
 
@@ -152,14 +155,14 @@ class ManifoldsResult(StudyResult):
             **parameters(self.study.named.machine),
             "manifolds": [
                 {
-                    "motion": each.orbit.name,
-                    "kind": _kind(each),
-                    "departure": list(each.departure),
-                    "branch": each.side,
-                    "length": each.curve.length,
-                    "points": len(each.curve.points),
+                    "motion": manifold.orbit.name,
+                    "kind": _kind(manifold),
+                    "departure": list(manifold.departure),
+                    "branch": manifold.side,
+                    "length": manifold.curve.length,
+                    "points": len(manifold.curve.points),
                 }
-                for each in self.manifolds
+                for manifold in self.manifolds
             ],
             "grazing_curves": [
                 {
@@ -188,10 +191,10 @@ class ManifoldsResult(StudyResult):
             for before, curve in enumerate(self.grazing)
         ]
         curves += [(m.curve, m.orbit.name, _kind(m), 0, m.side) for m in self.manifolds]
-        for number, (curve, *words) in enumerate(curves, 1):
+        for number, (curve, *labels) in enumerate(curves, 1):
             points = zip(curve.lengths.tolist(), curve.points.tolist(), strict=True)
             for length, (time, speed) in points:
-                yield number, *words, length, time, speed
+                yield number, *labels, length, time, speed
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -201,7 +204,7 @@ class ManifoldsResult(StudyResult):
             for before, curve in enumerate(self.grazing)
         ]
         curves += [(_name(_kind(m), m.orbit.name), m.curve) for m in self.manifolds]
-        marks = [each.departure for each in self.manifolds]
+        marks = [manifold.departure for manifold in self.manifolds]
         title = f"{self.study.named.name}: {axis_labels(self.study.named.machine)}"
         how = curves, marks, self.study.speeds, title, self.basins
         return {"plot": partial(draw_curves, *how)}
@@ -211,17 +214,17 @@ class ManifoldsResult(StudyResult):
         yield from heading(self.study.named)
         rows = [
             {
-                "curve": _name(each["kind"], each["motion"]),
-                **dict(zip(("time", "speed"), each["departure"], strict=True)),
-                **each,
+                "curve": _name(manifold["kind"], manifold["motion"]),
+                **dict(zip(("time", "speed"), manifold["departure"], strict=True)),
+                **manifold,
             }
-            for each in values["manifolds"]
+            for manifold in values["manifolds"]
         ]
         nothing = {"time": None, "speed": None, "branch": None}
-        for each in values["grazing_curves"]:
-            before = each["returns_before"]
+        for curve in values["grazing_curves"]:
+            before = curve["returns_before"]
             name = f"pre-image {before} of it" if before else "grazing curve"
-            rows.append({"curve": name, **nothing, **each})
+            rows.append({"curve": name, **nothing, **curve})
         columns: Columns = {
             "curve": itemgetter("curve"),
             "at time\n[turns]": cell("time"),

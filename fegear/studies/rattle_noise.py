@@ -111,15 +111,17 @@ class NoiseResult(StudyResult):
     @property
     def _how(self) -> dict[str, Any]:
         names = "starts", "seed", "iterations", "turns"
-        own = {name: getattr(self.study, name) for name in names}
-        return own | {"iterations": self.iterations}
+        settings = {name: getattr(self.study, name) for name in names}
+        return settings | {"iterations": self.iterations}
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         noise, count = self.noise, self.study.starts
-        known = np.isfinite(noise.level) & (noise.motion >= 0)
-        level, unclear = noise.level[known], int(np.sum(noise.motion < 0))
-        quiet = [i for i, each in enumerate(noise.attractors) if each.name == QUIET]
+        valid = np.isfinite(noise.level) & (noise.motion >= 0)
+        level, unclear = noise.level[valid], int(np.sum(noise.motion < 0))
+        quiet = [
+            i for i, attractor in enumerate(noise.attractors) if attractor.name == QUIET
+        ]
         silent = int(np.isin(noise.motion, quiet).sum())
         spread = float(level.std(ddof=1)) if level.size > 1 else math.nan
         parts = np.percentile(level, PARTS) if level.size else [math.nan] * len(PARTS)
@@ -136,7 +138,7 @@ class NoiseResult(StudyResult):
                 str(part): finite_or_none(float(value))
                 for part, value in zip(PARTS, parts, strict=True)
             },
-            "impacts_per_turn": _mean(noise.impacts[known]),
+            "impacts_per_turn": _mean(noise.impacts[valid]),
             "quiet_probability": silent / count,
             # runs that are not clear may be quiet or not
             "quiet_probability_within": [
@@ -145,20 +147,20 @@ class NoiseResult(StudyResult):
             ],
             "unclear_fraction": unclear / count,
             "motions": [
-                self._motion(number, each.name)
-                for number, each in enumerate(noise.attractors)
+                self._motion(number, attractor.name)
+                for number, attractor in enumerate(noise.attractors)
             ],
             "warnings": list(self._warnings(unclear / count)),
         }
 
     def _motion(self, number: int, name: str) -> dict[str, Any]:
-        own = self.noise.motion == number
-        known = own & np.isfinite(self.noise.level)
+        selected = self.noise.motion == number
+        valid = selected & np.isfinite(self.noise.level)
         return {
             "name": name,
-            "fraction": float(np.mean(own)),
-            "noise_rad2_per_turn3": _mean(self.noise.level[known]),
-            "impacts_per_turn": _mean(self.noise.impacts[known]),
+            "fraction": float(np.mean(selected)),
+            "noise_rad2_per_turn3": _mean(self.noise.level[valid]),
+            "impacts_per_turn": _mean(self.noise.impacts[valid]),
         }
 
     def _warnings(self, unclear: float) -> Iterator[str]:
@@ -181,11 +183,13 @@ class NoiseResult(StudyResult):
     def table(self) -> Table:
         """A row for each run."""
         noise, (low, high) = self.noise, self.study.speeds
-        words = np.array([*(each.name for each in noise.attractors), "not identified"])
+        motion_names = np.array(
+            [*(attractor.name for attractor in noise.attractors), "not identified"]
+        )
         columns = {
             "start_time_turns": noise.starts[:, 0],
             "start_speed_rad_per_turn": noise.starts[:, 1],
-            "motion": words[noise.motion],
+            "motion": motion_names[noise.motion],
             "noise_rad2_per_turn3": noise.level,
             "impacts_per_turn": noise.impacts,
         }
@@ -204,7 +208,7 @@ class NoiseResult(StudyResult):
     def page(self) -> Page:
         values = self.summary
         yield from heading(self.study.named)
-        low, high = (100.0 * each for each in values["quiet_probability_within"])
+        low, high = (100.0 * limit for limit in values["quiet_probability_within"])
         yield (
             f"quiet with a probability of {100.0 * values['quiet_probability']:.1f} %, "
             f"{low:.1f} to {high:.1f} % by {values['starts']} runs from speeds up to "

@@ -54,11 +54,11 @@ class PeriodicOrbits(
 
     def _found(self, job: Job) -> PeriodicResult:
         machine = self.named.machine
-        found = [
+        motions = [
             *map(_of_orbit, find_orbits(machine, self.departures, self.speeds)),
             *map(_of_rest, sticking_motions(machine)),
         ]
-        return PeriodicResult(self, tuple(found))
+        return PeriodicResult(self, tuple(motions))
 
 
 @dataclass(frozen=True)
@@ -85,14 +85,14 @@ class Repeating:
             return None
         exact = (two_sided_rattle if lower else simple_rattle)(machine, turns)
         (departure,) = self.orbit.departures
-        known = (distance(departure, (each.time, each.velocity)) for each in exact)
-        return min(known, default=None)
+        distances = (distance(departure, (form.time, form.velocity)) for form in exact)
+        return min(distances, default=None)
 
 
 def _of_orbit(orbit: Orbit) -> Repeating:
     largest = max(map(abs, orbit.multipliers))
-    own = orbit.name, orbit.itinerary.turns, orbit.stable, largest
-    return Repeating(*own, tuple((t, v) for t, v in orbit.departures), orbit)
+    properties = orbit.name, orbit.itinerary.turns, orbit.stable, largest
+    return Repeating(*properties, tuple((t, v) for t, v in orbit.departures), orbit)
 
 
 def _of_rest(motion: Sticking) -> Repeating:
@@ -110,25 +110,25 @@ class PeriodicResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         machine = self.study.named.machine
-        known = has_closed_form(machine)
+        is_closed_form = has_closed_form(machine)
         return {
             **self.study.named.heading,
             **parameters(machine),
             "departures": self.study.departures,
             "velocity_rad_per_turn": list(self.study.speeds),
             "least_eccentricity_of_P(1,1,0)_rad": (
-                min_eccentricity(machine) if known else None
+                min_eccentricity(machine) if is_closed_form else None
             ),
             "orbits": [
                 {
-                    "name": each.name,
-                    "turns": each.turns,
-                    "stable": each.stable,
-                    "largest_multiplier": each.largest_multiplier,
-                    "departures": [list(point) for point in each.departures],
-                    "from_construction": each.from_construction(machine),
+                    "name": motion.name,
+                    "turns": motion.turns,
+                    "stable": motion.stable,
+                    "largest_multiplier": motion.largest_multiplier,
+                    "departures": [list(point) for point in motion.departures],
+                    "from_construction": motion.from_construction(machine),
                 }
-                for each in self.motions
+                for motion in self.motions
             ],
         }
 
@@ -137,9 +137,9 @@ class PeriodicResult(StudyResult):
         """A row for each departure."""
         names = "motion", "stable", "largest_multiplier", "time_turns"
         rows = [
-            (each.name, int(each.stable), each.largest_multiplier, *point)
-            for each in self.motions
-            for point in each.departures
+            (motion.name, int(motion.stable), motion.largest_multiplier, *point)
+            for motion in self.motions
+            for point in motion.departures
         ]
         header = {"machine": self.study.named.name}
         return Table((*names, "speed_rad_per_turn"), lambda: rows, header)
@@ -159,9 +159,9 @@ class PeriodicResult(StudyResult):
         least = values["least_eccentricity_of_P(1,1,0)_rad"]
         if least is not None:
             yield f"P(1,1,0) exists from an eccentricity of {least:.4g} rad on"
-        known = (each["from_construction"] for each in values["orbits"])
-        if found := [each for each in known if each is not None]:
-            yield f"P(m,1,n-) are within {max(found):.1g} of constructed ones"
+        distances = (orbit["from_construction"] for orbit in values["orbits"])
+        if errors := [error for error in distances if error is not None]:
+            yield f"P(m,1,n-) are within {max(errors):.1g} of constructed ones"
 
 
 def _lines(departures: list[list[float]], place: int) -> str:

@@ -90,8 +90,8 @@ class RunDown(
         except (ValueError, RuntimeError) as error:
             raise InputError(f"{self.file}: {error}") from None
         if not fits[0].rate > 0.0:
-            words = f"the speed does not fall, its rate is {fits[0].rate:g}"
-            raise InputError(f"{self.file}: {words}")
+            reason = f"the speed does not fall, its rate is {fits[0].rate:g}"
+            raise InputError(f"{self.file}: {reason}")
         return RunDownResult(self, time, turns, *fits)
 
 

@@ -52,12 +52,12 @@ from fegear.studies.trains import (
 )
 
 
-def _scale(words: str) -> float | None:
+def _scale(text: str) -> float | None:
     """Drawn over true motion, None for auto."""
-    if words == "auto":
+    if text == "auto":
         return None
     try:
-        value = float(words)
+        value = float(text)
     except ValueError:
         value = math.nan
     if not 0.0 <= value < 1e6:
@@ -185,20 +185,20 @@ class ContactPictures(
 
     def _require_same(self, motion: RecordedMotion) -> None:
         """Settings given with a recorded motion may only repeat what its file says."""
-        file, usual, own = self.time_history, StaticsSettings(), self.elements
+        file, usual, elements = self.time_history, StaticsSettings(), self.elements
         if self.position is not None:
             reason = f"{file} has positions of its own, leave it out"
             raise InputError(f"position = {self.position:g}; {reason}")
         for name, value, default, recorded in (
             ("torque", self.torque, None, motion.torque),
-            ("friction", own.friction, usual.friction, motion.friction),
+            ("friction", elements.friction, usual.friction, motion.friction),
         ):
             same = math.isclose(value or 0.0, recorded, rel_tol=1e-6)
             if value != default and not same:
                 raise InputError(f"{name} = {value:g}; {file} was run at {recorded:g}")
-        if own.plane not in (usual.plane, motion.plane):
-            words = f"{display_name(self, 'plane')} {own.plane}"
-            raise InputError(f"{words}; {file} is of plane {motion.plane}")
+        if elements.plane not in (usual.plane, motion.plane):
+            option = f"{display_name(self, 'plane')} {elements.plane}"
+            raise InputError(f"{option}; {file} is of plane {motion.plane}")
 
     def _drawn(self, contact: ContactSequence, job: Job) -> ContactPicturesResult:
         place = contact, Path(self.file), self.picture

@@ -70,8 +70,8 @@ class ResponsesResult(StudyResult):
 
     @property
     def complete(self) -> bool:
-        found = all(branch.complete for _, branch in self.found)
-        return found and not any(branch.interrupted for _, branch in self.beside)
+        is_complete = all(branch.complete for _, branch in self.found)
+        return is_complete and not any(branch.interrupted for _, branch in self.beside)
 
     @property
     def empty(self) -> bool:
@@ -125,18 +125,18 @@ class ResponsesResult(StudyResult):
         }
         if self.beside:
             values["model_1_branches"] = _summarise_branches(self.beside)
-        found = (*self.found, *self.beside)
-        warnings = sweep_warnings(self.study.gears, found)
+        branches = (*self.found, *self.beside)
+        warnings = sweep_warnings(self.study.gears, branches)
         return values | {"warnings": list(warnings)}
 
     @property
     def title(self) -> str:
         """The gear set, the model and what was changed."""
-        facts, words = self.facts, edits_in_words(self.study.gear_set.entries)
+        facts, edits = self.facts, edits_in_words(self.study.gear_set.entries)
         return (
             f"{facts['gear_set']}, model {self.model}, {facts['excitation']}, "
             f"damping ratio {facts['damping_ratio']:g}"
-            f"{friction_of_summary({**facts, 'torque_of': None})}\n{words}"
+            f"{friction_of_summary({**facts, 'torque_of': None})}\n{edits}"
         ).strip()
 
     @property
@@ -179,11 +179,11 @@ class ResponsesResult(StudyResult):
             yield from _page_of_branches(values["model_1_branches"], values["speeds"])
 
 
-def _summarise_branches(found: Branches) -> list[dict[str, Any]]:
-    others = opposites([branch for _, branch in found])
+def _summarise_branches(branches: Branches) -> list[dict[str, Any]]:
+    others = opposites([branch for _, branch in branches])
     return [
         _summarise_branch(torque, branch, other)
-        for (torque, branch), other in zip(found, others, strict=True)
+        for (torque, branch), other in zip(branches, others, strict=True)
     ]
 
 
@@ -201,20 +201,20 @@ def _summarise_branch(
         "complete": branch.complete,
         "finished_speeds": len(statuses) - statuses.count("diverged"),
         "aperiodic_speeds": statuses.count("aperiodic"),
-        "largest": [named(each) for each in largest_responses(branch)],
+        "largest": [named(response) for response in largest_responses(branch)],
         "peaks": [named(peak) for peak in find_peaks(branch)],
         "jumps": [named(jump) for jump in find_jumps(branch, other)],
     }
 
 
-def sweep_warnings(gear_set: GearSet, found: Branches) -> Iterator[str]:
+def sweep_warnings(gear_set: GearSet, branches: Branches) -> Iterator[str]:
     """Warnings where a model leaves out too much, or values cannot be physical."""
-    for _, branch in found:
+    for _, branch in branches:
         yield from truncation_warnings(branch.checks)
-    for torque in dict.fromkeys(torque for torque, _ in found):
+    for torque in dict.fromkeys(torque for torque, _ in branches):
         responses = [
             response
-            for at, branch in found
+            for at, branch in branches
             for response in branch.responses
             if at == torque and response.status != "diverged"
         ]

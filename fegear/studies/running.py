@@ -53,7 +53,7 @@ def run(
     if not isinstance(workers, Cluster | None):
         require_between("workers", workers, 1, MAX_THREADS)
     progress("preparation", 0, 1)
-    tasks, found = list(study.tasks()), dict[str, Any]()
+    tasks, results = list(study.tasks()), dict[str, Any]()
     checkpoint = _opened(study, tasks, keeping) if study.resumes else None
     stop, done = threading.Event(), False
     board = TaskProgress(progress, {task.key: task.size for task in tasks})
@@ -66,12 +66,12 @@ def run(
         )
 
         def store_result(key: str, value: Any) -> None:
-            found[key] = value
+            results[key] = value
             board.finish(key, f"{study.unit}s")
 
         with suppress(KeyboardInterrupt) if study.partial else nullcontext():
             run_tasks(work, store_result, stop, threads)
-        result = study.gather({task.key: found.get(task.key) for task in tasks})
+        result = study.gather({task.key: results.get(task.key) for task in tasks})
         if result is None:  # of a task that had not begun
             raise KeyboardInterrupt
         if deliver is not None:
@@ -109,22 +109,22 @@ class TaskProgress:
     done: dict[str, int] = field(default_factory=dict)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def report(self, key: str, what: str, done: int, total: int) -> None:
+    def report(self, key: str, stage: str, done: int, total: int) -> None:
         with self.lock:
             if self.sizes[key]:
                 self.done[key] = done
                 done, total = sum(self.done.values()), sum(self.sizes.values())
-            self.show(what, done, total)
+            self.show(stage, done, total)
 
-    def finish(self, key: str, what: str) -> None:
+    def finish(self, key: str, stage: str) -> None:
         """A task with a size is done."""
         if self.sizes[key]:
-            self.report(key, what, self.sizes[key], 0)
+            self.report(key, stage, self.sizes[key], 0)
 
 
-def _in_context(function: Callable[..., Any], *given: Any) -> Callable[[], Any]:
+def _in_context(function: Callable[..., Any], *args: Any) -> Callable[[], Any]:
     """A call in another thread that names settings in messages as this one does."""
-    return partial(copy_context().run, function, *given)
+    return partial(copy_context().run, function, *args)
 
 
 def _work(task: Task, job: Job) -> Any:
@@ -152,19 +152,19 @@ class Job(Records):
         """Finished parts, by name."""
         return {} if self.checkpoint is None else {**self.checkpoint.parts(self.key)}
 
-    def compute(self, what: str, parts: Parts) -> Mapping[str, Arrays]:
+    def compute(self, stage: str, parts: Parts) -> Mapping[str, Arrays]:
         left = ((name, parts[name]) for name in parts if name not in self.parts)
         total = len(self.parts.keys() | parts.keys())
 
         def store_result(name: str, arrays: Arrays) -> None:
             self.parts[name] = arrays
             Records(self.checkpoint, f"{self.key}/{name}").add_record({}, arrays)
-            self.board.report(self.key, what, len(self.parts), total)
+            self.board.report(self.key, stage, len(self.parts), total)
 
         run_tasks(left, store_result, self.stop, self.workers)
         return {name: self.parts[name] for name in parts}
 
-    def report(self, what: str, done: int, total: int) -> None:
+    def report(self, stage: str, done: int, total: int) -> None:
         if self.stop.is_set():
             raise Stopped
-        self.board.report(self.key, what, done, total)
+        self.board.report(self.key, stage, done, total)

@@ -52,7 +52,7 @@ class BuiltinSetsResult(StudyResult):
     def page(self) -> Page:
         columns: Columns = {name: partial(_word, name) for name in NAMES}
         yield RowTable(
-            self.summary["gear_sets"], columns, words=("name", "description")
+            self.summary["gear_sets"], columns, text_columns=("name", "description")
         )
 
 

@@ -143,30 +143,30 @@ def _sheet(
 ) -> ColumnTable:
     """A column for each item, a row for each figure that any of them has."""
     flat = [flattened(item) for item in items]
-    every = dict.fromkeys(key for each in flat for key in each)
+    every = dict.fromkeys(key for figures in flat for key in figures)
     keys = [key for key in every if key not in hidden]
-    cells = ([shown(each.get(key)) for key in keys] for each in flat)
+    cells = ([shown(figures.get(key)) for key in keys] for figures in flat)
     columns = dict(zip(names, cells, strict=True))
     return ColumnTable(list(map(header, keys)), columns, corner)
 
 
 def flattened(figures: dict[str, Any]) -> dict[str, Any]:
     """Reliefs as `tip_relief.shape` and so on; those that are not there left out."""
-    found: dict[str, Any] = {}
+    flat: dict[str, Any] = {}
     for key, value in figures.items():
         if isinstance(value, dict):
-            found |= {f"{key}.{name}": each for name, each in value.items()}
+            flat |= {f"{key}.{name}": inner for name, inner in value.items()}
         elif not key.endswith("_relief"):
-            found[key] = value
-    return found
+            flat[key] = value
+    return flat
 
 
 def header(key: str) -> str:
     """`base_radius_mm` as `Base radius [mm]`."""
     place, _, name = key.rpartition(".")
     end = next((end for end in UNITS if name.endswith(end)), "")
-    words = name.removesuffix(end).replace("_", " ") + UNITS.get(end, "")
-    text = f"{place.replace('_', ' ')} {HEADERS.get(name, words)}".strip()
+    label = name.removesuffix(end).replace("_", " ") + UNITS.get(end, "")
+    text = f"{place.replace('_', ' ')} {HEADERS.get(name, label)}".strip()
     return text[0].upper() + text[1:]
 
 

@@ -128,8 +128,9 @@ class Stability(
     @cached_property
     def natural_Hz(self) -> list[float]:
         """Modes that strain a mesh, without friction, at the first value."""
-        found: list[float] = self._system_at(self.over.values[0]).frequency_Hz.tolist()
-        return found
+        system = self._system_at(self.over.values[0])
+        natural: list[float] = system.frequency_Hz.tolist()
+        return natural
 
     @cached_property
     def _lock(self) -> threading.Lock:
@@ -161,9 +162,9 @@ class Stability(
         except ValueError as error:
             raise InputError(f"{self.gears.name}: {error}") from None
 
-    def gather(self, found: Mapping[str, StabilityScan | None]) -> StabilityResult:
+    def gather(self, results: Mapping[str, StabilityScan | None]) -> StabilityResult:
         columns: list[StabilityScan] = []
-        for column in found.values():
+        for column in results.values():
             if column is None:
                 break
             columns.append(column)
@@ -248,7 +249,7 @@ class StabilityResult(StudyResult):
         """What varies and changes nothing, to the bit."""
         others = self.columns[1:]
         if others and all(
-            (each.largest == self.columns[0].largest).all() for each in others
+            (column.largest == self.columns[0].largest).all() for column in others
         ):
             yield f"{self.study.over.name} does not change the multipliers"
 
@@ -283,7 +284,7 @@ class StabilityResult(StudyResult):
             f"{values['values_with_instability']} of them vibration grows at some speed"
         )
         if columns:
-            largest = max(each["largest_multiplier"] for each in columns)
+            largest = max(column["largest_multiplier"] for column in columns)
             yield f"largest multiplier at the speeds {number(largest, 6)}"
         if values["values_with_instability"]:
             shown: Columns = {
@@ -304,16 +305,18 @@ def _finite(key: str) -> Any:
 
 def _widest(columns: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """For each combination, the widest first: where it is, and its widest interval."""
-    found: dict[str, list[dict[str, Any]]] = {}
+    by_kind: dict[str, list[dict[str, Any]]] = {}
     rows: list[dict[str, Any]] = []
     for column in columns:
-        for each in column["intervals"]:
-            width = each["to_Hz"] - each["from_Hz"]
-            place = {**each, "width": width, "value": column["value"]}
-            found.setdefault(each["kind"], []).append(place)
-    for own in found.values():
-        widest = max(own, key=lambda each: (each["width"], -each["value"]))
-        ends = [each["value"] for each in own]
+        for interval in column["intervals"]:
+            width = interval["to_Hz"] - interval["from_Hz"]
+            place = {**interval, "width": width, "value": column["value"]}
+            by_kind.setdefault(interval["kind"], []).append(place)
+    for intervals in by_kind.values():
+        widest = max(
+            intervals, key=lambda interval: (interval["width"], -interval["value"])
+        )
+        ends = [interval["value"] for interval in intervals]
         rows.append({**widest, "first": min(ends), "last": max(ends)})
     return sorted(rows, key=lambda row: -row["width"])
 
@@ -331,14 +334,14 @@ def _interval_values(interval: Interval) -> dict[str, Any]:
 def _stored(column: StabilityScan) -> dict[str, Any]:
     return {
         "largest": column.largest.tolist(),
-        "intervals": [asdict(each) for each in column.intervals],
-        "expected": [asdict(each) for each in column.expected],
+        "intervals": [asdict(interval) for interval in column.intervals],
+        "expected": [asdict(combination) for combination in column.expected],
     }
 
 
 def _read(values: Mapping[str, Any]) -> StabilityScan:
     return StabilityScan(
         np.array(values["largest"], float),
-        tuple(Interval(**each) for each in values["intervals"]),
-        tuple(Combination(**each) for each in values["expected"]),
+        tuple(Interval(**interval) for interval in values["intervals"]),
+        tuple(Combination(**combination) for combination in values["expected"]),
     )

@@ -128,15 +128,15 @@ class StiffnessResult(StudyResult):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        solved, asked = self.solved, self.study.elements
+        solved, elements = self.solved, self.study.elements
         return {
             "gear_set": self.study.gears.name,
             "mesh": solved.name,
             "teeth": solved.teeth,
-            "plane": asked.plane,
-            "resolution": asked.resolution,
-            "corner_contact": CORNERS[asked.corner_contact],
-            "friction_coefficient": asked.friction,
+            "plane": elements.plane,
+            "resolution": elements.resolution,
+            "corner_contact": CORNERS[elements.corner_contact],
+            "friction_coefficient": elements.friction,
             "face_width_mm": 1e3 * solved.problem.face_width,
             "contact_ratio": solved.problem.pair.contact_ratio,
             "positions": int(solved.table.position.size),
@@ -154,8 +154,8 @@ class StiffnessResult(StudyResult):
     @property
     def table(self) -> Table:
         """A row for every torque and position."""
-        found = self.solved.table
-        return Table.of(found.flat, {**found.header, **self.study.gear_set.entries})
+        table = self.solved.table
+        return Table.of(table.flat, {**table.header, **self.study.gear_set.entries})
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -182,7 +182,7 @@ class StiffnessResult(StudyResult):
                 f"with pitch errors, tooth pairs repeat after {values['base_pitches']} "
                 "base pitches: all of them are in the table"
             )
-        yield RowTable(values["torques"], COLUMNS, words=())
+        yield RowTable(values["torques"], COLUMNS, text_columns=())
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
         peak = values["peak_memory_MB"]
@@ -197,7 +197,7 @@ def page_of_table(solved: StaticsResult) -> Page:
         f"{solved.problem.pair.contact_ratio:.4f}, friction {solved.problem.friction:g}"
     )
     rows = [at_torque(solved, t) for t in range(solved.cycle.torque.size)]
-    yield RowTable(rows, COLUMNS, words=())
+    yield RowTable(rows, COLUMNS, text_columns=())
     yield from _evidence_lines(evidence(solved))
 
 
@@ -308,16 +308,16 @@ def _evidence_warnings(solved: StaticsResult) -> Iterator[str]:
     check = partial(check_warnings, f"mesh {solved.mesh + 1}")
     residual = float(solved.cycle.residual.max())
     yield from check("gaps and pressures of the contact", residual)
-    what = "deflections where loads change places"
-    yield from check(what, solved.reciprocity_error, ESTIMATE)
+    quantity = "deflections where loads change places"
+    yield from check(quantity, solved.reciprocity_error, ESTIMATE)
     if solved.error is not None:
-        what = "mean transmission errors of two meshes"
-        yield from check(what, solved.error.change_of_mean, ESTIMATE)
+        quantity = "mean transmission errors of two meshes"
+        yield from check(quantity, solved.error.change_of_mean, ESTIMATE)
     if solved.problem.friction == 0.0:
-        what = "works of both torques over the cycle"
+        quantity = "works of both torques over the cycle"
         places = solved.cycle.position.size / solved.pitches
         missed = 2.0 * solved.torque_balance / places  # by sums that step over jumps
-        yield from check(what, solved.virtual_work, BALANCE + missed)
-        what = "works of loads on gaps and of deflection over the cycle"
+        yield from check(quantity, solved.virtual_work, BALANCE + missed)
+        quantity = "works of loads on gaps and of deflection over the cycle"
         bound = solved.deflection_over_pitch
-        yield from check(what, solved.gap_work, BALANCE + missed + bound)
+        yield from check(quantity, solved.gap_work, BALANCE + missed + bound)

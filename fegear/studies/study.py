@@ -10,7 +10,7 @@ A study is a frozen dataclass whose fields are settings:
         starts: int = setting(1000, "Number of runs.", Range(1, 10_000_000))
 
         def tasks(self) -> Iterator[Task]: ...
-        def gather(self, found: Mapping[str, Any]) -> NoiseResult: ...
+        def gather(self, results: Mapping[str, Any]) -> NoiseResult: ...
 
 `fegear.studies.running.run` computes it. The command line, checkpoints and messages
 follow from the declaration. A field whose type is a dataclass represents its fields;
@@ -102,7 +102,7 @@ class SettingsGroup:
     """A field whose value has settings of its own.
 
     kind : its class; offers : which fields of it are settings here, and how
-    unused_options : as `Study.idle`, of a value of the class
+    unused_options : as `Study.unused_options`, of a value of the class
     default : its value where it is not given, None for that of the class
     """
 
@@ -112,9 +112,11 @@ class SettingsGroup:
     default: Any = None
 
 
-def setting(default: Any, text: str, allowed: Range | None = None, **words: Any) -> Any:
-    """A field of a study; words : see `Setting`."""
-    declared = Setting(text=text, allowed=allowed, **words)
+def setting(
+    default: Any, text: str, allowed: Range | None = None, **options: Any
+) -> Any:
+    """A field of a study; options : see `Setting`."""
+    declared = Setting(text=text, allowed=allowed, **options)
     return field(default=default, metadata={"setting": declared})
 
 
@@ -164,17 +166,17 @@ class ExposedField:
         return self.declared if isinstance(self.declared, SettingsGroup) else None
 
 
-def parse_setting(each: ExposedField, words: str) -> Any:
+def parse_setting(member: ExposedField, text: str) -> Any:
     """The value of a setting that words say."""
-    declared = each.declared
+    declared = member.declared
     assert isinstance(declared, Setting)
     assert declared.parse is not None
     try:
-        return declared.parse(words)
+        return declared.parse(text)
     except InputError:
         raise
     except ValueError as error:
-        raise InputError(f"{each.name} = {words}; {error}") from None
+        raise InputError(f"{member.name} = {text}; {error}") from None
 
 
 def declared_fields(kind: Any) -> dict[str, Any]:
@@ -183,25 +185,30 @@ def declared_fields(kind: Any) -> dict[str, Any]:
     What is found by its place comes first, then its settings, then groups; None for a
     dataclass with its own settings.
     """
-    found, ranks, hints = dict[str, Any](), dict[str, int](), get_type_hints(kind)
-    for each in fields(kind):
-        declared = each.metadata.get("setting") or each.metadata.get("group")
-        inner = is_dataclass(hints[each.name])
+    declarations = dict[str, Any]()
+    ranks, hints = dict[str, int](), get_type_hints(kind)
+    for member in fields(kind):
+        declared = member.metadata.get("setting") or member.metadata.get("group")
+        inner = is_dataclass(hints[member.name])
         if declared is None and not inner:
             continue
-        own = (declared,) if declared else declared_fields(hints[each.name]).values()
-        placed = any(getattr(setting, "place", "") for setting in own)
-        found[each.name] = declared
-        ranks[each.name] = 0 if placed else 1 + (not isinstance(declared, Setting))
-    return {name: found[name] for name in sorted(found, key=ranks.__getitem__)}
+        settings = (
+            (declared,) if declared else declared_fields(hints[member.name]).values()
+        )
+        placed = any(getattr(setting, "place", "") for setting in settings)
+        declarations[member.name] = declared
+        ranks[member.name] = 0 if placed else 1 + (not isinstance(declared, Setting))
+    return {
+        name: declarations[name] for name in sorted(declarations, key=ranks.__getitem__)
+    }
 
 
 def exposed_fields(group: SettingsGroup) -> Iterator[ExposedField]:
     """Settings of a group, in order."""
-    hints, known = get_type_hints(group.kind), {f.name: f for f in fields(group.kind)}
+    hints, by_name = get_type_hints(group.kind), {f.name: f for f in fields(group.kind)}
     for name, declared in group.exposed.items():
-        default = getattr(group.default, name, known[name].default)
-        yield ExposedField(known[name], hints[name], declared, default)
+        default = getattr(group.default, name, by_name[name].default)
+        yield ExposedField(by_name[name], hints[name], declared, default)
 
 
 def to_argv(settings: Any, group: SettingsGroup | None = None) -> list[str]:
@@ -210,29 +217,29 @@ def to_argv(settings: Any, group: SettingsGroup | None = None) -> list[str]:
     group = group or group_of(settings)
     if not isinstance(settings, group.kind):
         raise InputError(f"{settings!r} has no words of a command")
-    for each in exposed_fields(group):
-        value = getattr(settings, each.name)
-        if each.group is not None:
-            options += to_argv(value, each.group)
+    for member in exposed_fields(group):
+        value = getattr(settings, member.name)
+        if member.group is not None:
+            options += to_argv(value, member.group)
             continue
-        declared = each.declared
+        declared = member.declared
         assert isinstance(declared, Setting)
         if declared.place:
             places += map(str, value if isinstance(value, tuple) else [value])
-        elif value != each.default:
-            options += _written(declared.short or each.option, declared, value)
+        elif value != member.default:
+            options += _written(declared.short or member.option, declared, value)
     return [*places, *options]
 
 
 def options_of(group: SettingsGroup) -> dict[str, str]:
     """Options by the names of settings, those of groups among them."""
-    found: dict[str, str] = {}
-    for each in exposed_fields(group):
-        if each.group is not None:
-            found = options_of(each.group) | found
-        elif not getattr(each.declared, "place", ""):
-            found[each.name] = each.option
-    return found
+    options: dict[str, str] = {}
+    for member in exposed_fields(group):
+        if member.group is not None:
+            options = options_of(member.group) | options
+        elif not getattr(member.declared, "place", ""):
+            options[member.name] = member.option
+    return options
 
 
 def group_of(settings: Any) -> SettingsGroup:
@@ -249,7 +256,7 @@ def _written(option: str, declared: Setting, value: Any) -> list[str]:
         return [option if value else option.replace("--", "--no-", 1)]
     single = declared.parse is not None and not declared.several
     values = value if isinstance(value, tuple) and not single else (value,)
-    return [word for each in values for word in (option, declared.write(each))]
+    return [word for element in values for word in (option, declared.write(element))]
 
 
 def take_plain_values(settings: Any) -> None:
@@ -282,12 +289,12 @@ def require_settings(settings: Any) -> None:
         require_fields(settings, infinite=unbounded)
     except ValueError as error:
         raise InputError(str(error)) from None
-    for each in exposed_fields(group_of(settings)):
-        allowed = getattr(each.declared, "allowed", None)
-        given = getattr(settings, each.name)
-        for value in given if isinstance(given, tuple) else (given,):
+    for member in exposed_fields(group_of(settings)):
+        allowed = getattr(member.declared, "allowed", None)
+        values = getattr(settings, member.name)
+        for value in values if isinstance(values, tuple) else (values,):
             if allowed is not None and value is not None and value not in allowed:
-                raise InputError(f"{each.name} = {value:.12g}; allowed {allowed}")
+                raise InputError(f"{member.name} = {value:.12g}; allowed {allowed}")
 
 
 # whether messages call settings by their options, as on the command line
@@ -307,12 +314,12 @@ def refuse_unused_settings(settings: Any, group: SettingsGroup) -> None:
     """Raise InputError for a setting that is given and changes nothing."""
     if not isinstance(settings, group.kind):
         return
-    for each in exposed_fields(group):
-        if each.group is not None:
-            refuse_unused_settings(getattr(settings, each.name), each.group)
-    known = {each.name: each.default for each in exposed_fields(group)}
+    for member in exposed_fields(group):
+        if member.group is not None:
+            refuse_unused_settings(getattr(settings, member.name), member.group)
+    defaults = {member.name: member.default for member in exposed_fields(group)}
     for name, reason in group.unused_options(settings):
-        if name in known and getattr(settings, name) != known[name]:
+        if name in defaults and getattr(settings, name) != defaults[name]:
             raise refusal(settings, name, reason, group)
 
 
@@ -322,13 +329,13 @@ def refusal(
     """Why the value of a setting is refused; names in braces are those of settings."""
     group = group or group_of(settings)
     value, names = getattr(settings, name), options_of(group)
-    words = "" if value is True else f" = {shown(value)}"
+    value_text = "" if value is True else f" = {shown(value)}"
     called = _called(group, name)
     for flag, meant, _ in getattr(group.exposed.get(name), "flags", ()):
         if AS_OPTIONS.get() and value == meant:
-            called, words = flag, ""
-    reason = reason.format_map({each: _called(group, each) for each in names})
-    return InputError(f"{called}{words}; {reason}")
+            called, value_text = flag, ""
+    reason = reason.format_map({key: _called(group, key) for key in names})
+    return InputError(f"{called}{value_text}; {reason}")
 
 
 def refuse_given(
@@ -365,7 +372,7 @@ class Job(Protocol):
     def add_record(self, record: Mapping[str, Any], state: Arrays) -> None:
         """The next record, which JSON can hold, and the state to go on from."""
 
-    def compute(self, what: str, parts: Parts) -> Mapping[str, Arrays]:
+    def compute(self, stage: str, parts: Parts) -> Mapping[str, Arrays]:
         """Arrays of parts by name, on all workers; those kept are not computed again.
 
         With a cluster their functions are those of modules, with plain arguments.
@@ -383,7 +390,7 @@ class Job(Protocol):
     def stop_event(self) -> Stop:
         """What parts look at to end early, by Stopped."""
 
-    def report(self, what: str, done: int, total: int) -> None:
+    def report(self, stage: str, done: int, total: int) -> None:
         """Progress. Raises Stopped where the run is to end."""
 
 
@@ -431,33 +438,33 @@ class Study:
 
     def __post_init__(self) -> None:
         take_plain_values(self)
-        for each in exposed_fields(group_of(self)):
-            value, declared = self._read(each), each.group
+        for member in exposed_fields(group_of(self)):
+            value, declared = self._read(member), member.group
             if declared is None or isinstance(value, declared.kind):
                 continue
             kind: Any = declared.kind
-            names = [own.name for own in fields(kind)]
+            names = [f.name for f in fields(kind)]
             if isinstance(value, str) and "name" in names:  # a name in its place
-                object.__setattr__(self, each.name, kind(name=value))
+                object.__setattr__(self, member.name, kind(name=value))
             elif hasattr(kind, "of"):
-                object.__setattr__(self, each.name, kind.of(value))
+                object.__setattr__(self, member.name, kind.of(value))
         require_settings(self)
         refuse_unused_settings(self, group_of(self))
 
-    def _read(self, each: ExposedField) -> Any:
+    def _read(self, member: ExposedField) -> Any:
         """A value of a setting, which may be given in words."""
-        value, declared = getattr(self, each.name), each.declared
+        value, declared = getattr(self, member.name), member.declared
         if not isinstance(declared, Setting) or declared.parse is None:
             return value
         if declared.several and isinstance(value, list | tuple):
-            words = value
+            texts = value
             value = tuple(
-                parse_setting(each, w) if isinstance(w, str) else w for w in words
+                parse_setting(member, w) if isinstance(w, str) else w for w in texts
             )
         elif isinstance(value, str):
-            value = parse_setting(each, value)
+            value = parse_setting(member, value)
             value = (value,) if declared.several else value
-        object.__setattr__(self, each.name, value)
+        object.__setattr__(self, member.name, value)
         return value
 
     @property
@@ -470,10 +477,10 @@ class Study:
         """Names of the main files in the directory that is written."""
         return ()
 
-    def unused_options(self, given: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         """Names of outputs and settings that would change nothing, with the reason.
 
-        given : files and other outputs that are asked for, by name
+        outputs : files and other outputs that are asked for, by name
         Other names are in braces in the reasons, as in `needs {kind} event`.
         """
         return iter(())
@@ -482,9 +489,9 @@ class Study:
         """All parts; InputError for what cannot be computed."""
         raise NotImplementedError
 
-    def gather(self, found: Mapping[str, Any]) -> Any:
+    def gather(self, results: Mapping[str, Any]) -> Any:
         """The result of what tasks gave, by their keys; that of an only one."""
-        (result,) = found.values()
+        (result,) = results.values()
         return result
 
     @property
@@ -514,14 +521,14 @@ def files_read(
 
     whole : also those of groups that tell by `inputs` what they have read
     """
-    for each in exposed_fields(group or group_of(settings)):
-        value = getattr(settings, each.name)
-        if each.group is not None:
-            if isinstance(value, each.group.kind) and (
+    for member in exposed_fields(group or group_of(settings)):
+        value = getattr(settings, member.name)
+        if member.group is not None:
+            if isinstance(value, member.group.kind) and (
                 whole or not hasattr(value, "inputs")
             ):
-                yield from files_read(value, each.group, whole)
-        elif isinstance(each.declared, Setting) and each.declared.reads:
+                yield from files_read(value, member.group, whole)
+        elif isinstance(member.declared, Setting) and member.declared.reads:
             names = value if isinstance(value, tuple) else (value,)
             yield from (str(name) for name in names if name is not None)
 
@@ -529,8 +536,8 @@ def files_read(
 def _inputs(settings: Any, prefix: str) -> Iterator[tuple[str, str]]:
     from fegear.files.contents import exact_repr
 
-    for each in fields(settings):
-        value, name = getattr(settings, each.name), f"{prefix}{each.name}"
+    for member in fields(settings):
+        value, name = getattr(settings, member.name), f"{prefix}{member.name}"
         if is_dataclass(value) and not hasattr(value, "inputs"):
             yield from _inputs(value, f"{name}.")
         else:

@@ -118,9 +118,9 @@ class Sweep(
     def systems(self) -> dict[float, LumpedSystem]:
         """The train at each torque on the input gear [N m]."""
         require_method(self.resolved_model, self.integration)
-        given = self.resolved_model, self.resolved_model.excitations
+        arguments = self.resolved_model, self.resolved_model.excitations
         return {
-            torque: lumped_system(self.gears, torque, *given)
+            torque: lumped_system(self.gears, torque, *arguments)
             for torque in chosen_torques(self.gears, self.torque)
         }
 
@@ -145,8 +145,8 @@ class Sweep(
 
     def _swept(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
         observer = reporting(job.report, len(self.frequencies))
-        given = self.frequencies, direction, self.integration
-        branch = sweep(system, *given, observer=observer, stop=job.stop)
+        arguments = self.frequencies, direction, self.integration
+        branch = sweep(system, *arguments, observer=observer, stop=job.stop)
         if direction != self.directions[0]:
             return branch
         with suppress(Stopped):  # the speeds are finished without it
@@ -156,11 +156,11 @@ class Sweep(
             return replace(branch, checks=checks)
         return branch
 
-    def gather(self, found: Mapping[str, Branch | None]) -> SweepResult:
+    def gather(self, results: Mapping[str, Branch | None]) -> SweepResult:
         system, model = next(iter(self.systems.values())), self.resolved_model
         ratio = system.train.damping_ratio
-        words = integration_in_words(self.integration, model.number == "coupled")
-        checks = [c for branch in found.values() if branch for c in branch.checks]
+        method = integration_in_words(self.integration, model.number == "coupled")
+        checks = [c for branch in results.values() if branch for c in branch.checks]
         entries = truncation_entries(system, checks)
         return SweepResult(
             study=self,
@@ -170,13 +170,17 @@ class Sweep(
             | bodies_described(entries)
             | {"body_modes_error": truncation_error(checks)}
             | static_entries(self.systems, len(self.gears.meshes)),
-            header=file_header(self.gears, model, ratio, words)
+            header=file_header(self.gears, model, ratio, method)
             | entries
             | self.gear_set.entries,
             frequencies=self.frequencies,
             found=[
-                (torque, found[f"{torque!r} {direction}"] or unbegun(own, direction))
-                for torque, own in self.systems.items()
+                (
+                    torque,
+                    results[f"{torque!r} {direction}"]
+                    or unbegun(torque_system, direction),
+                )
+                for torque, torque_system in self.systems.items()
                 for direction in self.directions
             ],
         )
@@ -195,8 +199,8 @@ class SweepResult(ResponsesResult):
     def spectra(self) -> Sequence[SpectraOverSpeed]:
         """Lines of the motions of each branch."""
         settings = self.study.integration
-        every = [spectra_over_speed(*each, settings) for each in self.found]
-        return [each for each in every if each.lines]
+        every = [spectra_over_speed(*pair, settings) for pair in self.found]
+        return [spectra for spectra in every if spectra.lines]
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -32,7 +32,7 @@ class Table:
     @classmethod
     def of(cls, columns: Mapping[str, ArrayLike], header: Mapping[str, str]) -> Table:
         """Columns of equal length, which may be arrays."""
-        lists = [np.asarray(each).tolist() for each in columns.values()]
+        lists = [np.asarray(column).tolist() for column in columns.values()]
         return cls(tuple(columns), lambda: zip(*lists, strict=True), header)
 
     def csv(self) -> str:

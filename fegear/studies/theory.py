@@ -100,8 +100,8 @@ class Theory(
             parametric = parametric_system(system)
         except ValueError as error:
             raise InputError(f"{name}: {error}") from None
-        found = predictions(parametric)
-        if not found:
+        resonances = predictions(parametric)
+        if not resonances:
             raise InputError(
                 f"{name}: neither stiffness nor transmission error of a mesh varies, "
                 "nothing resonates"
@@ -110,7 +110,7 @@ class Theory(
             self._stiffness_range(source, mesh, on_mesh)
             for mesh, on_mesh in enumerate(mesh_torques_at(self.gears, torque))
         )
-        return TheoryResult(self, torque, system, parametric, found, ranges)
+        return TheoryResult(self, torque, system, parametric, resonances, ranges)
 
     def _stiffness_range(
         self, source: ExcitationSource, mesh: int, torque: float
@@ -148,7 +148,7 @@ class TheoryResult(StudyResult):
             **summary_header(self.study, self.system.train.damping_ratio),
             "torque_Nm": self.torque,
             "meshes": [self._mesh(m) for m in range(len(self.system.excitations))],
-            "resonances": [self._resonance(each) for each in self.found],
+            "resonances": [self._resonance(prediction) for prediction in self.found],
             "warnings": [
                 *train_warnings(self.study, {self.torque: self.system}),
                 *self._warnings(),
@@ -165,11 +165,11 @@ class TheoryResult(StudyResult):
     def table(self) -> Table:
         """A row for every resonance and mesh; a cell without a value is empty."""
         rows = [
-            {k: v for k, v in each.items() if k not in NESTED}
+            {k: v for k, v in resonance.items() if k not in NESTED}
             | mesh
-            | {"limits": "; ".join(each["limits"])}
-            for each in self.summary["resonances"]
-            for mesh in each["meshes"]
+            | {"limits": "; ".join(resonance["limits"])}
+            for resonance in self.summary["resonances"]
+            for mesh in resonance["meshes"]
         ]
         cells = [[math.nan if v is None else v for v in row.values()] for row in rows]
         return Table(tuple(rows[0]), lambda: cells, self._header)
@@ -212,13 +212,13 @@ class TheoryResult(StudyResult):
         return {"plot": lambda: draw_theory(self.found, meshes, title)}
 
     def _mesh(self, mesh: int) -> dict[str, Any]:
-        known = self.parametric
-        first = 2.0 * abs(known.stiffness_harmonics[mesh, 0])
+        parametric = self.parametric
+        first = 2.0 * abs(parametric.stiffness_harmonics[mesh, 0])
         return {
             "mesh": mesh + 1,
-            "mean_stiffness_N_per_m": float(known.stiffness[mesh]),
+            "mean_stiffness_N_per_m": float(parametric.stiffness[mesh]),
             "first_harmonic_over_mean": float(first),
-            "mean_deflection_m": float(known.deflection[mesh]),
+            "mean_deflection_m": float(parametric.deflection[mesh]),
             "optimal_tip_relief_m": self._optimal_relief(mesh),
             "optimal_tip_relief_is": OPTIMAL_RELIEF,
             "other_reliefs": list(_other_reliefs(self.study.gears, mesh)),
@@ -284,8 +284,8 @@ class TheoryResult(StudyResult):
         if mesh == 0 or kind not in ("fundamental", "subharmonic"):
             return nothing
         by_mesh = near.driven_by if kind == "fundamental" else near.parametric_by
-        own, now = abs(by_mesh[mesh]), abs(by_mesh.sum())
-        if not (own > 0.0 and now > 0.0 and np.count_nonzero(by_mesh) > 1):
+        amplitude, now = abs(by_mesh[mesh]), abs(by_mesh.sum())
+        if not (amplitude > 0.0 and now > 0.0 and np.count_nonzero(by_mesh) > 1):
             return nothing
         extremes = phase_extremes(by_mesh, mesh, 1)
         phase = self.system.train.meshes[mesh].phase - extremes.at_least
@@ -302,7 +302,7 @@ class TheoryResult(StudyResult):
             f"{values['model']}, {values['excitation']}, damping ratio "
             f"{values['damping_ratio']:g}; mesh frequencies are those of the first mesh"
         )
-        yield RowTable(values["meshes"], MESH, "Meshes", words=())
+        yield RowTable(values["meshes"], MESH, "Meshes", text_columns=())
         if any(row["optimal_tip_relief_m"] is not None for row in values["meshes"]):
             yield f"best tip relief: {OPTIMAL_RELIEF}"
             for row in values["meshes"]:
@@ -319,11 +319,11 @@ class TheoryResult(StudyResult):
         ):
             if chosen:
                 yield RowTable(chosen, columns, title)
-        for each in values["resonances"]:
-            for limit in each["limits"]:
+        for resonance in values["resonances"]:
+            for limit in resonance["limits"]:
                 yield (
-                    f"range left, {each['resonance']} at "
-                    f"{each['mesh_frequency_Hz']:.6g} Hz: {limit}"
+                    f"range left, {resonance['resonance']} at "
+                    f"{resonance['mesh_frequency_Hz']:.6g} Hz: {limit}"
                 )
 
 
@@ -334,7 +334,7 @@ def _in_words(kinds: Mapping[int, str]) -> str:
 
 
 def _meshes(kinds: Mapping[int, str], kind: str) -> str:
-    numbers = [str(mesh + 1) for mesh, each in kinds.items() if each == kind]
+    numbers = [str(mesh + 1) for mesh, mesh_kind in kinds.items() if mesh_kind == kind]
     return ("mesh " if len(numbers) == 1 else "meshes ") + " and ".join(numbers)
 
 
@@ -368,15 +368,15 @@ def _other_reliefs(gear_set: GearSet, mesh: int) -> Iterator[str]:
 
 def _rows(resonances: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """One for every resonance and mesh; the first one of each names the resonance."""
-    for each in resonances:
-        kinds = [entry["as"] for entry in each["excited_by"]]
-        meshes = [str(entry["mesh"]) for entry in each["excited_by"]]
+    for resonance in resonances:
+        kinds = [entry["as"] for entry in resonance["excited_by"]]
+        meshes = [str(entry["mesh"]) for entry in resonance["excited_by"]]
         named = {"kind": "\n".join(kinds), "exciting": "\n".join(meshes)}
         if len(set(kinds)) == 1:
             named = {"kind": kinds[0], "exciting": ", ".join(meshes)}
-        named["at"] = f"{each['mesh_frequency_Hz']:.5g}"
-        for mesh in each["meshes"]:
-            yield each | mesh | named
+        named["at"] = f"{resonance['mesh_frequency_Hz']:.5g}"
+        for mesh in resonance["meshes"]:
+            yield resonance | mesh | named
             named = dict.fromkeys(named, "")
 
 

@@ -83,15 +83,15 @@ class GearSetRef:
     @cached_property
     def overrides(self) -> dict[str, Any]:
         """Values by key; InputError where there is no `=` or a key comes twice."""
-        found: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         for text in self.edits:
             key, separator, value = (part.strip() for part in text.partition("="))
             if not (separator and key and value):
                 raise self.rejection(text, "KEY=VALUE is needed")
-            if key in found:
+            if key in values:
                 raise self.rejection(text, f"{key} is given more than once")
-            found[key] = parsed_value(value)
-        return found
+            values[key] = parsed_value(value)
+        return values
 
     @cached_property
     def loaded(self) -> GearSet:
@@ -139,18 +139,18 @@ def mesh_index(gears: GearSet, mesh: int) -> int:
 
 
 def speeds_setting(
-    default: Any, text: str, allowed: Range = FREQUENCY, **words: Any
+    default: Any, text: str, allowed: Range = FREQUENCY, **options: Any
 ) -> Any:
     """A setting of mesh frequencies, `A:B:STEP` in words."""
 
-    def read(words: str) -> tuple[float, ...]:
-        found = parsed_speeds(words)
-        if not found:
+    def read(value: str) -> tuple[float, ...]:
+        speeds = parsed_speeds(value)
+        if not speeds:
             raise ValueError("a speed is needed")
-        return found
+        return speeds
 
     how: dict[str, Any] = {"metavar": "A:B:STEP", "write": written_speeds}
-    return setting(default, text, allowed, parse=read, **how | words)
+    return setting(default, text, allowed, parse=read, **how | options)
 
 
 def torque_setting() -> Any:
@@ -171,39 +171,41 @@ def torques_setting() -> Any:
 
 
 def chosen_torques(
-    gears: GearSet, asked: tuple[float, ...], mesh: int | None = None
+    gears: GearSet, torques: tuple[float, ...], mesh: int | None = None
 ) -> tuple[float, ...]:
     """Torques on the input gear [N m]: as asked, or the gear set's load cases.
 
     mesh : counted from 1, on whose driver they are instead
     """
     free = mesh is None  # gears without load can be integrated, not solved at rest
-    for value in asked:
+    for value in torques:
         if not (MIN_TORQUE <= value < 1e9 or (free and value == 0.0)):
             raise InputError(f"torque = {value:.12g}; {LOAD if free else DRIVER_LOAD}")
-        if asked.count(value) > 1:
+        if torques.count(value) > 1:
             raise InputError(f"torque = {value:.12g}; is given more than once")
-    own = input_torques(gears) if mesh is None else gears.meshes[mesh - 1].torques
-    if not asked and not own:
+    load_cases = (
+        input_torques(gears) if mesh is None else gears.meshes[mesh - 1].torques
+    )
+    if not torques and not load_cases:
         where = "" if free else f" for mesh {mesh}"
         raise InputError(f"torque is missing; {gears.name} has no load case{where}")
-    return asked or own
+    return torques or load_cases
 
 
 def chosen_torque(
-    gears: GearSet, asked: float | None, mesh: int | None = None
+    gears: GearSet, torque: float | None, mesh: int | None = None
 ) -> float:
     """The torque that is asked for [N m], or the middle load case."""
-    found = chosen_torques(gears, () if asked is None else (asked,), mesh)
-    return found[len(found) // 2]
+    torques = chosen_torques(gears, () if torque is None else (torque,), mesh)
+    return torques[len(torques) // 2]
 
 
-def _number(words: str) -> Any:
-    if words in get_args(Number):
-        return words
-    if words not in ("1", "2", "3"):
+def _number(text: str) -> Any:
+    if text in get_args(Number):
+        return text
+    if text not in ("1", "2", "3"):
         raise ValueError("allowed auto, coupled, 1, 2 and 3")
-    return int(words)
+    return int(text)
 
 
 DAMPING = Setting(
@@ -437,16 +439,18 @@ class TrainStudy:
 
     def rejection(self, name: str, reason: str) -> InputError:
         """Why the value of a setting of the model is refused."""
-        own = next(
-            each for each in exposed_fields(group_of(self)) if each.name == "model"
+        model_member = next(
+            member
+            for member in exposed_fields(group_of(self))
+            if member.name == "model"
         )
-        return refusal(self.model, name, reason, own.group)
+        return refusal(self.model, name, reason, model_member.group)
 
     @cached_property
     def gears(self) -> GearSet:
         """The gear set, in which nothing is changed that the study does not read."""
         model, source = self.model, self.model.stiffness
-        own = {
+        settings = {
             "torque": getattr(self, "torque", None),
             "damping_ratio": model.damping_ratio,
         }
@@ -455,7 +459,7 @@ class TrainStudy:
             and source.kind != "fe"
             and not self.table
         )
-        refuse_edits(self, own, model.translations, figures, bool(self.table))
+        refuse_edits(self, settings, model.translations, figures, bool(self.table))
         return self.gear_set.loaded
 
     @property
@@ -501,31 +505,31 @@ class TrainStudy:
 
 def refuse_edits(
     study: Any,
-    own: Mapping[str, Any],
+    settings: Mapping[str, Any],
     translations: bool,
     figures: bool = False,
     tables: bool = False,
 ) -> None:
     """Refuse changes of the gear set that are fixed by a setting, or not read.
 
-    own : settings of the study that are stronger than keys, by name
+    settings : of the study, those that are stronger than keys, by name
     translations : whether gears move on their bearings
     figures : whether key figures of the mesh stiffness are read
     tables : whether mesh tables are given
     """
-    known = options_of(group_of(study))
+    options = options_of(group_of(study))
     for key in study.gear_set.overrides:
         name, replaced = key.rpartition(".")[2], REPLACED.get(key, "")
         reason = ""
-        if own.get(replaced) not in (None, ()):
+        if settings.get(replaced) not in (None, ()):
             reason = f"{display_name(study, replaced)} replaces it"
         elif name in FIGURES and not figures:
             reason = "finite elements or a table take its place, leave it out"
-            if "kind" in known:
+            if "kind" in options:
                 reason += f" or choose another {display_name(study, 'kind')}"
         elif name in OF_TRANSLATIONS and not translations:
             reason = "changes nothing here"
-            if "translations" in known:
+            if "translations" in options:
                 reason = (
                     f"changes nothing without {display_name(study, 'translations')}"
                 )

@@ -76,12 +76,12 @@ class ParametricStudy(TrainStudy):
             speeds = display_name(self, "speeds")
             raise InputError(f"{over} {MESH_FREQUENCY}; is the speed, {speeds}")
         why = f"{over} {axis.name} replaces it, leave it out"
-        own = OF_TEETH.get(axis.name) or FIELD_OF_AXIS.get(axis.name, "")
-        if own == "torque" and self.torque is not None:
+        name = OF_TEETH.get(axis.name) or FIELD_OF_AXIS.get(axis.name, "")
+        if name == "torque" and self.torque is not None:
             raise refusal(self, "torque", why)
-        of_model = own in ("friction", "bending", "damping_ratio")
-        if of_model and getattr(self.model, own) != getattr(LumpedModel(), own):
-            raise self.rejection(own, why)
+        of_model = name in ("friction", "bending", "damping_ratio")
+        if of_model and getattr(self.model, name) != getattr(LumpedModel(), name):
+            raise self.rejection(name, why)
         if axis.name == BENDING and not self.has_friction:
             raise InputError(
                 f"{over} {BENDING}; needs {display_name(self, 'friction')} above 0"
@@ -124,16 +124,18 @@ class ParametricStudy(TrainStudy):
             for axis, v in zip(self.axes, point, strict=True)
         }
         torque = values.pop(TORQUE, self.load)
-        own = OF_TEETH.keys() & values.keys()
-        of_teeth: dict[str, Any] = {OF_TEETH[name]: values.pop(name) for name in own}
+        tooth_axes = OF_TEETH.keys() & values.keys()
+        of_teeth: dict[str, Any] = {
+            OF_TEETH[name]: values.pop(name) for name in tooth_axes
+        }
         try:
             model = replace(self.resolved_model, **of_teeth)
         except ValueError as error:
             raise InputError(str(error)) from None
         changed = {KEY_OF_AXIS.get(name, name): value for name, value in values.items()}
         gears = self._changed(tuple(changed.items()))
-        given = gears, torque, model, self.excitations
-        return lumped_system(*given, self._reference_system)
+        arguments = gears, torque, model, self.excitations
+        return lumped_system(*arguments, self._reference_system)
 
     @cached_property
     def _changed(self) -> Any:

@@ -54,13 +54,13 @@ PATIENCE = 0.2  # s between looks at whether the run is to end
 COLUMNS = "directory", "functions", "signatures"
 
 
-def _study(command: str, **given: Any) -> Study:
-    return load_study(command)(**given)
+def _study(command: str, **settings: Any) -> Study:
+    return load_study(command)(**settings)
 
 
-def _swept(model: LumpedModel, **given: Any) -> Study:
+def _swept(model: LumpedModel, **settings: Any) -> Study:
     swept = {"gear_set": PAIR, "torque": [100.0], "speeds": [SPEED]}
-    return _study("sweep", **swept, model=model, **given)
+    return _study("sweep", **swept, model=model, **settings)
 
 
 def _damped(model: LumpedModel) -> Study:
@@ -176,10 +176,10 @@ class Warmup(Study, command="warmup", example="warmup"):
         super().__post_init__()
         for name in self.only:
             if name not in USES:
-                words = (
+                message = (
                     f"{display_name(self, 'only')} = {name}; allowed {', '.join(USES)}"
                 )
-                raise InputError(words)
+                raise InputError(message)
 
     def tasks(self) -> Iterator[Task]:
         if None in map(kernel_cache, kernel_folders()):
@@ -191,8 +191,8 @@ class Warmup(Study, command="warmup", example="warmup"):
             if name in self.only or not self.only:
                 yield Task(name, partial(_compile, name), size=count)
 
-    def gather(self, found: Mapping[str, set[str]]) -> WarmupResult:
-        return WarmupResult(self, len(set[str]().union(*found.values())))
+    def gather(self, results: Mapping[str, set[str]]) -> WarmupResult:
+        return WarmupResult(self, len(set[str]().union(*results.values())))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -279,8 +279,8 @@ def _compile(name: str, job: Job) -> set[str]:
     except EOFError:  # at its end
         process.join()
         if process.exitcode:
-            words = f"kernels {name}: the process that compiles them ended with"
-            raise ChildProcessError(f"{words} {process.exitcode}") from None
+            failure = f"kernels {name}: the process that compiles them ended with"
+            raise ChildProcessError(f"{failure} {process.exitcode}") from None
         return compiled
     finally:
         process.terminate()

@@ -41,7 +41,7 @@ def coupled_contacts(
     reference: LumpedSystem,
     excitations: Excitations | GivenTables,
     without: tuple[str, ...] = (),
-    kept: NDArray[np.bool_] | None = None,
+    retained: NDArray[np.bool_] | None = None,
 ) -> CoupledContacts:
     """Contacts of all meshes, in the modal coordinates of a lumped system.
 
@@ -49,7 +49,7 @@ def coupled_contacts(
     excitations : finite elements, or tables that give the contacts; what bodies do
         while they accelerate, and from mesh to mesh, comes from finite elements anyway
     without : which of `lumped.train.coupled.COMPONENTS` are left out
-    kept : the body modes to choose, where they are known
+    retained : mask of the body modes to choose, where it is known
     """
     if "body" not in without:
         otherwise = "the coupled model without body counts none of it"
@@ -60,14 +60,16 @@ def coupled_contacts(
     else:
         tables = equal_tables(gear_set, torque, excitations)
         laws = all_mesh_laws(gear_set, tables, settings)
-    found = contacts_of(gear_set, reference, laws, settings)
+    contacts = contacts_of(gear_set, reference, laws, settings)
     if "body" not in without:
         sides = contact_sides(gear_set, laws)
         of_gears = gears_modes(gear_set, settings, reference)
         modes = body_modes(gear_set, reference, sides, of_gears)
         static = static_inertias(gear_set, sides, settings)
-        found = with_body_modes(gear_set, found, reference, modes, static, kept)
-    return replace(found, without=without)
+        contacts = with_body_modes(
+            gear_set, contacts, reference, modes, static, retained
+        )
+    return replace(contacts, without=without)
 
 
 def contacts_of(

@@ -155,8 +155,10 @@ class LumpedModel:
         """Source of excitations, with nothing solved yet; one serves for many
         torques.
         """
-        given = self.stiffness
-        return given if isinstance(given, GivenTables) else Excitations(given)
+        stiffness = self.stiffness
+        return (
+            stiffness if isinstance(stiffness, GivenTables) else Excitations(stiffness)
+        )
 
 
 @public
@@ -176,9 +178,9 @@ def lumped_system(
     """
     model, _ = resolve_model(model or LumpedModel(), gear_set)
     source = excitations or model.excitations
-    known = None
+    contact_source = None
     if model.number == "coupled":
-        known = _known_contacts(gear_set, model, source)
+        contact_source = _known_contacts(gear_set, model, source)
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
     on_meshes = mesh_torques_at(gear_set, torque)
     driven = tuple(
@@ -197,14 +199,14 @@ def lumped_system(
             system = with_losses(gear_set, system)
     except (TrainError, ValueError) as error:
         raise InputError(f"{gear_set.name}: {error}") from None
-    if known is None:
+    if contact_source is None:
         return system
     from fegear.train.coupled import coupled_contacts
 
     require_physical(gear_set, torque, system)
     contacts = coupled_contacts(
-        *(gear_set, torque, system, known, model.without),
-        kept=like.contacts.kept if like is not None and like.contacts else None,
+        *(gear_set, torque, system, contact_source, model.without),
+        retained=like.contacts.kept if like is not None and like.contacts else None,
     )
     return replace(system, contacts=contacts)
 
@@ -304,8 +306,8 @@ def rest_references(
             references.append(None)
             continue
         force = torque / gear_set.meshes[mesh].pair.driver.base_radius
-        own = of_equal_teeth(excitation) if of_pairs else excitation
-        references.append(RestReference(force, error, own))
+        nominal = of_equal_teeth(excitation) if of_pairs else excitation
+        references.append(RestReference(force, error, nominal))
     return tuple(references)
 
 
@@ -347,7 +349,9 @@ def static_entries(
         for mesh in range(meshes)
     ]
     return {
-        "static_error": [max(each, key=abs) if each else None for each in errors],
+        "static_error": [
+            max(mesh_errors, key=abs) if mesh_errors else None for mesh_errors in errors
+        ],
         "static": rows,
     }
 
@@ -393,8 +397,8 @@ def with_losses(gear_set: GearSet, system: LumpedSystem) -> LumpedSystem:
     efficiency = 1.0
     for mesh in power_path(gear_set).meshes:
         force = system.modes.mean_stiffness[mesh] * abs(system.static_deflection[mesh])
-        given = system.excitations[mesh], system.friction[mesh], float(force)
-        efficiency *= nominal_efficiency(system.train, mesh, *given)
+        arguments = system.excitations[mesh], system.friction[mesh], float(force)
+        efficiency *= nominal_efficiency(system.train, mesh, *arguments)
     train = with_efficiency(gear_set, system.train, efficiency)
     return replace(system, train=train, losses=1.0 - efficiency)
 
@@ -413,7 +417,7 @@ def bending_ratios(
     """
     if isinstance(model.bending, float | int):
         return [model.bending] * len(on_meshes)
-    found: list[BendingRatio] = []
+    ratios: list[BendingRatio] = []
     for mesh, torque in enumerate(on_meshes):
         if isinstance(source, GivenTables):
             table = source.tables[mesh][1]
@@ -433,10 +437,10 @@ def bending_ratios(
                     f"bending is missing; mesh table {mesh + 1} has no column {name}"
                 )
         if model.bending == "cycle":
-            found.append(bending_along_path(table, torque))
+            ratios.append(bending_along_path(table, torque))
         else:
-            found.append(float(at_torque(table, RATIO, torque).mean()))
-    return found
+            ratios.append(float(at_torque(table, RATIO, torque).mean()))
+    return ratios
 
 
 def _known_contacts(
@@ -516,11 +520,11 @@ def truncation_bound(system: LumpedSystem, speeds: Sequence[float]) -> float | N
 
     speeds : mesh frequencies of the first mesh [Hz]
     """
-    found = _bodies_left_out(system)
-    if found is None:
+    truncation = _bodies_left_out(system)
+    if truncation is None:
         return None
-    inertia, kept = found
-    return inertia.largest_error(kept, (min(speeds), max(speeds)))
+    inertia, retained = truncation
+    return inertia.largest_error(retained, (min(speeds), max(speeds)))
 
 
 def flank_bound(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
@@ -530,11 +534,11 @@ def flank_bound(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
 
     speeds : mesh frequencies of the first mesh [Hz]
     """
-    found = _bodies_left_out(system)
-    if found is None:
+    truncation = _bodies_left_out(system)
+    if truncation is None:
         return None
-    inertia, kept = found
-    return inertia.flank_bound(kept, (min(speeds), max(speeds)))
+    inertia, retained = truncation
+    return inertia.flank_bound(retained, (min(speeds), max(speeds)))
 
 
 def _bodies_left_out(
@@ -584,9 +588,9 @@ def truncation_entries(
         worst = max(checks, key=lambda check: check.error)
         speeds = "a speed" if len(checks) == 1 else f"{len(checks)} speeds"
         if not math.isfinite(worst.error):
-            words = f"with all {solved} solved ones the motion diverges"
+            reason = f"with all {solved} solved ones the motion diverges"
             worst_at = f"at {worst.frequency:.6g} Hz"
-            return entries | {"body modes left out": f"{words} {worst_at}"}
+            return entries | {"body modes left out": f"{reason} {worst_at}"}
         entries["body modes left out"] = (
             f"all {solved} solved ones change the RMS at {speeds} by at most "
             f"{100.0 * worst.error:.2g} %, at {worst.frequency:.6g} Hz"
@@ -695,8 +699,8 @@ def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
     periods = error_periods(gear_set)
     if max(periods) == 1:
         return {}
-    words = ", ".join(f"{n} of mesh {m}" for m, n in enumerate(periods, start=1))
-    return {"pitch errors": f"tooth pairs repeat after base pitches: {words}"}
+    repeats = ", ".join(f"{n} of mesh {m}" for m, n in enumerate(periods, start=1))
+    return {"pitch errors": f"tooth pairs repeat after base pitches: {repeats}"}
 
 
 def integration_in_words(settings: Settings, coupled: bool = False) -> str:

@@ -266,7 +266,7 @@ class StressTestResult(StudyResult):
 
     def page(self) -> Page:
         yield RowTable(
-            self.summary["trials"], STRESS_COLUMNS, words=("attempt", "promise")
+            self.summary["trials"], STRESS_COLUMNS, text_columns=("attempt", "promise")
         )
         yield f"{self.kept} of {len(self.trials)} promises kept"
 

@@ -247,7 +247,7 @@ class FigureList(StudyResult):
         yield RowTable(
             self.rows,
             {"figure": lambda row: row["number"], "title": _title},
-            words=("figure", "title"),
+            text_columns=("figure", "title"),
         )
         if self.left_out:
             columns = {
@@ -255,7 +255,7 @@ class FigureList(StudyResult):
                 "title": lambda row: row["title"],
                 "why": lambda row: row["why"],
             }
-            yield RowTable(self.left_out, columns, words=tuple(columns))
+            yield RowTable(self.left_out, columns, text_columns=tuple(columns))
 
 
 def _title(row: Any) -> str:

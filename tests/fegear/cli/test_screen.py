@@ -165,7 +165,7 @@ def test_micrometres_have_one_name():
 def test_numbers_are_whole_on_narrow_screens(monkeypatch, capsys, width):
     monkeypatch.setenv("COLUMNS", str(width))
     names = ["gear", "mean\nN/m", *(f"column {i}" for i in range(6))]
-    table = ruled_table(*names, title="Title", words=("gear",))
+    table = ruled_table(*names, title="Title", text_columns=("gear",))
     rows = [
         ["a wheel with a long name", *(f"{k + i / 7:.5f}" for i in range(7))]
         for k in (1, 2)

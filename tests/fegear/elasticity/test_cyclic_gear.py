@@ -118,7 +118,7 @@ def factors(gear):
 
 
 def random_field(gear, seed=0):
-    return np.random.default_rng(seed).standard_normal((gear.own, gear.teeth))
+    return np.random.default_rng(seed).standard_normal((gear.unknowns, gear.teeth))
 
 
 def close(actual, desired, rtol):
@@ -128,7 +128,7 @@ def close(actual, desired, rtol):
 
 def test_fields_are_all_freedoms_off_the_hub_once(gear, explicit):
     products = explicit.fields.T @ explicit.fields
-    count = gear.own * gear.teeth
+    count = gear.unknowns * gear.teeth
     assert products.shape == (count, count)
     assert np.abs((products - eye_array(count)).data).max() < 1e-12
     radius = np.hypot(*explicit.places.T)
@@ -188,9 +188,9 @@ def test_a_turn_by_one_tooth_turns_the_answer(gear, factors):
 
 
 def as_operator(function, gear):
-    shape = gear.own, gear.teeth
+    shape = gear.unknowns, gear.teeth
     return LinearOperator(
-        (gear.own * gear.teeth,) * 2,
+        (gear.unknowns * gear.teeth,) * 2,
         matvec=lambda u: function(u.reshape(shape)).ravel(),
         dtype=float,
     )
@@ -225,12 +225,12 @@ def test_lowest_frequencies_and_couplings_are_those_of_the_modes(gear, explicit)
 
 def test_turn_and_its_momentum_are_those_of_the_cyclic_gear(gear, explicit):
     rigid_turn = explicit.turned
-    rotation = (explicit.fields.T @ rigid_turn).reshape(gear.own, gear.teeth)
+    rotation = (explicit.fields.T @ rigid_turn).reshape(gear.unknowns, gear.teeth)
     close(np.repeat(gear.rotation[:, None], gear.teeth, axis=1), rotation, 1e-10)
     momentum = explicit.fields.T @ (explicit.full_mass @ rigid_turn)
     close(
         np.repeat(gear.momentum[:, None], gear.teeth, axis=1),
-        momentum.reshape(gear.own, gear.teeth),
+        momentum.reshape(gear.unknowns, gear.teeth),
         1e-10,
     )
     assert gear.inertia == pytest.approx(
@@ -243,7 +243,7 @@ def test_momentum_differs_from_that_of_the_free_nodes_at_the_hub_only(gear):
     everywhere = np.repeat(gear.rotation[:, None], gear.teeth, axis=1)
     missing = gear.momentum - gear.mass_times(everywhere)[:, 0]
     differ = np.abs(missing) > 1e-9 * np.abs(gear.momentum).max()
-    assert 0 < np.count_nonzero(differ) < 0.2 * gear.own
+    assert 0 < np.count_nonzero(differ) < 0.2 * gear.unknowns
     share = gear.teeth * gear.momentum @ gear.rotation / gear.inertia
     assert share == pytest.approx(1.0, abs=2e-2)
 
@@ -254,7 +254,7 @@ def test_point_loads_give_the_compliance_of_the_flank(gear, explicit, side):
     compliance = flank_compliance(CyclicSector(explicit.gear, STEEL, SIZE), split=False)
     points = gear.flanks[side]
     for j in (1, 4):
-        load = np.zeros((gear.own, gear.teeth))
+        load = np.zeros((gear.unknowns, gear.teeth))
         load[points.freedoms[j], 5] = points.inward[j]
         u = static.solve(load)[points.freedoms]
         for offset in range(-REACH, REACH + 1):
@@ -303,7 +303,9 @@ def test_rigid_motion_is_read_between_points(explicit, side):
 
 
 def test_kernel_and_python_agree(gear, factors):
-    load = np.random.default_rng(0).standard_normal((2 * gear.own - gear.interior, 3))
+    load = np.random.default_rng(0).standard_normal(
+        (2 * gear.unknowns - gear.interior, 3)
+    )
     for rows in (factors.forward, factors.backward):
         close(substitute(*rows, load), substitute.py_func(*rows, load), 1e-13)
 
@@ -312,7 +314,7 @@ def test_wrong_arguments_are_named(gear, factors, explicit):
     with pytest.raises(ValueError, match=r"u must have shape .* got \(3, 2\)"):
         gear.mass_times(np.zeros((3, 2)))
     with pytest.raises(ValueError, match="load must have shape"):
-        factors.solve(np.zeros((gear.own, 1)))
+        factors.solve(np.zeros((gear.unknowns, 1)))
     for weights in ((0.0, 0.0), (-1.0, 1.0), (1.0, np.nan), (np.inf, 1.0)):
         with pytest.raises(ValueError, match="mass_factor and stiffness_factor"):
             gear.factorised(*weights)
@@ -333,9 +335,9 @@ def test_free_gear_vibrates_as_the_cyclic_gear_does():
     expected = np.sqrt(np.sort(values)[1:])
 
     gear = cyclic_gear(CyclicSector(explicit.gear, STEEL, SIZE), DENSITY)
-    K, M = np.zeros((2, gear.own + 1, gear.own + 1))
-    for i in range(gear.own):
-        equal = np.zeros((gear.own, gear.teeth))
+    K, M = np.zeros((2, gear.unknowns + 1, gear.unknowns + 1))
+    for i in range(gear.unknowns):
+        equal = np.zeros((gear.unknowns, gear.teeth))
         equal[i] = 1.0
         K[:-1, i] = gear.stiffness_times(equal).sum(axis=1)
         M[:-1, i] = gear.mass_times(equal).sum(axis=1)
