@@ -84,7 +84,7 @@ class OneBenchmark:
         return name
 
     @property
-    def usual_output(self) -> str | None:
+    def default_output(self) -> str | None:
         return f"bench-{self.subject}"
 
     @property
@@ -217,7 +217,7 @@ class LumpedBenchmark(
             refuse_given(self, names, reason, group_of(self))
 
     @property
-    def usual_output(self) -> str | None:
+    def default_output(self) -> str | None:
         return None if self.stress else super().default_output
 
     @property
@@ -340,7 +340,7 @@ class AllBenchmarks(
     """All benchmarks on one page, index.html."""
 
     output = "Directory for index.html and more. [default: bench]"
-    usual_output = "bench"
+    default_output = "bench"
 
     @cached_property
     def benchmarks(self) -> tuple[Any, ...]:
