@@ -126,9 +126,9 @@ def test_any_figure_of_the_machine_can_vary(figure, limits, changes):
     machine = replace(SCALED, **changes)
     value = 0.5 * (limits[0] + limits[1])
     branch_list = branches(figure, limits, value, 1, machine)
-    simple = [b for b in branch_list if b.itinerary.name == "P(1,1,0)"]
-    assert simple
-    for branch in simple:
+    simple_branches = [b for b in branch_list if b.itinerary.name == "P(1,1,0)"]
+    assert simple_branches
+    for branch in simple_branches:
         ends = sorted((branch.points[0].parameter, branch.points[-1].parameter))
         assert ends == pytest.approx(limits, abs=1e-9)
         assert not branch.bifurcations

@@ -263,9 +263,9 @@ def test_unequal_shafts_return_as_both_do(inertia, start):
 def test_unequal_shafts_have_a_closed_form_of_simple_rattle():
     machine = replace(SCALED, stiffness=math.inf, restitution=0.8, eccentricity=0.1)
     shafts = Shafts(driving_inertia=2.0, driving_drag=2.0)
-    equivalent = Assembly(machine=machine, shafts=shafts).as_machine()
-    for motion in simple_rattle(equivalent):
-        t, v, lower = return_map(equivalent.arrays, motion.time, motion.velocity)
+    equal_machine = Assembly(machine=machine, shafts=shafts).as_machine()
+    for motion in simple_rattle(equal_machine):
+        t, v, lower = return_map(equal_machine.arrays, motion.time, motion.velocity)
         assert (t, v) == pytest.approx((motion.time + 1.0, motion.velocity), rel=1e-9)
         assert lower == 0
 
