@@ -224,9 +224,9 @@ def test_a_motion_that_diverges_has_no_exponent(train, multiple):
         (0, math.inf, 0.01, "diverged"),
     ],
 )
-def test_kinds(multiple, exponent, spread, kind):
+def test_kinds(multiple, exponent, stderr, kind):
     empty = np.empty((0, 1))
-    assert Attractor(multiple, empty, empty, exponent, spread).kind == kind
+    assert Attractor(multiple, empty, empty, exponent, stderr).kind == kind
 
 
 @pytest.mark.parametrize("sections", [0, 10_001])
