@@ -17,7 +17,7 @@ error of the mean transmission error 6e-04
 
 Vibration over speed of a lumped model, on the mesh stiffness of key figures:
 
->>> model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+>>> model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
 >>> speeds = range(2000, 3100, 100)  # mesh frequencies [Hz]
 >>> asked = fegear.Sweep(gear_set=gears, torque=[100.0], speeds=speeds, model=model)
 >>> swept = fegear.run(asked)
@@ -52,8 +52,8 @@ Stress in the teeth, and a picture of it:
 {'pinion': '577 MPa', 'idler': '576 MPa'}
 >>> stress.draw("contact.png")
 
-Studies, such as `Sweep` and `Dynamics`, `LumpedModel`, `Source`, `StaticsSettings`,
-`FiniteElements` and `PictureSettings` say what can be chosen. A setting or argument
+Studies, such as `Sweep` and `Dynamics`, `LumpedModel`, `StiffnessSource`,
+`StaticsSettings`, `FiniteElements` and `PictureSettings` say what can be chosen. A setting or argument
 that cannot be used raises `ValueError`, what files and gear sets hold its kind
 `InputError`, both in one line. `python -m fegear` is the command line.
 """
@@ -72,8 +72,8 @@ _HOMES = {
     "InputError": "files.errors",
     "LumpedModel": "train.lumped_models",
     "PictureSettings": "rendering.pictures",
-    "Source": "statics.excitation",
     "StaticsSettings": "statics.solving",
+    "StiffnessSource": "statics.excitation",
     "builtin_names": "gearset",
     "load_gear_set": "gearset",
     "lumped_system": "train.lumped_models",
@@ -87,12 +87,22 @@ _HOMES = {
 }
 __all__ = ["__version__", *_HOMES]
 
+_FORMER = {  # names of earlier versions
+    "Contributions": "Ablation",
+    "Critical": "RattleThreshold",
+    "MachineOfGears": "MachineFromGears",
+    "Noise": "RattleNoise",
+    "Periodic": "PeriodicOrbits",
+    "Source": "StiffnessSource",
+}
+
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         from fegear.files.version import package_version
 
         return package_version()
+    name = _FORMER.get(name, name)
     if name not in _HOMES:
         raise AttributeError(f"module 'fegear' has no attribute '{name}'")
     home = _HOMES[name]

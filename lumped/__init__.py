@@ -6,7 +6,7 @@ from lumped.steady.respond import respond, respond_with_history
 from lumped.steady.response import History, Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import Branch, sweep, sweep_all
-from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import (
     MeshExcitation,
     PairExcitation,
@@ -34,7 +34,7 @@ __all__ = [
     "Settings",
     "Shaft",
     "Status",
-    "StiffnessFigures",
+    "StiffnessParameters",
     "Train",
     "TrainError",
     "Wave",
@@ -51,3 +51,9 @@ __all__ = [
     "sweep_attractors",
     "write_table",
 ]
+
+
+def __getattr__(name: str) -> type[StiffnessParameters]:
+    if name == "StiffnessFigures":  # name of earlier versions
+        return StiffnessParameters
+    raise AttributeError(f"module 'lumped' has no attribute '{name}'")

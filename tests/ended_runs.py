@@ -33,7 +33,11 @@ def counted(*given):
 main()
 """
 RECORDS = {"module": "fegear.files.store", "owner": "Checkpoint", "method": "add"}
-REPORTS = {"module": "fegear.studies.running", "owner": "Board", "method": "report"}
+REPORTS = {
+    "module": "fegear.studies.running",
+    "owner": "TaskProgress",
+    "method": "report",
+}
 
 
 def killed_after(records: int, arguments: Sequence[str]) -> None:

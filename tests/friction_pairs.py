@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.friction import with_bending
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Gear, Mesh, Train
@@ -60,7 +60,7 @@ def pair_system(variation, damping_ratio=0.0, friction=None, contact_ratio=1.5):
     )
     mesh = Mesh(driver=0, driven=1, pressure_angle=math.radians(20.0))
     train = Train(gears=gears, meshes=(mesh,), damping_ratio=damping_ratio)
-    figures = StiffnessFigures(
+    figures = StiffnessParameters(
         mean=stiffness,
         variation=variation,
         contact_ratio=contact_ratio,

@@ -343,7 +343,7 @@ BASE = {
     "identify": ("SET --resolution coarse", 1),
     "validate": ("case.toml --output out", 2),
     "render": ("SET --resolution coarse --width 480 --output out.png", 1),
-    "budget": ("SET --speeds 1500", 1),
+    "ablation": ("SET --speeds 1500", 1),
     "sets": ("", 1),
     "eccentric": ("--radius 20 --eccentricity 5", 3),
     "branches": ("SET --excitation rectangular --speeds 1400:1600 --harmonics 3", 3),

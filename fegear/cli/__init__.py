@@ -37,7 +37,7 @@ COMMANDS = (  # in the order of the help
         "validate",
     ),
     "reproduce",
-    "budget",
+    "ablation",
     "warmup",
 )
 RATTLES = (  # of the group `rattle`

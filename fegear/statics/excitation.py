@@ -24,7 +24,7 @@ from fegear.gearset.pitch_errors import (
 from fegear.gearset.power_path import mesh_torques_at
 from lumped.common.checks import require_between, require_fields
 from lumped.common.csv_text import exact
-from lumped.train.analytic import Points, StiffnessFigures, analytic_excitation
+from lumped.train.analytic import Points, StiffnessParameters, analytic_excitation
 from lumped.train.excitation import (
     MeshExcitation,
     ReliefStiffness,
@@ -366,7 +366,9 @@ class Excitations:
                 )
         return analytic_excitation(figures, model, gap, force, harmonics, errors)
 
-    def figures(self, gear_set: GearSet, mesh: int, torque: float) -> StiffnessFigures:
+    def figures(
+        self, gear_set: GearSet, mesh: int, torque: float
+    ) -> StiffnessParameters:
         """Key figures of a mesh, given or from the table of the unmodified teeth."""
         spec = gear_set.meshes[mesh]
         mean = self.mean_stiffness(gear_set, mesh, torque)
@@ -378,7 +380,7 @@ class Excitations:
             )
         pair = spec.pair
         try:
-            return StiffnessFigures(
+            return StiffnessParameters(
                 mean=mean,
                 variation=variation,
                 contact_ratio=pair.contact_ratio,

@@ -60,9 +60,9 @@ STUDIES = {
         "ClosedForms",
         "Finite elements compared with ISO 6336 and other closed forms.",
     ),
-    "budget": (
+    "ablation": (
         "validation.studies.budget",
-        "Contributions",
+        "Ablation",
         "Contribution of each part of the coupled model.",
     ),
     "map": ("map", "Map", "Vibration of a lumped train over a grid of parameters."),
@@ -103,7 +103,7 @@ STUDIES = {
     ),
     "rattle critical": (
         "rattle_critical",
-        "Critical",
+        "RattleThreshold",
         "Determine whether a machine can run without rattling, and which change helps.",
     ),
     "rattle run-down": (
@@ -123,7 +123,7 @@ STUDIES = {
     ),
     "rattle gears": (
         "rattle_gears",
-        "MachineOfGears",
+        "MachineFromGears",
         "A machine of two gears in mesh, for the other commands of rattle.",
     ),
     "rattle manifold": (
@@ -133,12 +133,12 @@ STUDIES = {
     ),
     "rattle noise": (
         "rattle_noise",
-        "Noise",
+        "RattleNoise",
         "Noise level of a machine, and how likely it runs without rattling.",
     ),
     "rattle periodic": (
         "rattle_periodic",
-        "Periodic",
+        "PeriodicOrbits",
         "Periodic motions P(m, n+, n-), stable or not.",
     ),
     "validate": (
@@ -193,7 +193,7 @@ STUDIES = {
     ),
 }
 
-ALIASES = {"wave": "motion"}  # earlier names of commands
+ALIASES = {"budget": "ablation", "wave": "motion"}  # earlier names of commands
 
 
 def load_study(command: str) -> type[Study]:

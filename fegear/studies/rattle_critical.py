@@ -23,7 +23,7 @@ Slope = float | tuple[float | None, float | None]  # or of one per cent less and
 
 
 @dataclass(frozen=True, kw_only=True)
-class Critical(
+class RattleThreshold(
     Study, command="rattle critical", example="rattle critical roots-a --epsilon 8e-5"
 ):
     """Determine whether a machine can run without rattling, and which change helps.
@@ -47,7 +47,7 @@ class Critical(
 class CriticalResult(StudyResult):
     """Critical eccentricity, margin of contact and sensitivities of a machine."""
 
-    study: Critical
+    study: RattleThreshold
     named: NamedMachine
     summary: dict[str, Any]
 

@@ -61,7 +61,7 @@ ELEMENTS = SettingsGroup(
 
 
 @dataclass(frozen=True, kw_only=True)
-class MachineOfGears(
+class MachineFromGears(
     Study,
     command="rattle gears",
     example="rattle gears liu-pair --speed-rpm 1500 --drag-Nm 1 --eccentricity-um 9",
@@ -132,7 +132,7 @@ class MachineOfGears(
 class Pair:
     """Two gears as they run, rotations and torques those of the driver."""
 
-    study: MachineOfGears
+    study: MachineFromGears
     gear_set: GearSet
 
     @property
@@ -239,7 +239,7 @@ class Pair:
 class MachineOfGearsResult(StudyResult):
     """The machine and the figures of the gears that it is made from."""
 
-    study: MachineOfGears
+    study: MachineFromGears
     assembly: Assembly
     of_gears: Mapping[str, Any]
     warnings: list[str]

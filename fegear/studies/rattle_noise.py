@@ -44,7 +44,7 @@ PARTS = 5, 50, 95  # per cent of the runs that are less loud
 
 
 @dataclass(frozen=True, kw_only=True)
-class Noise(
+class RattleNoise(
     MachineStudy,
     Study,
     command="rattle noise",
@@ -103,7 +103,7 @@ class NoiseResult(StudyResult):
     settling : returns or turns that transients take to fade
     """
 
-    study: Noise
+    study: RattleNoise
     noise: of.NoiseSample
     iterations: int
     settling: float

@@ -26,7 +26,7 @@ from lumped.rattle.sticking import Sticking, sticking_motions
 
 
 @dataclass(frozen=True, kw_only=True)
-class Periodic(
+class PeriodicOrbits(
     MachineStudy,
     Study,
     command="rattle periodic",
@@ -104,7 +104,7 @@ def _of_rest(motion: Sticking) -> Repeating:
 class PeriodicResult(StudyResult):
     """Motions of a named machine that repeat."""
 
-    study: Periodic
+    study: PeriodicOrbits
     motions: tuple[Repeating, ...]
 
     @cached_property

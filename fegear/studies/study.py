@@ -425,8 +425,8 @@ class Study:
     endings: ClassVar[Sequence[str]] = TABLES  # of its name
     folder: ClassVar[bool] = False  # whether it is a directory, with `files` in it
 
-    def __init_subclass__(cls, *, command: str, example: str, **argv: Any) -> None:
-        super().__init_subclass__(**argv)
+    def __init_subclass__(cls, *, command: str, example: str, **options: Any) -> None:
+        super().__init_subclass__(**options)
         cls.command, cls.example = command, f"fegear {example}"
 
     def __post_init__(self) -> None:
@@ -488,7 +488,7 @@ class Study:
         return result
 
     @property
-    def words(self) -> list[str]:
+    def argv(self) -> list[str]:
         """Words of the command line for this study."""
         return [*self.command.split(), *to_argv(self)]
 

@@ -74,7 +74,7 @@ def _statics() -> Iterator[Study]:
 
 
 def _springs() -> Iterator[Study]:
-    stiffness = fegear.Source(kind="rectangular")
+    stiffness = fegear.StiffnessSource(kind="rectangular")
     model = fegear.LumpedModel(stiffness=stiffness)
     yield _swept(model)
     yield _swept(replace(model, friction=0.1, bending=0.0))
@@ -87,12 +87,12 @@ def _springs() -> Iterator[Study]:
 def _adaptive() -> Iterator[Study]:
     from lumped.steady.settings import Settings
 
-    model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+    model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
     yield _swept(model, integration=Settings(method="dopri5"))
 
 
 def _coupled() -> Iterator[Study]:
-    coarse = fegear.Source(resolution="coarse")
+    coarse = fegear.StiffnessSource(resolution="coarse")
     model = fegear.LumpedModel(number="coupled", stiffness=coarse)
     yield _swept(model)
     yield _damped(model)
@@ -102,7 +102,7 @@ def _elements() -> Iterator[Study]:
     from fegear.dynamics.stepper import DynamicSettings
 
     settings = {
-        "source": fegear.Source(resolution="coarse"),
+        "source": fegear.StiffnessSource(resolution="coarse"),
         "integration": DynamicSettings(max_periods=1, windows=1, multiples=1, steps=8),
     }
     for elements in (

@@ -29,7 +29,7 @@ PITCHES = 64  # base pitches that are solved at once if they differ
 
 
 @dataclass(frozen=True, kw_only=True)
-class StiffnessFigures:
+class StiffnessParameters:
     """Parameters of a mesh stiffness (multi-mesh source, eq. 2.28 and 5.3).
 
     If n is the integer part of the contact ratio c, n + 1 pairs have the stiffness
@@ -97,7 +97,7 @@ class StiffnessFigures:
 
 @checked
 def analytic_excitation(
-    figures: StiffnessFigures,
+    figures: StiffnessParameters,
     model: int = 1,
     gap: Points = (),
     force: float = 0.0,
@@ -136,7 +136,7 @@ def analytic_excitation(
 
 
 def pair_springs(
-    figures: StiffnessFigures, gap: Points = (), pitch_errors: ArrayLike = ()
+    figures: StiffnessParameters, gap: Points = (), pitch_errors: ArrayLike = ()
 ) -> tuple[PairExcitation, ...]:
     """Stiffness and gap of every tooth pair in contact within a base pitch."""
     stiffness = _cut(pair_profile(figures))
@@ -152,7 +152,7 @@ def _cut(points: Points) -> dict[int, Wave]:
     return cut_into_pitches(*line_pieces(points), {x for x, _ in points}, 0.0)
 
 
-def pair_profile(figures: StiffnessFigures) -> list[tuple[float, float]]:
+def pair_profile(figures: StiffnessParameters) -> list[tuple[float, float]]:
     """Corners (position, stiffness [N/m]) of a pair's path through the mesh."""
     n, c, start = figures.pairs, figures.contact_ratio, figures.start
     entering, leaving = 1.0 - figures.load_share, figures.load_share
@@ -262,7 +262,7 @@ def lowest_deflection(stiffness: Array, gap: Array, force: float) -> Array:
 
 
 def _by_harmonics(
-    figures: StiffnessFigures, model: int, gap: Points, force: float, harmonics: int
+    figures: StiffnessParameters, model: int, gap: Points, force: float, harmonics: int
 ) -> MeshExcitation:
     if harmonics < 1:
         raise ValueError(f"harmonics must be 1 or more, got {harmonics}")
@@ -280,7 +280,7 @@ def _by_harmonics(
     return MeshExcitation((spring,), figures.mean)
 
 
-def stiffness_harmonics(figures: StiffnessFigures, count: int) -> list[complex]:
+def stiffness_harmonics(figures: StiffnessParameters, count: int) -> list[complex]:
     """Complex amplitudes c_1 ... of the trapezoid, k = mean + sum (c_s e^.. + c.c.).
 
     The trapezoid is a rectangle of height eps k and width c - n, centred in its double

@@ -64,7 +64,7 @@ def test_paths_are_names(tmp_path):
     assert fegear.load_gear_set(source).name == "liu-pair"
 
 
-QUICK = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+QUICK = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
 ONE = {"speeds": [1000.0], "torque": [100.0], "model": QUICK}
 
 
@@ -113,13 +113,13 @@ def test_numbers_of_numpy_become_plain_in_summaries(changes):
     asked = fegear.Sweep(gear_set="liu-pair", **ONE | changes)
     assert json.loads(json.dumps(fegear.run(asked).summary))["gear_set"] == "liu-pair"
     assert "np." not in repr(asked.inputs)
-    assert "np." not in " ".join(asked.words)
+    assert "np." not in " ".join(asked.argv)
 
 
 def test_paths_are_taken_where_texts_are(tmp_path):
     path = tmp_path / "own.toml"
     assert fegear.Sweep(gear_set=path, **ONE) == fegear.Sweep(gear_set=str(path), **ONE)
-    assert fegear.Noise(machine=path).machine.name == str(path)
+    assert fegear.RattleNoise(machine=path).machine.name == str(path)
     assert fegear.Clatter(gearbox=path).gearbox == str(path)
     assert fegear.RunDown(file=path).file == str(path)
     for names in ((path,), [path]):

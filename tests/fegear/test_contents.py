@@ -129,7 +129,7 @@ def test_an_edited_table_is_not_resumed(tmp_path, monkeypatch):
     Path("t.csv").write_text(format_table(table))
     asked = with_table("stability", "t.csv")
     asked = replace(asked, model=fegear.LumpedModel(bending=0.39))
-    words = ["--debug", *asked.words, "-o", "m.csv"]
+    words = ["--debug", *asked.argv, "-o", "m.csv"]
     known, calls = stability.scan_stability, list[object]()
 
     def stopped(*given: Any) -> Any:

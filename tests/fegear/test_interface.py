@@ -20,7 +20,7 @@ from fegear.files.version import package_version
 README = Path(__file__).parents[2] / "README.md"
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 SPEEDS = 2000.0, 2100.0
-FAST = fegear.Source(kind="rectangular")
+FAST = fegear.StiffnessSource(kind="rectangular")
 
 
 @pytest.fixture(autouse=True)

@@ -10,7 +10,7 @@ import pytest
 import fegear
 from fegear.result import shown
 
-FAST = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+FAST = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
 
 
 @pytest.fixture(scope="module")

@@ -75,14 +75,14 @@ EXAMPLES = [  # of classes that must be told something
     SPRING.pairs[0],
     constant(1.0),
     lumped.LumpedSystem(TRAIN, (SPRING,)),
-    lumped.StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5),
+    lumped.StiffnessParameters(mean=1e8, variation=0.3, contact_ratio=1.5),
     TABLE,
     GivenTables((("t.csv", TABLE),)),
     fegear.Basins(machine="roots-a"),
     fegear.Clatter(gearbox="seed-five-speed"),
-    fegear.Critical(machine="roots-a"),
+    fegear.RattleThreshold(machine="roots-a"),
     fegear.Eccentric(radius=20.0, eccentricity=6.0),
-    fegear.MachineOfGears(
+    fegear.MachineFromGears(
         gear_set="liu-pair", speed_rpm=1500.0, drag_Nm=1.0, eccentricity_um=9.0
     ),
     fegear.BuiltinSets(),
@@ -92,9 +92,9 @@ EXAMPLES = [  # of classes that must be told something
     fegear.MeshStiffness(),
     fegear.Identification(gear_set="liu-pair"),
     fegear.Manifolds(machine="roots-a"),
-    fegear.Noise(machine="roots-a"),
+    fegear.RattleNoise(machine="roots-a"),
     fegear.OrbitBifurcations(machine="roots-a", over=("delta=1:2",)),
-    fegear.Periodic(machine="roots-a"),
+    fegear.PeriodicOrbits(machine="roots-a"),
     fegear.RunDown(file="measured.csv"),
     *(kind(gear_set="liu-pair") for kind in (fegear.Sweep, fegear.Theory)),
     fegear.Dynamics(gear_set="liu-pair"),
@@ -102,7 +102,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.NaturalModes(gear_set="liu-pair"),
     fegear.ClosedForms(),
     fegear.Validation(cases=("idler",), directory="report"),
-    fegear.Contributions(gear_set="liu-pair", speeds=[1e3]),
+    fegear.Ablation(gear_set="liu-pair", speeds=[1e3]),
     fegear.Stability(gear_set="liu-pair", over="friction=0,0.1", speeds=[1e3, 2e3]),
     fegear.Bifurcations(gear_set="liu-pair", over="mesh_frequency_Hz=1e3,2e3"),
     fegear.Branches(gear_set="liu-pair", speeds=(1e3, 2e3)),
@@ -181,7 +181,12 @@ def test_no_setting_passes_unchecked(kind, name, hint):
 
 def test_all_public_settings_are_looked_at():
     names = {kind.__name__ for kind in public_classes()}
-    assert {"StaticsSettings", "Source", "Settings", "DynamicSettings"} <= names
+    assert {
+        "StaticsSettings",
+        "StiffnessSource",
+        "Settings",
+        "DynamicSettings",
+    } <= names
     assert {
         "BranchSettings",
         "SectionSettings",
@@ -202,7 +207,7 @@ def test_all_public_settings_are_looked_at():
             "friction must be 0 to below 0.5, got -0.1",
         ),
         (
-            lambda: fegear.Source(resolution="finest"),
+            lambda: fegear.StiffnessSource(resolution="finest"),
             "resolution must be coarse, default or fine, got 'finest'",
         ),
         (
@@ -308,9 +313,9 @@ def test_numbers_of_numpy_are_numbers():
     )
     assert settings.positions == 8
     given = np.array([2800.0, 2900.0])
-    model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+    model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
     torque = np.array([100.0])
     asked = fegear.Sweep(gear_set=GEARS, torque=torque, speeds=given, model=model)
     assert asked.speeds == (2800.0, 2900.0)
     assert asked.torque == (100.0,)
-    assert "2800,2900" in fegear.Sweep(gear_set="liu-pair", speeds=given).words
+    assert "2800,2900" in fegear.Sweep(gear_set="liu-pair", speeds=given).argv

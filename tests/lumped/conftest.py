@@ -13,7 +13,7 @@ from lumped import (
     LumpedSystem,
     Mesh,
     Settings,
-    StiffnessFigures,
+    StiffnessParameters,
     Train,
     analytic_excitation,
 )
@@ -73,10 +73,10 @@ def make_idler(
     return Train(gears=gears, meshes=meshes, damping_ratio=damping)
 
 
-def make_figures(mesh: int, **changes) -> StiffnessFigures:
+def make_figures(mesh: int, **changes) -> StiffnessParameters:
     mean, variation, ratio = FIGURES[mesh]
     values = {"mean": mean, "variation": variation, "contact_ratio": ratio}
-    return StiffnessFigures(**(values | changes))
+    return StiffnessParameters(**(values | changes))
 
 
 def make_relief(mesh: int, magnitude: float) -> list[tuple[float, float]]:
@@ -125,7 +125,7 @@ def idler() -> Callable[..., Train]:
 
 
 @pytest.fixture(scope="session")
-def figures() -> Callable[..., StiffnessFigures]:
+def figures() -> Callable[..., StiffnessParameters]:
     return make_figures
 
 

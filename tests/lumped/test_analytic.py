@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lumped import StiffnessFigures, analytic_excitation
+from lumped import StiffnessParameters, analytic_excitation
 from lumped.train.analytic import pair_springs, static_error, stiffness_harmonics
 from lumped.train.waves import total
 
@@ -21,7 +21,7 @@ shares = st.floats(0.1, 0.9)
 
 def make(ratio, **changes):
     values = {"mean": MEAN, "variation": 0.35, "contact_ratio": ratio}
-    return StiffnessFigures(**(values | changes))
+    return StiffnessParameters(**(values | changes))
 
 
 def mesh_wave(figures):
@@ -203,7 +203,7 @@ def test_models_take_what_is_theirs(model, harmonics):
 def test_figures_are_checked(changes, message):
     values = {"mean": MEAN, "variation": 0.35, "contact_ratio": 1.5} | changes
     with pytest.raises(ValueError, match=message):
-        StiffnessFigures(**values)
+        StiffnessParameters(**values)
 
 
 @pytest.mark.parametrize(

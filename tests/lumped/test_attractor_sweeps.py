@@ -41,7 +41,7 @@ def falling(at):
 def test_a_period_doubles_and_chaos_begins(falling):
     assert falling.complete
     assert falling.values == SPEEDS
-    names = [(interval.name, interval.begins) for interval in falling.stretches]
+    names = [(interval.name, interval.transition) for interval in falling.intervals]
     assert names == [
         ("period 1", ""),
         ("period 2", "period doubling"),

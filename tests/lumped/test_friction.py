@@ -19,7 +19,7 @@ from lumped.steady.losses import driven_power, efficiency
 from lumped.steady.motion import time_history
 from lumped.steady.respond import respond
 from lumped.steady.settings import Settings
-from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import bending_along_path, excitation_from_table
 from lumped.train.friction import ToothFriction, with_bending
 from lumped.train.system import LumpedSystem
@@ -168,7 +168,7 @@ def turned_slowly(contact_ratio, approach, coefficient=0.05):
     """
     pair = pair_system(0.0, RATIO)
     gears = tuple(replace(g, torque=1e-3 * g.torque) for g in pair.train.gears)
-    figures = StiffnessFigures(
+    figures = StiffnessParameters(
         mean=pair.excitations[0].mean_stiffness,
         variation=0.0,
         contact_ratio=contact_ratio,

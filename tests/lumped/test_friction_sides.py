@@ -16,7 +16,7 @@ from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.kernels.friction import set_friction_acceleration
 from lumped.steady.motion import time_history
 from lumped.steady.settings import Settings
-from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.friction import ToothFriction, base_pitch, with_bending
 from lumped.train.friction_samples import at_frequency
 from lumped.train.system import LumpedSystem
@@ -54,7 +54,7 @@ def idler(friction):
     )
     meshes = tuple(Mesh(**{**vars(m), "backlash": BACKLASH}) for m in meshes)
     train = Train(gears=gears, meshes=meshes, damping_ratio=0.02)
-    figures = StiffnessFigures(mean=3e8, variation=0.3, contact_ratio=1.6)
+    figures = StiffnessParameters(mean=3e8, variation=0.3, contact_ratio=1.6)
     bent = with_bending(analytic_excitation(figures), friction)
     return LumpedSystem(train, (bent, bent), friction=(friction, friction))
 

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import FixedStepper
-from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.friction import ToothFriction, with_bending
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Gear, Mesh, Shaft, Train
@@ -161,7 +161,7 @@ def train_of(torque, disk):
 )
 def test_motion_is_that_of_equations_written_again(torque, relief, disk, sides):
     """With and without relief, with teeth that part and touch on their backs."""
-    figures = StiffnessFigures(
+    figures = StiffnessParameters(
         mean=K, variation=EPS, contact_ratio=1.5, load_share=ALPHA
     )
     gap = [(-0.75, relief), (-0.3, 0.0), (0.3, 0.0), (0.75, relief)]

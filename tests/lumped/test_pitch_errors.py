@@ -46,7 +46,7 @@ def train_of(teeth: tuple[int, int], backlash: float = BACKLASH, phase: float = 
 
 
 def system_of(errors, model=1, teeth=(7, 9), **changes) -> LumpedSystem:
-    figures = lumped.StiffnessFigures(
+    figures = lumped.StiffnessParameters(
         mean=MEAN, variation=VARIATION, contact_ratio=RATIO
     )
     excitation = lumped.analytic_excitation(
@@ -224,7 +224,7 @@ def test_meshes_at_other_rates_wait_for_each_other():
     )
     shafts = (lumped.Shaft(gears=(1, 2), stiffness=1e5),)
     train = lumped.Train(gears=gears, meshes=meshes, shafts=shafts)
-    figures = lumped.StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5)
+    figures = lumped.StiffnessParameters(mean=1e8, variation=0.3, contact_ratio=1.5)
     first = pair_errors(np.arange(51) * 1e-7, ())
     excitations = [
         lumped.analytic_excitation(figures, pitch_errors=e) for e in (first, ())
@@ -356,7 +356,7 @@ def test_errors_need_tooth_pairs():
     for model in (2, 3):
         with pytest.raises(ValueError, match="model 1 and a table with columns"):
             excitation_from_table(table_of(1), 100.0, model, pitch_errors=[1e-6, 0.0])
-    figures = lumped.StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5)
+    figures = lumped.StiffnessParameters(mean=1e8, variation=0.3, contact_ratio=1.5)
     with pytest.raises(ValueError, match="harmonics represent the complete mesh"):
         lumped.analytic_excitation(figures, harmonics=3, pitch_errors=[1e-6, 0.0])
 

@@ -13,7 +13,7 @@ from lumped.steady.respond import respond, respond_with_history
 from lumped.steady.response import History, Response
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import sweep, sweep_all
-from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Gear, Mesh, Train
@@ -73,7 +73,7 @@ class Idler:
         train = Train(gears=gears, meshes=meshes, damping_ratio=self.damping)
         waves = zip(self.means, self.variations, self.ratios, strict=True)
         figures = [
-            StiffnessFigures(mean=mean, variation=variation, contact_ratio=ratio)
+            StiffnessParameters(mean=mean, variation=variation, contact_ratio=ratio)
             for mean, variation, ratio in waves
         ]
         return LumpedSystem(

@@ -37,10 +37,10 @@ CORNER = "largest error against finite\nelements (change to coupled)"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contributions(
+class Ablation(
     Study,
-    command="budget",
-    example="budget liu-idler --torque 100 --speeds 800:4200:100",
+    command="ablation",
+    example="ablation liu-idler --torque 100 --speeds 800:4200:100",
 ):
     """Contribution of each part of the coupled model.
 
@@ -81,7 +81,7 @@ class Contributions(
     def tasks(self) -> Iterator[Task]:
         yield Task("runs", self._compared)
 
-    def _compared(self, job: Job) -> ContributionsResult:
+    def _compared(self, job: Job) -> AblationResult:
         speeds, name = written_speeds(self.speeds), self.gear_set.name
         if self.gear_set.preloaded is not None:
             raise InputError(f"gear_set = {name}; must be a name or a path")
@@ -91,14 +91,14 @@ class Contributions(
             raise InputError(f"speeds = {speeds}; {error}") from None
         with TemporaryDirectory() as temporary:
             store = Path(temporary) if self.runs is None else make_directory(self.runs)
-            return ContributionsResult(self, budget(case, store, job.report))
+            return AblationResult(self, budget(case, store, job.report))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContributionsResult(StudyResult):
+class AblationResult(StudyResult):
     """Errors and costs of the models against the finite elements."""
 
-    study: Contributions
+    study: Ablation
     budget: Budget
 
     @cached_property

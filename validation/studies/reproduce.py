@@ -134,7 +134,7 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         def command(*numbers: str) -> str:
             every = numbers == figure_numbers()
             own = replace(self, numbers=() if every else numbers, every=every)
-            return shlex.join(["fegear", *own.words])
+            return shlex.join(["fegear", *own.argv])
 
         return {number: command(number) for number in made} | {"": command(*made)}
 

@@ -185,12 +185,12 @@ class Validation(
 
         def command(*words: str, **others: Any) -> str:
             own = replace(self, cases=words, every=False, **others)
-            return shlex.join(["fegear", *own.words])
+            return shlex.join(["fegear", *own.argv])
 
         given = self.names or [case.name for case in self.chosen]
         each = {c.name: command(n) for c, n in zip(self.chosen, given, strict=True)}
         random = command(RANDOM_SETS, fidelity=None)
-        return each | {RANDOM_SETS: random, "": shlex.join(["fegear", *self.words])}
+        return each | {RANDOM_SETS: random, "": shlex.join(["fegear", *self.argv])}
 
 
 def _of(report: Progress, case: str, what: str, done: int, total: int) -> None:

@@ -268,7 +268,7 @@ DOUBLED = (
     "--damping 0.02 --direction up -o b.csv --json"
 )
 THEORY = "theory SET --excitation rectangular --json"
-BUDGET = "budget SET --speeds 2000 --json"
+ABLATION = "ablation SET --speeds 2000 --json"
 VALIDATE = "validate CASE -o out --json"
 ECCENTRIC = "eccentric --radius 20 --eccentricity 5 --json"
 TURN = f"{ECCENTRIC} --teeth 24 --torque 5 --positions 2"
@@ -576,16 +576,16 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--set": plus(RENDER, "--set gear.1.young_modulus_GPa=150"),
         "--json": less(RENDER, "--json"),
     },
-    "budget": {
-        "SET": swap(BUDGET, "SET", "OTHER"),
-        "--output": plus(BUDGET, "-o b.csv"),
-        "--speeds": swap(BUDGET, "2000", "2100"),
-        "--torque": plus(BUDGET, "--torque 30"),
-        "--tolerance": plus(BUDGET, "--tolerance 0.9"),
-        "--set": plus(BUDGET, "--set gear.a.inertia_kg_m2=1e-3"),
-        "--runs": plus(BUDGET, "--runs kept"),
-        "--plot": plus(BUDGET, "--plot p.png"),
-        "--json": less(BUDGET, "--json"),
+    "ablation": {
+        "SET": swap(ABLATION, "SET", "OTHER"),
+        "--output": plus(ABLATION, "-o b.csv"),
+        "--speeds": swap(ABLATION, "2000", "2100"),
+        "--torque": plus(ABLATION, "--torque 30"),
+        "--tolerance": plus(ABLATION, "--tolerance 0.9"),
+        "--set": plus(ABLATION, "--set gear.a.inertia_kg_m2=1e-3"),
+        "--runs": plus(ABLATION, "--runs kept"),
+        "--plot": plus(ABLATION, "--plot p.png"),
+        "--json": less(ABLATION, "--json"),
     },
     "validate": {
         "CASE": swap(VALIDATE, "CASE", "THIRD"),
@@ -870,7 +870,7 @@ def quick_benchmarks(monkeypatch):
 
 
 SLOW = {  # whose options are tried in the slow tier
-    *("bench all", "bifurcations", "branches", "budget", "dynamics", "eccentric"),
+    *("bench all", "bifurcations", "branches", "ablation", "dynamics", "eccentric"),
     *("identify", "rattle bifurcation", "rattle manifold", "render", "validate"),
     "warmup",
 }

@@ -98,7 +98,7 @@ def test_progress_tells_the_speed_on_the_way(monkeypatch):
     import fegear
 
     monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REFRESH", -1.0)
-    model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+    model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
     gears, told = fegear.load_gear_set("liu-pair"), []
     asked = fegear.Motion(
         gear_set=gears, torque=100.0, speed=2030.0, from_speed=2000.0, model=model

@@ -19,7 +19,7 @@ from fegear.statics.solving import StaticsSettings, solve_mesh
 from fegear.train.lumped_models import default_speeds, lumped_system
 from lumped.steady.response import Status
 from lumped.steady.sweep_table import read_sweep
-from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.analytic import StiffnessParameters, analytic_excitation
 
 FAST = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
 
@@ -154,7 +154,7 @@ def test_the_coupled_model_takes_tables_of_several_torques(tmp_path):
 def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
     # by name: the attribute of the package is the function
     module = importlib.import_module("lumped.steady.sweep")
-    genuine = module.confirmed
+    genuine = module.confirm_steady_state
 
     def diverging(stepper, frequency, *others):
         response, *rest = genuine(stepper, frequency, *others)
@@ -220,7 +220,7 @@ class GivenMean:
 
     def of(self, gear_set, mesh, torque, model):
         mean = gear_set.meshes[mesh].mean_stiffness
-        figures = StiffnessFigures(mean=mean, variation=0.3, contact_ratio=1.6)
+        figures = StiffnessParameters(mean=mean, variation=0.3, contact_ratio=1.6)
         return analytic_excitation(figures, model)
 
 

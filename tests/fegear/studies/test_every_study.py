@@ -267,7 +267,8 @@ def test_what_a_caller_delivers_is_safe(tmp_path):
 
 
 MODEL = fegear.LumpedModel(
-    damping_ratio=0.04 + 1e-3 / 3.0, stiffness=fegear.Source(kind="rectangular")
+    damping_ratio=0.04 + 1e-3 / 3.0,
+    stiffness=fegear.StiffnessSource(kind="rectangular"),
 )
 EXAMPLES = {
     "render": {
@@ -444,9 +445,9 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
     )
     files = ["-o", f"t{asked.endings[0]}"] if asked.must_write else []
     with pytest.raises(AttributeError):  # of a result that is None
-        run(["--debug", *asked.words, *files])
+        run(["--debug", *asked.argv, *files])
     assert found == [asked]
-    assert found[0].words == asked.words
+    assert found[0].argv == asked.argv
 
 
 @pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
@@ -454,7 +455,7 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     asked = outputs(command)
     path = tmp_path / f"t{asked.endings[0]}"
     files = ["-o", path] if asked.output_names else []
-    values = json.loads(printed(*asked.words, "--json", *files))
+    values = json.loads(printed(*asked.argv, "--json", *files))
     found = fegear.run(asked)
     summary = json.loads(strict_json(found.summary))
     assert values.pop("wall_time_s") >= 0.0
@@ -562,7 +563,7 @@ def test_defaults_are_within_their_ranges(command):
 
 
 def test_a_name_stands_for_a_machine_without_changes(tmp_path):
-    asked = fegear.Noise(machine="roots-scaled", starts=2, turns=2)
+    asked = fegear.RattleNoise(machine="roots-scaled", starts=2, turns=2)
     assert asked.machine == type(asked.machine)(name="roots-scaled")
     found = fegear.run(asked)
     found.to_csv("noise.csv")

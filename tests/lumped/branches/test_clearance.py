@@ -13,7 +13,7 @@ from lumped import (
     Gear,
     LumpedSystem,
     Mesh,
-    StiffnessFigures,
+    StiffnessParameters,
     Train,
     analytic_excitation,
 )
@@ -60,7 +60,9 @@ def test_instability_is_that_of_meissners_equation(variation, damping):
     E. Meissner, Schweizerische Bauzeitung 72 (1918) 95.
     """
     ratio = 1.4
-    figures = StiffnessFigures(mean=STIFFNESS, variation=variation, contact_ratio=ratio)
+    figures = StiffnessParameters(
+        mean=STIFFNESS, variation=variation, contact_ratio=ratio
+    )
     system = pair(analytic_excitation(figures, 3), damping, math.inf)
     low = STIFFNESS * (1.0 + variation * (1.0 - ratio))
     high = STIFFNESS * (1.0 + variation * (2.0 - ratio))

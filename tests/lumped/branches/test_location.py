@@ -101,7 +101,7 @@ def test_true_contact_alone_is_located(train):
 def test_kept_branches_have_their_places(few):
     branch, _ = few[0]
     again = branch_from_dict(branch_to_dict(branch))
-    places = [point.located for point in branch.points]
+    places = [point.refined_parameter for point in branch.points]
     np.testing.assert_array_equal([p.refined_parameter for p in again.points], places)
 
 

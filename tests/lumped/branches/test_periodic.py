@@ -155,7 +155,7 @@ def test_a_branch_that_stands_upright_has_no_bifurcations_on_its_way(branches):
 
 def test_upright_motions_are_not_counted_as_stable(branches):
     """They are neutral: a multiplier is at 1, on either side of it by rounding."""
-    upright = [p for branch in branches for p in branch.points if p.upright]
+    upright = [p for branch in branches for p in branch.points if p.vertical]
     assert upright
     assert not any(point.stable for point in upright)
     at_one = [abs(point.multipliers - 1.0).min() for point in upright]

@@ -17,7 +17,7 @@ from lumped import (
     Mesh,
     Settings,
     Shaft,
-    StiffnessFigures,
+    StiffnessParameters,
     Train,
     analytic_excitation,
     respond_with_history,
@@ -73,7 +73,7 @@ def countershaft(
     )
     waves = tuple(
         analytic_excitation(
-            StiffnessFigures(mean=k, variation=scale * eps, contact_ratio=c)
+            StiffnessParameters(mean=k, variation=scale * eps, contact_ratio=c)
         )
         for k, eps, c in zip(MEANS, variations, ratios, strict=True)
     )

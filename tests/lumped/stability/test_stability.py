@@ -27,7 +27,7 @@ from lumped.stability.multipliers import (
     transition,
 )
 from lumped.stability.periodic import PeriodicSystem, periodic_system
-from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.friction import ToothFriction, base_pitch, friction_rows, with_bending
 from lumped.train.system import LumpedSystem
 from lumped.train.train import TrainError
@@ -359,7 +359,7 @@ def test_friction_is_of_every_mesh():
 def test_friction_needs_tooth_pairs():
     pair = pair_system(0.3)
     one = analytic_excitation(
-        StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5), harmonics=3
+        StiffnessParameters(mean=1e8, variation=0.3, contact_ratio=1.5), harmonics=3
     )
     with pytest.raises(ValueError, match="that of model 1"):
         with_bending(one, ToothFriction(0.1))
