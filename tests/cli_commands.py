@@ -16,18 +16,18 @@ ROOT_COMMAND = typer.main.get_command(app)
 
 
 def commands(group: Any = ROOT_COMMAND, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Commands by their words, those of groups too."""
+    """Yield the full name and the command of all commands, also those of groups."""
     for name in group.list_commands(None):
-        command, words = group.get_command(None, name), f"{path} {name}".strip()
+        command, full_name = group.get_command(None, name), f"{path} {name}".strip()
         if hasattr(command, "commands"):
-            yield from commands(command, words)
+            yield from commands(command, full_name)
         else:
-            yield words, command
+            yield full_name, command
 
 
-def printed(*words: object, code: int = 0) -> str:
-    """What a command prints that ends with a code."""
-    result = CliRunner().invoke(app, list(map(str, words)))
+def printed(*arguments: object, code: int = 0) -> str:
+    """Run a command, which must end with this exit code; return what it prints."""
+    result = CliRunner().invoke(app, list(map(str, arguments)))
     assert result.exit_code == code, result.output
     return result.stdout
 

@@ -40,20 +40,20 @@ REPORTS = {
 }
 
 
-def killed_after(records: int, words: Sequence[str]) -> None:
+def killed_after(records: int, arguments: Sequence[str]) -> None:
     """Run a command until its checkpoint has so many records, then kill it."""
     code = ENDED.format(**RECORDS, number=records, sent=signal.SIGKILL)
-    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True)
+    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True)
     assert done.returncode == -signal.SIGKILL, done.stderr
 
 
 def interrupted_after(
-    reports: int, words: Sequence[str], folder: Path
+    reports: int, arguments: Sequence[str], folder: Path
 ) -> subprocess.CompletedProcess[str]:
     """Run a command until it has reported so often, then press Ctrl-C."""
     code = ENDED.format(**REPORTS, number=reports, sent=signal.SIGINT)
     return subprocess.run(
-        [sys.executable, "-c", code, *words],
+        [sys.executable, "-c", code, *arguments],
         cwd=folder,
         capture_output=True,
         text=True,

@@ -5,7 +5,7 @@ All degrees of freedom take minutes by their nature: such a case is interrupted 
 while, as a user would, and must then end by itself.
 
 As a script: `PYTHONPATH=. python tests/fuzz_gear_sets.py 3000 --seed 1`; it prints what
-failed with the words and the file that did it. Tests run a few of the same cases.
+failed with the arguments and the file that did it. Tests run a few of the same cases.
 """
 
 from __future__ import annotations
@@ -367,7 +367,7 @@ def option_lists() -> dict[str, list[str]]:
     """Names of the options of every command, from typer."""
     group: Any = typer.main.get_command(app)
 
-    def found(name: str) -> Any:
+    def find_command(name: str) -> Any:
         command = group
         for word in name.split():
             command = command.get_command(None, word)
@@ -376,7 +376,7 @@ def option_lists() -> dict[str, list[str]]:
     return {
         name: [
             option
-            for param in found(name).params
+            for param in find_command(name).params
             if (option := max(param.opts, key=len)) not in LONG
         ]
         for name in BASE
@@ -385,25 +385,25 @@ def option_lists() -> dict[str, list[str]]:
 
 def command(r: random.Random, options: dict[str, list[str]]) -> list[str]:
     name = r.choices(list(BASE), [weight for _, weight in BASE.values()])[0]
-    words = BASE[name][0].split()
+    arguments = BASE[name][0].split()
     for option in r.sample(
         options[name], min(len(options[name]), r.choice([0, 0, 1, 1, 2]))
     ):
         if not option.startswith("--"):
             continue
-        known = OF_MACHINES.get(option) if name.startswith("rattle") else None
-        values = known or WORDS.get(option)
+        choices = OF_MACHINES.get(option) if name.startswith("rattle") else None
+        values = choices or WORDS.get(option)
         value = [r.choice(values)] if values else []
-        if option in words and r.random() < 0.9:  # another value, not a second one
-            at = words.index(option)
-            words[at : at + 2] = [option, *value]
+        if option in arguments and r.random() < 0.9:  # another value, not a second one
+            at = arguments.index(option)
+            arguments[at : at + 2] = [option, *value]
         else:
-            words += [option, *value]
+            arguments += [option, *value]
     if r.random() < 0.03:
-        words.insert(
-            r.randrange(len(words) + 1), r.choice(["--tork", "\x1b", "-x", "y"])
+        arguments.insert(
+            r.randrange(len(arguments) + 1), r.choice(["--tork", "\x1b", "-x", "y"])
         )
-    return [*name.split(), *(NAMED.get(word, word) for word in words)]
+    return [*name.split(), *(NAMED.get(word, word) for word in arguments)]
 
 
 NAMED = {"SET": "set.toml", "MACHINE": "machine.toml", "BOX": "box.toml"}
@@ -420,8 +420,8 @@ def varied(r: random.Random, tables: dict[str, Any]) -> dict[str, Any]:
         if isinstance(value, dict):
             varied(r, value)
         elif isinstance(value, list) and value and isinstance(value[0], dict):
-            for each in value:
-                varied(r, each)
+            for row in value:
+                varied(r, row)
         elif isinstance(value, float) and r.random() < 0.3:
             tables[key] = float(f"{value * 10.0 ** r.uniform(-0.5, 0.3):.4g}")
     return tables
@@ -449,9 +449,9 @@ def table(r: random.Random, names: str, rows: list[list[float]]) -> bytes:
 
 @dataclass(frozen=True)
 class Case:
-    """files : by name, that lie where the command runs"""
+    """Arguments of a command, and by name the files in the folder where it runs."""
 
-    words: list[str]
+    arguments: list[str]
     files: dict[str, bytes]
 
     @property
@@ -493,10 +493,10 @@ def cases(count: int, seed: int) -> Iterator[Case]:
 
 
 @contextlib.contextmanager
-def patience(words: list[str]) -> Iterator[None]:
+def patience(arguments: list[str]) -> Iterator[None]:
     """Ctrl-C after a while where all degrees of freedom may be asked for."""
     timer = threading.Timer(PATIENCE, _thread.interrupt_main)
-    if "full" in words:
+    if "full" in arguments:
         timer.start()
     try:
         yield
@@ -535,13 +535,13 @@ def tried(case: Case, folder: Path) -> tuple[int, str | None, str]:
         with (
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(err),
-            patience(case.words),
+            patience(case.arguments),
         ):
-            code = run(case.words)
+            code = run(case.arguments)
     finally:
         faulthandler.cancel_dump_traceback_later()
         os.chdir(before)
-    if code == INTERRUPTED and "full" in case.words:
+    if code == INTERRUPTED and "full" in case.arguments:
         return code, None, err.getvalue()
     return code, complaint(code, out.getvalue(), err.getvalue()), err.getvalue()
 
@@ -551,25 +551,25 @@ def main() -> None:
     parser.add_argument("count", type=int)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", type=int, help="number of the one case to run")
-    given = parser.parse_args()
+    options = parser.parse_args()
     # a shell starts what runs in the background with Ctrl-C switched off
     signal.signal(signal.SIGINT, signal.default_int_handler)
     codes: Counter[tuple[str, int]] = Counter()
     slowest, failed = (0.0, ""), 0
-    for number, case in enumerate(cases(given.count, given.seed)):
-        if given.only not in (None, number):
+    for number, case in enumerate(cases(options.count, options.seed)):
+        if options.only not in (None, number):
             continue
-        sys.stderr.write(f"\r{number} {shlex.join(case.words)[:70]!a:<74}")
+        sys.stderr.write(f"\r{number} {shlex.join(case.arguments)[:70]!a:<74}")
         begin = time.perf_counter()
         with tempfile.TemporaryDirectory() as folder:
             code, wrong, line = tried(case, Path(folder))
         seconds = time.perf_counter() - begin
-        slowest = max(slowest, (seconds, f"{number} {shlex.join(case.words)!a}"))
-        codes[case.words[0], code] += 1
+        slowest = max(slowest, (seconds, f"{number} {shlex.join(case.arguments)!a}"))
+        codes[case.arguments[0], code] += 1
         if wrong:
             failed += 1
             sys.stdout.write(
-                f"\n{number}: {wrong}\n{shlex.join(case.words)!a}\n{line}\n"
+                f"\n{number}: {wrong}\n{shlex.join(case.arguments)!a}\n{line}\n"
                 f"{ {name: text[:2000] for name, text in case.files.items()}!a}\n"
             )
     for (name, code), times in sorted(codes.items()):

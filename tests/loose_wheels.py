@@ -21,20 +21,20 @@ def freedom(play: float, restitution: float, drag=0.0, damping=0.0) -> Freedom:
 def spur(restitution=0.8, drag=-0.05, damping=1e-3, **keys) -> LooseWheel:
     """A wheel that rattles in the play of its teeth only."""
     turning = freedom(1e-4, restitution, drag, damping)
-    given = {"name": "spur", "inertia": 1e-3, "mass": 1.0, "base_radius": 0.04}
-    return LooseWheel(rotation=turning, **given | {"ratio": 0.87} | keys)
+    defaults = {"name": "spur", "inertia": 1e-3, "mass": 1.0, "base_radius": 0.04}
+    return LooseWheel(rotation=turning, **defaults | {"ratio": 0.87} | keys)
 
 
 def helical(restitution=0.7, drag=-0.05, damping=1e-3, **keys) -> LooseWheel:
     """A wheel in all three plays."""
     side = 0.0 if damping == 0.0 else 0.5
-    given = {
+    defaults = {
         "name": "helical",
         "axial": freedom(1e-4, restitution, 3.0 * drag, side),
         "radial": freedom(5e-5, restitution, 2.0 * drag, 2.0 * side),
         "helix_angle": math.radians(25.0),
     }
-    return spur(restitution, drag, damping, **given | keys)
+    return spur(restitution, drag, damping, **defaults | keys)
 
 
 def impacts_by_scipy(
@@ -57,12 +57,12 @@ def impacts_by_scipy(
 
     def wave(p, t, rate):
         wheel, name = group.plays[p]
-        own = wheel.variation
-        if name != "teeth" or own is None:
+        variation = wheel.variation
+        if name != "teeth" or variation is None:
             return 0.0
-        angle = own.order * turn * t + own.phase
-        value = turn * own.order * math.cos(angle) if rate else math.sin(angle)
-        return own.amplitude * value
+        angle = variation.order * turn * t + variation.phase
+        value = turn * variation.order * math.cos(angle) if rate else math.sin(angle)
+        return variation.amplitude * value
 
     def gap(p, upper):
         def value(t, y):
@@ -73,7 +73,7 @@ def impacts_by_scipy(
         return value
 
     edges = [(p, upper) for p in range(n) for upper in (True, False)]
-    found, t, y = [], 0.0, np.concatenate([q, v])
+    impacts, t, y = [], 0.0, np.concatenate([q, v])
     while True:
         run = solve_ivp(
             *(rates, (t, until), y, "DOP853"),
@@ -83,12 +83,12 @@ def impacts_by_scipy(
             max_step=group.excitation.period / 400,
         )
         if run.status == 0:
-            return found
+            return impacts
         number = next(i for i, times in enumerate(run.t_events) if len(times))
         p, upper = edges[number]
         t, y = run.t[-1], run.y[:, -1].copy()
         speed = ratios[p] * size * turn * math.cos(turn * t + phase) + rows[p] @ y[n:]
         speed += 0.0 if upper else wave(p, t, True)
-        found.append((t, p, abs(speed)))
+        impacts.append((t, p, abs(speed)))
         mobility = np.sum(rows[p] ** 2 / masses)
         y[n:] -= (1.0 + freedoms[p].restitution) * speed / mobility * rows[p] / masses

@@ -129,35 +129,35 @@ def _record(folder: Path, number: int) -> None:
     for name, text in GIVEN.items():
         (place / name).write_text(text)
     begin = time.perf_counter()
-    words = COMMANDS[number] if number < len(COMMANDS) else RESUMED[0]
+    command_line = COMMANDS[number] if number < len(COMMANDS) else RESUMED[0]
     if number == len(COMMANDS):
-        _killed(place, words)
-        words = " ".join(RESUMED)
-    done = _run(words, place)
+        _killed(place, command_line)
+        command_line = " ".join(RESUMED)
+    done = _run(command_line, place)
     for name in GIVEN:
         (place / name).unlink()
-    (place / "command.txt").write_text(f"fegear {words}\n")
+    (place / "command.txt").write_text(f"fegear {command_line}\n")
     (place / "screen.txt").write_text(done.stdout)
     (place / "errors.txt").write_text(done.stderr)
     (place / "code.txt").write_text(f"{done.returncode}\n")
     seconds = time.perf_counter() - begin
     sys.stderr.write(
-        f"{number:02d} {seconds:6.1f} s, code {done.returncode}: {words}\n"
+        f"{number:02d} {seconds:6.1f} s, code {done.returncode}: {command_line}\n"
     )
 
 
-def _command(words: str) -> list[str]:
+def _command(command_line: str) -> list[str]:
     main = "from fegear.cli import main; main()"
-    return [sys.executable, "-c", main, *shlex.split(words)]
+    return [sys.executable, "-c", main, *shlex.split(command_line)]
 
 
 def _environment() -> dict[str, str]:
     return os.environ | {"OPENBLAS_NUM_THREADS": "1", "COLUMNS": "100"}
 
 
-def _run(words: str, place: Path) -> subprocess.CompletedProcess[str]:
+def _run(command_line: str, place: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        _command(words),
+        _command(command_line),
         cwd=place,
         env=_environment(),
         stdin=subprocess.DEVNULL,
@@ -166,12 +166,12 @@ def _run(words: str, place: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-def _killed(place: Path, words: str) -> None:
+def _killed(place: Path, command_line: str) -> None:
     """The same run, killed after its first few speeds."""
     process = subprocess.Popen(
-        _command(words), cwd=place, env=_environment(), stdout=subprocess.DEVNULL
+        _command(command_line), cwd=place, env=_environment(), stdout=subprocess.DEVNULL
     )
-    written: set[int] = set()  # times at which the kept speeds changed
+    written: set[int] = set()  # times at which the stored speeds changed
     while process.poll() is None and len(written) < 8:
         written |= {path.stat().st_mtime_ns for path in place.glob("d.csv.partial")}
         time.sleep(0.01)
@@ -181,17 +181,17 @@ def _killed(place: Path, words: str) -> None:
 
 def compare(before: Path, after: Path) -> list[str]:
     """A line for each file that differs, and by how much."""
-    found = []
+    differences = []
     for place in sorted(after.iterdir()):
         ones, others = _files(before / place.name), _files(place)
         command = (place / "command.txt").read_text().strip()
         for name in sorted(ones.keys() | others.keys()):
             if name not in ones or name not in others:
                 missing = before if name not in ones else after
-                found.append(f"{place.name}/{name}: not in {missing}; {command}")
+                differences.append(f"{place.name}/{name}: not in {missing}; {command}")
             elif difference := _difference(ones[name], others[name]):
-                found.append(f"{place.name}/{name}: {difference}; {command}")
-    return found
+                differences.append(f"{place.name}/{name}: {difference}; {command}")
+    return differences
 
 
 def _files(folder: Path) -> dict[str, Path]:
@@ -215,7 +215,7 @@ def _difference(one: Path, other: Path) -> str:
         ".vtu": _of_fields,
         ".npz": _of_arrays,
     }.get(one.suffix, _of_texts)
-    if all(each.read_text(errors="replace").startswith("{") for each in (one, other)):
+    if all(path.read_text(errors="replace").startswith("{") for path in (one, other)):
         kind = _of_json
     return kind(one, other)
 
@@ -301,13 +301,13 @@ def _of_texts(one: Path, other: Path) -> str:
 
 
 def _of_lines(one: list[str], other: list[str]) -> str:
-    kept = [
+    line_lists = [
         [DIGEST.sub("", line) for line in lines if not OWN_LINES.search(line)]
         for lines in (one, other)
     ]
-    if len(kept[0]) != len(kept[1]):
-        return f"{len(kept[0])} and {len(kept[1])} lines"
-    for a, b in zip(*kept, strict=True):
+    if len(line_lists[0]) != len(line_lists[1]):
+        return f"{len(line_lists[0])} and {len(line_lists[1])} lines"
+    for a, b in zip(*line_lists, strict=True):
         if a != b and not _same_words(a, b):
             return f"{a[:80]!r} and {b[:80]!r}"
     return ""
@@ -382,12 +382,12 @@ def main() -> None:
     comparer = verbs.add_parser("compare")
     comparer.add_argument("before", type=Path)
     comparer.add_argument("after", type=Path)
-    given = parser.parse_args()
-    if given.verb == "record":
-        only = {int(word) for word in given.only.split(",") if word}
-        record(given.folder.absolute(), only, given.workers)
+    options = parser.parse_args()
+    if options.verb == "record":
+        only = {int(word) for word in options.only.split(",") if word}
+        record(options.folder.absolute(), only, options.workers)
         return
-    lines = compare(given.before, given.after)
+    lines = compare(options.before, options.after)
     sys.stdout.write("".join(f"{line}\n" for line in lines) or "all agree\n")
     sys.exit(bool(lines))
 

@@ -151,7 +151,7 @@ class RimGears:
         rim = self.in_rim * np.array(self.inertias[: self.gears])
         static = (arms * self.compliance) @ arms.T
         grid = self.positions + 1
-        found = CoupledContacts(
+        contacts = CoupledContacts(
             contacts=self._contacts(np.tile(static, (grid, 1, 1))),
             mesh_of=np.array([m for m, _, _ in self.contacts]),
             pairs=np.array([k for _, k, _ in self.contacts]),
@@ -167,7 +167,7 @@ class RimGears:
             modes=self._rims(shapes) if self.vibrating else None,
             without=self.without,
         )
-        return replace(reference, contacts=found)
+        return replace(reference, contacts=contacts)
 
     def _rims(self, shapes: np.ndarray) -> BodyModes:
         """Each rim on its spokes with the hub held; shapes : turns of the hubs."""
@@ -199,8 +199,8 @@ class RimGears:
             stiff = self._at(self.stiffness, m, k)[:, None, None]
             law[c, ..., 0] = stiff * knots[:-1] + self.hardening * knots[:-1] ** 2
             law[c, ..., 1] = stiff + 2.0 * self.hardening * knots[:-1]
-            own = self._at(self.gap, m, k)
-            gap[c] = own if side > 0.0 else self.backlash - own
+            pair_gap = self._at(self.gap, m, k)
+            gap[c] = pair_gap if side > 0.0 else self.backlash - pair_gap
         law[..., 2] = self.hardening
         meshes = [m for m, _, _ in self.contacts]
         return Contacts(

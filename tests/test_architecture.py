@@ -56,13 +56,13 @@ ALLOWED = {
 
 
 def imported_modules(path: Path) -> set[str]:
-    found: set[str] = set()
+    modules: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            modules |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            found.add(node.module)
-    return found
+            modules.add(node.module)
+    return modules
 
 
 def label(path: Path) -> str:
@@ -74,8 +74,9 @@ def test_arrows_point_one_way(path):
     parts = path.relative_to(ROOT).parts
     in_roof = parts[:2] == ("fegear", "cli") or path.name == "__main__.py"
     allowed = ALLOWED.get(".".join(parts[:2]), ALLOWED[parts[0]])
-    own = {m for m in imported_modules(path) if m.split(".")[0] in PACKAGES}
-    for module in own:
+    for module in imported_modules(path):
+        if module.split(".")[0] not in PACKAGES:
+            continue
         assert any(module == a or module.startswith(a + ".") for a in allowed), module
         if not in_roof:
             assert not module.startswith("fegear.cli"), "nothing imports the roof"
@@ -88,7 +89,7 @@ def test_modules_that_every_system_has(path):
         alias.name
         for node in ast.walk(ast.parse(path.read_text()))
         if isinstance(node, ast.Try)
-        and [ast.unparse(each.type) for each in node.handlers] == ["ImportError"]
+        and [ast.unparse(handler.type) for handler in node.handlers] == ["ImportError"]
         for statement in node.body
         if isinstance(statement, ast.Import)
         for alias in statement.names
@@ -99,7 +100,7 @@ def test_modules_that_every_system_has(path):
 
 @pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
 def test_kernels_import_only_numerics(path):
-    own = (
+    packages = (
         "fegear.contact",
         "fegear.dynamics",
         "fegear.elasticity.flank_grid",
@@ -109,7 +110,7 @@ def test_kernels_import_only_numerics(path):
         "lumped.stability.kernels",
         "lumped.common.compiled",
     )
-    outside = {m for m in imported_modules(path) if not m.startswith(own)}
+    outside = {m for m in imported_modules(path) if not m.startswith(packages)}
     assert outside <= NUMERICS
     inside = imported_modules(path) - outside
     assert "fegear.contact.problem" not in inside
@@ -125,8 +126,10 @@ def test_kernels_import_only_numerics(path):
 def test_contact_imports_elasticity_and_not_the_other_way(package, below):
     helpers = ("fegear.files",)
     for path in sorted((ROOT / "fegear" / package).glob("*.py")):
-        own = {m for m in imported_modules(path) if m.startswith("fegear.")}
-        assert {m for m in own if not m.startswith((*below, *helpers))} == set(), path
+        modules = {m for m in imported_modules(path) if m.startswith("fegear.")}
+        assert {m for m in modules if not m.startswith((*below, *helpers))} == set(), (
+            path
+        )
 
 
 def loaded_by(statement: str) -> set[str]:

@@ -45,14 +45,14 @@ def test_pictures_are_small(picture):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_are_known_with_their_options(command):
-    program, *words = shlex.split(command)
+    program, *arguments = shlex.split(command)
     assert program == "fegear"
-    known = typer.main.get_command(app)
-    while hasattr(known, "commands"):
-        known = known.get_command(None, words.pop(0))
-    options = {name for each in known.params for name in each.opts}
-    given = {word for word in words if word.startswith("-")}
-    assert given <= options
+    entry = typer.main.get_command(app)
+    while hasattr(entry, "commands"):
+        entry = entry.get_command(None, arguments.pop(0))
+    options = {name for parameter in entry.params for name in parameter.opts}
+    used_options = {word for word in arguments if word.startswith("-")}
+    assert used_options <= options
 
 
 def test_every_command_says_where_its_picture_goes():

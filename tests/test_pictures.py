@@ -44,8 +44,8 @@ def test_peak_to_peak_of_the_transmission_error_fills_its_panel(drawn):
     low, high = varying.get_ylim()
     ranges = 1e6 * np.ptp(result.table["ste_m"], axis=1)
     assert high - low < 1.3 * ranges.max()
-    words = [text.get_text() for text in varying.get_legend().get_texts()]
-    assert words == [
+    labels = [text.get_text() for text in varying.get_legend().get_texts()]
+    assert labels == [
         f"{torque:g} N m,\npeak to peak {width:.3g} um"
         for torque, width in zip(TORQUES, ranges, strict=True)
     ]
@@ -94,10 +94,10 @@ def test_legends_lie_beside_the_panels_and_inside_the_figure(drawn):
         assert legend.y0 >= whole[1]
 
 
-@pytest.mark.parametrize("words", [2, 9, 20])
-def test_legends_of_figures_are_not_cut(words):
+@pytest.mark.parametrize("count", [2, 9, 20])
+def test_legends_of_figures_are_not_cut(count):
     figure, ((axes,),) = panels(1, size=(7.0, 4.0))
-    handles = axes.plot(np.eye(words))
+    handles = axes.plot(np.eye(count))
     for number, handle in enumerate(handles):
         handle.set_label(f"a curve with a long name, {number}")
     draw_legend(figure, handles, 4)

@@ -37,10 +37,10 @@ class WholeGear:
         angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
         copies = np.vstack([turn(self.sector.points, a) for a in angles])
         near = cKDTree(copies).query_ball_point(copies, 1e-9)
-        kept, merged = np.unique([min(n) for n in near], return_inverse=True)
+        unique, merged = np.unique([min(n) for n in near], return_inverse=True)
         shift = len(self.sector.points) * np.arange(gear.teeth)[:, None, None]
         triangles = (self.sector.triangles[None] + shift).reshape(-1, 6)
-        mesh = MeshTri2(copies[kept].T.copy(), merged[triangles].T.copy())
+        mesh = MeshTri2(copies[unique].T.copy(), merged[triangles].T.copy())
         basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=6)
         E, nu = 206e9, 0.3
         law = linear_elasticity(E * nu / (1 - nu**2), 0.5 * E / (1 + nu))
@@ -78,8 +78,8 @@ class WholeGear:
         mirror = [1.0, 1.0] if side == RIGHT else [-1.0, 1.0]
         points = turn(self.sector.points[self.sector.flank_nodes[1:]] * mirror, angle)
         wanted = turn(wanted * mirror, angle)
-        found = cKDTree(self.places).query_ball_point(points, 1e-9)
+        dof_lists = cKDTree(self.places).query_ball_point(points, 1e-9)
         pairs = np.array(
-            [sorted(pair, key=lambda d: self.along_y[d]) for pair in found]
+            [sorted(pair, key=lambda d: self.along_y[d]) for pair in dof_lists]
         )
         return np.einsum("icm,ic->mi", self.fields[pairs], wanted)

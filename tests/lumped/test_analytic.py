@@ -151,14 +151,14 @@ def test_harmonics_are_those_of_the_wave(ratio, approach, ramp):
     room = min(ratio % 1.0, 1.0 - ratio % 1.0)
     figures = make(ratio, approach=approach, ramp=min(ramp, room))
     wave = mesh_wave(figures)
-    found = stiffness_harmonics(figures, 6)
+    harmonics = stiffness_harmonics(figures, 6)
     a, h = wave.breaks[:-1], np.diff(wave.breaks)
     x, w = np.polynomial.legendre.leggauss(24)
     at = a[:, None] + 0.5 * h[:, None] * (1.0 + x)
     values = wave(at) * 0.5 * h[:, None] * w
     for s in range(1, 7):
         exact = (values * np.exp(-2j * np.pi * s * at)).sum()
-        assert abs(found[s - 1] - exact) < 1e-9 * MEAN
+        assert abs(harmonics[s - 1] - exact) < 1e-9 * MEAN
 
 
 def test_many_harmonics_approach_the_wave():

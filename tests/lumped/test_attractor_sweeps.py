@@ -41,44 +41,48 @@ def falling(at):
 def test_a_period_doubles_and_chaos_begins(falling):
     assert falling.complete
     assert falling.values == SPEEDS
-    names = [(each.name, each.transition) for each in falling.intervals]
+    names = [(interval.name, interval.transition) for interval in falling.intervals]
     assert names == [
         ("period 1", ""),
         ("period 2", "period doubling"),
         ("quasi-periodic", "torus"),
         ("chaotic", "chaos begins"),
     ]
-    for each in falling.attractors:
-        assert each.deflection.shape == (each.multiple or 20, 2)
-        if each.multiple:
-            assert each.exponent < 0.0
+    for attractor in falling.attractors:
+        assert attractor.deflection.shape == (attractor.multiple or 20, 2)
+        if attractor.multiple:
+            assert attractor.exponent < 0.0
 
 
 def test_sections_are_where_periods_of_the_motion_begin(at):
     built, speed = at(1615.0)
     fine = Settings(steps=512, multiples=32, tolerance=1e-6)
     _, history = respond_with_history(built, speed, fine)
-    found = sweep_attractors([speed], at, "up", fine).attractors[0]
+    attractor = sweep_attractors([speed], at, "up", fine).attractors[0]
     half = (history.time.size - 1) // 2
     expected = history.deflection[[0, half]]
-    order = np.argsort(found.deflection[:, 0])
+    order = np.argsort(attractor.deflection[:, 0])
     expected = expected[np.argsort(expected[:, 0])]
-    np.testing.assert_allclose(found.deflection[order], expected, rtol=2e-3)
+    np.testing.assert_allclose(attractor.deflection[order], expected, rtol=2e-3)
 
 
 def test_all_grows_with_the_torque_while_back_flanks_do_not_touch(at):
     """Forces are then in proportion to deflections, whatever gaps open."""
     torques = 50.0, 100.0, 200.0
-    found = sweep_attractors(
+    attractors = sweep_attractors(
         torques, lambda torque: at(1615.0, torque), "up", SETTINGS
     ).attractors
-    assert [each.multiple for each in found] == [2, 2, 2]
-    for torque, each in zip(torques[1:], found[1:], strict=True):
-        part, first = torque / torques[0], found[0]
-        order, own = (np.argsort(a.deflection[:, 0]) for a in (first, each))
+    assert [attractor.multiple for attractor in attractors] == [2, 2, 2]
+    for torque, attractor in zip(torques[1:], attractors[1:], strict=True):
+        part, first = torque / torques[0], attractors[0]
+        order, other_order = (
+            np.argsort(a.deflection[:, 0]) for a in (first, attractor)
+        )
         expected = part * first.deflection[order]
-        np.testing.assert_allclose(each.deflection[own], expected, rtol=2e-3)
-        assert each.exponent == pytest.approx(first.exponent, rel=0.02)
+        np.testing.assert_allclose(
+            attractor.deflection[other_order], expected, rtol=2e-3
+        )
+        assert attractor.exponent == pytest.approx(first.exponent, rel=0.02)
 
 
 def test_motions_are_carried_on_to_other_systems_as_gears_move(at):
@@ -103,17 +107,19 @@ class MemoryStore(list):
 
 
 def test_a_stopped_sweep_goes_on_where_it_ended(at, falling):
-    whole, store, stop = at(0.0)[0], MemoryStore(), threading.Event()
-    words = (SPEEDS, lambda speed: (whole, speed), "down", SETTINGS, FEW)
+    train, store, stop = at(0.0)[0], MemoryStore(), threading.Event()
+    arguments = (SPEEDS, lambda speed: (train, speed), "down", SETTINGS, FEW)
 
     def passed():
         if len(store) == 2:
             stop.set()
 
-    begun = sweep_attractors(*words, store=store, observer=Observer(passed), stop=stop)
+    begun = sweep_attractors(
+        *arguments, store=store, observer=Observer(passed), stop=stop
+    )
     assert not begun.complete
     assert begun.values == SPEEDS[: len(store)] != SPEEDS
-    resumed = sweep_attractors(*words, store=store)
+    resumed = sweep_attractors(*arguments, store=store)
     assert resumed.complete
     for one, other in zip(resumed.attractors, falling.attractors, strict=True):
         assert one.exponent == other.exponent
@@ -133,20 +139,23 @@ def test_a_motion_that_only_coarse_steps_hold_is_left(system, idler):
     train = idler(inertias=CHAPTER_3, phases=(0.0, -0.125))
     built = system(train, contact_ratio=1.5)
     speeds = np.arange(1620.0, 1661.0, 10.0)
-    found = sweep_attractors(speeds, lambda speed: (built, speed), "down", SETTINGS)
-    for value, each in zip(found.values, found.attractors, strict=True):
-        assert each.multiple in (1, 2)
-        assert each.exponent < 0.0, value
+    attractor_sweep = sweep_attractors(
+        speeds, lambda speed: (built, speed), "down", SETTINGS
+    )
+    attractors = attractor_sweep.attractors
+    for value, attractor in zip(attractor_sweep.values, attractors, strict=True):
+        assert attractor.multiple in (1, 2)
+        assert attractor.exponent < 0.0, value
 
 
 def test_a_divergence_ends_a_sweep(at, monkeypatch):
     from lumped.train.system import LumpedSystem
 
     monkeypatch.setattr(LumpedSystem, "limit", 1e-12)
-    found = sweep_attractors([900.0, 1000.0], at, "up")
-    assert [each.name for each in found.attractors] == ["diverged"]
-    assert not found.complete
-    assert np.isnan(found.intervals[0].exponent)
+    attractor_sweep = sweep_attractors([900.0, 1000.0], at, "up")
+    assert [attractor.name for attractor in attractor_sweep.attractors] == ["diverged"]
+    assert not attractor_sweep.complete
+    assert np.isnan(attractor_sweep.intervals[0].exponent)
 
 
 @pytest.mark.parametrize(
@@ -179,6 +188,6 @@ def test_a_wrong_direction_is_named(at):
 def test_what_is_unstable_on_finest_steps_too_does_not_repeat(at, monkeypatch):
     """As chaos may pass by near an orbit for longer than is looked for."""
     monkeypatch.setattr("lumped.attractors.attractor_sweeps.NEUTRAL", -1.0)
-    (found,) = sweep_attractors([900.0], at, "up").attractors
-    assert (found.multiple, found.name) == (0, "unsettled")
-    assert found.deflection.shape == (100, 2)
+    (attractor,) = sweep_attractors([900.0], at, "up").attractors
+    assert (attractor.multiple, attractor.name) == (0, "unsettled")
+    assert attractor.deflection.shape == (100, 2)

@@ -67,7 +67,7 @@ def test_a_periodic_motion_has_the_exponent_of_its_floquet_multiplier(
     settings = Settings(tolerance=1e-8, steps=256)
     response, _, settings = respond_confirmed(built, frequency, settings)
     assert response.multiple == multiple
-    found = find_attractor(built, response, settings)
+    attractor = find_attractor(built, response, settings)
     balance = HarmonicBalance(built, harmonics=60, multiple=multiple)
     x = balance.of_response(response, settings)
     for _ in range(8):
@@ -75,18 +75,18 @@ def test_a_periodic_motion_has_the_exponent_of_its_floquet_multiplier(
         x = x - np.linalg.solve(jacobian, errors)
     multipliers = np.linalg.eigvals(balance.monodromy(x, frequency))
     exponent = math.log(np.abs(multipliers).max()) / multiple
-    assert found.exponent == pytest.approx(exponent, rel=0.02)
-    assert found.exponent < 0.0
-    assert (found.stderr, found.kind) == (0.0, Kind.PERIODIC)
-    assert found.deflection.shape == (multiple, 2)
+    assert attractor.exponent == pytest.approx(exponent, rel=0.02)
+    assert attractor.exponent < 0.0
+    assert (attractor.stderr, attractor.kind) == (0.0, Kind.PERIODIC)
+    assert attractor.deflection.shape == (multiple, 2)
 
 
 def test_a_linear_train_has_the_decay_of_its_slowest_mode(system, idler):
     built = system(idler(inertias=CHAPTER_3, coupled=False), variation=0.0)
     response, _, settings = respond_confirmed(built, 900.0)
-    found = find_attractor(built, response, settings)
+    attractor = find_attractor(built, response, settings)
     decay = 0.04 * 2.0 * math.pi * built.resonances_Hz[0] / 900.0
-    assert found.exponent == pytest.approx(-decay, rel=1e-6)
+    assert attractor.exponent == pytest.approx(-decay, rel=1e-6)
 
 
 def neighbours(start, frequency, periods):
@@ -107,16 +107,16 @@ def neighbours(start, frequency, periods):
     (a, b), (c, d), ((e, f), (g, h)) = *A.tolist(), C.tolist()
 
     def rates(t, y, k, m):
-        found = []
+        derivatives = []
         for s, u, v, w in (y[:4].tolist(), y[4:].tolist()):
             one, two = k * max(s, 0.0), m * max(u, 0.0)
-            found += [v, w, p - a * one - b * two - e * v - f * w]
-            found.append(q - c * one - d * two - g * v - h * w)
-        return found
+            derivatives += [v, w, p - a * one - b * two - e * v - f * w]
+            derivatives.append(q - c * one - d * two - g * v - h * w)
+        return derivatives
 
-    scale, apart = np.array([1e-6, 1e-6, 1e-2, 1e-2]), 1e-6
+    scale, separation = np.array([1e-6, 1e-6, 1e-2, 1e-2]), 1e-6
     state, growth = np.array(start), []
-    other = state + apart * scale * 0.5
+    other = state + separation * scale * 0.5
     edges = 0.0, 0.125, 0.5, 0.625, 1.0  # contact ratio 1.5: half of the time high
     for _ in range(periods):
         y = np.concatenate([state, other])
@@ -129,8 +129,8 @@ def neighbours(start, frequency, periods):
             y = y[:, -1]
         state, change = y[:4], (y[4:] - y[:4]) / scale
         size = np.linalg.norm(change)
-        growth.append(math.log(size / apart))
-        other = state + apart * change / size * scale
+        growth.append(math.log(size / separation))
+        other = state + separation * change / size * scale
     return np.array(growth)
 
 
@@ -138,18 +138,18 @@ def neighbours(start, frequency, periods):
 def test_a_chaotic_motion_parts_from_its_neighbours_as_fast(train, chaotic):
     response, settings = chaotic
     assert response.multiple == 0
-    found = find_attractor(train, response, settings)
-    assert found.kind == Kind.CHAOTIC
+    attractor = find_attractor(train, response, settings)
+    assert attractor.kind == Kind.CHAOTIC
     # a periodic motion exists besides, which less exact steps may fall into
-    points = zip(found.deflection, found.rate, strict=True)
-    runs = (neighbours(np.concatenate(each), CHAOTIC, 600)[50:] for each in points)
+    points = zip(attractor.deflection, attractor.rate, strict=True)
+    runs = (neighbours(np.concatenate(point), CHAOTIC, 600)[50:] for point in points)
     growth = next(run for run in runs if run[-100:].mean() > 0.0)
     parts = np.array([part.mean() for part in np.array_split(growth, 15)])
-    spread = math.hypot(found.stderr, parts.std(ddof=1) / math.sqrt(parts.size))
+    spread = math.hypot(attractor.stderr, parts.std(ddof=1) / math.sqrt(parts.size))
     assert spread < 0.06
-    assert abs(found.exponent - parts.mean()) < 3.0 * spread
-    assert found.deflection.shape == found.rate.shape == (100, 2)
-    assert len(np.unique(np.round(found.deflection[:, 0], 9))) > 90
+    assert abs(attractor.exponent - parts.mean()) < 3.0 * spread
+    assert attractor.deflection.shape == attractor.rate.shape == (100, 2)
+    assert len(np.unique(np.round(attractor.deflection[:, 0], 9))) > 90
 
 
 def test_no_direction_grows_along_a_torus(train):
@@ -160,11 +160,11 @@ def test_no_direction_grows_along_a_torus(train):
         response, _, finer = respond_confirmed(
             train, ratio * FIRST, settings, state, response
         )
-    found = find_attractor(train, response, finer, SectionSettings(sections=7))
+    attractor = find_attractor(train, response, finer, SectionSettings(sections=7))
     assert response.multiple == 0
-    assert found.kind == Kind.QUASI_PERIODIC
-    assert abs(found.exponent) < 1e-3
-    assert found.deflection.shape == (7, 2)
+    assert attractor.kind == Kind.QUASI_PERIODIC
+    assert abs(attractor.exponent) < 1e-3
+    assert attractor.deflection.shape == (7, 2)
 
 
 def test_changes_are_carried_as_differences_of_motions(train, chaotic):
@@ -186,8 +186,8 @@ def test_changes_are_carried_as_differences_of_motions(train, chaotic):
         columns.append(change.ravel())
     largest = np.abs(np.linalg.eigvals(np.array(columns).T)).max()
     once = replace(response, multiple=1)  # the multiplier of one period
-    found = find_attractor(train, once, settings)
-    assert found.exponent == pytest.approx(math.log(largest), rel=1e-5)
+    attractor = find_attractor(train, once, settings)
+    assert attractor.exponent == pytest.approx(math.log(largest), rel=1e-5)
 
 
 def test_kernels_are_the_same_uncompiled(train, request, monkeypatch):
@@ -205,11 +205,11 @@ def test_kernels_are_the_same_uncompiled(train, request, monkeypatch):
 def test_a_motion_that_diverges_has_no_exponent(train, multiple):
     response, _, settings = respond_confirmed(train, 0.95 * FIRST)
     lost = replace(response, multiple=multiple, state=response.state * math.nan)
-    found = find_attractor(train, lost, settings)
-    assert found.kind == Kind.DIVERGED
-    assert math.isnan(found.exponent)
-    assert math.isnan(found.stderr)
-    assert found.deflection.shape == (0, 2)
+    attractor = find_attractor(train, lost, settings)
+    assert attractor.kind == Kind.DIVERGED
+    assert math.isnan(attractor.exponent)
+    assert math.isnan(attractor.stderr)
+    assert attractor.deflection.shape == (0, 2)
 
 
 @pytest.mark.parametrize(
@@ -224,9 +224,9 @@ def test_a_motion_that_diverges_has_no_exponent(train, multiple):
         (0, math.inf, 0.01, "diverged"),
     ],
 )
-def test_kinds(multiple, exponent, spread, kind):
+def test_kinds(multiple, exponent, stderr, kind):
     empty = np.empty((0, 1))
-    assert Attractor(multiple, empty, empty, exponent, spread).kind == kind
+    assert Attractor(multiple, empty, empty, exponent, stderr).kind == kind
 
 
 @pytest.mark.parametrize("sections", [0, 10_001])

@@ -25,13 +25,13 @@ def test_statics_and_all_frequencies_are_exact(case):
     """Relief of inertia alone is right for bodies without hub or without rim only."""
     still = replace(case, gap=tuple((mean, 0.0) for mean, _ in case.gap))
     system = still.coupled
-    found = system.loaded
-    exact = np.tile(still.exact_static, (len(found.deflection), 1))
-    np.testing.assert_allclose(found.deflection, exact)
+    loaded = system.loaded
+    exact = np.tile(still.exact_static, (len(loaded.deflection), 1))
+    np.testing.assert_allclose(loaded.deflection, exact)
     frequencies = still.dense.angular / (2.0 * np.pi)
-    np.testing.assert_allclose(np.sort(found.frequency_Hz), np.sort(frequencies))
+    np.testing.assert_allclose(np.sort(loaded.frequency_Hz), np.sort(frequencies))
     less = replace(still, vibrating=False).coupled.loaded
-    np.testing.assert_allclose(less.deflection, found.deflection)
+    np.testing.assert_allclose(less.deflection, loaded.deflection)
     lowest = less.frequency_Hz / np.sort(frequencies)[: less.frequency_Hz.size]
     assert np.abs(lowest - 1.0).max() > 5e-3
 
@@ -41,8 +41,8 @@ def test_gears_that_turn_freely_go_with_their_rims():
     case = replace(FREE_PAIR, gap=((0.0, 0.0),))
     dense = case.dense
     squares = eigh(dense.matrix, np.diag(dense.mass), eigvals_only=True)
-    found = (2.0 * np.pi * case.coupled.loaded.frequency_Hz) ** 2
-    np.testing.assert_allclose(np.sort(found), squares[1:], rtol=1e-9)
+    eigenvalues = (2.0 * np.pi * case.coupled.loaded.frequency_Hz) ** 2
+    np.testing.assert_allclose(np.sort(eigenvalues), squares[1:], rtol=1e-9)
 
 
 @pytest.mark.parametrize("case", [PAIR, IDLER], ids=["pair", "idler"])
@@ -51,9 +51,9 @@ def test_vibration_is_exact_beside_a_resonance_of_bodies(case, part):
     """Parts of the highest frequency, which is one of the rims."""
     case = replace(case, positions=512)
     frequency = part * case.dense.angular[-1] / (2.0 * np.pi)
-    found = respond(case.coupled, frequency, Settings(steps=256, tolerance=1e-9))
-    assert not found.contact_loss.any()
-    np.testing.assert_allclose(found.dte_rms, case.exact_rms(frequency), rtol=2e-4)
+    response = respond(case.coupled, frequency, Settings(steps=256, tolerance=1e-9))
+    assert not response.contact_loss.any()
+    np.testing.assert_allclose(response.dte_rms, case.exact_rms(frequency), rtol=2e-4)
 
 
 def test_steps_are_of_fourth_order():
@@ -89,7 +89,7 @@ def test_changes_along_a_period_are_the_derivative_of_the_steps():
 
 
 def inertia(**changes) -> TruncationModel:
-    given = {
+    defaults = {
         "frequencies_Hz": np.array([4e3, 9e3, 9e3, 30e3]),
         "damping_ratio": np.full(4, 0.01),
         "families": np.array([0, 1, 1, 3]),
@@ -102,7 +102,7 @@ def inertia(**changes) -> TruncationModel:
         "energy": np.array([[0.8]]),
         "resonance_damping": 0.5,
     }
-    return TruncationModel(**given | changes)
+    return TruncationModel(**defaults | changes)
 
 
 def test_more_modes_leave_out_less_and_the_fewest_are_chosen():
@@ -117,11 +117,11 @@ def test_more_modes_leave_out_less_and_the_fewest_are_chosen():
 def test_the_bound_is_that_of_one_mode_off_resonance():
     """c r of the mode alone, r = x^2 / |1 - x^2 + 2 i zeta x|."""
     alone = inertia(rest=np.zeros(1), amplitudes=np.array([[1.0 + 0j]]))
-    kept = np.array([0, 1, 1, 1], bool)
+    retained = np.array([0, 1, 1, 1], bool)
     x = 1000.0 / 4000.0
     expected = 0.2 * x**2 / abs(1.0 - x**2 + 0.02j * x)
-    found = alone.largest_error(kept, (999.999, 1000.0))
-    assert found == pytest.approx(expected, rel=1e-4)
+    bound = alone.largest_error(retained, (999.999, 1000.0))
+    assert bound == pytest.approx(expected, rel=1e-4)
 
 
 SHARP = {"resonances_Hz": np.array([7500.0]), "resonance_damping": 0.005}
@@ -133,14 +133,14 @@ def test_a_shifted_resonance_counts_by_half_bandwidths():
     Only the part of the vibration that is resonance counts.
     """
     alone = inertia(**SHARP, rest=np.zeros(1))
-    kept, band = np.array([1, 1, 1, 0], bool), (2400.0, 2600.0)
+    retained, band = np.array([1, 1, 1, 0], bool), (2400.0, 2600.0)
     x = 7500.0 / 30e3
     change = 0.01 * x**2 / abs(1.0 - x**2 + 0.02j * x)
     shift = 0.8 * change / (2.0 * 0.005)
     grown = 0.1 / np.sqrt(1.1) * 0.8 / (2.0 * 0.005)  # the third harmonic
     expected = 0.5 * shift * grown / np.hypot(1.0, grown)
-    assert alone.flank_bound(kept, band) == pytest.approx(expected, rel=1e-9)
-    assert alone.flank_bound(kept, (2700.0, 3000.0)) == 0.0, "no harmonic meets it"
+    assert alone.flank_bound(retained, band) == pytest.approx(expected, rel=1e-9)
+    assert alone.flank_bound(retained, (2700.0, 3000.0)) == 0.0, "no harmonic meets it"
     assert alone.flank_bound(np.ones(4, bool), band) == 0.0
 
 

@@ -111,9 +111,9 @@ def test_other_users_of_numba_keep_their_cache_directory():
     assert before == config.CACHE_DIR
 
 
-@pytest.mark.parametrize(("kept", "level"), [(True, "INFO"), (False, "WARNING")])
-def test_the_first_compilation_is_said_once(monkeypatch, caplog, kept, level):
-    if not kept:
+@pytest.mark.parametrize(("cached", "level"), [(True, "INFO"), (False, "WARNING")])
+def test_the_first_compilation_is_said_once(monkeypatch, caplog, cached, level):
+    if not cached:
         monkeypatch.setattr(module, "kernel_cache", lambda folder: None)
     watch = module._FirstUse()
     event.register("numba:compile", watch)

@@ -140,8 +140,8 @@ def test_doubling_of_the_logistic_map(rate, multiple):
     x[0] = 0.3
     for n in range(x.size - 1):
         x[n + 1] = rate * x[n] * (1.0 - x[n])
-    period, found = settle(x)
-    assert found == multiple
+    period, period_multiple = settle(x)
+    assert period_multiple == multiple
     assert abs(x[period] - x[-1 - (x.size - 1 - period) % multiple]) < 3e-4
 
 
@@ -198,11 +198,14 @@ def test_noise_of_the_integrator_is_not_motion(noise, tolerance):
     way = way + noise * (
         rng.uniform(-1, 1, way.size) + 1j * rng.uniform(-1, 1, way.size)
     )
-    unknown, known = settle(way, tolerance), settle(way, tolerance, noise=2.0 * noise)
-    assert known[1] == 1
-    assert known[0] < 400
+    without_bound, with_bound = (
+        settle(way, tolerance),
+        settle(way, tolerance, noise=2.0 * noise),
+    )
+    assert with_bound[1] == 1
+    assert with_bound[0] < 400
     if tolerance < noise:
-        assert unknown[1] == 0
+        assert without_bound[1] == 0
 
 
 def test_noise_hides_no_motion():

@@ -41,8 +41,8 @@ def test_translations_of_the_idler_turned_into_the_seeds_frame(idler):
     assert along(0, "idler") == pytest.approx((-1.0, 0.0), abs=1e-12)
     expected = (abs(math.cos(chi)), abs(math.sin(chi)))
     for name in ("idler", "follower"):
-        found = along(1, name)
-        assert (abs(found[0]), found[1]) == pytest.approx(expected, rel=1e-12)
+        components = along(1, name)
+        assert (abs(components[0]), components[1]) == pytest.approx(expected, rel=1e-12)
     assert along(1, "idler")[0] == pytest.approx(-along(1, "follower")[0])
 
 

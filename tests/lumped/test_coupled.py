@@ -51,19 +51,19 @@ def contacts_of(count, hardening=0.0, coupling=0.0, mesh_of=None, gap=None):
     )
 
 
-def one_mass(**words):
+def one_mass(**options):
     """A mass that contacts hold, loaded by LOAD: the system and its loaded state."""
-    found, train = found_of(**words)
-    system = coupled_system(found, train)
+    coupled, train = one_mass_parts(**options)
+    system = coupled_system(coupled, train)
     return system, loaded_state(system, train.start)
 
 
-def found_of(mass=1.0, count=1, without=(), **words):
-    """What `one_mass` is made of; rows are 1 / sqrt(mass), their meshes' shapes too."""
-    mesh_of, contacts = contacts_of(count, **words)
+def one_mass_parts(mass=1.0, count=1, without=(), **options):
+    """Contacts and train of `one_mass`; rows and mesh shapes are 1 / sqrt(mass)."""
+    mesh_of, contacts = contacts_of(count, **options)
     shape = 1.0 / math.sqrt(mass)
     rows = np.full((count, POSITIONS + 1, 1), shape)
-    found = CoupledContacts(
+    coupled = CoupledContacts(
         contacts,
         mesh_of,
         np.arange(count),
@@ -82,7 +82,7 @@ def found_of(mass=1.0, count=1, without=(), **words):
         rate=np.ones(mesh_of[-1] + 1),
         start=np.array([LOAD / STIFFNESS / shape]),
     )
-    return found, train
+    return coupled, train
 
 
 def test_a_linear_contact_is_a_spring():
@@ -131,20 +131,22 @@ def test_pairs_deflect_each_other(gap):
 def test_static_transmission_error_is_that_of_a_mesh_alone(mesh):
     """Two meshes of two contacts each, of which one touches later than the other."""
     coupling, gaps = 1.5e-9, np.array([0.0, 1e-6, 2e-6, 0.0])
-    found, _ = found_of(count=4, coupling=coupling, gap=gaps, mesh_of=[0, 0, 1, 1])
+    coupled, _ = one_mass_parts(
+        count=4, coupling=coupling, gap=gaps, mesh_of=[0, 0, 1, 1]
+    )
     compliance = np.array([[1 / STIFFNESS, coupling], [coupling, 1 / STIFFNESS]])
-    stiff, own = np.linalg.inv(compliance), gaps[2 * mesh : 2 * mesh + 2]
-    expected = (LOAD + (stiff @ own).sum()) / stiff.sum()
-    error = static_transmission_error(found, mesh, LOAD)
+    stiff, mesh_gaps = np.linalg.inv(compliance), gaps[2 * mesh : 2 * mesh + 2]
+    expected = (LOAD + (stiff @ mesh_gaps).sum()) / stiff.sum()
+    error = static_transmission_error(coupled, mesh, LOAD)
     np.testing.assert_allclose(error, expected, rtol=1e-9)
 
 
 def test_contacts_of_other_meshes_are_left_alone_without_meshes():
-    words = {"count": 2, "coupling": 1e-9, "mesh_of": [0, 1]}
-    coupled, _ = one_mass(**words)
-    apart, _ = one_mass(without=["meshes"], **words)
+    options = {"count": 2, "coupling": 1e-9, "mesh_of": [0, 1]}
+    coupled, _ = one_mass(**options)
+    separate, _ = one_mass(without=["meshes"], **options)
     assert (coupled.contacts.normal_compliance[:, 0, 1] == 1e-9).all()
-    assert not apart.contacts.normal_compliance.any()
+    assert not separate.contacts.normal_compliance.any()
 
 
 DAMPER = 1e3  # N m s on the hub of `free_rim`
@@ -169,7 +171,7 @@ def free_rim(spring, without=()):
     # rim / spring; a contact is pressed in where the rim goes ahead
     inertial = np.full((1, POSITIONS + 1, 1), rim / spring * turn)
     work = np.array([[rim**2 / spring * turn**2]])
-    found = CoupledContacts(
+    coupled = CoupledContacts(
         contacts,
         mesh_of,
         np.zeros(1, np.int64),
@@ -191,7 +193,7 @@ def free_rim(spring, without=()):
     springs = np.array([[spring, -spring], [-spring, spring + STIFFNESS]])
     squares, shapes = eigh(springs, np.diag([hub, rim]))
     lowest = math.sqrt(squares[0]), DAMPER * shapes[0, 0] ** 2
-    return coupled_system(found, train), train, lowest
+    return coupled_system(coupled, train), train, lowest
 
 
 def test_a_rim_on_a_spring_is_right_to_second_order():

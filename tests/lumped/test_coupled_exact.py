@@ -50,8 +50,10 @@ def still(gaps):
 def test_statics_and_frequencies_are_those_of_rims_on_spokes(name):
     case = replace(CASES[name], gap=still(CASES[name].gap))
     system = case.coupled
-    found = system.loaded.deflection
-    np.testing.assert_allclose(found, np.tile(case.exact_static, (len(found), 1)))
+    deflection = system.loaded.deflection
+    np.testing.assert_allclose(
+        deflection, np.tile(case.exact_static, (len(deflection), 1))
+    )
     exact = case.dense.angular / (2.0 * np.pi)
     np.testing.assert_allclose(system.resonances_Hz, exact, rtol=1e-9)
     less = replace(case, without=(name,)).coupled.resonances_Hz
@@ -65,11 +67,11 @@ def test_vibration_is_that_of_rims_on_spokes(name, part):
     case = replace(CASES[name], positions=512)
     frequency = part * case.dense.angular[-1] / (2.0 * np.pi)
     expected = case.exact_rms(frequency)
-    found = respond(case.coupled, frequency, EXACT)
-    assert not found.contact_loss.any()
+    response = respond(case.coupled, frequency, EXACT)
+    assert not response.contact_loss.any()
     # damping turns a hub without inertia against its rim, which is left out
     bound = 1e-3 if name == "body" else 1e-4
-    np.testing.assert_allclose(found.dte_rms, expected, rtol=bound)
+    np.testing.assert_allclose(response.dte_rms, expected, rtol=bound)
     less = respond(replace(case, without=(name,)).coupled, frequency, EXACT)
     assert np.abs(less.dte_rms / expected - 1.0).max() > 10.0 * bound
 
@@ -95,13 +97,13 @@ def test_an_idler_without_its_meshes_is_off_by_what_they_share():
         radii=(RADII[0], RADII[1], RADII[0]),
         inertias=(INERTIAS[0], INERTIAS[1], INERTIAS[0]),
     )
-    own, shared = 1.0 / STIFF + 2.0 * SOFT, SOFT
+    direct, shared = 1.0 / STIFF + 2.0 * SOFT, SOFT
     whole = case.coupled.resonances_Hz
     less = replace(case, without=("meshes",)).coupled.resonances_Hz
     # the lower mode turns the ends against each other and leaves the idler still
-    expected = [math.sqrt(own / (own - s)) for s in (shared, -shared)]
-    found = whole / less
-    np.testing.assert_allclose(np.sort(found), np.sort(expected), rtol=1e-12)
+    expected = [math.sqrt(direct / (direct - s)) for s in (shared, -shared)]
+    ratios = whole / less
+    np.testing.assert_allclose(np.sort(ratios), np.sort(expected), rtol=1e-12)
 
 
 @pytest.mark.parametrize("part", [1.6, 3.0])
@@ -125,13 +127,13 @@ def test_relief_opens_one_of_two_pairs_that_share_a_body(part):
     for model in (system, less):
         np.testing.assert_allclose(model.loaded.load[0], loads, rtol=1e-9, atol=1e-6)
     softness = c + 1.0 / (k * (2.0 if closed else 1.0))
-    found = (2.0 * np.pi * system.resonances_Hz) ** 2 / inverse
-    np.testing.assert_allclose(found, 1.0 / softness, rtol=1e-9)
+    stiffness = (2.0 * np.pi * system.resonances_Hz) ** 2 / inverse
+    np.testing.assert_allclose(stiffness, 1.0 / softness, rtol=1e-9)
     if closed:
-        own = c * (1.0 + loads[::-1] / loads)
-        alone = (1.0 / (1.0 / k + own)).sum()
-        found = (2.0 * np.pi * less.resonances_Hz) ** 2 / inverse
-        np.testing.assert_allclose(found, alone, rtol=1e-9)
+        compliances = c * (1.0 + loads[::-1] / loads)
+        alone = (1.0 / (1.0 / k + compliances)).sum()
+        stiffness = (2.0 * np.pi * less.resonances_Hz) ** 2 / inverse
+        np.testing.assert_allclose(stiffness, alone, rtol=1e-9)
         assert abs(alone * softness - 1.0) > 0.05
 
 
@@ -253,20 +255,20 @@ def test_a_train_listed_from_its_other_end_moves_alike(frequency):
         torque=case.torque * RADII[2] / RADII[0],
         phase=-case.phase,
     )
-    one, two = (respond(each.coupled, frequency, FINE) for each in (case, other))
+    one, two = (respond(model.coupled, frequency, FINE) for model in (case, other))
     for name in ("dte_rms", "dte_mean", "force_peak", "contact_loss"):
-        expected, found = getattr(one, name), getattr(two, name)[::-1]
-        np.testing.assert_allclose(found, expected, rtol=RIGHT, atol=1e-12)
+        expected, mirrored = getattr(one, name), getattr(two, name)[::-1]
+        np.testing.assert_allclose(mirrored, expected, rtol=RIGHT, atol=1e-12)
 
 
 @SHAKEN
 def test_torque_the_other_way_moves_the_back_flanks_alike(frequency):
     case = replace(YIELDING, gap=((0.0, 0.0),) * 4, ground=FREE)
     other = replace(case, torque=-case.torque)
-    one, two = (respond(each.coupled, frequency, CLOSE) for each in (case, other))
+    one, two = (respond(model.coupled, frequency, CLOSE) for model in (case, other))
     for name in ("dte_rms", "force_peak", "contact_loss"):
-        expected, found = getattr(one, name), getattr(two, name)
-        np.testing.assert_allclose(found, expected, rtol=RIGHT, atol=1e-9)
+        expected, mirrored = getattr(one, name), getattr(two, name)
+        np.testing.assert_allclose(mirrored, expected, rtol=RIGHT, atol=1e-9)
     np.testing.assert_allclose(two.dte_mean, -one.dte_mean - case.backlash, rtol=RIGHT)
     in_contact = 1.0 - two.contact_loss
     np.testing.assert_allclose(two.back_side, in_contact, rtol=RIGHT)
@@ -292,7 +294,7 @@ def test_linear_contacts_know_no_load_and_no_stiffness_of_their_own(load, stiff)
         stiffness=scaled(case.stiffness, firm),
         gap=scaled(case.gap, size),
         backlash=size * case.backlash,
-        ground=tuple(firm * each for each in case.ground),
+        ground=tuple(firm * spring for spring in case.ground),
     )
     one = respond(case.coupled, 1500.0)
     two = respond(other.coupled, 1500.0 * math.sqrt(firm))

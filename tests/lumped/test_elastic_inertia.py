@@ -112,10 +112,10 @@ def test_pure_cosine_has_its_own_harmonic_only(points, harmonic):
     if 2 * harmonic >= points:
         return
     turn = 2.0 * math.pi * np.arange(points) / points
-    found = harmonic_amplitudes(5.0 + 3.0 * np.cos(harmonic * turn + 0.4))
+    amplitudes = harmonic_amplitudes(5.0 + 3.0 * np.cos(harmonic * turn + 0.4))
     expected = np.zeros(points // 2, complex)
     expected[harmonic - 1] = 3.0 * np.exp(0.4j)
-    np.testing.assert_allclose(found, expected, atol=1e-14)
+    np.testing.assert_allclose(amplitudes, expected, atol=1e-14)
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=33))

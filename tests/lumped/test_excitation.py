@@ -94,9 +94,9 @@ def test_equilibrium_of_the_pairs_is_the_tables_error(ahead, torque, relief):
     """Model-1 at rest, at every position of the table."""
     table = make_table(ahead=ahead, relief=relief)
     excitation = excitation_from_table(table, torque)
-    found = deflection(excitation, table.position, torque / RADIUS)
+    error = deflection(excitation, table.position, torque / RADIUS)
     expected = at_torque(table, "ste_m", torque)
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    np.testing.assert_allclose(error, expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("corners", "tolerance"), [(False, 1e-9), (True, 3e-3)])
@@ -112,8 +112,8 @@ def test_equilibrium_with_a_finite_element_table(corners, tolerance):
     table = solve_mesh(gear_set, 0, [100.0], settings).table
     excitation = excitation_from_table(table, 100.0)
     radius = gear_set.meshes[0].pair.driver.base_radius
-    found = deflection(excitation, table.position, 100.0 / radius)
-    np.testing.assert_allclose(found, table["ste_m"][0], rtol=tolerance)
+    error = deflection(excitation, table.position, 100.0 / radius)
+    np.testing.assert_allclose(error, table["ste_m"][0], rtol=tolerance)
 
 
 def test_pairs_hand_over_at_the_pitch_without_a_jump():
@@ -318,7 +318,9 @@ def test_cells_off_the_path_of_contact_may_be_empty():
     for n in np.flatnonzero(off):
         zeros = changed(zeros, "pair2_stiffness_N_per_m", 0.0, 0, n)
     x = np.linspace(0.0, 1.0, 100)
-    one, other = (excitation_from_table(each, TORQUES[0]) for each in (table, zeros))
+    one, other = (
+        excitation_from_table(mesh_table, TORQUES[0]) for mesh_table in (table, zeros)
+    )
     for p, q in zip(one.pairs, other.pairs, strict=True):
         np.testing.assert_array_equal(p.stiffness(x), q.stiffness(x))
 
@@ -346,6 +348,6 @@ def test_model_2_refuses_a_table_of_another_torque(torque):
 
 def test_model_2_takes_a_table_of_its_torque_as_it_is_typed():
     gap = excitation_from_table(single(144.74), 100.0 * 55 / 38, model=2).pairs[0].gap
-    own = excitation_from_table(single(144.74), 144.74, model=2).pairs[0].gap
+    exact_gap = excitation_from_table(single(144.74), 144.74, model=2).pairs[0].gap
     x = np.linspace(0.0, 1.0, 9)
-    np.testing.assert_array_equal(gap(x), own(x))
+    np.testing.assert_array_equal(gap(x), exact_gap(x))

@@ -47,8 +47,8 @@ class Oracle:
         whole = rest + self.k * np.outer(self.row, self.row)
         root = np.sqrt(self.mass)
         squares, shapes = np.linalg.eigh(whole / np.outer(root, root))
-        own = shapes * np.sqrt(np.abs(squares)) @ shapes.T
-        self.damping = 2.0 * RATIO * own * np.outer(root, root)
+        root_matrix = shapes * np.sqrt(np.abs(squares)) @ shapes.T
+        self.damping = 2.0 * RATIO * root_matrix * np.outer(root, root)
         self.eta = masses[1] / (masses[0] + masses[1])
 
     def stiffness(self, place):
@@ -73,8 +73,8 @@ class Oracle:
         def derivative(t, state):
             q, v = state[:5], state[5:]
             place = (speed * t) % 1.0
-            found = np.array([1.0, 0.0, 0.0, 0.0, 0.0]) - self.rest @ q
-            found -= self.damping @ v
+            force = np.array([1.0, 0.0, 0.0, 0.0, 0.0]) - self.rest @ q
+            force -= self.damping @ v
             deflection = self.row @ q
             if deflection > 0.0:
                 ways = place * pitch, (place - 1.0) * pitch
@@ -85,8 +85,8 @@ class Oracle:
                     turned += (1.0 - self.eta) * arms[1] / RADII[1]
                     across = np.array([turned, -1.0, 0.0, 1.0, 0.0])
                     load = k * deflection
-                    found -= load * (self.row - side * MU * across)
-            return np.concatenate([v, found / self.mass])
+                    force -= load * (self.row - side * MU * across)
+            return np.concatenate([v, force / self.mass])
 
         return derivative
 
@@ -101,20 +101,20 @@ class Oracle:
             for start, end in pairwise(ends):
                 inside = start + 1e-13, end - 1e-13
                 last = period == periods - 1
-                found = solve_ivp(
+                solution = solve_ivp(
                     *(derivative, inside, state),
                     rtol=1e-9 if last else 1e-8,
                     atol=1e-12 / self.k,
                     dense_output=last,
                 )
-                state = found.y[:, -1]
+                state = solution.y[:, -1]
                 if last:
                     nodes, weights = np.polynomial.legendre.leggauss(40)
                     half = 0.5 * (end - start)
                     times = start + half * (1.0 + nodes)
-                    values = self.row @ found.sol(times)[:5]
+                    values = self.row @ solution.sol(times)[:5]
                     path.append((values, weights * half * speed))
-        values, weight = (np.concatenate(each) for each in zip(*path, strict=True))
+        values, weight = (np.concatenate(column) for column in zip(*path, strict=True))
         mean = values @ weight
         return math.sqrt(float((values - mean) ** 2 @ weight))
 
@@ -124,10 +124,10 @@ class Oracle:
 def test_vibration_is_that_of_equations_written_again(speed):
     pair = pair_system(EPS, RATIO, ToothFriction(MU, BENDING))
     assert largest_multiplier(periodic_system(pair), speed)[0] < 1.0
-    found = respond(pair, speed, Settings(steps=512, tolerance=1e-7))
-    assert found.dte_rms[0] == pytest.approx(Oracle().rms(speed), rel=2e-4)
+    response = respond(pair, speed, Settings(steps=512, tolerance=1e-7))
+    assert response.dte_rms[0] == pytest.approx(Oracle().rms(speed), rel=2e-4)
     without = respond(pair_system(EPS, RATIO), speed).dte_rms[0]
-    assert abs(found.dte_rms[0] / without - 1.0) > 0.01
+    assert abs(response.dte_rms[0] / without - 1.0) > 0.01
 
 
 def test_a_motion_next_to_rest_grows_as_its_multiplier_says():
@@ -137,8 +137,8 @@ def test_a_motion_next_to_rest_grows_as_its_multiplier_says():
     varying = periodic_system(pair)
     for speed in (6.4, 7.2, 9.5):
         grows = largest_multiplier(varying, speed)[0] > 1.0
-        found = respond(pair, speed, Settings(max_periods=20_000))
-        assert bool(found.contact_loss[0] > 0.0) == grows, speed
+        response = respond(pair, speed, Settings(max_periods=20_000))
+        assert bool(response.contact_loss[0] > 0.0) == grows, speed
 
 
 def test_without_friction_nothing_changes():
@@ -187,12 +187,12 @@ def turned_slowly(contact_ratio, approach, coefficient=0.05):
 def test_losses_are_those_of_the_classical_formula(contact_ratio, approach):
     """Ohlendorf's loss factor: mean power over what is carried, mu pi (1/z1 + 1/z2)
     (1 - eps + eps1^2 + eps2^2), of pairs that carry all or half of the load."""
-    system, found = turned_slowly(contact_ratio, approach)
+    system, motion = turned_slowly(contact_ratio, approach)
     recess = contact_ratio - approach
     factor = 1.0 - contact_ratio + approach**2 + recess**2
     exact = 0.05 * math.pi * (1.0 / 38 + 1.0 / 55) * factor
-    lost = np.trapezoid(found.friction_power[:, 0], found.history.time)
-    share = lost / (found.history.time[-1] * driven_power(system, 0, SLOW))
+    lost = np.trapezoid(motion.friction_power[:, 0], motion.history.time)
+    share = lost / (motion.history.time[-1] * driven_power(system, 0, SLOW))
     assert share == pytest.approx(exact, rel=0.01)
 
 
@@ -214,10 +214,10 @@ def test_efficiency_is_that_of_the_balance_of_energy(sliding, speed):
     bent = with_bending(pair.excitations[0], rub)
     gears = tuple(replace(gear, torque=1e-3 * gear.torque) for gear in pair.train.gears)
     system = LumpedSystem(replace(pair.train, gears=gears), (bent,), friction=(rub,))
-    found = time_history(system, speed, Settings(steps=2048))
-    assert found.response.multiple  # no acceleration is left in the mean
-    (lost,) = found.mean_of(found.friction_power)
-    driver, driven = (found.mean_of(power)[0] for power in found.transmitted_power)
+    motion = time_history(system, speed, Settings(steps=2048))
+    assert motion.response.multiple  # no acceleration is left in the mean
+    (lost,) = motion.mean_of(motion.friction_power)
+    driver, driven = (motion.mean_of(power)[0] for power in motion.transmitted_power)
     carried = driven_power(system, 0, speed)
     masses = [gear.inertia / gear.base_radius**2 for gear in system.train.gears]
     between = driver - driven  # friction at nominal sliding
@@ -240,9 +240,9 @@ def test_efficiency_of_power_that_flows_back():
 
 def test_power_is_that_of_the_force_in_balance_at_every_place():
     """mu N v of a single pair, N by eq. 4.40 shared out over both gears' inertia."""
-    _, found = turned_slowly(1.3, 0.4)
+    _, motion = turned_slowly(1.3, 0.4)
     pitch = 2.0 * math.pi * RADII[0] / 38
-    place = (found.history.time * SLOW) % 1.0
+    place = (motion.history.time * SLOW) % 1.0
     x = np.where(place > 0.9, place - 1.0, place) * pitch
     # one pair, and what rang at the last change of contact or friction is gone
     single = (place > 0.15) & (place < 0.59) | (place > 0.98)
@@ -252,7 +252,7 @@ def test_power_is_that_of_the_force_in_balance_at_every_place():
     force = 1e-3 / (1.0 + np.sign(x) * 0.05 * turn)
     sliding = np.abs(x) * SLOW * pitch * (1.0 / RADII[0] + 1.0 / RADII[1])
     exact = 0.05 * force * sliding
-    power = found.friction_power[:, 0]
+    power = motion.friction_power[:, 0]
     scale = 5e-4 * power.max()
     np.testing.assert_allclose(power[single], exact[single], rtol=1e-4, atol=scale)
 
@@ -287,10 +287,10 @@ def test_bending_varies_over_the_way_of_a_pair():
         bent = with_bending(excitation_from_table(table, 100.0), rub)
         assert [pair.ahead for pair in bent.pairs] == [-1, 0]
         place = np.linspace(0.1, 0.9, 321)  # off the ends, which cubics know less of
-        found = np.array([pair.stiffness(place) for pair in bent.pairs])
+        stiffness = np.array([pair.stiffness(place) for pair in bent.pairs])
         x = place + np.array([[-1.0], [0.0]])
         exact = STIFF(x) * (1.0 + np.array([[0.2], [-0.2]]) * BENT(x))
-        errors.append(np.abs(found / exact - 1.0).max())
+        errors.append(np.abs(stiffness / exact - 1.0).max())
     assert errors[-1] < 1e-6
     assert errors[0] / errors[-1] > 4.0**2 * 0.9
 

@@ -85,14 +85,16 @@ class Flanks:
 
     def speed(self, velocity):
         """Of sliding along the tangent, with vibration `velocity` (n,)."""
-        found = 0.0
+        sliding = 0.0
         for gear, turn, arm, sign in zip(
             self.gears, self.turns, self.arms, (1, -1), strict=True
         ):
             turn = turn + velocity[self.space.places[gear, "rotation"]]
             centre = [velocity[self.space.places[gear, axis]] for axis in "xy"]
-            found += sign * (centre + turn * turned(arm, 0.5 * math.pi)) @ self.tangent
-        return found
+            sliding += (
+                sign * (centre + turn * turned(arm, 0.5 * math.pi)) @ self.tangent
+            )
+        return sliding
 
     def load(self, force):
         """On the coordinates of a force along the tangent on the driver."""
@@ -125,9 +127,9 @@ def friction_by_flanks(system, samples, instant, q, v):
             flanks = Flanks(system, m, samples.arm[*instant, p], side)
             nominal = flanks.speed(0.0 * velocity)
             speed = flanks.speed(velocity)
-            own = nominal if rub.sliding == "nominal" else speed
+            direction_speed = nominal if rub.sliding == "nominal" else speed
             # toward the root of the driver while its own flank is ahead in sliding
-            toward = [math.copysign(1.0, s) for s in (nominal, own)]
+            toward = [math.copysign(1.0, s) for s in (nominal, direction_speed)]
             approach = 1.0 if samples.slide[*instant, p] > 0.0 else -1.0
             bare = k / (1.0 + approach * rub.bending * MU)
             again = approach * toward[0] * toward[1]
@@ -155,15 +157,15 @@ def test_friction_is_that_of_flanks_in_the_plane(sliding):
         deflection = random.choice([3e-5, -4e-5, -2e-4], 2)
         q = np.linalg.lstsq(to_rows, deflection, rcond=None)[0]
         sides.add(tuple(deflection))
-        found, plain, s = np.empty(n), np.empty(n), np.empty(2)
-        acceleration(system.arrays, samples, instant, q, v, found, s)
+        total, plain, s = np.empty(n), np.empty(n), np.empty(2)
+        acceleration(system.arrays, samples, instant, q, v, total, s)
         acceleration(system.arrays, bare, instant, q, v, plain, s)
         load, power = friction_by_flanks(system, samples, instant, q, v)
         scale = np.abs(load).max()
         if (deflection == -4e-5).all():
-            np.testing.assert_array_equal(found, plain)
+            np.testing.assert_array_equal(total, plain)
         np.testing.assert_allclose(
-            found - plain, load, rtol=1e-9, atol=1e-9 * (scale + np.abs(plain).max())
+            total - plain, load, rtol=1e-9, atol=1e-9 * (scale + np.abs(plain).max())
         )
         taken.append(power)
     assert len(sides) == 9
@@ -189,18 +191,18 @@ def test_friction_gives_no_energy_where_flanks_hammer(transition):
     """On both sides and while teeth are apart, of forces as they are recorded."""
     rub = ToothFriction(MU, BENDING, "instantaneous", transition)
     system = hammering(rub)
-    found = time_history(system, 1.6, Settings(max_periods=40))
-    force, speed, power = (found.history.friction[:, i] for i in range(3))
+    motion = time_history(system, 1.6, Settings(max_periods=40))
+    force, speed, power = (motion.history.friction[:, i] for i in range(3))
     assert (force < 0.0).any()
     assert (force > 0.0).any()
     assert (power >= 0.0).all()
     assert not power[force == 0.0].any()
     turned = np.tanh(speed / transition) if transition else np.sign(speed)
     np.testing.assert_allclose(power, MU * np.abs(force) * turned * speed, rtol=1e-12)
-    np.testing.assert_allclose(power.sum(axis=1), found.friction_power[:, 0])
-    np.testing.assert_allclose(force.sum(axis=1), found.history.force[:, 0])
-    np.testing.assert_array_equal(force, found.pairs[0].force)
-    assert {-1, 0, 1} <= set(found.pairs[0].state.ravel())
+    np.testing.assert_allclose(power.sum(axis=1), motion.friction_power[:, 0])
+    np.testing.assert_allclose(force.sum(axis=1), motion.history.force[:, 0])
+    np.testing.assert_array_equal(force, motion.pairs[0].force)
+    assert {-1, 0, 1} <= set(motion.pairs[0].state.ravel())
 
 
 def liu_pair(sliding, speed):
@@ -208,10 +210,10 @@ def liu_pair(sliding, speed):
     source = StiffnessSource(kind="rectangular")
     model = LumpedModel(stiffness=source, friction=0.1, bending=0.39, sliding=sliding)
     system = lumped_system(load_gear_set("liu-pair"), 100.0, model)
-    found = time_history(system, speed, Settings(steps=256, max_periods=100))
-    time = found.history.time
-    power = np.trapezoid(found.friction_power[:, 0], time) / time[-1]
-    return found.response.dte_rms[0], power
+    motion = time_history(system, speed, Settings(steps=256, max_periods=100))
+    time = motion.history.time
+    power = np.trapezoid(motion.friction_power[:, 0], time) / time[-1]
+    return motion.response.dte_rms[0], power
 
 
 def test_vibration_turns_the_sliding_at_low_speeds_only():
@@ -220,8 +222,8 @@ def test_vibration_turns_the_sliding_at_low_speeds_only():
         pairs = zip(
             liu_pair("nominal", speed), liu_pair("instantaneous", speed), strict=True
         )
-        for (nominal, own), limit in zip(pairs, changes, strict=True):
-            assert own == pytest.approx(nominal, rel=limit)
+        for (nominal, instantaneous), limit in zip(pairs, changes, strict=True):
+            assert instantaneous == pytest.approx(nominal, rel=limit)
     (rms, power), (own_rms, own_power) = (
         liu_pair(sliding, 1.0) for sliding in ("nominal", "instantaneous")
     )

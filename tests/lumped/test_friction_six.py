@@ -96,11 +96,11 @@ class SixFreedoms:
         """At times (t,) [s], from rest under the mean stiffness."""
         mean = self.springs + K * np.outer(self.row, self.row)
         state = np.concatenate([np.linalg.solve(mean, self.load), np.zeros(7)])
-        found, marks = [], [0.0, 0.25, 0.3, 0.7, 0.75]
+        segments, marks = [], [0.0, 0.25, 0.3, 0.7, 0.75]
         ends = [(p + m) / FREQUENCY for p in range(PERIODS) for m in marks]
         ends.append(PERIODS / FREQUENCY)
         for start, end in pairwise(ends):
-            done = solve_ivp(
+            solution = solve_ivp(
                 *(self.slope, (start + 1e-13, end - 1e-13), state),
                 rtol=1e-9,
                 atol=1e-14,
@@ -108,9 +108,9 @@ class SixFreedoms:
             )
             inside = times[(times >= start) & (times < end)]
             if inside.size:
-                found.append(self.row @ done.sol(inside)[:7])
-            state = done.y[:, -1]
-        return np.concatenate(found)
+                segments.append(self.row @ solution.sol(inside)[:7])
+            state = solution.y[:, -1]
+        return np.concatenate(segments)
 
 
 def train_of(torque, disk):

@@ -117,8 +117,8 @@ def idler_system(torque=100.0):
 def test_jumps_of_the_idler_train():
     """Softening: up at the feet of both resonances, down far below them."""
     up, down = sweep_all([idler_system()], np.arange(1000.0, 3600.0, 20.0).tolist())
-    for found, rises in ((find_jumps(up), True), (find_jumps(down), False)):
-        large = [j for j in found if abs(j.dte_rms_to - j.dte_rms_from) > 5e-6]
+    for jumps, rises in ((find_jumps(up), True), (find_jumps(down), False)):
+        large = [j for j in jumps if abs(j.dte_rms_to - j.dte_rms_from) > 5e-6]
         assert len(large) >= 2
         assert all((j.dte_rms_to > j.dte_rms_from) is rises for j in large)
     tops = [peak for peak in find_peaks(down) if peak.mesh == 2]
@@ -153,8 +153,8 @@ def test_a_figure_pairs_the_directions_of_each_model():
             curves.append(figures.ResponseCurve(100.0, one, model))
     for curve in curves:
         (same,) = [
-            each.branch
-            for each in curves
-            if each.name == curve.name and each is not curve
+            other.branch
+            for other in curves
+            if other.name == curve.name and other is not curve
         ]
         assert figures._opposite(curve, curves) is same

@@ -45,9 +45,9 @@ def test_figures_lie_on_the_grid():
 
 def test_rows_are_in_the_order_of_the_grid():
     """As many cells as there are columns; the last axis changes fastest."""
-    found = solved()
-    rows = list(map_rows(found))
-    assert {len(row) for row in rows} == {len(map_columns(found))}
+    response_map = solved()
+    rows = list(map_rows(response_map))
+    assert {len(row) for row in rows} == {len(map_columns(response_map))}
     assert [row[:3] for row in rows[:4]] == [
         (1.0, 10.0, 1),
         (1.0, 10.0, 2),
@@ -57,22 +57,22 @@ def test_rows_are_in_the_order_of_the_grid():
 
 
 def test_points_that_are_there_are_not_prepared():
-    asked, kept = [], {}
+    points, stored = [], {}
 
     def build(point):
-        asked.append(point)
+        points.append(point)
         return sum(point)
 
     def compute(parts):
         for name in parts:
-            if name not in kept:
-                kept[name] = parts[name]()
-        return kept
+            if name not in stored:
+                stored[name] = parts[name]()
+        return stored
 
-    found = run_map(GRID, build, cell, compute)
-    assert len(asked) == 6
-    assert run_map(GRID, build, cell, compute).cells == found.cells
-    assert len(asked) == 6
+    response_map = run_map(GRID, build, cell, compute)
+    assert len(points) == 6
+    assert run_map(GRID, build, cell, compute).cells == response_map.cells
+    assert len(points) == 6
 
 
 def test_impossible_points_say_why():
@@ -81,10 +81,10 @@ def test_impossible_points_say_why():
             raise ValueError("no such gear")
         return sum(point)
 
-    found = run_map(GRID, build, cell)
-    assert found.cells[2.0, 10.0].status == "impossible: no such gear"
-    assert np.isnan(found.on_grid("dte_rms_m", 0)[1]).all()
-    assert found.complete
+    response_map = run_map(GRID, build, cell)
+    assert response_map.cells[2.0, 10.0].status == "impossible: no such gear"
+    assert np.isnan(response_map.on_grid("dte_rms_m", 0)[1]).all()
+    assert response_map.complete
 
 
 def test_ctrl_c_is_raised_again():
@@ -98,10 +98,10 @@ def test_ctrl_c_is_raised_again():
 def test_largest_response_of_each_mesh_is_kept():
     system = Idler().system()
     responses = [respond(system, f) for f in (2000.0, 3040.0)]
-    found = cell_of(responses)
-    assert found.values[0][0] == 3040.0  # the second mode shakes mesh 1
-    assert found.values[1][0] == 2000.0
-    assert found.values[1][1] == responses[0].dte_rms[1]
+    map_cell = cell_of(responses)
+    assert map_cell.values[0][0] == 3040.0  # the second mode shakes mesh 1
+    assert map_cell.values[1][0] == 2000.0
+    assert map_cell.values[1][1] == responses[0].dte_rms[1]
 
 
 @pytest.mark.parametrize("values", [(), (1.0, 1.0), (float("nan"),)])

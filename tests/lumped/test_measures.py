@@ -30,10 +30,10 @@ def part_above(level):
 
 @pytest.mark.parametrize("backlash", [0.1, 0.3, 0.9, 1.5])
 def test_contact_is_lost_where_neither_flank_touches(backlash):
-    found = measures(motion(backlash=backlash))
+    quantities = measures(motion(backlash=backlash))
     drive, back = part_above(-0.2), part_above(backlash + 0.2)
-    assert found["back_side"][0] == pytest.approx(back, abs=2e-6)
-    assert found["contact_loss"][0] == pytest.approx(1.0 - drive - back, abs=2e-6)
+    assert quantities["back_side"][0] == pytest.approx(back, abs=2e-6)
+    assert quantities["contact_loss"][0] == pytest.approx(1.0 - drive - back, abs=2e-6)
 
 
 @pytest.mark.parametrize("overlap", [0.1, 0.3])
@@ -44,14 +44,16 @@ def test_both_flanks_at_once_are_contact_once(overlap):
     t = s.time[:, None]
     drive, back = np.cos(t) - 0.5, np.cos(t) - 0.5 + overlap
     both = History(s.time, 0 * t, 0 * t, 0 * t, drive, back, 0 * t)
-    found = measures(both)
-    assert found["back_side"][0] == pytest.approx(part_above(0.5 - overlap), abs=1e-3)
-    assert found["contact_loss"][0] == pytest.approx(
+    quantities = measures(both)
+    assert quantities["back_side"][0] == pytest.approx(
+        part_above(0.5 - overlap), abs=1e-3
+    )
+    assert quantities["contact_loss"][0] == pytest.approx(
         1.0 - part_above(0.5 - overlap), abs=1e-3
     )
-    apart = History(s.time, 0 * t, 0 * t, 0 * t, drive, -np.cos(t) - 0.8, 0 * t)
+    separate = History(s.time, 0 * t, 0 * t, 0 * t, drive, -np.cos(t) - 0.8, 0 * t)
     union = part_above(0.5) + part_above(0.8)
-    assert measures(apart)["contact_loss"][0] == pytest.approx(1.0 - union, abs=1e-3)
+    assert measures(separate)["contact_loss"][0] == pytest.approx(1.0 - union, abs=1e-3)
 
 
 def test_overlaps_are_cubic_where_rates_are_known():
@@ -109,18 +111,18 @@ def test_windows_together_are_the_whole():
     assert time.size == 6 * STEPS
     assert together["dte_mean"] == pytest.approx(mean)
     assert together["dte_rms"] == pytest.approx(rms)
-    each = [measures(part)["dte_rms"][0] for part in parts]
-    expected = np.std(each, ddof=1) / math.sqrt(6)
+    window_rms = [measures(part)["dte_rms"][0] for part in parts]
+    expected = np.std(window_rms, ddof=1) / math.sqrt(6)
     assert together["dte_rms_spread"] == pytest.approx([expected])
     assert together["force_peak"] == pytest.approx(np.abs(join("force")).max())
 
 
 def test_one_window_has_no_spread():
     one = measures(motion())
-    found = pooled([one])
+    statistics = pooled([one])
     for name, value in one.items():
-        assert found[name] == pytest.approx(value), name
-    assert found["dte_rms_spread"] == 0.0
+        assert statistics[name] == pytest.approx(value), name
+    assert statistics["dte_rms_spread"] == 0.0
 
 
 def test_long_periods_take_fewer_windows():
@@ -146,9 +148,9 @@ def test_chaos_is_measured_with_its_spread(chaotic):
     rms = []
     state = first.state
     for _ in range(6):
-        found = respond(chaotic, CHAOS, Settings(max_periods=32), state)
-        rms.append(found.dte_rms)
-        state = found.state
+        response = respond(chaotic, CHAOS, Settings(max_periods=32), state)
+        rms.append(response.dte_rms)
+        state = response.state
     # estimates from windows one after another scatter as the spread says
     ratio = np.std(rms, axis=0, ddof=1) / first.dte_rms_spread
     assert (ratio < 4.0).all()

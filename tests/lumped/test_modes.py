@@ -38,19 +38,19 @@ def countershaft(shaft=6.35e5, radii=COUNTERSHAFT_RADII):
 
 
 def test_idler_on_rigid_bearings_as_checked(idler):
-    found = natural_modes(idler(), MEANS).frequency_Hz
-    np.testing.assert_allclose(found, [69.5, 1605.0, 3231.0], rtol=1e-3)
+    frequencies = natural_modes(idler(), MEANS).frequency_Hz
+    np.testing.assert_allclose(frequencies, [69.5, 1605.0, 3231.0], rtol=1e-3)
 
 
 def test_idler_on_bearings_as_checked(idler):
     """Table 2.2, which leaves out the pinion's motion across its line of action."""
     modes = natural_modes(idler(translations=True), MEANS)
     across = math.sqrt(1.27e8 / 2.2325) / (2.0 * math.pi)
-    apart = np.abs(modes.frequency_Hz / across - 1.0) < 1e-9
-    assert apart.sum() == 1
-    assert modes.mesh_energy[:, apart].sum() < 1e-12
+    is_across = np.abs(modes.frequency_Hz / across - 1.0) < 1e-9
+    assert is_across.sum() == 1
+    assert modes.mesh_energy[:, is_across].sum() < 1e-12
     checked = [68.8, 446.1, 498.7, 641.1, 889.2, 1076.2, 2528.8, 3851.1]
-    np.testing.assert_allclose(modes.frequency_Hz[~apart], checked, rtol=1e-3)
+    np.testing.assert_allclose(modes.frequency_Hz[~is_across], checked, rtol=1e-3)
 
 
 def test_idler_of_chapter_three(idler):
@@ -68,13 +68,15 @@ def test_countershaft_of_chapter_four():
     """1 : 2.34 : 3.29, led by shaft, second mesh, first mesh."""
     k = 2.98e8
     modes = natural_modes(countershaft(), (k, 1.08 * k))
-    found = modes.frequency_Hz
-    assert found[0] == 0.0
-    np.testing.assert_allclose(found[1:] / found[1], [1.0, 2.34, 3.29], rtol=2e-3)
+    frequencies = modes.frequency_Hz
+    assert frequencies[0] == 0.0
+    np.testing.assert_allclose(
+        frequencies[1:] / frequencies[1], [1.0, 2.34, 3.29], rtol=2e-3
+    )
     expected = linear_train.countershaft_frequencies(
         COUNTERSHAFT_RADII, COUNTERSHAFT_INERTIAS, (k, 1.08 * k), 6.35e5
     )
-    np.testing.assert_allclose(found[1:], expected, rtol=1e-9)
+    np.testing.assert_allclose(frequencies[1:], expected, rtol=1e-9)
     energy = modes.mesh_energy[:, 1:]
     shaft = 1.0 - energy.sum(axis=0)
     led_by = np.vstack([energy, shaft]).argmax(axis=0)
@@ -84,11 +86,11 @@ def test_countershaft_of_chapter_four():
 @pytest.mark.parametrize("shaft", [1e3, 1e5, 1e7, 1e9])
 def test_elastic_shafts_match_the_closed_form(shaft):
     radii = (0.03, 0.05, 0.02, 0.08)
-    found = natural_modes(countershaft(shaft, radii), MEANS).frequency_Hz
+    frequencies = natural_modes(countershaft(shaft, radii), MEANS).frequency_Hz
     expected = linear_train.countershaft_frequencies(
         radii, COUNTERSHAFT_INERTIAS, MEANS, shaft
     )
-    np.testing.assert_allclose(found[1:], expected, rtol=1e-8)
+    np.testing.assert_allclose(frequencies[1:], expected, rtol=1e-8)
 
 
 @given(k=st.floats(1e4, 1e12), j1=st.floats(1e-6, 1e2), j2=st.floats(1e-6, 1e2))
@@ -98,10 +100,10 @@ def test_pairs_match_the_closed_form(k, j1, j2):
         for i, (z, r, j) in enumerate([(38, 0.045, j1), (55, 0.066, j2)])
     )
     train = Train(gears=gears, meshes=(Mesh(driver=0, driven=1, pressure_angle=0.3),))
-    rigid, found = natural_modes(train, [k]).frequency_Hz
+    rigid, elastic = natural_modes(train, [k]).frequency_Hz
     expected = linear_train.pair_frequency(k, (0.045, 0.066), (j1, j2))
     assert rigid == 0.0
-    assert found == pytest.approx(expected, rel=1e-9)
+    assert elastic == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("translations", [False, True])
@@ -188,10 +190,10 @@ def test_a_stiffer_mesh_lowers_no_frequency(idler, factor, mesh):
 
 def test_damping_matrix_damps_every_mode_alike(idler):
     modes = natural_modes(idler(translations=True), MEANS)
-    found = modes.shapes.T @ modes.damping_matrix(0.04) @ modes.shapes
+    modal_damping = modes.shapes.T @ modes.damping_matrix(0.04) @ modes.shapes
     scale = modes.angular.max()
     np.testing.assert_allclose(
-        found / scale, np.diag(0.08 * modes.angular) / scale, atol=1e-11
+        modal_damping / scale, np.diag(0.08 * modes.angular) / scale, atol=1e-11
     )
 
 

@@ -48,9 +48,9 @@ def lost(system):
 
 @pytest.mark.parametrize("method", ["rk4", "dopri5"])
 def test_forces_of_the_pairs_add_up_to_that_of_the_mesh(system, method):
-    found = time_history(system, 1440.0, Settings(method=method))
-    for m, pairs in enumerate(found.pairs):
-        total = found.history.force[:, m]
+    motion = time_history(system, 1440.0, Settings(method=method))
+    for m, pairs in enumerate(motion.pairs):
+        total = motion.history.force[:, m]
         np.testing.assert_allclose(pairs.force.sum(axis=1), total, atol=1e-6)
         assert set(pairs.count) == {1, 2}
         assert not pairs.state[~pairs.engaged].any()
@@ -59,9 +59,9 @@ def test_forces_of_the_pairs_add_up_to_that_of_the_mesh(system, method):
 def test_states_last_as_long_as_the_response_says(lost):
     step = np.diff(lost.history.time) / lost.history.time[-1]
     for m, pairs in enumerate(lost.pairs):
-        apart = (pairs.state == 0).all(axis=1)[:-1]
+        is_separated = (pairs.state == 0).all(axis=1)[:-1]
         loss = lost.response.contact_loss[m]
-        assert (apart * step).sum() == pytest.approx(loss, abs=0.02)
+        assert (is_separated * step).sum() == pytest.approx(loss, abs=0.02)
     assert lost.response.contact_loss[1] > 0.4
 
 
@@ -72,11 +72,11 @@ def test_conditions_last_as_long_as_two_pairs_are_engaged(lost):
 
 
 def test_amplitudes_carry_the_rms(system, lost):
-    for found in (lost, time_history(system, 2000.0)):
-        rms = np.sqrt(0.5 * (found.spectrum[1:] ** 2).sum(axis=0))
-        np.testing.assert_allclose(rms, found.response.dte_rms, rtol=1e-4)
+    for motion in (lost, time_history(system, 2000.0)):
+        rms = np.sqrt(0.5 * (motion.spectrum[1:] ** 2).sum(axis=0))
+        np.testing.assert_allclose(rms, motion.response.dte_rms, rtol=1e-4)
         np.testing.assert_allclose(
-            found.spectrum[0], np.abs(found.response.dte_mean), rtol=1e-4
+            motion.spectrum[0], np.abs(motion.response.dte_mean), rtol=1e-4
         )
 
 
@@ -109,9 +109,11 @@ def test_resampling_is_exact_for_cubics():
 
 
 def test_the_section_has_a_point_for_each_period_of_the_first_mesh(system):
-    found = time_history(system, 2000.0)
-    assert found.section_rate.shape == (1, 2)
-    np.testing.assert_allclose(found.section_deflection[0], found.history.deflection[0])
+    motion = time_history(system, 2000.0)
+    assert motion.section_rate.shape == (1, 2)
+    np.testing.assert_allclose(
+        motion.section_deflection[0], motion.history.deflection[0]
+    )
     double = time_history(system, 3100.0)
     assert double.response.multiple == 2
     assert double.section_rate.shape == (2, 2)
@@ -120,10 +122,10 @@ def test_the_section_has_a_point_for_each_period_of_the_first_mesh(system):
 def test_a_motion_that_does_not_repeat_is_marched_on(system):
     few = Settings(multiples=1, max_periods=1, windows=1)
     state = respond(system, 3100.0).state
-    found = time_history(system, 3100.0, few, state, section_periods=6)
-    assert found.response.multiple == 0
-    assert found.spans == 1
-    assert len(found.section_rate) in (2, 6)
+    motion = time_history(system, 3100.0, few, state, section_periods=6)
+    assert motion.response.multiple == 0
+    assert motion.spans == 1
+    assert len(motion.section_rate) in (2, 6)
 
 
 CASES = {
@@ -144,25 +146,27 @@ def conditions(rows, engaged=None, backlash=5.0):
 
 
 def test_every_condition_is_told_apart():
-    found = conditions(list(CASES.values()))
-    assert found == pytest.approx(dict.fromkeys(CASES, 0.2))
+    fractions = conditions(list(CASES.values()))
+    assert fractions == pytest.approx(dict.fromkeys(CASES, 0.2))
 
 
 def test_conditions_look_at_engaged_pairs_only():
     rows, engaged = [[9.0, -1.0, 1.0], [1.0, -1.0, -9.0]], [[0, 1, 1], [1, 1, 0]]
-    found = conditions(rows, np.array(engaged, bool), 99.0)
-    assert found == pytest.approx({"II": 0.5, "IV": 0.5})
+    fractions = conditions(rows, np.array(engaged, bool), 99.0)
+    assert fractions == pytest.approx({"II": 0.5, "IV": 0.5})
     assert conditions([[1.0, 1.0]], [[True, False]]) == {}
 
 
 def test_a_change_within_a_step_counts_in_parts():
     start, end = np.array([[1.0, 1.0]]), np.array([[-1.0, 1.0]])
     ones = np.ones((1, 2))
-    found = contact_conditions((start, end), (ones, ones), np.array([1.0]), math.inf)
-    assert found == pytest.approx({"II": 0.5, "III": 0.5})
+    fractions = contact_conditions(
+        (start, end), (ones, ones), np.array([1.0]), math.inf
+    )
+    assert fractions == pytest.approx({"II": 0.5, "III": 0.5})
     leaves = ones, np.array([[1.0, -3.0]])
-    found = contact_conditions((start, end), leaves, np.array([1.0]), math.inf)
-    assert found == pytest.approx({"III": 0.25})
+    fractions = contact_conditions((start, end), leaves, np.array([1.0]), math.inf)
+    assert fractions == pytest.approx({"III": 0.25})
 
 
 def test_csv_has_a_row_for_each_time_and_empty_states_out_of_mesh(lost):
@@ -212,10 +216,10 @@ def test_a_sweep_that_is_stopped_is_short_only_where_it_was_asked_to_stop(system
         if len(seen) == 2:
             raise Stopped
 
-    for own in (None, stop):
+    for event in (None, stop):
         seen.clear()
         with pytest.raises(Stopped):
-            sweep(system, speeds, observer=Observer(passed), stop=own)
+            sweep(system, speeds, observer=Observer(passed), stop=event)
     with pytest.raises(Stopped):  # not IndexError
         arrive(system, 1000.0, 1200.0, observer=Observer(watch=stopped))
     stop.set()

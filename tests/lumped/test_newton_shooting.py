@@ -40,20 +40,20 @@ class Curved:
         return self.linear + curved
 
 
-def found(mapping, away):
+def fixed_point(mapping, away):
     start = PLACE + away * np.array([1.0, -1.0, 0.5, 0.2])
     return stable_fixed_point(mapping, start, np.linalg.norm, TOLERANCE)
 
 
 @pytest.mark.parametrize("slowest", [0.5, 0.99, -0.99])
 def test_a_stable_fixed_point_is_found(slowest):
-    place = found(Curved([slowest, 0.3, -0.4, 0.9]), 0.05)
+    place = fixed_point(Curved([slowest, 0.3, -0.4, 0.9]), 0.05)
     assert np.abs(place - PLACE).max() < 0.1 * TOLERANCE
 
 
 @pytest.mark.parametrize("growing", [1.01, -1.01, 1.5])
 def test_an_unstable_one_is_none(growing):
-    assert found(Curved([growing, 0.3, -0.4, 0.9]), 0.05) is None
+    assert fixed_point(Curved([growing, 0.3, -0.4, 0.9]), 0.05) is None
 
 
 def test_one_that_is_unstable_only_in_its_place_is_none():
@@ -65,12 +65,12 @@ def test_one_that_is_unstable_only_in_its_place_is_none():
 
 
 def test_one_that_is_far_away_is_none():
-    assert found(Curved([0.9, 0.3, -0.4, 0.9], curvature=0.0), 0.1) is not None
-    assert found(Curved([0.9, 0.3, -0.4, 0.9], curvature=0.0), 1.0) is None
+    assert fixed_point(Curved([0.9, 0.3, -0.4, 0.9], curvature=0.0), 0.1) is not None
+    assert fixed_point(Curved([0.9, 0.3, -0.4, 0.9], curvature=0.0), 1.0) is None
 
 
 def test_one_beyond_a_bend_is_none():
-    assert found(Curved([0.9, 0.3, -0.4, 0.9], curvature=2.0), 0.1) is None
+    assert fixed_point(Curved([0.9, 0.3, -0.4, 0.9], curvature=2.0), 0.1) is None
 
 
 @settings(max_examples=50, deadline=None)
@@ -102,15 +102,17 @@ def test_leaps_end_where_the_motion_settles(system, monkeypatch):
     leaping = sweep(system, SPEEDS, "up", patient)
     monkeypatch.setattr(newton_shooting, "jacobian_cost", lambda stepper: 10**6)
     settling = sweep(system, SPEEDS, "up", patient)
-    one, two = ([r.multiple for r in each.responses] for each in (leaping, settling))
+    one, two = (
+        [r.multiple for r in branch.responses] for branch in (leaping, settling)
+    )
     assert one == two
     repeats = np.array(one) > 0
     assert repeats.mean() > 0.9
-    left, right = (each.column("dte_rms") for each in (leaping, settling))
+    left, right = (branch.column("dte_rms") for branch in (leaping, settling))
     np.testing.assert_allclose(left[repeats], right[repeats], rtol=5e-4)
     times = [
-        sum(r.settling_time * r.frequency for r in each.responses if r.multiple)
-        for each in (leaping, settling)
+        sum(r.settling_time * r.frequency for r in branch.responses if r.multiple)
+        for branch in (leaping, settling)
     ]
     assert times[0] < 0.4 * times[1]
 
@@ -121,5 +123,5 @@ def test_a_leap_ends_as_near_as_the_tolerance_says(system, tolerance, monkeypatc
     monkeypatch.setattr(newton_shooting, "jacobian_cost", lambda stepper: 10**6)
     settled = respond(system, SPEEDS[5], Settings(tolerance=1e-9, max_periods=20_000))
     assert settled.settling_time > 2.0 * leapt.settling_time
-    apart = system.arrays.shapes @ (leapt.state[0] - settled.state[0])
-    assert np.abs(apart).max() < 2.0 * tolerance * settled.dte_rms.max()
+    difference = system.arrays.shapes @ (leapt.state[0] - settled.state[0])
+    assert np.abs(difference).max() < 2.0 * tolerance * settled.dte_rms.max()

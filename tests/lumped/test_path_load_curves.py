@@ -55,8 +55,8 @@ def make_table(hardening=0.0, coupling=COUPLING, torques=TORQUES):
 
     def errors(first):
         loads = np.stack([first, force - first])
-        own = penetration_at(loads, hardening)
-        return gaps[:, None] + own + coupling * loads[::-1]
+        penetrations = penetration_at(loads, hardening)
+        return gaps[:, None] + penetrations + coupling * loads[::-1]
 
     first = bisected(lambda f: -np.diff(errors(f), axis=0)[0], force)
     first = np.where(force - first < 1e-9 * force, force, first)
@@ -73,8 +73,10 @@ def make_table(hardening=0.0, coupling=COUPLING, torques=TORQUES):
 
 def changed(table, header=None, torque=None, **columns):
     torque = table.torque_Nm if torque is None else np.array(torque)
-    kept = {k: v for k, v in {**table.columns, **columns}.items() if v is not None}
-    return MeshTable(torque, table.position, kept, header or {})
+    table_columns = {
+        k: v for k, v in {**table.columns, **columns}.items() if v is not None
+    }
+    return MeshTable(torque, table.position, table_columns, header or {})
 
 
 @pytest.mark.parametrize("hardening", [0.0, 0.08])
@@ -87,8 +89,8 @@ def test_known_laws_are_found_again(hardening):
     np.testing.assert_allclose(path.compliance[-1][POSITIONS:], COUPLING)
     np.testing.assert_allclose(path.compliance[1][:POSITIONS], COUPLING)
     expected = load_at(path.penetration[1:], hardening)
-    for found in path.load[:, 1:]:
-        np.testing.assert_allclose(found, expected, rtol=1e-9)
+    for load in path.load[:, 1:]:
+        np.testing.assert_allclose(load, expected, rtol=1e-9)
     assert not path.load[:, 0].any()
 
 
@@ -112,8 +114,8 @@ def test_loads_grow_from_zero_through_all_points(relative, stiff):
     path = path_laws(table, RADIUS, ["hardening"])
     assert path.load[0, 0] == 0.0
     assert (np.diff(path.load, axis=1) > 0.0).all()
-    for own, force in zip(x, load, strict=True):
-        after = int(np.searchsorted(path.penetration, own))
+    for penetration, force in zip(x, load, strict=True):
+        after = int(np.searchsorted(path.penetration, penetration))
         low, high = path.load[0, after - 1 : after + 1]
         assert low * (1.0 - 1e-9) <= force <= high * (1.0 + 1e-9)
 
@@ -190,9 +192,11 @@ def test_without_compliance_a_pair_that_others_keep_open_is_open():
     name, coupling = pair_compliance_name(0, 1), 5.0 * COUPLING
     table = make_table(coupling=coupling)
     path = path_laws(changed(table, **{name: None}), RADIUS, ["pairs"])
-    apart = np.array([path.gap[n] - gap_at(place) for n, place in enumerate(PLACES)])
-    assert (apart > -1e-18).all()
-    assert 0.1 < apart.max() / (coupling * max(TORQUES) / RADIUS) <= 1.0
+    gap_errors = np.array(
+        [path.gap[n] - gap_at(place) for n, place in enumerate(PLACES)]
+    )
+    assert (gap_errors > -1e-18).all()
+    assert 0.1 < gap_errors.max() / (coupling * max(TORQUES) / RADIUS) <= 1.0
     idle = np.concatenate([table[f"pair{pair}_load_share"] for pair in (2, 1)], 1) == 0
     reach = np.tile(table["ste_m"], 2) - path.gap
     assert (reach[idle] <= 0.0).all()

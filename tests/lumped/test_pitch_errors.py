@@ -72,8 +72,8 @@ def toothing_of(errors, backlash=BACKLASH):
 def touching(errors, x):
     """Gap of each engaged pair at a position, in rising order, and its stiffness."""
     toothing = toothing_of(errors)
-    found = [toothing.piece(pair, x) for pair in range(toothing.period)]
-    engaged = [each[0] for each in found if each]
+    pieces = [toothing.piece(pair, x) for pair in range(toothing.period)]
+    engaged = [pair_pieces[0] for pair_pieces in pieces if pair_pieces]
     return sorted(piece.gap_start for piece in engaged), engaged[0].stiffness
 
 
@@ -107,8 +107,8 @@ def test_hunting_teeth_have_the_exact_motion_of_all_pairs(part, backlash):
     ):
         response, history = lumped.respond_with_history(system, frequency, settings)
         assert response.period_multiple.tolist() == [63]
-        found, _ = resampled(history, time - begin)
-        off = np.abs(found[:, 0] - deflection).max()
+        samples, _ = resampled(history, time - begin)
+        off = np.abs(samples[:, 0] - deflection).max()
         assert off < allowed * np.ptp(deflection)
         assert response.force_peak[0] == pytest.approx(np.abs(force).max(), rel=0.01)
         lost = exact.contact_loss(begin, end)[0]
@@ -137,15 +137,15 @@ def test_rigid_teeth_without_load_follow_the_first_pair_to_touch():
     (spring,) = system_of(SMALL, model=3).excitations[0].pairs
     assert spring.period == 63
     x = (np.arange(63 * 40) + 0.37) / 40.0
-    expected = [touching(SMALL, each)[0][0] for each in x]
+    expected = [touching(SMALL, position)[0][0] for position in x]
     np.testing.assert_allclose(spring.gap(x), expected, atol=1e-12)
     assert np.ptp(expected) > 5e-6
 
 
 def test_models_of_the_whole_mesh_have_the_statics_of_the_pairs():
     x, expected = (np.arange(63 * 16) + 0.37) / 16.0, []
-    for each in x:
-        gaps, k = touching(SMALL, each)
+    for position in x:
+        gaps, k = touching(SMALL, position)
         closed = [(FORCE / k + sum(gaps[:n])) / n for n in range(1, len(gaps) + 1)]
         expected.append(min(closed))
     (mean,) = system_of(SMALL, model=2).excitations[0].pairs
@@ -154,8 +154,8 @@ def test_models_of_the_whole_mesh_have_the_statics_of_the_pairs():
     loaded = varying.gap(x) + FORCE / varying.stiffness(x)
     np.testing.assert_allclose(loaded, expected, rtol=1e-3)
     deflection = mean.gap(x) + FORCE / mean.stiffness(x)
-    apart = deflection - expected  # the mean is that of the mean stiffness
-    assert np.ptp(apart) < 1e-3 * np.ptp(expected)
+    difference = deflection - expected  # the mean is that of the mean stiffness
+    assert np.ptp(difference) < 1e-3 * np.ptp(expected)
 
 
 def test_only_what_differs_lengthens_the_period():
@@ -232,9 +232,9 @@ def test_meshes_at_other_rates_wait_for_each_other():
     system = LumpedSystem(train, tuple(excitations))
     assert train.common_period == (72, 19)
     assert system.common_period == (1224, 323)
-    own = pair_errors((), np.arange(19) * 1e-7)  # 19 cycles pass in 72 anyway
+    second = pair_errors((), np.arange(19) * 1e-7)  # 19 cycles pass in 72 anyway
     excitations = [
-        lumped.analytic_excitation(figures, pitch_errors=e) for e in ((), own)
+        lumped.analytic_excitation(figures, pitch_errors=e) for e in ((), second)
     ]
     assert LumpedSystem(train, tuple(excitations)).common_period == (72, 19)
 
@@ -253,11 +253,11 @@ def test_a_period_that_memory_cannot_hold_is_refused_with_its_length(idler, figu
 
 
 def test_sections_and_spectrum_span_the_whole_period():
-    found = time_history(system_of(SMALL), 0.4 * NATURAL)
-    assert len(found.section_rate) == 63
+    motion = time_history(system_of(SMALL), 0.4 * NATURAL)
+    assert len(motion.section_rate) == 63
     # no line lies between the orders of the shafts' common turn
-    assert found.spectrum_frequency[1] == pytest.approx(0.4 * NATURAL / 63)
-    lines = spectrum(found.history)[1][:, 0]
+    assert motion.spectrum_frequency[1] == pytest.approx(0.4 * NATURAL / 63)
+    lines = spectrum(motion.history)[1][:, 0]
     shafts = lines[[9, 7]]  # once a turn of the gear with 7, with 9 teeth
     assert (shafts > 10.0 * np.median(lines[1:63])).all()
 
@@ -314,8 +314,8 @@ def test_waves_over_several_pitches():
 
 def table_of(pitches: int, errors=()) -> MeshTable:
     """Two pairs of constant stiffness on the way, with the gaps of the errors."""
-    each = 8
-    position = np.arange(pitches * each) / each
+    per_pitch = 8
+    position = np.arange(pitches * per_pitch) / per_pitch
     pitch = position.astype(int)
     offset = np.asarray(errors or (0.0,))
     columns = {"stiffness_N_per_m": 2.0 + 0.1 * np.cos(2.0 * np.pi * position)}
@@ -391,6 +391,7 @@ def test_a_pair_may_carry_nothing_before_and_after_its_way():
         # the pair that is reference pair in base pitch 1 comes late, in base pitch 2
         columns[f"pair2_{name}"][0, 16:19] = np.nan if name == "gap_m" else 0.0
     late = MeshTable(table.torque_Nm, table.position, columns, table.header)
-    found = excitation_from_table(late, 100.0).pairs[0].stiffness([2.05, 1.05, 0.05])
-    assert found[0] == 0.0
-    assert (found[1:] > 0.0).all()
+    pair = excitation_from_table(late, 100.0).pairs[0]
+    stiffness = pair.stiffness([2.05, 1.05, 0.05])
+    assert stiffness[0] == 0.0
+    assert (stiffness[1:] > 0.0).all()

@@ -66,9 +66,9 @@ def test_a_step_is_exact_for_cubic_forces():
     exact = solve_ivp(slope, (0.0, H), start, rtol=1e-12, atol=1e-18).y[:, -1]
     step = part.step(FREQUENCY, H)
     end, *before = at_nodes()
-    known = np.concatenate([start, *(push * force[0] for force in before)])
-    found = known @ step.carry + (push * end[0]) @ step.push
-    np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-14)
+    inputs = np.concatenate([start, *(push * force[0] for force in before)])
+    state = inputs @ step.carry + (push * end[0]) @ step.push
+    np.testing.assert_allclose(state, exact, rtol=1e-8, atol=1e-14)
 
 
 def test_travelling_modes_follow_their_gyroscopic_equations():

@@ -178,9 +178,9 @@ def test_order_of_fixed_steps_on_smooth_waves(system, fixed, harmonics):
     steps = 48 * 2 ** np.arange(5)
     errors = []
     for n in steps:
-        found = respond(built, 1000.0, fixed(steps=int(n)), start)
-        assert (found.contact_loss == 0.0).all()
-        errors.append(np.abs(found.state - reference.state)[1].max())
+        response = respond(built, 1000.0, fixed(steps=int(n)), start)
+        assert (response.contact_loss == 0.0).all()
+        errors.append(np.abs(response.state - reference.state)[1].max())
     assert fitted_order(steps, errors) == pytest.approx(4.0, abs=0.15)
 
 
@@ -202,8 +202,8 @@ def test_models_agree_where_they_must(system, idler, fixed, method):
     motions = []
     for model in MODELS:
         built = system(model=model, variation=0.0)
-        found = respond_with_history(built, 1700.0, settings, kicked(built, 0.02))
-        motions.append(found)
+        motion = respond_with_history(built, 1700.0, settings, kicked(built, 0.02))
+        motions.append(motion)
     first = motions[0]
     assert (first[0].contact_loss == 0.0).all()
     assert (first[0].dte_rms > 1e-7).all()
@@ -360,14 +360,14 @@ def test_jumps_stand_at_the_same_speeds_under_twice_the_torque(system, idler):
 @every_model
 def test_a_whole_phase_is_none(system, idler, fixed, method, model):
     settings = fixed(method=method, accuracy=1e-9)
-    found = []
+    responses = []
     for phases in ((0.3, 0.7), (1.3, -0.3), (-4.7, 5.7)):
         built = system(idler(phases=phases), model=model, relief=8e-6)
         start = kicked(built, 0.02)
-        found.append(respond(built, 1500.0, settings, start))
-    for other in found[1:]:
+        responses.append(respond(built, 1500.0, settings, start))
+    for other in responses[1:]:
         for name in FIGURES:
-            one, two = getattr(found[0], name), getattr(other, name)
+            one, two = getattr(responses[0], name), getattr(other, name)
             np.testing.assert_allclose(two, one, rtol=1e-6, atol=1e-9, err_msg=name)
 
 
@@ -630,28 +630,26 @@ def test_threads_do_not_change_a_bit(system, method):
     systems = [system(relief=r) for r in (0.0, 5e-6)]
     speeds = np.arange(1000.0, 1300.0, 60.0)
     settings = Settings(method=method)
-    found = [
-        sweep_all(systems, speeds, settings=settings, workers=n) for n in (1, 2, 4)
-    ]
-    for other in found[1:]:
-        for one, two in zip(found[0], other, strict=True):
+    runs = [sweep_all(systems, speeds, settings=settings, workers=n) for n in (1, 2, 4)]
+    for other in runs[1:]:
+        for one, two in zip(runs[0], other, strict=True):
             assert same_bits(one, two)
 
 
 def test_a_long_speed_reports_its_periods_and_changes_no_bit(system, monkeypatch):
     """Where a period takes long it is told how far the speed has come."""
-    built, speeds, told = system(), [1000.0, 1240.0], []
-    (plain,) = sweep_all([built], speeds, ["up"], report=lambda *words: None)
+    built, speeds, reports = system(), [1000.0, 1240.0], []
+    (plain,) = sweep_all([built], speeds, ["up"], report=lambda *args: None)
     monkeypatch.setattr("lumped.steady.steppers.WATCHED", 1)
     monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REFRESH", -1.0)
-    (watched,) = sweep_all([built], speeds, ["up"], report=lambda *w: told.append(w))
+    (watched,) = sweep_all([built], speeds, ["up"], report=lambda *w: reports.append(w))
     assert same_bits(plain, watched)
-    first = told[: told.index(("sweep", 1, 2))]
+    first = reports[: reports.index(("sweep", 1, 2))]
     count = round(plain.responses[0].settling_time * 1000.0)
     assert first[:2] == [("1000 Hz, period 1", 0, 2), ("1000 Hz, period 2", 0, 2)]
     assert first[-1][0] == f"1000 Hz, period {count}"
     assert count > 5
-    assert told[-1] == ("sweep", 2, 2)
+    assert reports[-1] == ("sweep", 2, 2)
 
 
 def test_order_of_the_speeds_given_does_not_matter(system):
@@ -772,10 +770,10 @@ def two_stages(figures):
 )
 def test_settled_motions_are_not_called_aperiodic(two_stages, settings):
     usual = respond(two_stages, 2600.0, Settings(steps=256))
-    found = respond(two_stages, 2600.0, settings)
-    assert usual.multiple == found.multiple == 1
-    np.testing.assert_allclose(found.dte_rms, usual.dte_rms, rtol=1e-3)
-    assert not found.dte_rms_spread.any()
+    response = respond(two_stages, 2600.0, settings)
+    assert usual.multiple == response.multiple == 1
+    np.testing.assert_allclose(response.dte_rms, usual.dte_rms, rtol=1e-3)
+    assert not response.dte_rms_spread.any()
 
 
 def test_error_of_adaptive_steps_follows_the_tolerance():

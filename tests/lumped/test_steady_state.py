@@ -91,9 +91,9 @@ def test_finer_steps_of_the_coupled_model_go_on_from_its_end(
     real = module.steady_state
 
     def logged(*args):
-        found = real(*args)
-        calls.append((args[3], args[4], found[0]))
-        return found
+        outcome = real(*args)
+        calls.append((args[3], args[4], outcome[0]))
+        return outcome
 
     monkeypatch.setattr(module, "steady_state", logged)
     far = (3.0 if jumps else 1.0) * start.dte_rms

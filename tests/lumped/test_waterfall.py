@@ -90,9 +90,9 @@ def test_a_train_at_rest_has_no_lines():
     pair = pair_system(0.05, 0.02)
     gears = tuple(replace(gear, torque=0.0) for gear in pair.train.gears)
     still = replace(pair, train=replace(pair.train, gears=gears))
-    found = spectra_over_speed(0.0, sweep(still, [2.0, 3.0], "up"))
-    assert not list(found.seen(0))
-    assert not list(spectra_rows([found]))
-    campbell, harmonics = draw_waterfall([found]).axes[:2]
+    waterfall = spectra_over_speed(0.0, sweep(still, [2.0, 3.0], "up"))
+    assert not list(waterfall.seen(0))
+    assert not list(spectra_rows([waterfall]))
+    campbell, harmonics = draw_waterfall([waterfall]).axes[:2]
     assert not campbell.collections[0].get_offsets().size
     assert harmonics.get_ylim()[1] > 0.0

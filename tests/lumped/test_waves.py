@@ -121,9 +121,11 @@ def test_interpolant_has_order_three_or_more():
     errors = []
     for n in (16, 32, 64, 128):
         x = np.arange(n) / n
-        found = from_samples(np.sin(2 * np.pi * x))((np.arange(1000) + 0.3) / 1000)
+        interpolant = from_samples(np.sin(2 * np.pi * x))(
+            (np.arange(1000) + 0.3) / 1000
+        )
         exact = np.sin(2 * np.pi * (np.arange(1000) + 0.3) / 1000)
-        errors.append(np.sqrt(((found - exact) ** 2).mean()))
+        errors.append(np.sqrt(((interpolant - exact) ** 2).mean()))
     assert -np.polyfit(range(4), np.log2(errors), 1)[0] > 2.3
 
 
@@ -220,10 +222,10 @@ def test_samples_are_checked(samples, message):
 def test_products_are_exact_up_to_the_third_degree(one, start, slope):
     """Else at the breaks, with the slopes there."""
     square = Wave(one.breaks, one.coefficients * [1.0, 1.0, 1.0, 0.0], one.corners)
-    found, x = product(square, line(start, slope)), np.linspace(0.0, 0.999, 97)
+    wave, x = product(square, line(start, slope)), np.linspace(0.0, 0.999, 97)
     exact = square(x) * (start + slope * x)
-    np.testing.assert_allclose(found(x), exact, rtol=1e-9, atol=1e-7)
-    assert found.corners == one.corners
+    np.testing.assert_allclose(wave(x), exact, rtol=1e-9, atol=1e-7)
+    assert wave.corners == one.corners
 
 
 def test_products_of_base_pitches_that_differ():
@@ -232,12 +234,12 @@ def test_products_of_base_pitches_that_differ():
     other = Wave(
         np.array([0.0, 0.7, 1.0]), np.ones((2, 2, 4)) * [[[1.0, 0.5, 0.0, 0.0]]]
     )
-    found = product(one, other)
-    assert found.period == 6
+    wave = product(one, other)
+    assert wave.period == 6
     for pitch in range(6):
-        x = found.breaks[:-1]
+        x = wave.breaks[:-1]
         np.testing.assert_allclose(
-            found(x, pitch=pitch), one(x, pitch=pitch) * other(x, pitch=pitch)
+            wave(x, pitch=pitch), one(x, pitch=pitch) * other(x, pitch=pitch)
         )
     with pytest.raises(ValueError, match="without offsets"):
         product(one, Wave(one.breaks, one.coefficients, offsets=np.ones(2)))

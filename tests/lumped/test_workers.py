@@ -29,10 +29,10 @@ MACHINE = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
 
 
 def test_tasks_in_threads_are_handed_over_by_name():
-    found = {}
+    squares = {}
     tasks = ((n, lambda n=n: n * n) for n in range(50))
-    run_tasks(tasks, found.__setitem__, threading.Event(), 3)
-    assert found == {n: n * n for n in range(50)}
+    run_tasks(tasks, squares.__setitem__, threading.Event(), 3)
+    assert squares == {n: n * n for n in range(50)}
 
 
 def test_a_cluster_that_is_not_there_is_told():
@@ -47,14 +47,14 @@ def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
     monkeypatch.setattr(basins, "TILE", 200)
     exact = settle_grid(MACHINE, GRID, 300)
     settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
-    killed, seen = [], {}
+    killed, stored = [], {}
     with (
         distributed.LocalCluster(**settings) as here,
         distributed.Client(here, set_as_default=False) as client,
     ):
 
         def keep(name, arrays):
-            seen[name] = arrays
+            stored[name] = arrays
             if not killed:
                 victim = sorted(client.run(os.getpid).values())[0]
                 os.kill(victim, signal.SIGKILL)
@@ -63,21 +63,21 @@ def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
         def compute(parts):
             cluster = Cluster(here.scheduler_address)
             run_tasks(parts.items(), keep, threading.Event(), cluster)
-            return seen
+            return stored
 
-        found = settle_grid(MACHINE, GRID, 300, compute)
+        settled = settle_grid(MACHINE, GRID, 300, compute)
     assert killed
-    assert seen.keys() == {f"{number}" for number in range(18)}
-    for one, other in zip(exact, found, strict=True):
+    assert stored.keys() == {f"{number}" for number in range(18)}
+    for one, other in zip(exact, settled, strict=True):
         np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize("evaluate", [AT, OVER], ids=["a speed", "a band"])
 def test_points_of_maps_can_go_to_other_processes(system, evaluate):
     """As they are sent: systems with what they have worked out, and what is asked."""
-    own = system(harmonics=3)
-    here = evaluate(own)
-    sent = pickle.loads(pickle.dumps(partial(evaluate, own)))
+    train = system(harmonics=3)
+    here = evaluate(train)
+    sent = pickle.loads(pickle.dumps(partial(evaluate, train)))
     there = sent()
     np.testing.assert_array_equal(here.values, there.values)
     assert here.status == there.status

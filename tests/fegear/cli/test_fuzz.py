@@ -7,10 +7,12 @@ from fuzz_gear_sets import BASE, WORDS, cases, option_lists, tried
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", [*cases(100, seed=0)], ids=lambda case: case.words[0])
+@pytest.mark.parametrize(
+    "case", [*cases(100, seed=0)], ids=lambda case: case.arguments[0]
+)
 def test_a_random_case_ends_as_it_should(tmp_path, case):
     _, wrong, line = tried(case, tmp_path)
-    assert wrong is None, f"{wrong}: {case.words!a} {line}\n{case.files!a}"
+    assert wrong is None, f"{wrong}: {case.arguments!a} {line}\n{case.files!a}"
 
 
 def test_the_fuzzer_knows_every_option():

@@ -60,9 +60,11 @@ def test_constant_stiffness_is_the_linear_response(system):
     exact = np.einsum("hmr,r,hr->hm", G, arrays.mean_stiffness, waves)
     exact[0] += linear.static_deflection
     series = x.reshape(balance.shape)
-    found = 0.5 * (series[1:13] - 1j * series[13:])
+    amplitudes = 0.5 * (series[1:13] - 1j * series[13:])
     np.testing.assert_allclose(series[0], exact[0].real, rtol=1e-6)
-    np.testing.assert_allclose(found, exact[1:], atol=1e-4 * np.abs(exact[1:]).max())
+    np.testing.assert_allclose(
+        amplitudes, exact[1:], atol=1e-4 * np.abs(exact[1:]).max()
+    )
 
 
 @settings(max_examples=10)
@@ -151,11 +153,13 @@ def test_figures_are_those_of_the_integration(system):
     train = system()
     balance = HarmonicBalance(train, 40)
     response = respond(train, LOST, FINE)
-    found = balance.figures(solved(balance, LOST), LOST)
+    quantities = balance.figures(solved(balance, LOST), LOST)
     assert response.contact_loss.max() > 0.05
     for name in ("dte_rms", "dte_mean", "dte_peak", "force_peak"):
-        np.testing.assert_allclose(found[name], getattr(response, name), rtol=2e-3)
-    np.testing.assert_allclose(found["contact_loss"], response.contact_loss, atol=2e-3)
+        np.testing.assert_allclose(quantities[name], getattr(response, name), rtol=2e-3)
+    np.testing.assert_allclose(
+        quantities["contact_loss"], response.contact_loss, atol=2e-3
+    )
 
 
 def test_monodromy_is_that_of_differences(system):
@@ -174,9 +178,9 @@ def test_monodromy_is_that_of_differences(system):
             for s in (1.0, -1.0)
         )
         columns.append((ahead - behind) / (2.0 * step))
-    found = np.abs(np.linalg.eigvals(np.array(columns).T))
+    multipliers = np.abs(np.linalg.eigvals(np.array(columns).T))
     exact = np.abs(np.linalg.eigvals(transfer))
-    np.testing.assert_allclose(np.sort(found), np.sort(exact), rtol=5e-3)
+    np.testing.assert_allclose(np.sort(multipliers), np.sort(exact), rtol=5e-3)
 
 
 def test_phase_space_shrinks_by_damping_alone(system):
@@ -185,8 +189,8 @@ def test_phase_space_shrinks_by_damping_alone(system):
     balance = HarmonicBalance(train, 10)
     x = solved(balance, LOST)
     exact = math.exp(-train.arrays.damping.sum() / LOST)
-    found = np.linalg.det(balance.monodromy(x, LOST))
-    assert found == pytest.approx(exact, rel=1e-7)
+    determinant = np.linalg.det(balance.monodromy(x, LOST))
+    assert determinant == pytest.approx(exact, rel=1e-7)
 
 
 def test_a_motion_as_one_of_a_longer_period(system):
@@ -212,14 +216,14 @@ def test_contact_that_closes_by_tanh_converges_to_true_contact(system):
     exact = HarmonicBalance(train, 16)
     x = solved(exact, LOST)
     rms = exact.figures(x, LOST)["dte_rms"]
-    apart = []
+    errors = []
     for steepness in (2e6, 4e6, 8e6):
         smooth = HarmonicBalance(train, 16, steepness=steepness)
         near = solved(smooth, LOST, x)
-        apart.append(abs(smooth.figures(near, LOST)["dte_rms"] / rms - 1.0).max())
-    assert 3e-5 < apart[0] < 3e-2
-    assert apart[1] < apart[0] / 3.0
-    assert apart[2] < apart[1] / 3.0
+        errors.append(abs(smooth.figures(near, LOST)["dte_rms"] / rms - 1.0).max())
+    assert 3e-5 < errors[0] < 3e-2
+    assert errors[1] < errors[0] / 3.0
+    assert errors[2] < errors[1] / 3.0
 
 
 def test_contact_that_closes_by_tanh_has_its_exact_jacobian(system):
@@ -231,7 +235,7 @@ def test_contact_that_closes_by_tanh_has_its_exact_jacobian(system):
         step = np.zeros(x.size)
         step[column] = 1e-10
         up, down = (balance.errors(x + sign * step, 1500.0) for sign in (1, -1))
-        found = (up - down) / 2e-10
+        difference = (up - down) / 2e-10
         np.testing.assert_allclose(
-            found, jacobian[:, column], atol=1e-5 * abs(jacobian).max()
+            difference, jacobian[:, column], atol=1e-5 * abs(jacobian).max()
         )

@@ -80,8 +80,8 @@ def test_instability_is_that_of_meissners_equation(variation, damping):
     finder.from_rest(around[0])
     (branch,) = finder.found
     assert [point.kind for point in branch.bifurcations] == ["period doubling"] * 2
-    found = [point.frequency for point in branch.bifurcations]
-    np.testing.assert_allclose(found, exact, rtol=1e-6)
+    frequencies = [point.frequency for point in branch.bifurcations]
+    np.testing.assert_allclose(frequencies, exact, rtol=1e-6)
 
 
 def clipped(mean, amplitude):

@@ -39,21 +39,21 @@ def branch_of(problem, **steps):
 
 def test_a_circle_closes():
     branch = branch_of(Circle())
-    found = branch.follow(branch.at(np.array([1.0]), 0.0), (-2.0, 2.0))
-    assert found.closed
-    radii = [math.hypot(point.x[0], point.parameter) for point in found.points]
+    trace = branch.follow(branch.at(np.array([1.0]), 0.0), (-2.0, 2.0))
+    assert trace.closed
+    radii = [math.hypot(point.x[0], point.parameter) for point in trace.points]
     np.testing.assert_allclose(radii, 1.0, rtol=1e-12)
-    assert len(found.points) > 50
+    assert len(trace.points) > 50
 
 
 def test_folds_are_passed_and_located():
     branch = branch_of(Cubic())
-    found = branch.follow(branch.at(np.array([-1.5]), -1.875), (-1.875, 1.875))
-    assert found.reason == "the end of the range was reached"
-    assert found.points[-1].parameter == pytest.approx(1.875, abs=1e-12)
+    trace = branch.follow(branch.at(np.array([-1.5]), -1.875), (-1.875, 1.875))
+    assert trace.reason == "the end of the range was reached"
+    assert trace.points[-1].parameter == pytest.approx(1.875, abs=1e-12)
     folds = [
         branch.between(a, b, lambda point: point.along)
-        for a, b in zip(found.points, found.points[1:], strict=False)
+        for a, b in zip(trace.points, trace.points[1:], strict=False)
         if a.along * b.along < 0.0
     ]
     at = sorted(point.x[0] for point in folds)
@@ -73,9 +73,9 @@ def test_direction_of_the_start_is_that_of_the_parameter(grows):
 
 def test_a_branch_that_cannot_go_on_says_why_and_keeps_its_points():
     branch = branch_of(Wall())
-    found = branch.follow(branch.at(np.array([0.0]), 0.0), (-1.0, 1.0))
-    assert found.reason.startswith("no solution was found beyond 0.5")
-    assert 0.4 < found.points[-1].parameter <= 0.5
+    trace = branch.follow(branch.at(np.array([0.0]), 0.0), (-1.0, 1.0))
+    assert trace.reason.startswith("no solution was found beyond 0.5")
+    assert 0.4 < trace.points[-1].parameter <= 0.5
 
 
 class Fork:
@@ -109,18 +109,18 @@ class Pole:
 
 def test_a_branch_that_grows_without_bound_is_given_up():
     branch = branch_of(Pole())
-    found = branch.follow(branch.at(np.array([1.0]), 0.0), (-1.0, 2.0))
-    assert "more than 1000 times" in found.reason
-    assert len(found.points) < 1000
-    exact = [1.0 / (1.0 - point.parameter) for point in found.points]
-    np.testing.assert_allclose([p.x[0] for p in found.points], exact, rtol=1e-6)
+    trace = branch.follow(branch.at(np.array([1.0]), 0.0), (-1.0, 2.0))
+    assert "more than 1000 times" in trace.reason
+    assert len(trace.points) < 1000
+    exact = [1.0 / (1.0 - point.parameter) for point in trace.points]
+    np.testing.assert_allclose([p.x[0] for p in trace.points], exact, rtol=1e-6)
 
 
 def test_points_are_limited():
     branch = branch_of(Cubic(), count=5)
-    found = branch.follow(branch.at(np.array([-1.5]), -1.875), (-2.0, 2.0))
-    assert len(found.points) == 5
-    assert "5 points" in found.reason
+    trace = branch.follow(branch.at(np.array([-1.5]), -1.875), (-2.0, 2.0))
+    assert len(trace.points) == 5
+    assert "5 points" in trace.reason
 
 
 def test_no_solution_is_said():

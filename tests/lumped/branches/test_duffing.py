@@ -53,22 +53,22 @@ def followed():
 
 
 def test_response_is_that_of_the_closed_form(followed):
-    _, found = followed
-    assert found.reason == "the end of the range was reached"
-    for point in found.points:
-        apart = np.abs(speeds(math.hypot(*point.x)) - point.parameter).min()
-        assert apart < 1e-6, point.parameter
+    _, trace = followed
+    assert trace.reason == "the end of the range was reached"
+    for point in trace.points:
+        error = np.abs(speeds(math.hypot(*point.x)) - point.parameter).min()
+        assert error < 1e-6, point.parameter
 
 
 def test_folds_are_where_the_speed_turns(followed):
-    branch, found = followed
+    branch, trace = followed
     folds = [
         branch.between(a, b, lambda point: point.along).parameter
-        for a, b in zip(found.points, found.points[1:], strict=False)
+        for a, b in zip(trace.points, trace.points[1:], strict=False)
         if a.along * b.along < 0.0
     ]
     # the higher speed falls with the amplitude, rises again, and falls to the peak's
-    peak = math.hypot(*max(found.points, key=lambda point: math.hypot(*point.x)).x)
+    peak = math.hypot(*max(trace.points, key=lambda point: math.hypot(*point.x)).x)
     higher = [speeds(a)[1].real for a in np.linspace(0.15, peak, 20_001)]
     lowest = int(np.argmin(higher))
     exact = higher[lowest], max(higher[lowest:])

@@ -31,11 +31,11 @@ def train(system):
 
 
 def bifurcations(train, harmonics, limits=LIMITS, **others):
-    """With the branch of each."""
+    """Bifurcations of all branches, each with its branch."""
     settings = BranchSettings(harmonics=harmonics, sweep_points=2, **others)
     finder = BranchFinder(SpeedFamily(train), limits, settings)
     finder.find(limits[0])
-    return [(each, point) for each in finder.found for point in each.bifurcations]
+    return [(branch, point) for branch in finder.found for point in branch.bifurcations]
 
 
 @pytest.fixture(scope="module")
@@ -59,9 +59,11 @@ def test_places_are_those_of_many_harmonics(train, few):
 def test_alternating_changes_grow_on_one_side_alone(train, few):
     """By nothing but time integration of motions beside the doubling."""
     # others grow by themselves
-    known = [(b, p) for b, p in few if p.kind == DOUBLING and p.largest < 1.0 + 1e-6]
-    assert {branch.multiple for branch, _ in known} == {1, 2}
-    for branch, point in known:
+    doublings = [
+        (b, p) for b, p in few if p.kind == DOUBLING and p.largest < 1.0 + 1e-6
+    ]
+    assert {branch.multiple for branch, _ in doublings} == {1, 2}
+    for branch, point in doublings:
         growths = [
             math.log(alternation(train, branch, point, point.place * (1.0 + side)))
             for side in (-OFF, 0.0, OFF)
@@ -104,8 +106,8 @@ def test_kept_branches_have_their_places(few):
 
 
 def test_folds_are_located(train):
-    found = bifurcations(train, FEW, (1330.0, 1500.0), period_multiple=1)
-    folds = [point for _, point in found if point.kind == FOLD]
+    pairs = bifurcations(train, FEW, (1330.0, 1500.0), period_multiple=1)
+    folds = [point for _, point in pairs if point.kind == FOLD]
     assert folds
     for point in folds:
         assert point.refined_parameter == pytest.approx(point.parameter, rel=1e-3)

@@ -23,20 +23,20 @@ def damped(system, idler):
 
 
 @pytest.fixture(scope="module")
-def found(damped):
+def branches(damped):
     family = ParameterFamily("damping_ratio", damped, SPEED, LIMITS)
     finder = BranchFinder(family, LIMITS, SETTINGS)
     finder.find(LIMITS[1])
     return finder.found
 
 
-def folds_of(found):
-    points = [point for branch in found for point in branch.bifurcations]
+def folds_of(branches):
+    points = [point for branch in branches for point in branch.bifurcations]
     return [point for point in points if point.kind == "fold"]
 
 
-def test_folds_over_damping_are_folds_over_speed(damped, found):
-    folds = folds_of(found)
+def test_folds_over_damping_are_folds_over_speed(damped, branches):
+    folds = folds_of(branches)
     assert len(folds) >= 2
     for fold in folds[:2]:
         finder = BranchFinder(
@@ -48,9 +48,9 @@ def test_folds_over_damping_are_folds_over_speed(damped, found):
         assert min(abs(at - SPEED) for at in near) < 1e-4 * SPEED
 
 
-def test_motions_are_those_of_integration(damped, found):
+def test_motions_are_those_of_integration(damped, branches):
     seen = 0
-    for branch in found:
+    for branch in branches:
         for point in branch.points[:: max(1, len(branch.points) // 8)]:
             if point.largest > 0.9:  # next to a fold another motion is near
                 continue
@@ -65,8 +65,8 @@ def test_motions_are_those_of_integration(damped, found):
     assert seen >= 4
 
 
-def test_branches_end_on_the_limits(found):
-    ends = [branch for branch in found if "end of the range" in branch.reason]
+def test_branches_end_on_the_limits(branches):
+    ends = [branch for branch in branches if "end of the range" in branch.reason]
     assert ends
     for branch in ends:
         assert branch.points[-1].parameter in LIMITS
@@ -74,17 +74,17 @@ def test_branches_end_on_the_limits(found):
 
 def test_nothing_is_asked_for_beyond_the_limits(damped):
     """Where there may be no system."""
-    asked = []
+    ratios = []
 
     def system_of(ratio):
-        asked.append(ratio)
+        ratios.append(ratio)
         return damped(ratio)
 
     family = ParameterFamily("damping_ratio", system_of, 2000.0, LIMITS)
     finder = BranchFinder(family, LIMITS, SETTINGS)
     finder.from_rest(LIMITS[0])
     assert finder.found[0].points[-1].parameter == LIMITS[1]
-    assert LIMITS[0] <= min(asked) < max(asked) <= LIMITS[1]
+    assert LIMITS[0] <= min(ratios) < max(ratios) <= LIMITS[1]
 
 
 def test_a_change_of_the_figure_is_its_derivative(damped):

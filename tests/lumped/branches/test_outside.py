@@ -66,5 +66,5 @@ def test_bifurcations_of_the_fundamental_resonance(train, harmonics, doubling):
 def test_doublings_without_contact_loss(train):
     (main,) = branches(train, 3300.0, 3850.0, period_multiple=1)
     assert [point.kind for point in main.bifurcations] == ["period doubling"] * 2
-    found = [point.frequency for point in main.bifurcations]
-    assert found == pytest.approx(UNLOST, rel=1e-8)
+    frequencies = [point.frequency for point in main.bifurcations]
+    assert frequencies == pytest.approx(UNLOST, rel=1e-8)

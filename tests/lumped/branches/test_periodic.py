@@ -26,7 +26,7 @@ def train(system):
 
 
 @pytest.fixture(scope="module")
-def found(train):
+def branches(train):
     finder = BranchFinder(
         SpeedFamily(train), LIMITS, BranchSettings(harmonics=HARMONICS)
     )
@@ -34,9 +34,9 @@ def found(train):
     return finder.found
 
 
-def stable_levels(found, frequency, multiple):
+def stable_levels(branches, frequency, multiple):
     """RMS (m,) of all stable motions at a frequency, between points."""
-    for branch in found:
+    for branch in branches:
         for one, two in pairwise(branch.points):
             if (one.frequency - frequency) * (two.frequency - frequency) > 0.0:
                 continue
@@ -47,22 +47,22 @@ def stable_levels(found, frequency, multiple):
 
 
 @pytest.mark.parametrize("direction", ["up", "down"])
-def test_sweeps_run_along_stable_motions(train, found, direction):
+def test_sweeps_run_along_stable_motions(train, branches, direction):
     branch = sweep(train, np.arange(*LIMITS, 25.0), direction, Settings(steps=256))
     seen = 0
     for response in branch.responses[1:]:
         if response.multiple not in (1, 2):
             continue
-        levels = stable_levels(found, response.frequency, response.multiple)
-        apart = [np.abs(level - response.dte_rms).max() for level in levels]
-        assert min(apart) < 0.01 * response.dte_rms.max(), response.frequency
+        levels = stable_levels(branches, response.frequency, response.multiple)
+        distances = [np.abs(level - response.dte_rms).max() for level in levels]
+        assert min(distances) < 0.01 * response.dte_rms.max(), response.frequency
         seen += 1
     assert seen > 70
 
 
-def test_sweeps_jump_at_bifurcations(train, found):
+def test_sweeps_jump_at_bifurcations(train, branches):
     speeds = np.arange(*LIMITS, 10.0)
-    places = [p.frequency for branch in found for p in branch.bifurcations]
+    places = [p.frequency for branch in branches for p in branch.bifurcations]
     seen = 0
     for direction in ("up", "down"):
         branch = sweep(train, speeds, direction)
@@ -75,7 +75,7 @@ def test_sweeps_jump_at_bifurcations(train, found):
     assert seen
 
 
-def test_stability_is_what_a_small_disturbance_does(train, found):
+def test_stability_is_what_a_small_disturbance_does(train, branches):
     """On both kinds of motion: it dies away or grows."""
     fine = Settings(method="dopri5", accuracy=1e-9)
     stepper, random = stepper_of(train, fine), np.random.default_rng(1)
@@ -83,7 +83,7 @@ def test_stability_is_what_a_small_disturbance_does(train, found):
         # the slow mode of the couplings takes a hundred periods to decay
         points = [
             (branch, point)
-            for branch in found
+            for branch in branches
             for point in branch.points
             if (point.largest < 0.999 if stable else point.largest > 1.05)
         ]
@@ -93,19 +93,19 @@ def test_stability_is_what_a_small_disturbance_does(train, found):
             start = balance.state(point.x, point.frequency)
             size = np.abs(start).max(axis=1, keepdims=True)
             other = start + 1e-6 * size * random.standard_normal(start.shape)
-            apart = [np.linalg.norm((other - start) / size)]
-            while len(apart) < 200 and apart[-1] < 100.0 * apart[0]:
+            distances = [np.linalg.norm((other - start) / size)]
+            while len(distances) < 200 and distances[-1] < 100.0 * distances[0]:
                 start, _ = stepper.record(start, speed, branch.multiple)
                 other, _ = stepper.record(other, speed, branch.multiple)
-                apart.append(np.linalg.norm((other - start) / size))
+                distances.append(np.linalg.norm((other - start) / size))
             # it may swell first, for disturbances are not of one mode
-            dies = apart[-1] < 0.5 * max(apart)
+            dies = distances[-1] < 0.5 * max(distances)
             assert dies == stable, point.frequency
 
 
-def test_motions_inside_the_range_are_followed_both_ways(found):
+def test_motions_inside_the_range_are_followed_both_ways(branches):
     """One branch, on which a sweep's motion is neither the first nor the last."""
-    swept = [branch for branch in found if branch.origin.startswith("from a sweep")]
+    swept = [branch for branch in branches if branch.origin.startswith("from a sweep")]
     assert swept
     for branch in swept:
         at = float(branch.origin.split()[-2])
@@ -115,25 +115,27 @@ def test_motions_inside_the_range_are_followed_both_ways(found):
         assert steps.max() < 0.5 * np.abs(branch.points[0].x).max()
 
 
-def test_every_branch_says_how_it_begins_and_ends(found):
-    assert all(branch.origin and branch.reason for branch in found)
-    assert found[0].origin == "from rest at 1300 Hz"
-    assert found[0].reason == "the end of the range was reached"
-    assert {branch.multiple for branch in found} == {1, 2}
+def test_every_branch_says_how_it_begins_and_ends(branches):
+    assert all(branch.origin and branch.reason for branch in branches)
+    assert branches[0].origin == "from rest at 1300 Hz"
+    assert branches[0].reason == "the end of the range was reached"
+    assert {branch.multiple for branch in branches} == {1, 2}
 
 
-def test_no_branch_is_found_twice(found):
-    starts = [(b.multiple, b.points[5].frequency, b.points[5].largest) for b in found]
-    for branch in found:
+def test_no_branch_is_found_twice(branches):
+    starts = [
+        (b.multiple, b.points[5].frequency, b.points[5].largest) for b in branches
+    ]
+    for branch in branches:
         passed = [(branch.multiple, p.frequency, p.largest) for p in branch.points]
         near = [any(np.allclose(s, p, rtol=1e-9) for p in passed) for s in starts]
         assert sum(near) == 1
 
 
-def test_bifurcations_are_where_multipliers_are_on_the_circle(found):
+def test_bifurcations_are_where_multipliers_are_on_the_circle(branches):
     kinds = {"fold": 1.0, "period doubling": -1.0, "branch point": 1.0}
     seen = set()
-    for branch in found:
+    for branch in branches:
         for point in branch.bifurcations:
             if point.kind == "torus":
                 continue
@@ -143,17 +145,17 @@ def test_bifurcations_are_where_multipliers_are_on_the_circle(found):
     assert "fold" in seen
 
 
-def test_a_branch_that_stands_upright_has_no_bifurcations_on_its_way(found):
+def test_a_branch_that_stands_upright_has_no_bifurcations_on_its_way(branches):
     """Period doublings of motions that keep contact: all amplitudes at one speed."""
-    for branch in found:
-        own = [point for point in branch.bifurcations if branch.multiple == 2]
-        places = [round(point.frequency, 3) for point in own]
+    for branch in branches:
+        doublings = [point for point in branch.bifurcations if branch.multiple == 2]
+        places = [round(point.frequency, 3) for point in doublings]
         assert len(places) == len(set(places))
 
 
-def test_upright_motions_are_not_counted_as_stable(found):
+def test_upright_motions_are_not_counted_as_stable(branches):
     """They are neutral: a multiplier is at 1, on either side of it by rounding."""
-    upright = [p for branch in found for p in branch.points if p.vertical]
+    upright = [p for branch in branches for p in branch.points if p.vertical]
     assert upright
     assert not any(point.stable for point in upright)
     at_one = [abs(point.multipliers - 1.0).min() for point in upright]

@@ -38,16 +38,18 @@ def test_harmonics_converge_to_what_shooting_finds(train, limits, kinds):
     """On all branches, with a force that has corners: of fourth order or better."""
     errors = []
     for harmonics in (6, 12, 24):
-        apart, seen = [], set()
+        differences, seen = [], set()
         for branch in branches(train, harmonics, limits):
             balance = HarmonicBalance(train, harmonics, branch.multiple)
             for point in branch.points[::6]:
                 exact = shoot(balance, point.x, point.frequency).figures["dte_rms"]
-                apart.append(abs(exact - point.figures["dte_rms"]).max() / exact.max())
+                differences.append(
+                    abs(exact - point.figures["dte_rms"]).max() / exact.max()
+                )
                 seen.add((branch.multiple, point.stable))
         # next to a fold a small error of the force is a large one of the motion
-        errors.append(np.median(apart))
-        assert max(apart) < 0.02
+        errors.append(np.median(differences))
+        assert max(differences) < 0.02
         assert kinds <= seen
     assert errors[0] < 1e-3
     assert errors[1] < errors[0] / 2.0**3

@@ -21,8 +21,8 @@ def test_dimension_of_curves_and_areas(kind, wanted):
     phase, speed = random.uniform(size=(2, 4000))
     if kind == "curve":
         speed = 0.2 + 0.1 * np.sin(2.0 * math.pi * phase)
-    found, error = correlation_dimension(phase, speed)
-    assert found == pytest.approx(wanted, abs=0.12)
+    dimension, error = correlation_dimension(phase, speed)
+    assert dimension == pytest.approx(wanted, abs=0.12)
     assert error < 0.3
 
 

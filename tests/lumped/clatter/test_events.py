@@ -33,14 +33,14 @@ def test_impacts_are_those_of_a_fine_integration(wheel, until):
     group = WheelGroup((wheel,), SINE)
     state = centred_state(group)
     wanted = impacts_by_scipy(group, state.q, state.v, until)
-    found = joined(list(simulate(group, state, until)))
-    loud = [each for each in wanted if each[2] > 1e-4]
-    keep = found.speed > 1e-4
+    impacts = joined(list(simulate(group, state, until)))
+    loud = [impact for impact in wanted if impact[2] > 1e-4]
+    keep = impacts.speed > 1e-4
     assert len(loud) > 5
     times, plays, speeds = zip(*loud, strict=True)
-    np.testing.assert_array_equal(found.play[keep][: len(plays)], plays)
-    np.testing.assert_allclose(found.time[keep], times, atol=1e-9)
-    np.testing.assert_allclose(found.speed[keep], speeds, atol=1e-8)
+    np.testing.assert_array_equal(impacts.play[keep][: len(plays)], plays)
+    np.testing.assert_allclose(impacts.time[keep], times, atol=1e-9)
+    np.testing.assert_allclose(impacts.speed[keep], speeds, atol=1e-8)
 
 
 @pytest.mark.parametrize("amplitude", [None, 5e-5])
@@ -180,10 +180,10 @@ def test_a_body_squeezed_without_end_is_one_impact(mass):
         bounce = (0.8, 0.5)[p]
         v -= (1.0 + bounce) * (rows[p] @ v) / g[p, p] * rows[p] / masses
         hits += 1
-    found = joined(list(simulate(group, state, 1e-9)))
+    impacts = joined(list(simulate(group, state, 1e-9)))
     np.testing.assert_allclose(state.v, v, atol=1e-10)
-    assert sorted(found.play) == [0, 1]
-    assert found.lost.sum() == pytest.approx(before - energy(group, state), rel=1e-9)
+    assert sorted(impacts.play) == [0, 1]
+    assert impacts.lost.sum() == pytest.approx(before - energy(group, state), rel=1e-9)
 
 
 def test_a_light_body_between_heavy_ones_costs_few_impacts():
@@ -192,9 +192,9 @@ def test_a_light_body_between_heavy_ones_costs_few_impacts():
     state = random_state(group, 2)
     state.v = np.linalg.solve(group.rows, [3e-3, 1e-4])
     before = energy(group, state)
-    found = joined(list(simulate(group, state, 10.0)))
-    assert 10 < len(found) < 5000
-    assert found.lost.sum() == pytest.approx(before - energy(group, state), rel=1e-9)
+    impacts = joined(list(simulate(group, state, 10.0)))
+    assert 10 < len(impacts) < 5000
+    assert impacts.lost.sum() == pytest.approx(before - energy(group, state), rel=1e-9)
 
 
 def test_contact_lasts_as_long_as_its_force():

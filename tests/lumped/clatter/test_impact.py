@@ -113,16 +113,20 @@ def test_a_mesh_of_loose_wheels_keeps_their_momentum():
     rate = float(group.rows[3] @ v)
     after, impulses = struck(group, v, [(3, 1 if rate > 0.0 else -1)])
     assert impulses[0] > 0.0
-    given = group.masses * (after - v)
-    assert given[4] == pytest.approx(-given[1])
-    assert given[5] == pytest.approx(-given[2])
+    momentum_change = group.masses * (after - v)
+    assert momentum_change[4] == pytest.approx(-momentum_change[1])
+    assert momentum_change[5] == pytest.approx(-momentum_change[2])
     # about their axes by the radii of the teeth that mesh
-    assert given[3] / 0.04 == pytest.approx(-given[0] / (0.8 * 0.04))
+    assert momentum_change[3] / 0.04 == pytest.approx(
+        -momentum_change[0] / (0.8 * 0.04)
+    )
 
 
-@pytest.mark.parametrize("own", [(1.0, 1.0, 1.0), (0.3, 1.0, 0.0), (0.9, 0.2, 0.7)])
-def test_no_impact_adds_energy(own):
-    teeth, axial, radial = own
+@pytest.mark.parametrize(
+    "restitutions", [(1.0, 1.0, 1.0), (0.3, 1.0, 0.0), (0.9, 0.2, 0.7)]
+)
+def test_no_impact_adds_energy(restitutions):
+    teeth, axial, radial = restitutions
     wheel = helical(teeth, axial=freedom(1e-4, axial), radial=freedom(5e-5, radial))
     group = WheelGroup((wheel,), SINE)
     random = np.random.default_rng(1)

@@ -35,8 +35,8 @@ def test_the_implicit_map_is_the_event_system(wheel):
         if start is not None and len(part) == 1 and part.speed[0] > 1e-5:
             mapped = follow_map(group, "implicit", start, int(last.edge[0]), 1)
             for name in ("time", "edge", "speed", "impulse"):
-                wanted, found = getattr(part, name), getattr(mapped, name)
-                np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-13)
+                wanted, mapped_value = getattr(part, name), getattr(mapped, name)
+                np.testing.assert_allclose(mapped_value, wanted, rtol=1e-10, atol=1e-13)
             compared += 1
         resting = len(part) != 1 or state.held.any()
         start, last = (None if resting else state.copy()), part
@@ -68,7 +68,7 @@ def test_the_exponent_of_the_fermi_map_is_that_of_its_derivative():
     group = WheelGroup((spur(0.9, 0.0, 0.0, ratio=1.0),), SINE)
     state = centred_state(group)
     first = next(iter(simulate(group, state, 1.0, most=0)))
-    found = map_exponent(group, "fermi", state, int(first.edge[0]), 4000)
+    exponent = map_exponent(group, "fermi", state, int(first.edge[0]), 4000)
     turn, size, phase, count = 2.0 * math.pi / 0.04, 0.15e-3, 0.3, 40_000
     t, j = state.time * 0.04, 0.04 * state.v[0] / 0.04
     tangent, total = np.array([1.0, 0.0]), 0.0
@@ -82,14 +82,14 @@ def test_the_exponent_of_the_fermi_map_is_that_of_its_derivative():
         j = -0.9 * j + 1.9 * rate
         grown = math.hypot(tangent[0], 1e-3 * tangent[1])
         total, tangent = total + math.log(grown), tangent / grown
-    assert found == pytest.approx(total / count, rel=0.05)  # of two samples
-    assert found > 1.0
+    assert exponent == pytest.approx(total / count, rel=0.05)  # of two samples
+    assert exponent > 1.0
 
 
 def test_a_map_ends_where_the_wheel_rests():
     group = WheelGroup((spur(0.3, -0.5),), SINE)
     state = centred_state(group)
     first = next(iter(simulate(group, state, 1.0, most=0)))
-    found = follow_map(group, "implicit", state, int(first.edge[0]), 10_000)
-    assert 3 < len(found) < 1000
-    assert found.speed.min() * SINE.period > group.box.rest
+    impacts = follow_map(group, "implicit", state, int(first.edge[0]), 10_000)
+    assert 3 < len(impacts) < 1000
+    assert impacts.speed.min() * SINE.period > group.box.rest

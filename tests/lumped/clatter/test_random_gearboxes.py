@@ -50,8 +50,8 @@ def test_no_random_wheel_leaves_its_plays(seed):
     sizes = tuple(1e-3 * random.uniform(size=waves))
     excitation = Harmonics(0.04, sizes, tuple(random.uniform(0.0, 6.0, waves)))
     wheels = tuple(random_wheel(random, k) for k in range(4))
-    for own in Gearbox(excitation, wheels).groups:
-        group = WheelGroup(own, excitation)
+    for members in Gearbox(excitation, wheels).groups:
+        group = WheelGroup(members, excitation)
         state, count = random_state(group, seed), 0
         for time in np.arange(0.0133, 2.0, 0.0133):
             for part in simulate(group, state, time, most=10_000):

@@ -83,12 +83,12 @@ def test_the_peak_where_contact_is_lost(chapter_3):
     top = peak(near)
     assert top.separation[0] == 0.0
     speeds = top.frequency * (1.0 + scale * np.array([0.02, 0.01, 0.0, -0.01]))
-    found = sweep(system, speeds, "down", EXACT)
-    rms = found.column("dte_rms").max(axis=0)
+    branch = sweep(system, speeds, "down", EXACT)
+    rms = branch.column("dte_rms").max(axis=0)
     np.testing.assert_allclose(
         np.sqrt(2.0) * rms, near.amplitudes(top.amplitude), 0.015
     )
-    lost = found.column("contact_loss").max(axis=0)
+    lost = branch.column("contact_loss").max(axis=0)
     np.testing.assert_allclose(lost, top.separation / np.pi, atol=0.015)
 
 
@@ -98,14 +98,14 @@ def test_the_peak_where_contact_is_lost(chapter_3):
 def test_long_loss_of_contact_leaves_the_form_and_is_told(chapter_3, damping, off):
     """The peak stands lower than it says: the mean deflection falls, which it holds."""
     system = chapter_3(damping=damping)
-    known = parametric_system(system)
-    near = resonance(known, 0)
+    parametric = parametric_system(system)
+    near = resonance(parametric, 0)
     speeds = near.at * np.arange(0.68, 1.1, 0.01)
-    found = sweep(system, speeds, "down")
-    place = found.column("dte_rms")[:, 1].argmax()
-    late = peak(near).frequency / found.frequency_Hz[place] - 1.0
-    assert off[0] < late < off[1]
-    assert bool(limits(known, near)) == (late > 0.1)
+    branch = sweep(system, speeds, "down")
+    peak_index = branch.column("dte_rms")[:, 1].argmax()
+    deviation = peak(near).frequency / branch.frequency_Hz[peak_index] - 1.0
+    assert off[0] < deviation < off[1]
+    assert bool(limits(parametric, near)) == (deviation > 0.1)
 
 
 def test_contact_is_first_lost_where_the_transitions_say(chapter_3):
@@ -134,7 +134,7 @@ def test_a_subharmonic_grows_inside_of_its_interval_only(chapter_3):
     # the first speed starts at rest, far from the motion that is unstable there
     inside = sweep(system, (high - step, low + step, low - step), "down", EXACT)
     assert inside.column("contact_loss")[:, 1].min() > 0.0
-    assert [each.multiple for each in inside.responses] == [2, 2, 2]
+    assert [response.multiple for response in inside.responses] == [2, 2, 2]
 
 
 def unstable_by_balance(system, near, scale):
@@ -161,16 +161,18 @@ def test_the_unstable_branch_is_that_of_harmonic_balance(chapter_3):
         steady_vibrations(near, alpha)[0]
         for alpha in np.linspace(first, last, 2000)[1:-1]
     ]
-    unstable = [each for each in lower if not each.stable]
-    speeds = np.array([each.frequency for each in unstable])
-    rms = np.array([near.amplitudes(each.amplitude)[1] for each in unstable])
+    unstable = [vibration for vibration in lower if not vibration.stable]
+    speeds = np.array([vibration.frequency for vibration in unstable])
+    rms = np.array([near.amplitudes(vibration.amplitude)[1] for vibration in unstable])
     rms /= np.sqrt(2.0)
     exact_speeds, exact_rms = unstable_by_balance(system, near, scale)
     # the fold at which the branch that keeps contact ends
-    fold, exact_fold = (1.0 - each.max() / near.at for each in (speeds, exact_speeds))
+    fold, exact_fold = (
+        1.0 - frequencies.max() / near.at for frequencies in (speeds, exact_speeds)
+    )
     assert fold == pytest.approx(exact_fold, rel=0.05)
     both = (exact_speeds > speeds.min()) & (exact_speeds < speeds.max())
     assert both.sum() > 5
     order = np.argsort(speeds)
-    found = np.interp(exact_speeds[both], speeds[order], rms[order])
-    np.testing.assert_allclose(found, exact_rms[both], rtol=0.06)
+    interpolated_rms = np.interp(exact_speeds[both], speeds[order], rms[order])
+    np.testing.assert_allclose(interpolated_rms, exact_rms[both], rtol=0.06)

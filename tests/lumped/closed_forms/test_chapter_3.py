@@ -39,7 +39,7 @@ PEAK_TO_PEAK = np.array([0.35, 0.4])
 
 
 @pytest.fixture(scope="module")
-def known(chapter_3):
+def parametric(chapter_3):
     return parametric_system(chapter_3())
 
 
@@ -93,30 +93,30 @@ class Printed:
 PRINTED = Printed()
 
 
-def test_natural_frequencies_and_second_over_first(known):
+def test_natural_frequencies_and_second_over_first(parametric):
     slowest = PRINTED.slowest / (2.0 * np.pi)
-    np.testing.assert_allclose(known.frequency, slowest * PRINTED.c, rtol=1e-9)
+    np.testing.assert_allclose(parametric.frequency, slowest * PRINTED.c, rtol=1e-9)
     assert PRINTED.c[1] == pytest.approx(2.763, abs=1e-3)  # printed 2.76
 
 
-def test_energy_parts_sum_to_one(known):
-    np.testing.assert_allclose(known.energy.sum(axis=0), 1.0, rtol=1e-9)
+def test_energy_parts_sum_to_one(parametric):
+    np.testing.assert_allclose(parametric.energy.sum(axis=0), 1.0, rtol=1e-9)
 
 
 @pytest.mark.parametrize("mode", [0, 1])
 @pytest.mark.parametrize("part", [0.3, 0.8, 0.99])
-def test_frequencies_of_an_amplitude_are_eq_3_31(known, mode, part):
-    near = resonance(known, mode)
+def test_frequencies_of_an_amplitude_are_eq_3_31(parametric, mode, part):
+    near = resonance(parametric, mode)
     *_, r3 = PRINTED.r123(mode, 1.0)
     alpha = part * r3 / (2.0 * PRINTED.damping * PRINTED.c[mode] ** 2)  # of 3.34
     expected = PRINTED.frequencies(mode, alpha) * PRINTED.slowest / (2.0 * np.pi)
-    found = steady_vibrations(near, part * peak_amplitude(near))
-    np.testing.assert_allclose([v.frequency for v in found], expected, rtol=1e-6)
+    vibrations = steady_vibrations(near, part * peak_amplitude(near))
+    np.testing.assert_allclose([v.frequency for v in vibrations], expected, rtol=1e-6)
 
 
-def test_first_lost_contact_is_the_checked_one(known):
+def test_first_lost_contact_is_the_checked_one(parametric):
     """SEED-FIGURES.md; printed with finite-element waves 0.870, 1.130; 0.875, 1.073."""
-    near = resonance(known, 0)
+    near = resonance(parametric, 0)
     second, first = (
         np.array(transition_frequencies(near, mesh)) / near.at for mesh in (1, 0)
     )
@@ -124,9 +124,9 @@ def test_first_lost_contact_is_the_checked_one(known):
     np.testing.assert_allclose(first, [0.886, 1.079], atol=5e-4)
 
 
-def test_subharmonic_is_gone_at_the_checked_damping(known, chapter_3):
+def test_subharmonic_is_gone_at_the_checked_damping(parametric, chapter_3):
     """Printed 0.062 with finite-element waves."""
-    near = resonance(known, 0, HALF)
+    near = resonance(parametric, 0, HALF)
     assert critical_damping(near) == pytest.approx(0.0605, abs=5e-5)
     assert critical_damping(near) == pytest.approx(PRINTED.q3(0) / 2.0, rel=1e-9)
     for factor, there in ((0.999, True), (1.001, False)):
@@ -134,20 +134,22 @@ def test_subharmonic_is_gone_at_the_checked_damping(known, chapter_3):
         assert (instability_interval(damped) is not None) == there
 
 
-def test_separation_stays_below_the_printed_part(known):
-    top = peak(resonance(known, 0))
+def test_separation_stays_below_the_printed_part(parametric):
+    top = peak(resonance(parametric, 0))
     assert 0.35 < top.separation.max() / np.pi < 0.41
     assert top.stable
 
 
 @pytest.mark.parametrize("mode", [0, 1])
-def test_lost_stiffness_is_the_first_harmonic_of_the_force_that_is_missing(known, mode):
-    near = resonance(known, mode)
+def test_lost_stiffness_is_the_first_harmonic_of_the_force_that_is_missing(
+    parametric, mode
+):
+    near = resonance(parametric, mode)
     alpha = 1.7 * contact_loss_amplitude(near).max()
     turn = 2.0 * np.pi * (np.arange(200_000) + 0.5) / 200_000
     vibration = 2.0 * near.shapes[:, None] * alpha * np.cos(turn)
     deflection = near.elastic[:, None] + vibration
-    missing = known.stiffness[:, None] * np.minimum(deflection, 0.0)
+    missing = parametric.stiffness[:, None] * np.minimum(deflection, 0.0)
     on_mode = near.shapes @ missing
     first = 2.0 * (on_mode * np.cos(turn)).mean()
     assert lost_stiffness(near, alpha) == pytest.approx(first / (2.0 * alpha), rel=1e-6)
@@ -203,12 +205,14 @@ def test_with_both_drives_all_vibrations_meet_the_linear_amplitude(chapter_3):
     near = resonance(system, 0)
     assert abs(near.parametric) > 0.01
     alpha = 0.5 * contact_loss_amplitude(near).min()
-    found = steady_vibrations(near, alpha)
-    assert len(found) == 2
-    for each in found:
-        assert linear_amplitude(near, each.frequency) == pytest.approx(alpha, rel=1e-9)
-        assert each.stable
-    assert found[0].frequency < near.at < found[1].frequency
+    vibrations = steady_vibrations(near, alpha)
+    assert len(vibrations) == 2
+    for vibration in vibrations:
+        assert linear_amplitude(near, vibration.frequency) == pytest.approx(
+            alpha, rel=1e-9
+        )
+        assert vibration.stable
+    assert vibrations[0].frequency < near.at < vibrations[1].frequency
 
 
 def test_the_peak_with_both_drives_is_the_largest_linear_amplitude(chapter_3):
@@ -237,34 +241,36 @@ def test_vibrations_rest_and_their_stability_is_that_of_the_averaged_equation(
     near = resonance(parametric_system(chapter_3(contact_ratio=ratio)), 0, order)
     flags = []
     for alpha in contact_loss_amplitude(near).min() * np.array([1.02, 1.3, 1.6]):
-        for each in steady_vibrations(near, alpha):
-            u = alpha * np.exp(-1j * each.phase)
+        for vibration in steady_vibrations(near, alpha):
+            u = alpha * np.exp(-1j * vibration.phase)
             size = 1e-6 * alpha
-            rest = averaged_rates(near, u, each.frequency)
+            rest = averaged_rates(near, u, vibration.frequency)
             assert np.abs(rest).max() < 1e-9 * alpha
             columns = [
-                averaged_rates(near, u + step, each.frequency)
-                - averaged_rates(near, u - step, each.frequency)
+                averaged_rates(near, u + step, vibration.frequency)
+                - averaged_rates(near, u - step, vibration.frequency)
                 for step in (size, 1j * size)
             ]
             growth = np.linalg.eigvals(np.transpose(columns) / (2.0 * size)).real.max()
-            assert (growth < 0.0) == each.stable
-            flags.append(each.stable)
+            assert (growth < 0.0) == vibration.stable
+            flags.append(vibration.stable)
     assert {True, False} <= set(flags)
 
 
 def test_rectangular_harmonics_are_those_of_the_excitation(chapter_3):
     """Delays and contact ratios as the lumped system has them, by quadrature there."""
     system = chapter_3(contact_ratio=1.3, phases=(0.0, 0.2))
-    known = parametric_system(system, harmonics=5)
+    parametric = parametric_system(system, harmonics=5)
     for mesh, phase in enumerate((0.0, 0.2)):
         # position 0 is the middle of the path; pairs drop at 0.5 c - 1 + c - 1
         drop = 0.5 * 1.3 - 1.0 - phase
-        found = [
+        harmonics = [
             rectangular_harmonic(PEAK_TO_PEAK[mesh], 1.3, 2.0 * np.pi * drop, m)
             for m in range(1, 6)
         ]
-        np.testing.assert_allclose(known.stiffness_harmonics[mesh], found, atol=1e-12)
+        np.testing.assert_allclose(
+            parametric.stiffness_harmonics[mesh], harmonics, atol=1e-12
+        )
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.4, 2.0])
@@ -273,27 +279,29 @@ def test_indicators_are_the_printed_ones(phi):
     k = 0.3 * np.sin(0.2 * np.pi) / np.pi  # contact ratios 1.2 for both
     a, b = s1 * c1, s2 * c2
     for weights, cross in (((a, b), a * b), ((s1**2, s2**2), (s1 * s2) ** 2)):
-        found = rectangular_indicator(
+        indicator = rectangular_indicator(
             weights, (0.3,) * 2, (1.2,) * 2, (0.0, phi), (1,) * 2
         )
         squares = weights[0] ** 2 + weights[1] ** 2
         expected = k * np.sqrt(squares + 2.0 * cross * np.cos(phi))  # 3.46, 3.47
-        assert found == pytest.approx(expected, rel=1e-12)
+        assert indicator == pytest.approx(expected, rel=1e-12)
     lambdas = (0.3, 0.3 * np.sin(0.2 * np.pi) / np.sin(0.7 * np.pi))  # equal harmonics
-    found = rectangular_indicator((a, b), lambdas, ratios, (0.0, phi), (1, 1))
+    indicator = rectangular_indicator((a, b), lambdas, ratios, (0.0, phi), (1, 1))
     # 3.48; sin(1.2 pi) and sin(1.7 pi) are both negative
     turn = np.cos(phi + np.pi * (ratios[0] - ratios[1]))
     expected = k * np.sqrt(a**2 + b**2 + 2.0 * a * b * turn)
-    assert found == pytest.approx(expected, rel=1e-12)
+    assert indicator == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize(("phi", "sign"), [(0.0, 1.0), (np.pi, -1.0)])
 def test_indicators_over_the_second_contact_ratio_are_the_printed_ones(phi, sign):
     a, b, ratio = 0.6, -1.5, 1.27
-    found = rectangular_indicator((a, b), (0.3, 0.36), (1.5, ratio), (0.0, phi), (1, 1))
+    indicator = rectangular_indicator(
+        (a, b), (0.3, 0.36), (1.5, ratio), (0.0, phi), (1, 1)
+    )
     q, wave = 0.36 / 0.3 * b, np.sin(np.pi * ratio) ** 2
     root = np.sqrt(a**2 + sign * q * (2.0 * a + sign * q) * wave)  # 3.49, 3.50
-    assert found == pytest.approx(0.3 / np.pi * root, rel=1e-12)
+    assert indicator == pytest.approx(0.3 / np.pi * root, rel=1e-12)
 
 
 @pytest.mark.parametrize(("mode", "order"), [(0, 1), (1, 1), (0, 2), (0, HALF)])
@@ -305,14 +313,14 @@ def test_a_delay_of_the_critical_phase_gives_the_extremes(chapter_3, mode, order
         return near.parametric_by if order == HALF else near.driven_by
 
     harmonic = 2 if order == 2 else 1
-    found = phase_extremes(drives(0.0), 1, harmonic)
+    extremes = phase_extremes(drives(0.0), 1, harmonic)
     for delay, size in (
-        (found.at_largest, found.largest),
-        (found.at_least, found.least),
-        (found.at_least + 1.0 / harmonic, found.least),
+        (extremes.at_largest, extremes.largest),
+        (extremes.at_least, extremes.least),
+        (extremes.at_least + 1.0 / harmonic, extremes.least),
     ):
         assert abs(drives(delay).sum()) == pytest.approx(size, rel=1e-9)
-    assert found.largest > 1.2 * found.least
+    assert extremes.largest > 1.2 * extremes.least
 
 
 def test_a_subharmonic_without_damping_to_spare_has_no_vibrations(chapter_3):
@@ -331,8 +339,8 @@ def test_printed_r4_of_lost_mean_deflections_is_not_taken(chapter_3):
     assert two.drive == pytest.approx(2.0 * one.drive, rel=1e-9)
 
 
-def test_limits_are_told(chapter_3, known):
-    assert limits(known, resonance(known, 1)) == ()
+def test_limits_are_told(chapter_3, parametric):
+    assert limits(parametric, resonance(parametric, 1)) == ()
     uneven = parametric_system(chapter_3(contact_ratio=1.3, phases=(0.0, 0.4)))
     # the third harmonic excites mode 2, the fourth both modes together
     both = replace(uneven, frequency=np.array([1.0, 3.0]), damping_ratio=1e-3)
@@ -340,34 +348,34 @@ def test_limits_are_told(chapter_3, known):
     assert "3 times the mesh frequency, nearest to the mode at 3, " in sentences
     assert "4 times the mesh frequency is near the sum" in sentences
 
-    def told(order=1, mode=0, scale=1.0, **changes):
+    def limit_text(order=1, mode=0, scale=1.0, **changes):
         system = parametric_system(chapter_3(scale, **changes))
         return " ".join(limits(system, resonance(system, mode, order)))
 
-    assert "varies by" in told(scale=2.3)
-    assert "contact is lost for" in told(damping=0.02)
-    assert "backlash" in told(backlash=1e-6)
-    assert "2 damping ratios or more" in told(contact_ratio=1.25, damping=0.02)
+    assert "varies by" in limit_text(scale=2.3)
+    assert "contact is lost for" in limit_text(damping=0.02)
+    assert "backlash" in limit_text(backlash=1e-6)
+    assert "2 damping ratios or more" in limit_text(contact_ratio=1.25, damping=0.02)
 
 
-def test_inputs_are_checked(chapter_3, known):
+def test_inputs_are_checked(chapter_3, parametric):
     with pytest.raises(ValueError, match="mode must be 0 to 1, got 2"):
-        resonance(known, 2)
+        resonance(parametric, 2)
     with pytest.raises(ValueError, match="order must be positive"):
-        resonance(known, 0, 0)
+        resonance(parametric, 0, 0)
     with pytest.raises(ValueError, match="amplitude must be positive"):
-        separation_angle(resonance(known, 0), 0.0)
+        separation_angle(resonance(parametric, 0), 0.0)
     with pytest.raises(ValueError, match="drive must not be 0"):
-        peak(resonance(known, 0, HALF))
+        peak(resonance(parametric, 0, HALF))
     with pytest.raises(ValueError, match="elastic must be positive"):
-        replace(known, elastic=-known.elastic)
+        replace(parametric, elastic=-parametric.elastic)
     with pytest.raises(ValueError, match="shape"):
-        replace(known, backlash=np.zeros(3))
+        replace(parametric, backlash=np.zeros(3))
     for ratio in (0.0, 1e-300, 1.0):
         with pytest.raises(ValueError, match="damping_ratio must be 1e-09 to below 1"):
-            replace(known, damping_ratio=ratio)
+            replace(parametric, damping_ratio=ratio)
     with pytest.raises(ValueError, match="finite"):
-        replace(known, deflection=np.array([np.nan, 1.0]))
+        replace(parametric, deflection=np.array([np.nan, 1.0]))
     with pytest.raises(ValueError, match="drive flanks"):
         parametric_system(chapter_3(torque=-100.0))
     with pytest.raises(ValueError, match="order must be 1 or more, got 0"):
@@ -376,7 +384,7 @@ def test_inputs_are_checked(chapter_3, known):
         phase_extremes([1.0, 1.0], 1, 0)
     with pytest.raises(ValueError, match="harmonics must be 1 or more, got 0"):
         parametric_system(chapter_3(), harmonics=0)
-    near = resonance(known, 0, HALF)
+    near = resonance(parametric, 0, HALF)
     with pytest.raises(ValueError, match="inside of a parametric instability"):
         linear_amplitude(near, near.at)
 

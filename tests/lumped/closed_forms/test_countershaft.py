@@ -100,7 +100,7 @@ PRINTED = Printed()
 
 
 @pytest.fixture(scope="module")
-def apart() -> ParametricSystem:
+def case_1() -> ParametricSystem:
     """rho = 3/5: harmonics of the meshes never meet below the third."""
     return parametric_system(countershaft("3/5"))
 
@@ -109,23 +109,23 @@ def mode_led_by(system, mesh):
     return int(system.energy[mesh].argmax())
 
 
-def test_modes_are_those_of_the_printed_coordinates(apart):
+def test_modes_are_those_of_the_printed_coordinates(case_1):
     np.testing.assert_allclose(
-        apart.frequency, PRINTED.angular / (2 * np.pi), rtol=1e-9
+        case_1.frequency, PRINTED.angular / (2 * np.pi), rtol=1e-9
     )
-    ratios = apart.frequency / apart.frequency[0]
+    ratios = case_1.frequency / case_1.frequency[0]
     np.testing.assert_allclose(ratios, [1.0, 2.34, 3.29], rtol=2e-3)
     energy = MEANS[:, None] * (PRINTED.v[:2] / PRINTED.angular) ** 2
-    np.testing.assert_allclose(apart.energy, energy, rtol=1e-8)
-    np.testing.assert_allclose(apart.deflection, PRINTED.still, rtol=1e-9)
-    assert [mode_led_by(apart, mesh) for mesh in (0, 1)] == [2, 1]
+    np.testing.assert_allclose(case_1.energy, energy, rtol=1e-8)
+    np.testing.assert_allclose(case_1.deflection, PRINTED.still, rtol=1e-9)
+    assert [mode_led_by(case_1, mesh) for mesh in (0, 1)] == [2, 1]
 
 
 @pytest.mark.parametrize("mesh", [0, 1])
-def test_case_1_peaks_and_transitions_are_those_of_one_mesh(apart, mesh):
+def test_case_1_peaks_and_transitions_are_those_of_one_mesh(case_1, mesh):
     """Eq. 4.20 to 4.23, where 4.22 is right as printed and 4.23 lacks a c_s."""
-    mode = mode_led_by(apart, mesh)
-    near = resonance(apart, mode, apart.rates[mesh])
+    mode = mode_led_by(case_1, mesh)
+    near = resonance(case_1, mode, case_1.rates[mesh])
     c = PRINTED.angular[mode]
     first = 0.3 / np.pi  # rectangular wave of contact ratio 1.5
     v = PRINTED.v[mesh, mode]
@@ -133,8 +133,8 @@ def test_case_1_peaks_and_transitions_are_those_of_one_mesh(apart, mesh):
     zeta = 0.04
     alpha = r3 / (2.0 * zeta * c**2)  # of the coordinate v, in place of v / c
     expected = 2.0 * abs(v) * alpha
-    found = near.amplitudes(peak_amplitude(near))[mesh]
-    assert found == pytest.approx(expected, rel=1e-9)
+    amplitude = near.amplitudes(peak_amplitude(near))[mesh]
+    assert amplitude == pytest.approx(expected, rel=1e-9)
     onset = PRINTED.still[mesh] / (2.0 * abs(v))
     if alpha > onset:
         half = np.sqrt((r3 / (2.0 * c * onset)) ** 2 - (zeta * c) ** 2) / (2.0 * np.pi)
@@ -144,12 +144,12 @@ def test_case_1_peaks_and_transitions_are_those_of_one_mesh(apart, mesh):
     assert np.count_nonzero(near.driven_by) == 1
 
 
-def test_only_the_resonant_mesh_loses_contact(apart):
+def test_only_the_resonant_mesh_loses_contact(case_1):
     """Figure 4.9, by amplitudes of first loss below eq. 4.22."""
     for mesh in (0, 1):
-        near = resonance(apart, mode_led_by(apart, mesh), apart.rates[mesh])
-        lost = [bool(transition_frequencies(near, each)) for each in (0, 1)]
-        assert lost == [each == mesh for each in (0, 1)]
+        near = resonance(case_1, mode_led_by(case_1, mesh), case_1.rates[mesh])
+        lost = [bool(transition_frequencies(near, other_mesh)) for other_mesh in (0, 1)]
+        assert lost == [other_mesh == mesh for other_mesh in (0, 1)]
 
 
 def test_case_2_harmonic_z_of_the_slower_mesh_joins():
@@ -159,8 +159,8 @@ def test_case_2_harmonic_z_of_the_slower_mesh_joins():
     v = PRINTED.v[:2, 2]
     size = np.abs(v) * MEANS * PRINTED.still * 0.3 / np.pi
     size *= np.abs(np.sin(np.pi * np.array([1.7, 2.0 * 1.6]))) / (1.0, 2.0)
-    found = np.abs(near.driven_by) * PRINTED.angular[2]
-    np.testing.assert_allclose(found, size, rtol=1e-9)
+    drives = np.abs(near.driven_by) * PRINTED.angular[2]
+    np.testing.assert_allclose(drives, size, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -218,24 +218,26 @@ def test_parameter_studies_are_the_printed_sums(phi):
         s, t = np.sin(np.pi * cj), np.sin(z * np.pi * cl)
         turn = np.cos(np.pi * (z * cl - cj) - z * phi)
         square = (one * s) ** 2 + (two * t) ** 2 + 2.0 * one * two * s * t * turn
-        found = rectangular_indicator((a, b), (ej, el), (cj, cl), (0.0, phi), (1, z))
-        assert found == pytest.approx(np.sqrt(square), rel=1e-12)
+        indicator = rectangular_indicator(
+            (a, b), (ej, el), (cj, cl), (0.0, phi), (1, z)
+        )
+        assert indicator == pytest.approx(np.sqrt(square), rel=1e-12)
 
 
 RATIOS = (1.7, 1.6)
 
 
-def integrated(system, known, near, frequency):
+def integrated(system, parametric, near, frequency):
     """Error of the amplitudes of the mode's frequency, against integration."""
     response, history = respond_with_history(system, frequency, EXACT)
     assert response.contact_loss.max() == 0.0
     omega = 2.0 * np.pi * float(near.order) * frequency
     turn = np.exp(-1j * omega * history.time)
     area = np.trapezoid(history.deflection * turn[:, None], history.time, axis=0)
-    found = 2.0 * np.abs(area) / (history.time[-1] - history.time[0])
+    amplitudes = 2.0 * np.abs(area) / (history.time[-1] - history.time[0])
     expected = near.amplitudes(linear_amplitude(near, frequency))
-    mesh = int(known.energy[:, near.mode].argmax())
-    return abs(found[mesh] / expected[mesh] - 1.0)
+    mesh = int(parametric.energy[:, near.mode].argmax())
+    return abs(amplitudes[mesh] / expected[mesh] - 1.0)
 
 
 @pytest.mark.parametrize(
@@ -251,10 +253,10 @@ def test_response_is_right_to_first_order(rate, mode, order):
     scales, errors = np.array([0.4, 0.2, 0.1]), []
     for scale in scales:
         system = countershaft(rate, scale, ratios=(1.4, 1.3), damping=0.08)
-        known = parametric_system(system)
-        near = resonance(known, mode, order)
+        parametric = parametric_system(system)
+        near = resonance(parametric, mode, order)
         frequency = near.at * (1.0 + 0.05 * scale)
-        errors.append(integrated(system, known, near, frequency))
+        errors.append(integrated(system, parametric, near, frequency))
     assert errors[-1] < 0.05
     assert np.polyfit(np.log(scales), np.log(errors), 1)[0] > 0.7
 
@@ -264,25 +266,25 @@ def test_the_phase_between_both_kinds_counts():
 
     |f / alpha + p| = 2 zeta, as eq. 4.28 has it, gives it two amplitudes.
     """
-    printed, found = [], []
+    printed, amplitudes = [], []
     for phase in (0.1, 0.6):
         system = countershaft("1/2", 0.05, ratios=(1.4, 1.3), damping=0.06, phase=phase)
-        known = parametric_system(system)
-        near = resonance(known, 2, Fraction(1, 2))
+        parametric = parametric_system(system)
+        near = resonance(parametric, 2, Fraction(1, 2))
         f, p, zeta = near.drive, near.parametric, near.damping_ratio
         assert abs(p) > zeta
         rest = abs(p) ** 2 - 4.0 * zeta**2
         inverse = np.roots([abs(f) ** 2, 2.0 * (f * p.conjugate()).real, rest])
         printed.append(1.0 / inverse.max())
-        found.append(linear_amplitude(near, near.at))
-        assert integrated(system, known, near, near.at) < 0.05
-    assert found[0] == pytest.approx(found[1], rel=1e-9)
+        amplitudes.append(linear_amplitude(near, near.at))
+        assert integrated(system, parametric, near, near.at) < 0.05
+    assert amplitudes[0] == pytest.approx(amplitudes[1], rel=1e-9)
     assert abs(printed[0] / printed[1] - 1.0) > 0.5
 
 
 def test_predictions_cover_both_meshes():
-    found = predictions(parametric_system(countershaft("1/2")))
-    kinds = {tuple(sorted(each.kinds.items())) for each in found}
+    resonances = predictions(parametric_system(countershaft("1/2")))
+    kinds = {tuple(sorted(prediction.kinds.items())) for prediction in resonances}
     assert ((0, "fundamental"), (1, "second harmonic")) in kinds
     assert ((0, "subharmonic"), (1, "fundamental")) in kinds
-    assert len(found) == 3 * 4  # orders 1/4, 1/2, 1 and 2 of each mode
+    assert len(resonances) == 3 * 4  # orders 1/4, 1/2, 1 and 2 of each mode

@@ -27,12 +27,12 @@ RATIOS = (1.4, 1.6)
 
 def best(scale=1.0, ratios=RATIOS):
     """Optimal reliefs, from eq. 2.28 as printed."""
-    found = []
+    reliefs = []
     for (k, variation), c in zip(FIGURES, ratios, strict=True):
         eps = scale * variation
         below = (1.0 + eps * (1.0 - c)) * (1.0 + eps * (2.0 - c))
-        found.append(2.0 * FORCE * eps / (k * below))
-    return np.array(found)
+        reliefs.append(2.0 * FORCE * eps / (k * below))
+    return np.array(reliefs)
 
 
 def relieved(chapter_3, parts, scale=1.0, **changes):
@@ -45,17 +45,17 @@ def relieved(chapter_3, parts, scale=1.0, **changes):
 def test_optimal_relief_leaves_a_constant_static_error(chapter_3, mesh):
     (k, eps), c = FIGURES[mesh], RATIOS[mesh]
     low, high = k * (1.0 + eps * (1.0 - c)), k * (1.0 + eps * (2.0 - c))
-    found = optimal_relief(FORCE, low, high)
-    assert found == pytest.approx(best()[mesh], rel=1e-12)
+    relief = optimal_relief(FORCE, low, high)
+    assert relief == pytest.approx(best()[mesh], rel=1e-12)
     x = np.arange(1000) / 1000.0
 
     def range_with(part):
         pairs = relieved(chapter_3, (part, part)).excitations[mesh].pairs
         return np.ptp(static_error(pairs, FORCE)(x))
 
-    assert found == pytest.approx(2.0 * range_with(0.0), rel=1e-9)
-    assert range_with(1.0) < 1e-9 * found
-    assert min(range_with(0.95), range_with(1.05)) > 0.01 * found
+    assert relief == pytest.approx(2.0 * range_with(0.0), rel=1e-9)
+    assert range_with(1.0) < 1e-9 * relief
+    assert min(range_with(0.95), range_with(1.05)) > 0.01 * relief
 
 
 @pytest.mark.parametrize(("mode", "order"), [(0, 1), (1, 1), (0, 2), (1, 3)])
@@ -69,10 +69,10 @@ def test_drive_is_the_quadratic_form_of_the_reliefs(chapter_3, mode, order, phas
     contours = relief_contours(plain, best())
     for parts in ((0.5, 0.2), (1.0, 0.4), (1.3, 1.6), (1.0, 1.0)):
         system = parametric_system(relieved(chapter_3, parts, phases=phases))
-        found = abs(resonance(system, mode, order).drive)
+        drive = abs(resonance(system, mode, order).drive)
         away = (np.array(parts) - 1.0) * best()
         expected = np.sqrt(max(0.0, away @ contours.form @ away))
-        assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * abs(plain.drive))
+        assert drive == pytest.approx(expected, rel=1e-9, abs=1e-9 * abs(plain.drive))
 
 
 def test_the_phase_turns_the_ellipse_and_leaves_its_centre(chapter_3):
@@ -114,17 +114,20 @@ def test_relief_does_not_move_the_primary_instability(chapter_3):
 def amplitude_errors(chapter_3, scale, order):
     """Beside the first mode, of the first order alone and with the second order."""
     system = relieved(chapter_3, (0.7, 0.7), scale)
-    known = parametric_system(system)
-    near = resonance(known, 0, order)
+    parametric = parametric_system(system)
+    near = resonance(parametric, 0, order)
     frequency = near.at * (1.0 + 0.05 * scale)
     response, history = respond_with_history(system, frequency, EXACT)
     assert response.contact_loss.max() == 0.0
     turn = np.exp(-2j * np.pi * order * frequency * history.time)
     area = np.trapezoid(history.deflection * turn[:, None], history.time, axis=0)
-    found = 2.0 * np.abs(area) / (history.time[-1] - history.time[0])
+    amplitudes = 2.0 * np.abs(area) / (history.time[-1] - history.time[0])
     return [
-        np.abs(found / near.amplitudes(linear_amplitude(each, frequency)) - 1.0).max()
-        for each in (near, with_superharmonic(known, near))
+        np.abs(
+            amplitudes / near.amplitudes(linear_amplitude(approximation, frequency))
+            - 1.0
+        ).max()
+        for approximation in (near, with_superharmonic(parametric, near))
     ]
 
 

@@ -59,12 +59,12 @@ def test_areas_shrink_by_damping_and_impacts(name):
     """Their change is e^(-delta t) r^2 for each impact, and the ratio of speeds."""
     machine = machine_of(name)
     for path, *_ in paths(machine):
-        found = np.linalg.det(linearised(machine, arcs_of(machine, path)))
+        determinant = np.linalg.det(linearised(machine, arcs_of(machine, path)))
         lasts = path[-1, 0] - path[0, 0]
         impacts = COUNT + path[:-1, 2].sum()
         exact = math.exp(-0.6 * lasts) * machine.restitution ** (2 * impacts)
         exact *= path[0, 1] / path[-1, 1]
-        assert found == pytest.approx(exact, rel=1e-6)
+        assert determinant == pytest.approx(exact, rel=1e-6)
 
 
 def test_arcs_of_flanks_that_stay_together_are_none():

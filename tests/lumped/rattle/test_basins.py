@@ -35,7 +35,7 @@ def machine(damping=0.6, eccentricity=0.1, stiffness=math.inf):
     )
 
 
-def found(which, grid=GRID, iterations=1499):
+def compute_basins(which, grid=GRID, iterations=1499):
     return basins_of(which, grid, iterations, settle_grid(which, grid, iterations))
 
 
@@ -51,7 +51,7 @@ def found(which, grid=GRID, iterations=1499):
 )
 def test_motions_that_are_printed_are_there(damping, eccentricity, names):
     """Figures 3.11 to 3.16."""
-    basins = found(machine(damping, eccentricity))
+    basins = compute_basins(machine(damping, eccentricity))
     assert [attractor.name for attractor in basins.attractors] == names
     assert basins.fractions.sum() == pytest.approx(1.0)
     for attractor in basins.attractors:
@@ -76,7 +76,9 @@ def test_cells_beside_each_other_do_not_change_each_other():
     which = machine(0.6, 0.1)
     departures = GRID.initial_conditions(0, 300)
     settled = iterate_map_points(which, departures, 300)
-    alone = [iterate_map_points(which, each[None], 300) for each in departures]
+    alone = [
+        iterate_map_points(which, condition[None], 300) for condition in departures
+    ]
     for one, parts in zip(settled, zip(*alone, strict=True), strict=True):
         np.testing.assert_array_equal(one, np.concatenate(parts))
 
@@ -126,7 +128,8 @@ def parts_by_brute_force(count):
     random = np.random.default_rng(7)
     starts = random.uniform((0.0, 0.0), (1.0, 7.0), (count, 2))
     quiet = 1.0 - float(np.mean(brute_force(which, starts)))
-    cells = found(which, InitialGrid(side=200, velocity=(0.0, 7.0))).fractions[0]
+    grid = InitialGrid(side=200, velocity=(0.0, 7.0))
+    cells = compute_basins(which, grid).fractions[0]
     return quiet, cells, math.sqrt(cells * (1.0 - cells) / count)
 
 
@@ -141,13 +144,13 @@ def test_parts_are_those_of_random_runs():
 @pytest.mark.slow
 def test_stiff_flanks_tend_to_impacts():
     """The part of cells that leave or join the quiet ones shrinks with stiffness."""
-    impact = found(machine(0.62)).attractor == 0
-    apart = [
-        np.mean((found(machine(0.62, stiffness=stiffness)).attractor == 0) != impact)
-        for stiffness in (1e3, 1e5, 1e7)
-    ]
-    assert apart[0] > 3.0 * apart[1] > 9.0 * apart[2]
-    assert apart[2] < 0.01
+    impact = compute_basins(machine(0.62)).attractor == 0
+    fractions = []
+    for stiffness in (1e3, 1e5, 1e7):
+        basins = compute_basins(machine(0.62, stiffness=stiffness))
+        fractions.append(np.mean((basins.attractor == 0) != impact))
+    assert fractions[0] > 3.0 * fractions[1] > 9.0 * fractions[2]
+    assert fractions[2] < 0.01
 
 
 def test_tiles_are_in_the_order_of_the_cells(monkeypatch):
@@ -169,8 +172,9 @@ def test_tiles_are_in_the_order_of_the_cells(monkeypatch):
 
 
 def test_entropy_is_that_of_the_mixture():
-    assert found(machine(0.7)).entropy == 0.0
-    assert found(machine(0.5), InitialGrid(side=100, velocity=(0.0, 7.0))).entropy > 0.3
+    assert compute_basins(machine(0.7)).entropy == 0.0
+    grid = InitialGrid(side=100, velocity=(0.0, 7.0))
+    assert compute_basins(machine(0.5), grid).entropy > 0.3
 
 
 @pytest.mark.parametrize("velocity", [(-1.0, 2.0), (3.0, 3.0), (0.0, math.inf)])
@@ -223,11 +227,13 @@ def test_runs_on_their_way_are_not_chaotic_by_where_they_depart():
     later = iterate_map_points(which, departures, 10 * iterations)
     assert (settled.period == CHANGING).sum() > 40
     attractors, number, _ = classify_attractors(which, iterations, settled)
-    chaotic = [i for i, each in enumerate(attractors) if each.exponent > 0.0]
+    chaotic = [i for i, attractor in enumerate(attractors) if attractor.exponent > 0.0]
     assert len(chaotic) == 1
     assert (later.period[np.isin(number, chaotic)] == CHANGING).all()
     assert (number >= 0).mean() > 0.9
-    orbits = [each.exponent for each in attractors if each.name.startswith("P")]
+    orbits = [
+        attractor.exponent for attractor in attractors if attractor.name.startswith("P")
+    ]
     assert len(orbits) > 5
     assert orbits == pytest.approx(len(orbits) * [-0.5 * which.damping], rel=1e-4)
 

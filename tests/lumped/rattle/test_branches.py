@@ -42,10 +42,10 @@ def over_eccentricity():
     return branches("eccentricity", (0.055, 0.11), 0.072, count=1)
 
 
-def points(found, name, kind):
+def points(branch_list, name, kind):
     return [
         point.parameter
-        for branch in found
+        for branch in branch_list
         if branch.itinerary.name == name
         for point in branch.bifurcations
         if point.kind == kind
@@ -63,8 +63,8 @@ def points(found, name, kind):
 )
 def test_printed_bifurcations_over_damping(over_damping, name, kind, printed, digits):
     """Figures 3.13 and 3.14, section 6.2."""
-    (found,) = points(over_damping, name, kind)
-    assert found == pytest.approx(printed, abs=digits)
+    (parameter,) = points(over_damping, name, kind)
+    assert parameter == pytest.approx(printed, abs=digits)
 
 
 def test_printed_bifurcations_over_eccentricity(over_eccentricity):
@@ -106,7 +106,7 @@ def test_a_doubled_motion_settles_where_it_is_stable(over_damping):
     assert orbit.stable
     machine = replace(SCALED, damping=0.585)
     path = follow(machine, np.add(orbit.departures[0], 1e-4), 401)
-    gap = min(distance(path[-1], each) for each in orbit.departures)
+    gap = min(distance(path[-1], departure) for departure in orbit.departures)
     assert gap < 1e-9
     assert branch.origin.startswith("period doubling of branch ")
 
@@ -125,10 +125,10 @@ def test_a_doubled_motion_settles_where_it_is_stable(over_damping):
 def test_any_figure_of_the_machine_can_vary(figure, limits, changes):
     machine = replace(SCALED, **changes)
     value = 0.5 * (limits[0] + limits[1])
-    found = branches(figure, limits, value, 1, machine)
-    whole = [b for b in found if b.itinerary.name == "P(1,1,0)"]
-    assert whole
-    for branch in whole:
+    branch_list = branches(figure, limits, value, 1, machine)
+    simple_branches = [b for b in branch_list if b.itinerary.name == "P(1,1,0)"]
+    assert simple_branches
+    for branch in simple_branches:
         ends = sorted((branch.points[0].parameter, branch.points[-1].parameter))
         assert ends == pytest.approx(limits, abs=1e-9)
         assert not branch.bifurcations
@@ -141,20 +141,20 @@ def test_any_figure_of_the_machine_can_vary(figure, limits, changes):
 def test_a_branch_that_comes_back_to_a_limit_turns_once():
     """And not where it leaves the range."""
     machine = replace(SCALED, stiffness=1000.0)
-    found = branches("stiffness", (50.0, 2000.0), 515.0, 1, machine)
-    for branch in found:
+    branch_list = branches("stiffness", (50.0, 2000.0), 515.0, 1, machine)
+    for branch in branch_list:
         for point in branch.bifurcations:
             assert 51.0 < point.parameter < 1999.0
-    assert points(found, "P(1,1,1)", FOLD) == [pytest.approx(64.781, abs=1e-2)]
+    assert points(branch_list, "P(1,1,1)", FOLD) == [pytest.approx(64.781, abs=1e-2)]
 
 
 def test_where_flanks_stop_parting_is_one_graze():
     """And the critical eccentricity is that of the machine there."""
     machine = replace(SCALED, stiffness=109.0)
-    found = branches("stiffness", (10.0, 1000.0), 109.0, 1, machine)
+    branch_list = branches("stiffness", (10.0, 1000.0), 109.0, 1, machine)
     fading = [
         (point.kind, point.parameter)
-        for branch in found
+        for branch in branch_list
         for point in branch.bifurcations
         if abs(point.departures[0][1]) < 1e-3
     ]
@@ -167,7 +167,7 @@ def test_where_flanks_stop_parting_is_one_graze():
         critical = quiet_motion(there).critical_eccentricity
         assert critical == pytest.approx(machine.eccentricity, rel=1e-9)
     # folds of motions that rattle stay, next to a graze as well
-    assert points(found, "P(1,1,0)", FOLD) == pytest.approx([36.71424, 95.62888])
+    assert points(branch_list, "P(1,1,0)", FOLD) == pytest.approx([36.71424, 95.62888])
 
 
 def test_branches_that_nearly_cross_are_not_mixed_up():

@@ -39,8 +39,8 @@ def misses(name: str, count: int, seed: int = 1) -> tuple[int, float, float]:
     for first in range(0, count, SHARE):
         share = min(SHARE, count - first)
         starts = random.uniform((0.0, 0.0), (1.0, fastest), (share, 2))
-        found = [arcs_of(machine, follow(machine, start, 2)) for start in starts]
-        arcs = np.concatenate(found)
+        arc_sets = [arcs_of(machine, follow(machine, start, 2)) for start in starts]
+        arcs = np.concatenate(arc_sets)
         clearance, ends = min_clearances(figures, arcs, SAMPLES)
         total += len(arcs)
         deepest = max(deepest, float(-clearance.min()) / figures["half_backlash"])

@@ -21,18 +21,18 @@ LIMITS = (0.5, 0.8), (0.02, 0.2)
 
 @pytest.fixture(scope="module")
 def curves():
-    """By name and kind, of the motions with one departure at an eccentricity."""
+    """Bifurcation curves by name and kind, of motions with one departure a period."""
     machine = Machine(damping=0.6, eccentricity=0.08, half_backlash=0.6)
     finder = OrbitFinder(machine, "damping", LIMITS[0], doublings=0)
     for orbit in find_orbits(machine, 1, (0.0, 7.0)):
         finder.from_departure(orbit.itinerary, orbit.departures[0], 0.6)
-    found = {}
+    curve_table = {}
     for branch in finder.found:
         for point in branch.bifurcations:
             curve = curve_of(branch, point, "eccentricity", LIMITS)
             assert is_on(curve, branch, point, "eccentricity")
-            found[branch.itinerary.name, point.kind] = curve
-    return found
+            curve_table[branch.itinerary.name, point.kind] = curve
+    return curve_table
 
 
 def scaled(point):
@@ -74,18 +74,20 @@ def test_curves_end_on_the_limits(curves):
 def test_constructed_motions_pass_through_minus_one_on_the_doubling(curves):
     curve = curves["P(1,1,1)", DOUBLING]
     for point in curve.points[5:-5:5]:
-        found = []
+        min_multipliers = []
         for factor in (0.999, 1.0, 1.001):
             machine = replace(scaled(point), eccentricity=factor * point.second)
             near = min(
                 two_sided_rattle(machine),
-                key=lambda each: distance((each.time, each.velocity), point.departure),
+                key=lambda motion: distance(
+                    (motion.time, motion.velocity), point.departure
+                ),
             )
             path = follow(machine, (near.time, near.velocity), 2)
             multipliers = np.linalg.eigvals(linearised(machine, arcs_of(machine, path)))
-            found.append(multipliers.real.min())
-        assert found[0] > found[1] > found[2]
-        assert found[1] == pytest.approx(-1.0, abs=1e-6)
+            min_multipliers.append(multipliers.real.min())
+        assert min_multipliers[0] > min_multipliers[1] > min_multipliers[2]
+        assert min_multipliers[1] == pytest.approx(-1.0, abs=1e-6)
 
 
 def test_grazing_curves_are_where_motions_become_virtual():
@@ -101,6 +103,6 @@ def test_grazing_curves_are_where_motions_become_virtual():
     assert point.kind == GRAZING
     curve = curve_of(branch, point, "eccentricity", ((0.6, 0.75), (0.05, 0.15)))
     assert len(curve.points) > 10
-    for each in curve.points:
-        margins = [motion.margin for motion in simple_rattle(scaled(each))]
+    for curve_point in curve.points:
+        margins = [motion.margin for motion in simple_rattle(scaled(curve_point))]
         assert min(map(abs, margins)) < 1e-9

@@ -51,13 +51,15 @@ def next_departure(machine, t, v):
         events = [crossing(-beta, -1), crossing(beta, 1)]
         if not machine.is_impact:
             events = [crossing(-beta, -1), crossing(beta, -1)]
-        found = solve_ivp(rates, (start[0], t + 30.0), start[1], events=events, **tight)
-        low, high = found.t_events
+        solution = solve_ivp(
+            rates, (start[0], t + 30.0), start[1], events=events, **tight
+        )
+        low, high = solution.t_events
         if not low.size and not high.size:
             return math.nan, 0.0, lower
         side = 1 if high.size and not (low.size and low[0] < high[0]) else -1
         t = (high if side > 0 else low)[0]
-        x, w = side * beta, found.y_events[(side + 1) // 2][0][1]
+        x, w = side * beta, solution.y_events[(side + 1) // 2][0][1]
         lower += side < 0
         if machine.is_impact:
             w = -machine.restitution * w
@@ -83,10 +85,10 @@ def test_departures_follow_as_by_integration(machine):
     for _ in range(12):
         t, v = random.uniform(0.0, 1.0), random.uniform(0.3, 7.0)
         exact = next_departure(machine, t, v)
-        found = return_map(machine.arrays, t, v)
-        assert found[2] == exact[2]
+        departure = return_map(machine.arrays, t, v)
+        assert departure[2] == exact[2]
         # grazing flanks make small errors large
-        np.testing.assert_allclose(found[:2], exact[:2], rtol=2e-5, atol=2e-5)
+        np.testing.assert_allclose(departure[:2], exact[:2], rtol=2e-5, atol=2e-5)
         lower += exact[2]
     assert lower >= 3
 
@@ -96,15 +98,15 @@ def test_simple_rattle_is_a_fixed_point(restitution):
     """Closed form, eqs. 2.47 and 2.56, beside the map."""
     machine = Machine(**SCALED, eccentricity=0.1, restitution=restitution)
     both = simple_rattle(machine)
-    assert [each.in_phase for each in both] == [True, False]
-    met = []
-    for each in both:
-        t, v, lower = return_map(machine.arrays, each.time, each.velocity)
-        met.append(lower)
+    assert [motion.in_phase for motion in both] == [True, False]
+    lower_counts = []
+    for motion in both:
+        t, v, lower = return_map(machine.arrays, motion.time, motion.velocity)
+        lower_counts.append(lower)
         if not lower:
-            assert t == pytest.approx(each.time + 1.0, abs=1e-9)
-            assert v == pytest.approx(each.velocity, abs=1e-9)
-    assert not all(met)
+            assert t == pytest.approx(motion.time + 1.0, abs=1e-9)
+            assert v == pytest.approx(motion.velocity, abs=1e-9)
+    assert not all(lower_counts)
 
 
 def test_events_that_are_not_found_are_not_taken_for_quiet():
@@ -116,7 +118,7 @@ def test_events_that_are_not_found_are_not_taken_for_quiet():
     np.testing.assert_array_equal(settled.period, [UNKNOWN, CHANGING, MIN_VIBRATION])
     naming = AttractorClassifier(machine, 1499)
     np.testing.assert_array_equal(naming.sort(settled)[0], [-1, -1, 0])
-    assert [each.name for each in naming.found] == ["quiet"]
+    assert [attractor.name for attractor in naming.found] == ["quiet"]
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])

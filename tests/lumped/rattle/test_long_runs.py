@@ -18,14 +18,14 @@ def machine(damping):
 
 
 def test_runs_settle_to_all_stable_orbits_and_to_nothing_else():
-    found = settled_departures(machine(0.575), SPEEDS)
+    departures = settled_departures(machine(0.575), SPEEDS)
     orbits = find_orbits(machine(0.575), 2, SPEEDS)
     stable = [d for orbit in orbits if orbit.stable for d in orbit.departures]
     assert len(stable) == 5
-    for each in stable:
-        assert min(distance(each, other) for other in found) < 1e-6
-    for each in found:
-        assert min(distance(each, other) for other in stable) < 1e-6
+    for departure in stable:
+        assert min(distance(departure, other) for other in departures) < 1e-6
+    for departure in departures:
+        assert min(distance(departure, other) for other in stable) < 1e-6
 
 
 def test_chaos_fills_a_range_of_speeds():
@@ -47,29 +47,29 @@ def test_what_was_chaotic_for_long_and_dies_leaves_nothing():
 def test_what_has_left_chaos_is_not_where_runs_settle():
     """Nor what is on its way to rest, from speeds up to the usual one."""
     which = machine(0.685375)
-    found = settled_departures(which, (0.0, default_speed(which)))
-    assert np.isfinite(found).all()
-    assert not found.size  # all end quietly
+    departures = settled_departures(which, (0.0, default_speed(which)))
+    assert np.isfinite(departures).all()
+    assert not departures.size  # all end quietly
 
 
 def test_slow_transients_are_followed_to_the_end():
     """Those of ten departures a period that attract by 0.02 % a return."""
-    found = settled_departures(machine(0.61), SPEEDS)
-    assert np.isfinite(found).all()
-    last = follow(machine(0.61), found[-1], 30_000)[-20:, 1]
+    departures = settled_departures(machine(0.61), SPEEDS)
+    assert np.isfinite(departures).all()
+    last = follow(machine(0.61), departures[-1], 30_000)[-20:, 1]
     np.testing.assert_allclose(last[:10], last[10:], atol=1e-6)
     for speed in last:
-        assert np.abs(found[:, 1] - speed).min() < 1e-4
+        assert np.abs(departures[:, 1] - speed).min() < 1e-4
 
 
 def test_runs_of_low_damping_are_given_what_they_take():
     """Their departures repeat at once, or are chaotic and last."""
     which = Machine(damping=0.01, eccentricity=0.002, half_backlash=0.012)
-    found = settled_departures(which, (0.0, default_speed(which)))
-    assert np.isfinite(found).all()
-    repeats = np.array([repeats_in(which, each, 200) for each in found])
+    departures = settled_departures(which, (0.0, default_speed(which)))
+    assert np.isfinite(departures).all()
+    repeats = np.array([repeats_in(which, departure, 200) for departure in departures])
     assert repeats.sum() > 10
-    others = found[~repeats]
+    others = departures[~repeats]
     later = iterate_map_points(which, others[:: len(others) // 5 + 1], 10_000)
     assert (later.period == CHANGING).all()
 

@@ -44,10 +44,10 @@ def test_the_inverse_takes_returns_back(name):
 
 @cache
 def saddle():
-    (found,) = saddles(
+    (orbit,) = saddles(
         [o for o in find_orbits(MACHINE, 1, (0.0, 7.0)) if o.name == "P(1,1,0)"]
     )
-    return found
+    return orbit
 
 
 @pytest.mark.parametrize("is_stable", [True, False])
@@ -58,11 +58,11 @@ def test_manifolds_lead_to_and_from_their_saddle(is_stable):
         points = points[np.isfinite(points[:, 0])]
         assert manifold.curve.length > 1.9
         ends = map_points(MACHINE, points, 12 if is_stable else -12)
-        apart = ends - np.array(saddle().departures[0])
-        apart[:, 0] -= np.round(apart[:, 0])
-        largest = np.nanmax(np.abs(apart[np.isfinite(apart[:, 0])]))
+        offsets = ends - np.array(saddle().departures[0])
+        offsets[:, 0] -= np.round(offsets[:, 0])
+        largest = np.nanmax(np.abs(offsets[np.isfinite(offsets[:, 0])]))
         assert largest < 0.02
-        assert np.isfinite(apart[:, 0]).mean() > 0.98
+        assert np.isfinite(offsets[:, 0]).mean() > 0.98
         steps = np.diff(points, axis=0) / [1.0, TURN * 0.65]
         steps[:, 0] -= np.round(steps[:, 0])
         assert np.quantile(np.hypot(*steps.T), 0.98) <= fineness.spacing

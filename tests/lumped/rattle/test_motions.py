@@ -50,10 +50,10 @@ def step_by_step(assembly: Assembly, state, turns: float, times):
     events = [lambda t, u, s=s: s * relative(t, u) - m.half_backlash for s in (1, -1)]
     for event in events:
         event.direction, event.terminal = 1.0, True
-    t, found, met = 0.0, [], []
+    t, rotations, met = 0.0, [], []
     while t < turns:
         inside = times[(times >= t) & (times <= turns)]
-        way = solve_ivp(
+        solution = solve_ivp(
             *(rates, (t, turns), state, "DOP853"),
             events=events,
             dense_output=True,
@@ -61,10 +61,10 @@ def step_by_step(assembly: Assembly, state, turns: float, times):
             atol=1e-12,
             max_step=2e-2,
         )
-        t = way.t[-1]
-        found += [relative(s, way.sol(s)) for s in inside[inside <= t]]
-        state = way.y[:, -1].copy()
-        if way.status == 1:
+        t = solution.t[-1]
+        rotations += [relative(s, solution.sol(s)) for s in inside[inside <= t]]
+        state = solution.y[:, -1].copy()
+        if solution.status == 1:
             wave = TURN * m.eccentricity * math.sin(TURN * t)
             w = linear.row @ state[n:] - wave
             met.append(w)
@@ -73,8 +73,8 @@ def step_by_step(assembly: Assembly, state, turns: float, times):
                 state[n:] -= loss * soft
             else:  # past the event, which would be found again
                 t += 1e-9
-                state = way.sol(t)
-    return np.array(found), np.array(met)
+                state = solution.sol(t)
+    return np.array(rotations), np.array(met)
 
 
 @pytest.mark.parametrize("stiffness", [900.0, math.inf])
@@ -84,10 +84,10 @@ def test_parts_move_as_step_by_step(stiffness):
     state = motions.settled(0.2, 3.0)
     times = np.linspace(0.0, 3.0, 61)
     rotation, met = step_by_step(assembly, state, 3.0, times)
-    found = motions.run(state, 0.0, 3.0, times)
-    np.testing.assert_allclose(found.rotation, rotation, atol=2e-6)
-    assert found.noise == pytest.approx((met**2).sum() / 3.0, rel=1e-5)
-    assert (found.upper, found.lower) == ((met > 0).sum(), (met < 0).sum())
+    run = motions.run(state, 0.0, 3.0, times)
+    np.testing.assert_allclose(run.rotation, rotation, atol=2e-6)
+    assert run.noise == pytest.approx((met**2).sum() / 3.0, rel=1e-5)
+    assert (run.upper, run.lower) == ((met > 0).sum(), (met < 0).sum())
 
 
 @pytest.mark.parametrize("stiffness", [2000.0, math.inf])
@@ -97,10 +97,10 @@ def test_equal_shafts_move_by_their_one_equation(stiffness):
     path = follow(machine, np.array([0.0, 1.3]), 6)
     state = motions.settled(0.6, -1.3)
     ends = path[-1, 0] + 1e-6
-    found = motions.run(state, 0.0, ends, np.array([ends]))
-    assert found.upper == 5
-    assert found.lower == path[:-1, 2].sum()
-    assert found.rotation == pytest.approx(0.6 - path[-1, 1] * 1e-6, abs=1e-7)
+    run = motions.run(state, 0.0, ends, np.array([ends]))
+    assert run.upper == 5
+    assert run.lower == path[:-1, 2].sum()
+    assert run.rotation == pytest.approx(0.6 - path[-1, 1] * 1e-6, abs=1e-7)
 
 
 def test_flanks_that_stay_together_make_no_noise():
@@ -116,11 +116,11 @@ def test_flanks_come_to_rest_in_impacts_and_part_where_the_load_ends():
     machine = replace(SCALED, ripple=0.0, restitution=0.5)
     limit = quiet_motion(Assembly(machine=machine, **PARTS)).critical_eccentricity
     for factor, quiet in ((0.97, True), (1.03, False)):
-        own = replace(machine, eccentricity=factor * limit)
-        motions = AssemblyIntegrator(Assembly(machine=own, **PARTS))
-        found = motions.run(motions.settled(0.59, 0.01), 60.0, 70.0)
-        assert found.is_quiet is quiet
-        assert math.isfinite(found.noise)
+        scaled_machine = replace(machine, eccentricity=factor * limit)
+        motions = AssemblyIntegrator(Assembly(machine=scaled_machine, **PARTS))
+        run = motions.run(motions.settled(0.59, 0.01), 60.0, 70.0)
+        assert run.is_quiet is quiet
+        assert math.isfinite(run.noise)
 
 
 @pytest.mark.parametrize(("restitution", "eccentricity"), [(0.0, 0.4), (0.3, 0.2)])
@@ -134,7 +134,7 @@ def test_flanks_that_rest_in_every_turn_are_as_loud_as_by_one_equation(
     alone = measure_noise(machine, starts, 300, 50)
     parts = measure_noise_of_parts(Assembly(machine=machine), starts, 100, 50)
     np.testing.assert_allclose(parts.level, alone.level, rtol=1e-6)
-    assert [each.name for each in parts.attractors] == ["single-sided rattle"]
+    assert [attractor.name for attractor in parts.attractors] == ["single-sided rattle"]
 
 
 def test_flights_that_fade_away_are_quiet():
@@ -142,19 +142,19 @@ def test_flights_that_fade_away_are_quiet():
     motions, of which nothing is left out, they come closer to the flank."""
     machine = replace(SCALED, ripple=0.0)
     limit = quiet_motion(Assembly(machine=machine, **PARTS)).critical_eccentricity
-    own = replace(machine, eccentricity=0.1 * limit)
-    motions = AssemblyIntegrator(Assembly(machine=own, **PARTS))
+    scaled_machine = replace(machine, eccentricity=0.1 * limit)
+    motions = AssemblyIntegrator(Assembly(machine=scaled_machine, **PARTS))
     times = np.linspace(0.0, 14.0, 14 * 400 + 1)
     for rotation, speed in ((0.59, 0.1), (0.6, 0.4), (0.55, 0.2)):
         state = motions.settled(rotation, -speed)
         assert motions.run(state, 0.0, 14.0).is_quiet
-        seen = motions.run(state, 0.0, 14.0, times)
-        assert seen.noise > 0.0
-        away = 0.6 - seen.rotation[:-1].reshape(14, 400).min(axis=1)
+        run = motions.run(state, 0.0, 14.0, times)
+        assert run.noise > 0.0
+        away = 0.6 - run.rotation[:-1].reshape(14, 400).min(axis=1)
         assert (np.diff(away[4:]) < 0.0).all()
         assert away[-1] < 0.1 * away[0]
-    own = replace(machine, eccentricity=1.05 * limit)
-    motions = AssemblyIntegrator(Assembly(machine=own, **PARTS))
+    scaled_machine = replace(machine, eccentricity=1.05 * limit)
+    motions = AssemblyIntegrator(Assembly(machine=scaled_machine, **PARTS))
     assert not motions.run(motions.settled(0.6, -1e-3), 0.0, 14.0).is_quiet
 
 
@@ -169,7 +169,7 @@ def test_an_ensemble_is_its_motions_one_by_one():
     states = np.array([motions.settled(x, 2.0) for x in (-0.3, 0.0, 0.4)])
     together = motions.run_all(states, 5.0, 20.0)
     alone = [motions.run(state, 5.0, 20.0) for state in states]
-    assert [each.noise for each in together] == [each.noise for each in alone]
+    assert [run.noise for run in together] == [run.noise for run in alone]
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.6])
@@ -178,12 +178,12 @@ def test_equal_shafts_rattle_as_constructed(restitution, turns):
     machine = replace(
         SCALED, ripple=0.0, restitution=restitution, eccentricity=1.5, half_backlash=3.0
     )
-    found = impulse_rattle(AssemblyIntegrator(Assembly(machine=machine)), turns)
+    rattle = impulse_rattle(AssemblyIntegrator(Assembly(machine=machine)), turns)
     exact = simple_rattle(machine, turns)
-    assert found.times == pytest.approx([each.time for each in exact], rel=1e-9)
-    assert found.velocity == pytest.approx(exact[0].velocity, rel=1e-9)
+    assert rattle.times == pytest.approx([motion.time for motion in exact], rel=1e-9)
+    assert rattle.velocity == pytest.approx(exact[0].velocity, rel=1e-9)
     least = min_eccentricity(machine, turns)
-    assert found.min_eccentricity == pytest.approx(least, rel=1e-9)
+    assert rattle.min_eccentricity == pytest.approx(least, rel=1e-9)
 
 
 @pytest.mark.parametrize("eta", [0.0, 0.3, -0.6])
@@ -191,11 +191,11 @@ def test_unequal_shafts_rattle_from_eq_4_88_on(eta):
     """delta^2 m^2 (1 + eta^2) / (6 (1 - eta^2)^2) to the leading order, as derived."""
     shafts = Shafts(driving_inertia=1.0 + eta, driven_inertia=1.0 - eta)
     machine = replace(SCALED, ripple=0.0, damping=0.01)
-    found = impulse_rattle(
+    rattle = impulse_rattle(
         AssemblyIntegrator(Assembly(machine=machine, shafts=shafts)), 2
     )
     leading = 0.01**2 * 4.0 * (1.0 + eta**2) / (6.0 * (1.0 - eta**2) ** 2)
-    assert found.min_eccentricity == pytest.approx(leading, rel=1e-3)
+    assert rattle.min_eccentricity == pytest.approx(leading, rel=1e-3)
 
 
 OF_PARTS = [
@@ -210,15 +210,15 @@ def test_machines_in_parts_rattle_as_constructed(parts):
     least = impulse_rattle(AssemblyIntegrator(Assembly(machine=machine, **parts)))
     machine = replace(machine, eccentricity=1.05 * least.min_eccentricity)
     motions = AssemblyIntegrator(Assembly(machine=machine, **parts))
-    found = impulse_rattle(motions)
-    assert len(found.times) == 2
-    for time in found.times:
+    rattle = impulse_rattle(motions)
+    assert len(rattle.times) == 2
+    for time in rattle.times:
         times = time + np.linspace(0.0, 2.0, 41)
-        state = found.state(time)
+        state = rattle.state(time)
         motion = motions.run(state, time, time + 2.0 - 1e-6, times, start=time)
         rotation = motion.rotation[:-1]
         assert (motion.upper, motion.lower) == (1, 0)
         np.testing.assert_allclose(rotation[:20], rotation[20:], atol=1e-9)
         assert motion.noise * 2.0 == pytest.approx(
-            (found.velocity / 0.7) ** 2, rel=1e-5
+            (rattle.velocity / 0.7) ** 2, rel=1e-5
         )

@@ -33,20 +33,20 @@ def test_motions_are_as_loud_as_their_impacts(stiffness):
     machine = Machine(damping=0.575, stiffness=stiffness, **FIGURES)
     starts = random_initial_conditions(200, SPEEDS, 3)
     noise = measure_noise(machine, starts, 1499, 300)
-    found = {each.name: i for i, each in enumerate(noise.attractors)}
-    assert {"quiet", "P(1,1,0)", "P(1,2,0)"} <= found.keys()
+    numbers = {attractor.name: i for i, attractor in enumerate(noise.attractors)}
+    assert {"quiet", "P(1,1,0)", "P(1,2,0)"} <= numbers.keys()
     for name, count in (("P(1,1,0)", 1), ("P(1,2,0)", 2)):
-        own = noise.motion == found[name]
-        point = noise.attractors[found[name]].point
+        mask = noise.motion == numbers[name]
+        point = noise.attractors[numbers[name]].point
         speeds = follow(machine, point, count)[:, 1]
         lost = 1e-7 if math.isinf(stiffness) else 1e-3  # while flanks are pressed
-        np.testing.assert_allclose(noise.level[own], np.sum(speeds**2), rtol=lost)
-        np.testing.assert_allclose(noise.impacts[own], count, rtol=1e-9)
-    assert (noise.level[noise.motion == found["quiet"]] == 0.0).all()
+        np.testing.assert_allclose(noise.level[mask], np.sum(speeds**2), rtol=lost)
+        np.testing.assert_allclose(noise.impacts[mask], count, rtol=1e-9)
+    assert (noise.level[noise.motion == numbers["quiet"]] == 0.0).all()
     (rattle,) = [
         e for e in simple_rattle(replace(machine, stiffness=math.inf)) if e.in_phase
     ]
-    simple = noise.level[noise.motion == found["P(1,1,0)"]]
+    simple = noise.level[noise.motion == numbers["P(1,1,0)"]]
     np.testing.assert_allclose(simple, rattle.velocity**2, rtol=2e-2)
 
 
@@ -57,35 +57,37 @@ def test_noise_is_of_whole_periods(turns):
     starts = random_initial_conditions(200, SPEEDS, 3)
     noise = measure_noise(machine, starts, 1499, turns)
     (number,) = [i for i, e in enumerate(noise.attractors) if e.name == "P(2,2,1)"]
-    own = noise.motion == number
-    assert own.any()
-    np.testing.assert_allclose(noise.impacts[own], 1.5, rtol=1e-7)
+    mask = noise.motion == number
+    assert mask.any()
+    np.testing.assert_allclose(noise.impacts[mask], 1.5, rtol=1e-7)
     (orbit,) = [e for e in find_orbits(machine, 2, SPEEDS) if e.name == "P(2,2,1)"]
     speeds = [speed for _, speed in orbit.departures]
     path = lower_speeds(machine, orbit.departures)
     exact = 0.5 * float(np.sum(np.square(speeds)) + np.sum(np.square(path)))
-    np.testing.assert_allclose(noise.level[own], exact, rtol=1e-7)
+    np.testing.assert_allclose(noise.level[mask], exact, rtol=1e-7)
 
 
 def lower_speeds(machine: Machine, departures) -> list[float]:
     """At which arcs from departures meet the lower flank before the upper one, by the
     solution of eq. 2.28 on a fine grid of times."""
-    found = []
+    speeds = []
     for start, speed in departures:
         t = start + np.linspace(0.0, 2.0, 200_001)[1:]
         drift, e = 4.0 * math.pi, machine.eccentricity
         wave = drift * t + e * np.cos(2.0 * math.pi * t)
         first = drift * start + e * math.cos(2.0 * math.pi * start)
         rate = drift - 2.0 * math.pi * e * np.sin(2.0 * math.pi * t)
-        own = -speed - drift + 2.0 * math.pi * e * math.sin(2.0 * math.pi * start)
+        free_speed = (
+            -speed - drift + 2.0 * math.pi * e * math.sin(2.0 * math.pi * start)
+        )
         fade = np.exp(-machine.damping * (t - start))
-        x = 0.6 + wave - first + own * (1.0 - fade) / machine.damping
-        v = rate + own * fade
+        x = 0.6 + wave - first + free_speed * (1.0 - fade) / machine.damping
+        v = rate + free_speed * fade
         met = int(np.argmax(np.abs(x) > 0.6))
         if x[met] < 0.0:
             part = (-0.6 - x[met - 1]) / (x[met] - x[met - 1])
-            found.append(float(v[met - 1] + part * (v[met] - v[met - 1])))
-    return found
+            speeds.append(float(v[met - 1] + part * (v[met] - v[met - 1])))
+    return speeds
 
 
 def test_slow_transients_are_not_measured():
@@ -93,7 +95,7 @@ def test_slow_transients_are_not_measured():
     departures of very many."""
     machine = Machine(damping=0.6, eccentricity=0.5, half_backlash=0.6, restitution=0.5)
     noise = measure_noise(machine, random_initial_conditions(50, SPEEDS, 3), 1499, 100)
-    assert [each.name for each in noise.attractors] == ["P(5,6,3)"]
+    assert [attractor.name for attractor in noise.attractors] == ["P(5,6,3)"]
     assert (noise.motion == 0).all()
     last = follow(machine, (0.3, 2.0), 60_000)[-6:]
     upper, lower = last[:, 1] / 0.5, lower_speeds(machine, last[:, :2])
@@ -134,7 +136,7 @@ def test_limits_of_a_proportion_hold_it():
 
 def test_runs_whose_meetings_are_not_found_have_no_figures(monkeypatch):
     lost = AssemblyRun(math.nan, 3, 0, np.empty(0))
-    monkeypatch.setattr(AssemblyIntegrator, "run", lambda *given, **named: lost)
+    monkeypatch.setattr(AssemblyIntegrator, "run", lambda *args, **options: lost)
     assembly = Assembly(machine=Machine(damping=0.6, **FIGURES))
     noise = measure_noise_of_parts(
         assembly, random_initial_conditions(3, SPEEDS, 1), 9, 9

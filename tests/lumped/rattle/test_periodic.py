@@ -22,11 +22,11 @@ def test_two_sided_rattle_is_a_fixed_point(restitution, turns):
     machine = Machine(
         damping=0.1, eccentricity=0.1, half_backlash=0.6, restitution=restitution
     )
-    found = [each for each in two_sided_rattle(machine, turns) if each.physical]
-    assert len(found) >= 2
-    assert {each.in_phase for each in found} == {True, False}
-    for each in found:
-        start, end = follow(machine, (each.time, each.velocity), 2)
+    motions = [motion for motion in two_sided_rattle(machine, turns) if motion.physical]
+    assert len(motions) >= 2
+    assert {motion.in_phase for motion in motions} == {True, False}
+    for motion in motions:
+        start, end = follow(machine, (motion.time, motion.velocity), 2)
         assert end[0] - start[0] == pytest.approx(turns, abs=1e-9)
         assert distance(start, end) < 1e-8
         assert start[2] == 1
@@ -35,13 +35,13 @@ def test_two_sided_rattle_is_a_fixed_point(restitution, turns):
 def test_constructed_motions_of_a_real_pump_are_fixed_points():
     pump = Machine(damping=3e-4, eccentricity=1e-4, half_backlash=6e-4)
     for turns in (1, 2, 3):
-        for each in (*simple_rattle(pump, turns), *two_sided_rattle(pump, turns)):
-            if each.physical:
-                start, end = follow(pump, (each.time, each.velocity), 2)
+        for motion in (*simple_rattle(pump, turns), *two_sided_rattle(pump, turns)):
+            if motion.physical:
+                start, end = follow(pump, (motion.time, motion.velocity), 2)
                 assert distance(start, end) < 1e-6  # what repels grows by 1e6
-                assert start[2] == each.name.endswith("1)")
+                assert start[2] == motion.name.endswith("1)")
     physical = [e for e in two_sided_rattle(pump) if e.physical]
-    assert {each.in_phase for each in physical} == {True, False}
+    assert {motion.in_phase for motion in physical} == {True, False}
 
 
 def test_virtual_motions_are_known_as_such():
@@ -73,9 +73,9 @@ def moved(t, start, place, speed, damping, eccentricity):
         )
         for time in (start, t)
     ]
-    own, fade = speed - forced[0][1], math.exp(-damping * (t - start))
-    gone = forced[1][0] - forced[0][0] + own * (1.0 - fade) / damping
-    return place + gone, forced[1][1] + own * fade
+    free_speed, fade = speed - forced[0][1], math.exp(-damping * (t - start))
+    change = forced[1][0] - forced[0][0] + free_speed * (1.0 - fade) / damping
+    return place + change, forced[1][1] + free_speed * fade
 
 
 def test_birth_of_two_sided_rattle_by_the_arcs_alone():

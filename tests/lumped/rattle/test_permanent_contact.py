@@ -84,8 +84,8 @@ def test_mass_added_to_either_shaft_is_eq_4_37(shaft, mu):
         below * (below + 16 * square * mu + 16 * square * mu**2)
     )
     shafts = Shafts(**{shaft: 1.0 + 2.0 * mu})
-    found = critical(replace(ROOTS, damping=d), shafts=shafts)
-    assert found == pytest.approx(2.0 * d / k * math.sqrt(ratio), rel=1e-12)
+    eccentricity = critical(replace(ROOTS, damping=d), shafts=shafts)
+    assert eccentricity == pytest.approx(2.0 * d / k * math.sqrt(ratio), rel=1e-12)
 
 
 @pytest.mark.parametrize("nu", [-0.4, 2.0])
@@ -113,20 +113,20 @@ def test_sprung_gear_is_the_printed_value():
 def test_separate_rotors_and_gears_are_the_lumped_machine():
     """Appendix A: two shafts of 2 kappa, one after the other, are as stiff as kappa."""
     shaft = SprungGear(stiffness=2.0 * ROOTS.stiffness, motor_on_gear=True)
-    own = {
+    sprung_gears = {
         "driving_gear": shaft,
         "driven_gear": replace(shaft, motor_on_gear=False),
     }
     rigid = replace(ROOTS, stiffness=math.inf)
-    assert critical(rigid, **own) == pytest.approx(critical(), rel=1e-12)
+    assert critical(rigid, **sprung_gears) == pytest.approx(critical(), rel=1e-12)
 
 
 def test_an_absorber_in_tune_holds_its_gear():
     """Half of the eccentricity is left where that gear cannot give way."""
     pendulum = Absorber(mass=1e-3, pivot_radius=0.4, path_radius=0.4)
     rigid = replace(ROOTS, stiffness=math.inf)
-    found = critical(rigid, absorber=pendulum)
-    assert found == pytest.approx(0.5 * critical(rigid), rel=1e-6)
+    eccentricity = critical(rigid, absorber=pendulum)
+    assert eccentricity == pytest.approx(0.5 * critical(rigid), rel=1e-6)
     off = critical(rigid, absorber=replace(pendulum, mass=1e-6, path_radius=0.3))
     assert off == pytest.approx(critical(rigid), rel=1e-4)
 
@@ -227,14 +227,14 @@ def two_shafts_return(assembly: Assembly, t: float, v: float) -> tuple[float, fl
     rate = -TURN * m.eccentricity * math.sin(TURN * t)
     start = m.half_backlash - m.eccentricity * math.cos(TURN * t)
     begin = [start, 0.0, TURN - v - rate, TURN]
-    found = solve_ivp(
+    solution = solve_ivp(
         *(rates, (t, t + 5.0), begin, "DOP853"),
         events=beyond,
         rtol=1e-11,
         atol=1e-12,
         max_step=1e-3,
     )
-    times, states = found.t_events[0], found.y_events[0]
+    times, states = solution.t_events[0], solution.y_events[0]
     at = int(np.argmax(times > t + 1e-6))
     u = states[at]
     speed = u[2] - u[3] - TURN * m.eccentricity * math.sin(TURN * times[at])
@@ -263,10 +263,10 @@ def test_unequal_shafts_return_as_both_do(inertia, start):
 def test_unequal_shafts_have_a_closed_form_of_simple_rattle():
     machine = replace(SCALED, stiffness=math.inf, restitution=0.8, eccentricity=0.1)
     shafts = Shafts(driving_inertia=2.0, driving_drag=2.0)
-    found = Assembly(machine=machine, shafts=shafts).as_machine()
-    for each in simple_rattle(found):
-        t, v, lower = return_map(found.arrays, each.time, each.velocity)
-        assert (t, v) == pytest.approx((each.time + 1.0, each.velocity), rel=1e-9)
+    equal_machine = Assembly(machine=machine, shafts=shafts).as_machine()
+    for motion in simple_rattle(equal_machine):
+        t, v, lower = return_map(equal_machine.arrays, motion.time, motion.velocity)
+        assert (t, v) == pytest.approx((motion.time + 1.0, motion.velocity), rel=1e-9)
         assert lower == 0
 
 
@@ -346,8 +346,8 @@ def test_two_gears_and_a_phase_are_eq_2_9():
     """The transmission error of two circles whose centres turn about their axes."""
     one, two, phase = 3e-5, 5e-5, 1.1
     wobble = one * cmath.exp(1j * phase) - two
-    found = effective_eccentricity(one, two, phase)
-    assert found == pytest.approx(abs(wobble), rel=1e-12)
+    eccentricity = effective_eccentricity(one, two, phase)
+    assert eccentricity == pytest.approx(abs(wobble), rel=1e-12)
     assert effective_eccentricity(one, one, 0.0) == 0.0
     assert effective_eccentricity(one, two, math.pi) == pytest.approx(one + two)
 
@@ -422,11 +422,11 @@ def loads_in_time(assembly: Assembly, turns: float) -> tuple[float, float]:
     still[1] = m.half_backlash
     at_rest = cmath.phase(cmath.rect(r1, xi) + E) - xi
     still[4] = at_rest
-    found = solve_ivp(
+    solution = solve_ivp(
         rates, (0.0, turns), still, "DOP853", dense_output=True, rtol=1e-8, atol=1e-10
     )
     last = turns - 1.0 + np.arange(512) / 512
-    motion = found.sol(last)
+    motion = solution.sol(last)
     loads = np.array([load(t, u) for t, u in zip(last, motion.T, strict=True)])
     return float(np.ptp(loads)) / 2.0, float(np.ptp(motion[4])) / 2.0
 

@@ -12,24 +12,22 @@ RATE, START = 0.02, 50.0
 
 
 def test_an_exponential_is_found():
-    found = fit_run_down(TIME, START * np.exp(-RATE * (TIME - TIME[0])))
-    assert found.rate == pytest.approx(RATE, rel=1e-9)
-    assert found.start == pytest.approx(START, rel=1e-9)
-    assert found.rate_error < 1e-9
-    assert found.residual < 1e-7
+    fit = fit_run_down(TIME, START * np.exp(-RATE * (TIME - TIME[0])))
+    assert fit.rate == pytest.approx(RATE, rel=1e-9)
+    assert fit.start == pytest.approx(START, rel=1e-9)
+    assert fit.rate_error < 1e-9
+    assert fit.residual < 1e-7
 
 
 def test_standard_error_is_the_scatter_of_many_tests():
     rng = np.random.default_rng(1)
     clean = START * np.exp(-RATE * (TIME - TIME[0]))
-    found = [
+    fits = [
         fit_run_down(TIME, clean + rng.normal(0.0, 0.2, TIME.size)) for _ in range(300)
     ]
-    scatter = np.std([each.rate for each in found])
-    assert np.mean([each.rate_error for each in found]) == pytest.approx(
-        scatter, rel=0.1
-    )
-    assert np.mean([each.residual for each in found]) == pytest.approx(0.2, rel=0.05)
+    scatter = np.std([fit.rate for fit in fits])
+    assert np.mean([fit.rate_error for fit in fits]) == pytest.approx(scatter, rel=0.1)
+    assert np.mean([fit.residual for fit in fits]) == pytest.approx(0.2, rel=0.05)
 
 
 @pytest.mark.parametrize(

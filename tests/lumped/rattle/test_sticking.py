@@ -30,9 +30,13 @@ def machine(eccentricity, restitution, **others):
 
 def load(m, t):
     """Acceleration of flanks in the play at no speed."""
-    found = 2.0 * TURN * m.damping - TURN**2 * m.eccentricity * math.cos(TURN * t)
-    found -= TURN * m.damping * m.eccentricity * math.sin(TURN * t)
-    return found + m.ripple * math.cos(m.ripple_order * TURN * t + m.ripple_phase)
+    acceleration = 2.0 * TURN * m.damping - TURN**2 * m.eccentricity * math.cos(
+        TURN * t
+    )
+    acceleration -= TURN * m.damping * m.eccentricity * math.sin(TURN * t)
+    return acceleration + m.ripple * math.cos(
+        m.ripple_order * TURN * t + m.ripple_phase
+    )
 
 
 def flight(m, t, side, v):
@@ -54,7 +58,7 @@ def flight(m, t, side, v):
     back.direction, over.direction = -1.0, 1.0
     pull = abs(load(m, t))
     step = min(0.02, 0.5 * v / pull if pull > 1e-6 else 0.02)
-    found = solve_ivp(
+    solution = solve_ivp(
         *(rates, (t, t + 20.0), [0.0, v], "DOP853"),
         events=[back, over],
         rtol=1e-11,
@@ -62,8 +66,8 @@ def flight(m, t, side, v):
         max_step=0.05,
         first_step=step,
     )
-    side = -side if found.t_events[1].size else side
-    return found.t[-1], side, abs(found.y[1, -1])
+    side = -side if solution.t_events[1].size else side
+    return solution.t[-1], side, abs(solution.y[1, -1])
 
 
 def run(m, t, v, turns, most=100):
@@ -90,7 +94,7 @@ def test_motions_rest_and_part_as_by_integration(eccentricity, restitution):
     """One attractor, whatever is counted of the chatter."""
     m = machine(eccentricity, restitution)
     basins = basins_of(m, GRID, 1499, settle_grid(m, GRID, 1499))
-    assert [each.name for each in basins.attractors] == ["sticking(1)"]
+    assert [attractor.name for attractor in basins.attractors] == ["sticking(1)"]
     (attractor,) = basins.attractors
     assert (attractor.period, attractor.exponent) == (1, -math.inf)
     assert attractor.point[1] == 0.0
@@ -125,12 +129,18 @@ def test_two_that_rest_are_two():
     one, two = sticking_motions(m)
     assert one.name == two.name == "sticking(1)"
     assert one.point[0] == pytest.approx(0.0723670, abs=1e-7)
-    sides = [sorted({speed > 0.0 for _, speed in each.releases}) for each in (one, two)]
+    sides = [
+        sorted({speed > 0.0 for _, speed in motion.releases}) for motion in (one, two)
+    ]
     assert sides == [[True], [False, True]]
     basins = basins_of(m, GRID, 1499, settle_grid(m, GRID, 1499))
-    named = [each.name for each in basins.attractors]
+    named = [attractor.name for attractor in basins.attractors]
     assert {"sticking(1)", "sticking(1) b"} <= set(named)
-    points = [each.point[0] for each in basins.attractors if each.exponent == -math.inf]
+    points = [
+        attractor.point[0]
+        for attractor in basins.attractors
+        if attractor.exponent == -math.inf
+    ]
     assert points == pytest.approx([one.point[0], two.point[0]], abs=1e-9)
 
 
@@ -140,7 +150,7 @@ def test_rest_on_the_lower_flank_alone():
     ((time, speed),) = motion.releases
     assert speed < 0.0 < motion.point[1]
     basins = basins_of(m, GRID, 300, settle_grid(m, GRID, 300))
-    assert motion.name in {each.name for each in basins.attractors}
+    assert motion.name in {attractor.name for attractor in basins.attractors}
     _, releases = run(m, 0.3, 2.0, 6.0)
     assert releases[-1][1] == -1
     assert releases[-1][0] % 1.0 == pytest.approx(time, abs=1e-9)
@@ -176,7 +186,7 @@ def test_what_rests_no_more_is_no_such_motion():
 
 
 def test_long_runs_show_departures_after_a_release():
-    found = settled_departures(machine(0.4, 0.2), (0.0, 7.0))
-    assert len(found)
-    assert found[:, 0].min() >= 0.0
-    assert np.min(np.abs(found[:, 0] - 0.8439829)) < 1e-6
+    departures = settled_departures(machine(0.4, 0.2), (0.0, 7.0))
+    assert len(departures)
+    assert departures[:, 0].min() >= 0.0
+    assert np.min(np.abs(departures[:, 0] - 0.8439829)) < 1e-6

@@ -31,59 +31,71 @@ def pair(request):
 
 
 @pytest.fixture(scope="module")
-def whole(pair):
+def reference(pair):
     return scan_stability(pair, [LOW, HIGH]).intervals
 
 
 @pytest.mark.parametrize("steps", [400, 80, 20, 7])
-def test_intervals_do_not_depend_on_the_grid(pair, whole, steps):
-    found = scan_stability(pair, np.linspace(LOW, HIGH, steps)).intervals
-    assert [each.kind for each in found] == [each.kind for each in whole]
+def test_intervals_do_not_depend_on_the_grid(pair, reference, steps):
+    intervals = scan_stability(pair, np.linspace(LOW, HIGH, steps)).intervals
+    assert [interval.kind for interval in intervals] == [
+        interval.kind for interval in reference
+    ]
     np.testing.assert_allclose(
-        [(each.low, each.high) for each in found],
-        [(each.low, each.high) for each in whole],
+        [(interval.low, interval.high) for interval in intervals],
+        [(interval.low, interval.high) for interval in reference],
         rtol=1e-7,
     )
 
 
 @pytest.mark.slow
-def test_no_interval_holds_or_leaves_out_a_speed(pair, whole):
+def test_no_interval_holds_or_leaves_out_a_speed(pair, reference):
     """Beside multipliers at speeds that are much closer."""
     speeds = np.arange(LOW, HIGH, 5e-4)
     grows = largest_multiplier(pair, speeds) > 1.0 + 1e-9
     inside = np.zeros(speeds.size, bool)
-    for each in whole:
-        inside |= (each.low <= speeds) & (speeds <= each.high)
+    for interval in reference:
+        inside |= (interval.low <= speeds) & (speeds <= interval.high)
     assert grows.any()
     assert (inside == grows).all()
 
 
 @pytest.mark.parametrize("window", [(5.71, 11.3), (4.77, 11.3), (11.1, 11.3)])
-def test_names_do_not_depend_on_the_window(pair, whole, window):
+def test_names_do_not_depend_on_the_window(pair, reference, window):
     """Whose ends lie inside of intervals."""
-    found = scan_stability(pair, window).intervals
-    own = [each for each in whole if each.low < window[1] and each.high > window[0]]
-    assert [each.kind for each in found] == [each.kind for each in own]
-    assert found[-1].kind == "2 f3"
+    intervals = scan_stability(pair, window).intervals
+    expected = [
+        interval
+        for interval in reference
+        if interval.low < window[1] and interval.high > window[0]
+    ]
+    assert [interval.kind for interval in intervals] == [
+        interval.kind for interval in expected
+    ]
+    assert intervals[-1].kind == "2 f3"
 
 
-def test_modes_meet_what_intervals_are_named_after(pair, whole):
+def test_modes_meet_what_intervals_are_named_after(pair, reference):
     """Within 0.4 of a mesh frequency."""
     f1, f2, f3 = COUPLED
-    for each in whole:
-        words = each.kind.replace("2 f", "2 * f")
-        met = eval(words, {"f1": f1, "f2": f2, "f3": f3})
-        order = int(words.split("/")[1]) if "/" in words else 1
-        assert abs(met - each.worst) * order < 0.4 * each.worst
+    for interval in reference:
+        formula = interval.kind.replace("2 f", "2 * f")
+        met = eval(formula, {"f1": f1, "f2": f2, "f3": f3})
+        order = int(formula.split("/")[1]) if "/" in formula else 1
+        assert abs(met - interval.worst) * order < 0.4 * interval.worst
 
 
 def test_where_intervals_touch_others_begin_to_grow():
     """At friction 0.16 the growth of f3 - f1 and f1 + f3, with multipliers that are
     complex, ends where that of (2 f3) / 2, real, begins."""
     pair = periodic_system(pair_system(0.3, 0.001, ToothFriction(0.16)))
-    found = scan_stability(pair, [5.0, 6.0]).intervals
-    assert [each.kind for each in found] == ["f3 - f1", "(2 f3) / 2", "f1 + f3"]
-    for one, two in pairwise(found):
+    intervals = scan_stability(pair, [5.0, 6.0]).intervals
+    assert [interval.kind for interval in intervals] == [
+        "f3 - f1",
+        "(2 f3) / 2",
+        "f1 + f3",
+    ]
+    for one, two in pairwise(intervals):
         assert one.high == two.low
         values = multipliers(pair, one.high + 1e-6 * np.array([-1.0, 1.0]))
         worst = [row[np.abs(row).argmax()] for row in values]
@@ -92,12 +104,12 @@ def test_where_intervals_touch_others_begin_to_grow():
 
 def test_combinations_have_colors_of_their_own(pair):
     columns = [scan_stability(pair, [1.0, HIGH]) for _ in range(2)]
-    kinds = {each.kind for each in columns[0].intervals}
+    kinds = {interval.kind for interval in columns[0].intervals}
     axes = draw_chart((0.0, 1.0), columns, (1.0, HIGH), "friction", "pair").axes[0]
     colors = [
-        tuple(each.get_facecolor()[0])
-        for each in axes.collections
-        if isinstance(each, PolyCollection)
+        tuple(collection.get_facecolor()[0])
+        for collection in axes.collections
+        if isinstance(collection, PolyCollection)
     ]
     named = [color for color in colors if len(set(color[:3])) > 1]
     assert len(named) == len(set(named)) == min(len(kinds), len(COLORS))
@@ -107,19 +119,19 @@ def test_combinations_have_colors_of_their_own(pair):
 @pytest.mark.parametrize("window", [(0.37, 0.46), (0.2, 0.21)])
 def test_what_grows_at_low_speeds_has_a_name(window):
     pair = periodic_system(pair_system(0.5, 1e-4))
-    found = scan_stability(pair, window).intervals
-    assert found
-    assert all(each.kind.startswith("(") for each in found)
+    intervals = scan_stability(pair, window).intervals
+    assert intervals
+    assert all(interval.kind.startswith("(") for interval in intervals)
 
 
 def test_names_tell_the_mesh_whose_harmonic_is_met():
     model = LumpedModel(stiffness=StiffnessSource(kind="rectangular"))
     gears = load_gear_set("liu-countershaft")
     system = periodic_system(lumped_system(gears, 100.0, model))
-    found = combinations(system, (500.0, 3000.0))
-    assert "(2 f1) / 2 of mesh 2" in {each.name for each in found}
-    for each in found:
-        rate = float(system.rates[each.mesh])
-        assert each.order == pytest.approx(each.harmonic * rate, rel=1e-12)
-        assert ("of mesh 2" in each.name) == (each.mesh == 1)
-        assert "." not in each.name
+    resonances = combinations(system, (500.0, 3000.0))
+    assert "(2 f1) / 2 of mesh 2" in {resonance.name for resonance in resonances}
+    for resonance in resonances:
+        rate = float(system.rates[resonance.mesh])
+        assert resonance.order == pytest.approx(resonance.harmonic * rate, rel=1e-12)
+        assert ("of mesh 2" in resonance.name) == (resonance.mesh == 1)
+        assert "." not in resonance.name

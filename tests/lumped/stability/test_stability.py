@@ -37,14 +37,14 @@ SPEEDS = np.linspace(1.7, 12.0, 400)
 
 
 def intervals(system, low, high, kind):
-    found = scan_stability(system, np.linspace(low, high, 101)).intervals
-    return [each for each in found if each.kind == kind]
+    scan = scan_stability(system, np.linspace(low, high, 101))
+    return [interval for interval in scan.intervals if interval.kind == kind]
 
 
 def test_the_pair_has_the_printed_natural_frequencies():
-    found = pair_system(0.3).modes.frequency_Hz
+    frequencies = pair_system(0.3).modes.frequency_Hz
     exact = sorted([0.0, *COUPLED, *ACROSS])
-    np.testing.assert_allclose(found, exact, atol=1e-9)
+    np.testing.assert_allclose(frequencies, exact, atol=1e-9)
 
 
 def sawtooth(a, b):
@@ -58,17 +58,17 @@ def sawtooth(a, b):
 def test_the_sawtooth_has_its_exact_solution(a, b):
     """Eq. 4.57."""
     exact = exact_transition(a, b, 1.0)
-    found = transition(sawtooth(a, b), 1.0)[0]
-    np.testing.assert_allclose(found, exact, atol=1e-11 * np.abs(exact).max())
+    matrix = transition(sawtooth(a, b), 1.0)[0]
+    np.testing.assert_allclose(matrix, exact, atol=1e-11 * np.abs(exact).max())
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_methods_agree(method):
     system = periodic_system(pair_system(0.3, 0.001, ToothFriction(0.1, 0.5)))
     at = np.array([1.9, 4.2, 7.0, 11.4])
-    found, other = transition(system, at, method), transition(system, at)
+    matrix, reference = transition(system, at, method), transition(system, at)
     within = {"integration": 1e-7, "exponential": 1e-4, "peano-baker": 1e-15}[method]
-    assert np.abs(found - other).max() < within
+    assert np.abs(matrix - reference).max() < within
 
 
 def test_exponentials_converge_with_the_square_of_their_number():
@@ -84,9 +84,9 @@ def test_without_variation_multipliers_are_those_of_the_modes():
     system = periodic_system(pair_system(0.0, 0.02))
     roots = 2.0 * math.pi * np.array(COUPLED)
     exact = np.exp((-0.02 + 1j * math.sqrt(1.0 - 0.02**2)) * roots / 7.0)
-    found = multipliers(system, 7.0)[0]
+    eigenvalues = multipliers(system, 7.0)[0]
     for value in exact:
-        assert np.abs(found - value).min() < 1e-12
+        assert np.abs(eigenvalues - value).min() < 1e-12
 
 
 def test_friction_takes_energy_away():
@@ -134,9 +134,9 @@ def test_perturbation_is_right_to_second_order(name, low, high, damping):
     for size in (0.1, 0.05, 0.025):
         rub = ToothFriction(size / 3.0, 0.4) if damping else None
         system = periodic_system(pair_system(size, damping * size, rub))
-        (found,) = intervals(system, low, high, name)
+        (interval,) = intervals(system, low, high, name)
         (near,) = [c for c in combinations(system, (low, high)) if c.name == name]
-        errors.append(max(abs(near.low - found.low), abs(near.high - found.high)))
+        errors.append(max(abs(near.low - interval.low), abs(near.high - interval.high)))
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     assert rates == pytest.approx(2.0, abs=0.45)
 
@@ -149,8 +149,8 @@ def test_the_printed_stable_and_unstable_speeds():
     assert grows.all()
     still = largest_multiplier(system, [11.1, 11.7])
     np.testing.assert_allclose(still, 1.0, atol=1e-9)
-    (own,) = intervals(system, 11.0, 11.8, "2 f3")
-    assert (own.low, own.high) == pytest.approx((11.2, 11.6), abs=0.035)
+    (interval,) = intervals(system, 11.0, 11.8, "2 f3")
+    assert (interval.low, interval.high) == pytest.approx((11.2, 11.6), abs=0.035)
 
 
 def monodromy_at(speed):
@@ -204,19 +204,24 @@ def test_the_printed_speeds_by_equations_written_again(speed, grows):
     )
     system = lumped_system(load_gear_set("liu-friction", edits), 100.0, model)
     unit = system.resonances_Hz[0] / COUPLED[0]
-    own = periodic_system(system)
-    assert largest_multiplier(own, unit * speed)[0] == pytest.approx(exact, abs=2e-4)
+    varying = periodic_system(system)
+    assert largest_multiplier(varying, unit * speed)[0] == pytest.approx(
+        exact, abs=2e-4
+    )
 
 
 def test_difference_type_comes_with_friction_only():
     kinds = [
-        {each.kind for each in scan_stability(periodic_system(pair), SPEEDS).intervals}
+        {
+            interval.kind
+            for interval in scan_stability(periodic_system(pair), SPEEDS).intervals
+        }
         for pair in (
             pair_system(0.3, 0.001),
             pair_system(0.3, 0.001, ToothFriction(0.1)),
         )
     ]
-    differences = [{kind for kind in own if " - " in kind} for own in kinds]
+    differences = [{kind for kind in names if " - " in kind} for names in kinds]
     assert not differences[0]
     assert "f3 - f1" in differences[1]
 
@@ -249,20 +254,20 @@ def test_sum_type_is_wider_where_the_real_part_of_psi_is_positive(seed):
     )
     rub = (ToothFriction(random.uniform(0.01, 0.05)),)
     varying = periodic_system(type(base)(train, base.excitations, friction=rub))
-    found = {
-        (each.kind, each.first, each.second, each.order): each
-        for each in combinations(varying)
-    }
+    resonances = {}
+    for resonance in combinations(varying):
+        modes = resonance.first, resonance.second
+        resonances[resonance.kind, *modes, resonance.order] = resonance
     squares, right = np.linalg.eig(varying.mean)
     right = right[:, np.argsort(squares)]
-    for (kind, first, second, order), difference in found.items():
+    for (kind, first, second, order), difference in resonances.items():
         if kind != "difference" or not difference.unstable:
             continue
         harmonic = varying.harmonic(round(order * varying.length))
-        own = np.linalg.solve(right, harmonic @ right)
-        psi = own[second, first] * own[first, second].conjugate()
-        other = found["sum", first, second, order]
-        sizes = (each.high - each.low for each in (other, difference))
+        coupling = np.linalg.solve(right, harmonic @ right)
+        psi = coupling[second, first] * coupling[first, second].conjugate()
+        other = resonances["sum", first, second, order]
+        sizes = (resonance.high - resonance.low for resonance in (other, difference))
         assert np.subtract(*np.nan_to_num(list(sizes))) * psi.real > 0.0
 
 
@@ -287,8 +292,8 @@ def whole_monodromy(speed, rub, eps, damping):
         """K + L over the mass."""
         low, high = 1.0 + eps * (1.0 - ratio), 1.0 + eps * (2.0 - ratio)
         part = (place - gamma) / (ratio - 1.0)
-        own = share + (1.0 - 2.0 * share) * part
-        loads = high * own, high * (1.0 - own)
+        fraction = share + (1.0 - 2.0 * share) * part
+        loads = high * fraction, high * (1.0 - fraction)
         if not 0.0 <= part <= 1.0:
             loads = (low, 0.0) if part < 0.0 else (0.0, low)
         total = np.diag(held)
@@ -321,14 +326,14 @@ def test_no_mode_with_rotation_grows_with_one_across(mode, across, sign):
     speed = abs(COUPLED[mode] + sign * across)
     system = pair_system(0.3, damping, rub)
     assert system.moving.size == 3
-    found = np.linalg.eigvals(whole_monodromy(speed, rub, 0.3, damping))
-    own = multipliers(periodic_system(system), speed)[0].tolist()
+    exact = np.linalg.eigvals(whole_monodromy(speed, rub, 0.3, damping))
+    modal_multipliers = multipliers(periodic_system(system), speed)[0].tolist()
     for hertz in ACROSS:
         angular = 2.0 * math.pi * hertz / speed
         free = np.exp((-damping + 1j * math.sqrt(1.0 - damping**2)) * angular)
-        own += [free, free.conjugate()]
-    for value in own:
-        assert np.abs(found - value).min() < 1e-6
+        modal_multipliers += [free, free.conjugate()]
+    for value in modal_multipliers:
+        assert np.abs(exact - value).min() < 1e-6
 
 
 @pytest.mark.parametrize(
@@ -394,8 +399,8 @@ def test_the_recursion_of_the_source_and_the_series_are_one():
     assert errors[-1] < 1e-14
     np.testing.assert_allclose(transition(system, 1.0)[0], exact, atol=1e-14)
     for divisions, least in ((20, 1e-6), (200, 1e-8)):
-        found = transition(system.averaged(divisions), 1.0)[0]
-        assert least < np.abs(found - exact).max() < 1e3 * least
+        matrix = transition(system.averaged(divisions), 1.0)[0]
+        assert least < np.abs(matrix - exact).max() < 1e3 * least
 
 
 def test_pitch_errors_change_no_stability():
