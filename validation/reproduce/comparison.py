@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from validation.reproduce.parts import Value
-from validation.reproduce.readings import Results, read_found
+from validation.reproduce.readings import Results, read_values
 from validation.reproduce.references import ORIGINS, Reference
 from validation.study.printed import nearest
 
@@ -79,23 +79,23 @@ class ReferenceCheck:
         if given.other_part is not None:
             words = [*words[1 if given.bound else 0 :], f"of {given.other_part.part}"]
         told = " ".join(filter(None, words))
-        why = f": {given.why}" if given.why else ""
+        reason = f": {given.reason}" if given.reason else ""
         if math.isnan(_as_point(self.computed)[0]):
-            return f"{given.quantity}: {told}, none found{why}"
+            return f"{given.quantity}: {told}, none found{reason}"
         among = f" (nearest of {self.choices})" if self.choices > 1 else ""
         computed = _shown(self.computed, given.unit)
         return (
-            f"{given.quantity}: computed {computed}{among}, {told}, {self.verdict}{why}"
+            f"{given.quantity}: computed {computed}{among}, {told}, {self.verdict}{reason}"
         )
 
 
 def compare(reference: Reference, results: Results) -> ReferenceCheck:
     """A reference and what its part found."""
-    values = read_found(results, reference.part, reference.found)
+    values = read_values(results, reference.part, reference.value_name)
     value: Value = NONE
     if reference.other_part is not None:
-        other = read_found(
-            results, reference.other_part.part, reference.other_part.found
+        other = read_values(
+            results, reference.other_part.part, reference.other_part.value_name
         )
         value = _nearest(other, values[0]) if values and other else NONE
     elif reference.point is not None:
@@ -157,7 +157,7 @@ def count_lines(compared: Iterable[ReferenceCheck]) -> list[dict[str, Any]]:
             | within
             | {
                 "beyond": len(beyond),
-                "with_a_reason": sum(bool(each.reference.why) for each in own),
+                "with_a_reason": sum(bool(each.reference.reason) for each in own),
             }
         )
     return rows

@@ -17,42 +17,42 @@ CLOSE = 0.01
 LOW = 0.25  # of the height, above the least value: where contours are ellipses
 
 
-def read_found(results: Results, part: str, found: str) -> tuple[Value, ...]:
+def read_values(results: Results, part: str, name: str) -> tuple[Value, ...]:
     """All values of what a part finds, or what is read from its curves."""
     for pattern, read in (*FILTERS.items(), *READINGS.items()):
-        if match := re.fullmatch(pattern, found):
+        if match := re.fullmatch(pattern, name):
             return tuple(read(results, part, *match.groups()))
-    return results[part].found.get(found, ())
+    return results[part].values.get(name, ())
 
 
-def found_keys(found: str) -> tuple[str, str]:
+def required_names(name: str) -> tuple[str, str]:
     """What a part itself has to find, and the other part that is needed.
 
     Each is empty where it is not.
     """
     for pattern in FILTERS:
-        if match := re.fullmatch(pattern, found):
-            return found_keys(match["key"])
+        if match := re.fullmatch(pattern, name):
+            return required_names(match["key"])
     for pattern in READINGS:
-        if match := re.fullmatch(pattern, found):
+        if match := re.fullmatch(pattern, name):
             return "", match.groupdict().get("other", "")
-    return found, ""
+    return name, ""
 
 
 def _count(results: Results, part: str, key: str) -> Iterator[float]:
-    yield float(len(read_found(results, part, key)))
+    yield float(len(read_values(results, part, key)))
 
 
 def _between(
     results: Results, part: str, key: str, low: str, high: str
 ) -> Iterator[Value]:
-    for value in read_found(results, part, key):
+    for value in read_values(results, part, key):
         if not isinstance(value, tuple) and float(low) <= value <= float(high):
             yield value
 
 
 def _coordinate(results: Results, part: str, key: str, axis: str) -> Iterator[Value]:
-    for value in read_found(results, part, key):
+    for value in read_values(results, part, key):
         yield value[int(axis) - 1] if isinstance(value, tuple) else value
 
 
@@ -66,7 +66,7 @@ def _value_at(results: Results, part: str, mesh: str, *at: str) -> Iterator[floa
 
 
 def _extreme(
-    results: Results, part: str, what: str, mesh: str, name: str, low: str, high: str
+    results: Results, part: str, place: str, mesh: str, name: str, low: str, high: str
 ) -> Iterator[float]:
     """The largest or least value between two places of the x axis, or its place."""
     points = _points(results[part], mesh)
@@ -74,7 +74,7 @@ def _extreme(
     if inside.size:
         y = inside[:, 1]
         chosen = inside[y.argmax() if name == "largest" else y.argmin()]
-        yield float(chosen[0 if what else 1])
+        yield float(chosen[0 if place else 1])
 
 
 def _growth(

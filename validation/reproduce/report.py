@@ -65,7 +65,7 @@ def _compared_values(compared: ReferenceCheck) -> dict[str, Any]:
         "scale": compared.scale,
         "apart_percent": 100.0 * compared.relative_error,
         "verdict": compared.verdict,
-        "why": given.why,
+        "why": given.reason,
         "line": compared.line,
     }
 
@@ -79,7 +79,7 @@ def _part_values(run: PartRun, output: Path) -> dict[str, Any]:
         "commands": list(run.commands),
         "no_command": run.no_command,
         "directory": run.directory.relative_to(output).as_posix(),
-        "found": {name: list(values) for name, values in run.result.found.items()},
+        "found": {name: list(values) for name, values in run.result.values.items()},
     }
 
 

@@ -94,8 +94,8 @@ class FigureResult:
         return tuple(compare(each, results) for each in self.figure.printed)
 
 
-def _joined(*words: str) -> str:
-    return ", ".join(filter(None, words))
+def _joined(*texts: str) -> str:
+    return ", ".join(filter(None, texts))
 
 
 def run_figure(
@@ -166,7 +166,7 @@ def _found_or_made(
         "commands": [
             shlex.join(("fegear", *words)) for words in commands_of(part, scene)
         ],
-        "found": {name: list(found) for name, found in result.found.items()},
+        "found": {name: list(found) for name, found in result.values.items()},
     }
     texts = {CURVES: curves_csv(result.curves)}
     write_texts(directory, with_digests(inputs, texts, values))

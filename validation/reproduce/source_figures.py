@@ -19,7 +19,7 @@ from fegear.gearset.problems import nearest
 from validation.reproduce.computations.kinds import KINDS, AnyPart
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Part, Quantity, TrainOverrides
-from validation.reproduce.readings import found_keys
+from validation.reproduce.readings import required_names
 from validation.reproduce.references import Reference
 from validation.reproduce.scene import NoScene, Scene, scene_of
 from validation.study.data_files import STRICT, DataFile, Flag, Text, edits_by_key
@@ -140,7 +140,7 @@ class OmittedFigure:
 
     numbers: Text
     title: Text
-    why: Text
+    reason: Text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,10 +168,10 @@ def read_figure(text: str, source: str = "figure") -> SourceFigure:
             raise InputError(f"{source}: part {name} is there twice; name both")
     for number, given in enumerate(figure.printed, start=1):
         place = f"{source}: printed {number}"
-        _require_found(figure, given.part, given.found, place)
+        _require_value(figure, given.part, given.value_name, place)
         if given.other_part is not None:
-            other = f"{place} beside"
-            _require_found(figure, given.other_part.part, given.other_part.found, other)
+            other = f"{place} other_part"
+            _require_value(figure, given.other_part.part, given.other_part.value_name, other)
     return figure
 
 
@@ -201,9 +201,9 @@ def _of(figure: SourceFigure) -> str:
     return "machines" if figure.machine else "equations"
 
 
-def _require_found(figure: SourceFigure, part: str, found: str, place: str) -> None:
+def _require_value(figure: SourceFigure, part: str, value_name: str, place: str) -> None:
     """The name of something that a part of the figure finds, or a reading."""
-    parts, (key, other) = figure.parts, found_keys(found)
+    parts, (key, other) = figure.parts, required_names(value_name)
     for name in filter(None, (part, other)):
         if name not in parts:
             raise InputError(
@@ -211,4 +211,4 @@ def _require_found(figure: SourceFigure, part: str, found: str, place: str) -> N
             )
     keys = parts[part].keys
     if key and not any(re.fullmatch(each, key) for each in keys):
-        raise InputError(f"{place}, found = {key}; must fit one of {', '.join(keys)}")
+        raise InputError(f"{place}, value_name = {key}; must fit one of {', '.join(keys)}")

@@ -232,7 +232,12 @@ class FigureList(StudyResult):
 
     @cached_property
     def left_out(self) -> list[dict[str, Any]]:
-        return [] if self.study.numbers else [vars(each) for each in omitted_figures()]
+        if self.study.numbers:
+            return []
+        return [
+            {"numbers": figure.numbers, "title": figure.title, "why": figure.reason}
+            for figure in omitted_figures()
+        ]
 
     @property
     def summary(self) -> dict[str, Any]:

@@ -44,7 +44,7 @@ class EccentricPart(Part):
     pressure_angle_deg: Degrees = 20.0
 
     @property
-    def words(self) -> list[str]:
+    def argv(self) -> list[str]:
         """Words of the command."""
         sizes = {
             "radius": RADIUS_MM,
@@ -82,7 +82,7 @@ class WheelsPart(EccentricPart):
         if self.distance is not None:
             return ()
         teeth = [] if self.teeth is None else ["--teeth", str(self.teeth)]
-        return [*self.words, *teeth, "-o", "wheels.csv"]
+        return [*self.argv, *teeth, "-o", "wheels.csv"]
 
 
 def wheels(part: WheelsPart, scene: NoScene, report: Progress) -> PartResult:
@@ -142,7 +142,7 @@ class TorquePart(EccentricPart):
     kind: Literal["eccentric_torque"] = "eccentric_torque"
 
     def command(self, scene: NoScene) -> Sequence[str]:
-        return [*self.words, "--plot", "wheels.png"]
+        return [*self.argv, "--plot", "wheels.png"]
 
 
 def torque(part: TorquePart, scene: NoScene, report: Progress) -> PartResult:

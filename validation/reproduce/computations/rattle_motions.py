@@ -84,14 +84,14 @@ def _run(part: MotionsPart, assembly: Assembly) -> tuple[list[AssemblyRun], np.n
 
 def _histories(
     part: MotionsPart,
-    found: Sequence[AssemblyRun],
+    runs: Sequence[AssemblyRun],
     times: np.ndarray,
     assembly: Assembly,
 ) -> tuple[Curve, ...]:
     play = assembly.machine.half_backlash
     curves = []
     for panel in part.panels:
-        motion, letter = found[panel], chr(ord("a") + panel)
+        motion, letter = runs[panel], chr(ord("a") + panel)
         name = f"({letter}) noise {motion.noise:.3g}"
         points = np.stack([times - times[0], motion.rotation], axis=1)
         shown = tuple((float(t), float(x)) for t, x in points)
