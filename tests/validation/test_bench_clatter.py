@@ -9,7 +9,7 @@ from validation.bench import benchmark as bench
 from validation.bench.bench_clatter import measure
 
 
-def no_progress(what: str, done: int, total: int) -> None: ...
+def no_progress(stage: str, done: int, total: int) -> None: ...
 
 
 def test_errors_fall_with_the_tolerance(monkeypatch):

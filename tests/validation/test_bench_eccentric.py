@@ -11,7 +11,7 @@ from validation.bench import benchmark as bench
 from validation.bench.bench_eccentric import contact_rows, distance_points, measure
 
 
-def no_progress(what: str, done: int, total: int) -> None: ...
+def no_progress(stage: str, done: int, total: int) -> None: ...
 
 
 @pytest.fixture(scope="module")

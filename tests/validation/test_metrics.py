@@ -38,10 +38,10 @@ def peak(frequency, height):
     return Peak("up", 1, frequency, height, 0.0, 0.0, 0.0)
 
 
-def measured(reference, found):
+def measured(reference, model):
     """Values by metric, in lists."""
     out = {}
-    for name, _, value in m.curve_measures(reference, found):
+    for name, _, value in m.curve_measures(reference, model):
         out.setdefault(name, []).append(value)
     return out
 

@@ -106,27 +106,27 @@ def curve(*errors):
 
 
 def test_the_promise_and_the_warning():
-    assert evaluate(set_with(curve())).words == "kept"
+    assert evaluate(set_with(curve())).summary == "kept"
     off = set_with(curve(0.5, -0.3))
-    assert evaluate(off).words == "vibration off"
+    assert evaluate(off).summary == "vibration off"
     assert (evaluate(off).worst, evaluate(off).worst_Hz) == (pytest.approx(0.5), 100.0)
     warned = evaluate(replace(off, warnings=["modes are left out"]))
-    assert (warned.words, warned.passed) == ("warns", True)
+    assert (warned.summary, warned.passed) == ("warns", True)
 
 
 def test_no_motion_is_no_small_error():
     verdict = evaluate(set_with(curve(math.nan, math.nan)))
-    assert (verdict.words, verdict.worst) == ("vibration off", math.inf)
+    assert (verdict.summary, verdict.worst) == ("vibration off", math.inf)
 
 
 def test_a_speed_is_apart_where_the_falling_speed_has_the_reference():
     up = curve(0.5, 0.5, 0.5)
     known = evaluate(set_with(up, down=[1.01e-6, 1.01e-6, 1.5e-6] + [1e-6] * 13))
-    assert (known.other_branch_speeds, known.words) == (2, "kept")
+    assert (known.other_branch_speeds, known.summary) == (2, "kept")
     assert known.worst == pytest.approx(0.5)
     assert known.tenth_all == pytest.approx(0.5)
     unknown = evaluate(set_with(up))
-    assert (unknown.other_branch_speeds, unknown.words) == (0, "vibration off")
+    assert (unknown.other_branch_speeds, unknown.summary) == (0, "vibration off")
 
 
 def test_a_speed_is_apart_where_the_falling_reference_is_at_the_coupled_model():
@@ -142,14 +142,14 @@ def test_small_errors_are_never_apart():
 def test_other_periods_are_apart_but_not_everywhere():
     assert evaluate(set_with(curve(0.5, 0.5), periods=2)).other_branch_speeds == 2
     many = evaluate(set_with(curve(*[0.5] * 6), periods=2))
-    assert (many.other_branch_speeds, many.words) == (6, "vibration off")
+    assert (many.other_branch_speeds, many.summary) == (6, "vibration off")
 
 
 def test_natural_frequencies_count_both_ways():
     extra = [[900.0, 0.9], [1200.0, 0.1]]
     for name, other in (("natural", "natural_fe"), ("natural_fe", "natural")):
         verdict = evaluate(set_with(curve(), **{name: extra, other: [[901.0, 0.9]]}))
-        assert (verdict.words, verdict.natural_Hz) == ("frequencies off", 1200.0)
+        assert (verdict.summary, verdict.natural_Hz) == ("frequencies off", 1200.0)
 
 
 def test_processes_make_the_sets_that_one_makes(tmp_path):
@@ -181,7 +181,7 @@ def test_processes_make_the_sets_that_one_makes(tmp_path):
 
 
 def test_sets_that_are_finished_stay_where_the_run_is_to_end(tmp_path):
-    def report(what, done, total):
+    def report(stage, done, total):
         if done == 2:
             raise KeyboardInterrupt
 

@@ -323,9 +323,9 @@ def reference(value=None, **others):
     return Reference(**(required | {"value": value} | others))
 
 
-def compared(values, given):
+def compared(values, expected):
     """A reference beside what its part found."""
-    return compare(given, {"a": PartResult((), {"b": values})})
+    return compare(expected, {"a": PartResult((), {"b": values})})
 
 
 def test_agreement_in_a_line():
@@ -507,8 +507,8 @@ def test_a_part_is_kept_until_its_data_change(tmp_path):
     assert not run_figure(figure, tmp_path).runs[0].reused
 
 
-def invoked(*words):
-    return CliRunner().invoke(app, ["reproduce", *words], catch_exceptions=False)
+def invoked(*args):
+    return CliRunner().invoke(app, ["reproduce", *args], catch_exceptions=False)
 
 
 def test_a_part_without_a_command_says_why(tmp_path):

@@ -180,9 +180,9 @@ def test_fidelity_and_friction_belong_to_the_finite_elements():
 def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
     asked = []
 
-    def interrupt(what, done, total):
-        asked.append(what)
-        if what.startswith("fe") and done == 7:
+    def interrupt(stage, done, total):
+        asked.append(stage)
+        if stage.startswith("fe") and done == 7:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -203,8 +203,8 @@ def test_a_run_that_is_stopped_is_not_finished(few, tmp_path, part):
     """As by Ctrl-C in a study: the progress raises Stopped from then on."""
     calls, stopped_at = [], math.inf
 
-    def report(*words):
-        calls.append(words)
+    def report(*progress):
+        calls.append(progress)
         if len(calls) >= stopped_at:
             raise Stopped
 
@@ -252,8 +252,8 @@ def test_a_wave_that_diverges_is_nan_and_outside(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_an_approach_goes_on_where_it_was(few, tmp_path):
-    def interrupt(what, done, total):
-        if what.endswith("wave 1") and done == 2:
+    def interrupt(stage, done, total):
+        if stage.endswith("wave 1") and done == 2:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

@@ -188,27 +188,27 @@ def _point(
     study: str,
     setting: float,
     made: tuple[ImplicitStepper, int, float],
-    found: Sequence[tuple[Array, float]],
+    runs: Sequence[tuple[Array, float]],
     fine: Sequence[tuple[Array, float]] | None = None,
 ) -> DynamicsCost:
-    """made : by `Subject.stepper`; found, fine : by `Subject.runs`"""
-    pairs = zip(found, fine or (), strict=False)
+    """made : by `Subject.stepper`; runs, fine : by `Subject.runs`"""
+    pairs = zip(runs, fine or (), strict=False)
     errors = [waveform_error(own, wanted) for (own, _), (wanted, _) in pairs]
     return DynamicsCost(
         study=study,
         setting=setting,
         freedoms=made[1],
         prepare_s=made[2],
-        us_per_step=max(us for _, us in found),
+        us_per_step=max(us for _, us in runs),
         error_median=float(np.median(errors)) if errors else math.nan,
         error_largest=float(np.max(errors)) if errors else math.nan,
     )
 
 
-def waveform_error(found: Array, reference: Array) -> Array:
+def waveform_error(waveform: Array, reference: Array) -> Array:
     """Waveform error of each mesh (m,), at the times that both (t, m) have."""
-    rows = math.gcd(len(found), len(reference))
-    one, two = (w[:: len(w) // rows] for w in (found, reference))
+    rows = math.gcd(len(waveform), len(reference))
+    one, two = (w[:: len(w) // rows] for w in (waveform, reference))
     return np.sqrt(((one - two) ** 2).mean(axis=0)) / two.std(axis=0)
 
 

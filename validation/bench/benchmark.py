@@ -125,12 +125,12 @@ def curves_of(
 
 
 def collect(
-    found: Iterable[tuple[str, DataclassInstance]], *tables: str
+    table_rows: Iterable[tuple[str, DataclassInstance]], *tables: str
 ) -> tuple[dict[str, list[Any]], bool]:
     """Rows by table, POINTS and others, and whether Ctrl-C ended them early."""
     rows: dict[str, list[Any]] = {name: [] for name in (POINTS, *tables)}
     try:
-        for table, row in found:
+        for table, row in table_rows:
             rows[table].append(row)
     except KeyboardInterrupt:
         return rows, True

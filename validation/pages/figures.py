@@ -102,8 +102,8 @@ def inline_svg(svg: str, name: str, label: str) -> str:
     element = first.replace("<svg", head) + svg[end:]
     used = set(REFERENCE.findall(element))
 
-    def renamed(found: re.Match[str]) -> str:
-        return f' id="{name}-{found[1]}"' if found[1] in used else ""
+    def renamed(match: re.Match[str]) -> str:
+        return f' id="{name}-{match[1]}"' if match[1] in used else ""
 
     element = IDENTIFIER.sub(renamed, element)
     element = REFERENCE.sub(

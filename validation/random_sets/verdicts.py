@@ -79,7 +79,7 @@ class SetVerdict:
         return (self.vibration_kept or self.warns) and self.natural_kept
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         """`kept`, or which promise is not."""
         if self.vibration_kept or self.warns:
             vibration = "" if self.vibration_kept else "warns"
@@ -152,13 +152,13 @@ def largest_frequency_error(measured: Measured) -> tuple[float, float]:
 
 
 def frequency_errors(
-    own: Sequence[Sequence[float]], others: Sequence[Sequence[float]], highest: float
+    modes: Sequence[Sequence[float]], others: Sequence[Sequence[float]], highest: float
 ) -> list[tuple[float, float]]:
     """(relative, frequency [Hz]) of each of one's own modes below a frequency from
     its nearest partner; infinite without any."""
     partners = np.array([f for f, energy in others if energy > PARTNER])
     return [
         (float(np.abs(partners / f - 1.0).min(initial=np.inf)), f)
-        for f, energy in own
+        for f, energy in modes
         if energy > STRAINS and f < highest
     ]

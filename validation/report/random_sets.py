@@ -69,7 +69,7 @@ def row_values(run: SetRun, output: Path) -> dict[str, Any]:
         return common | {"verdict": "failed", "kept": False, "figures": {}}
     verdict = evaluate(run.measured)
     return common | {
-        "verdict": verdict.words,
+        "verdict": verdict.summary,
         "kept": verdict.passed,
         "figures": quantities(run.measured),
     }

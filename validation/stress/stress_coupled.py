@@ -246,9 +246,9 @@ def coupled_energy() -> Trials:
         yield Trial(name, "of 20 undamped periods", value, bound)
 
 
-def _standing(found: CoupledContacts) -> CoupledContacts:
+def _standing(coupled: CoupledContacts) -> CoupledContacts:
     """Contacts with all positions equal to the first."""
-    contacts = found.contacts
+    contacts = coupled.contacts
 
     def first(table: Array) -> Array:
         return np.repeat(table[:, :1], table.shape[1], axis=1)
@@ -260,8 +260,8 @@ def _standing(found: CoupledContacts) -> CoupledContacts:
         normal_compliance=np.tile(compliance[:1], (len(compliance), 1, 1)),
     )
     return replace(
-        found,
+        coupled,
         contacts=still,
-        rows=first(found.rows),
-        inertia_rows=first(found.inertia_rows),
+        rows=first(coupled.rows),
+        inertia_rows=first(coupled.inertia_rows),
     )

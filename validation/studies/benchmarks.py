@@ -243,17 +243,17 @@ class StressTestResult(StudyResult):
     trials: tuple[Trial, ...]
 
     @property
-    def kept(self) -> int:
+    def passed_count(self) -> int:
         return sum(trial.passed for trial in self.trials)
 
     @property
     def complete(self) -> bool:
-        return self.kept == len(self.trials)
+        return self.passed_count == len(self.trials)
 
     @property
     def failure(self) -> str:
         count = len(self.trials)
-        return f"{count - self.kept} of {count} promises are not kept"
+        return f"{count - self.passed_count} of {count} promises are not kept"
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -268,7 +268,7 @@ class StressTestResult(StudyResult):
         yield RowTable(
             self.summary["trials"], STRESS_COLUMNS, words=("attempt", "promise")
         )
-        yield f"{self.kept} of {len(self.trials)} promises kept"
+        yield f"{self.passed_count} of {len(self.trials)} promises kept"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -373,8 +373,8 @@ class AllBenchmarks(
         return AllBenchmarksResult(self, with_points) if with_points else None
 
 
-def _of(report: Progress, subject: str, what: str, done: int, total: int) -> None:
-    report(f"{subject}: {what}", done, total)
+def _of(report: Progress, subject: str, stage: str, done: int, total: int) -> None:
+    report(f"{subject}: {stage}", done, total)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

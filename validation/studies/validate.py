@@ -183,8 +183,8 @@ class Validation(
     def _commands(self) -> dict[str, str]:
         """The command for each case by its name, and for all of them by ""."""
 
-        def command(*words: str, **others: Any) -> str:
-            own = replace(self, cases=words, every=False, **others)
+        def command(*names: str, **others: Any) -> str:
+            own = replace(self, cases=names, every=False, **others)
             return shlex.join(["fegear", *own.words])
 
         given = self.names or [case.name for case in self.chosen]
@@ -193,8 +193,8 @@ class Validation(
         return each | {RANDOM_SETS: random, "": shlex.join(["fegear", *self.words])}
 
 
-def _of(report: Progress, case: str, what: str, done: int, total: int) -> None:
-    report(f"{case}: {what}", done, total)
+def _of(report: Progress, case: str, stage: str, done: int, total: int) -> None:
+    report(f"{case}: {stage}", done, total)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

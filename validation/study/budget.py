@@ -168,7 +168,7 @@ def _row(result: CaseResult, model: str) -> BudgetRow:
     return BudgetRow(model, measured, unmatched, result.per_speed_s(model))
 
 
-def _placed(reference: Run, found: Run) -> Iterator[tuple[str, str, float]]:
+def _placed(reference: Run, model_run: Run) -> Iterator[tuple[str, str, float]]:
     """Metrics with places that all models share: each peak and jump has its own."""
-    for where, (name, place, value) in measures(reference, found):
+    for where, (name, place, value) in measures(reference, model_run):
         yield name, f"{where}, {place}" if name in OF_FEATURES else where, value

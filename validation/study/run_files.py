@@ -58,10 +58,10 @@ class Run:
     cost: Cost
 
 
-def contents(task: RunSpec, found: RunResult) -> dict[str, str]:
+def contents(task: RunSpec, solution: RunResult) -> dict[str, str]:
     """Texts of the files by name, the result last."""
-    system = found.system
-    pairs = [(task.torque, branch) for branch in found.branches]
+    system = solution.system
+    pairs = [(task.torque, branch) for branch in solution.branches]
     label = task.case.fidelity if task.model is None else str(task.model.number)
     header = {"gear set": task.gear_set.name, "source": task.source}
     result = {
@@ -69,19 +69,19 @@ def contents(task: RunSpec, found: RunResult) -> dict[str, str]:
         "torque_Nm": task.torque,
         "machine": machine(),
         "natural_Hz": [f for f in system.resonances_Hz.tolist() if f > 0.0],
-        "warnings": list(found.warnings),
-        "cost": asdict(found.cost),
-        "curves": features(found.branches),
-        "statics": [{"mesh": s.mesh, "force_N": s.force} for s in found.statics],
+        "warnings": list(solution.warnings),
+        "cost": asdict(solution.cost),
+        "curves": features(solution.branches),
+        "statics": [{"mesh": s.mesh, "force_N": s.force} for s in solution.statics],
         "waves": [
             {name: value for name, value in vars(w).items() if name != "force"}
-            for w in found.cycles
+            for w in solution.cycles
         ],
     }
     texts = {
         SWEEP: format_sweep(sweep_table(pairs, label, header)),
-        STATICS: _statics_csv(found.statics),
-        WAVES: _cycles_csv(found.cycles),
+        STATICS: _statics_csv(solution.statics),
+        WAVES: _cycles_csv(solution.cycles),
     }
     return with_digests(task.inputs, texts, result)
 

@@ -192,7 +192,7 @@ def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
                 yield with_cause(verdict(*given), references[run.torque], run, where)
 
 
-def with_cause(found: Verdict, reference: Run, run: Run, where: str) -> Verdict:
+def with_cause(metric_verdict: Verdict, reference: Run, run: Run, where: str) -> Verdict:
     """The verdict, outside of what is allowed with its cause.
 
     The model is on another branch if the value is within without the speeds at which
@@ -200,17 +200,17 @@ def with_cause(found: Verdict, reference: Run, run: Run, where: str) -> Verdict:
 
     where : of the curve, `100 N m, up, mesh 1`
     """
-    if found.within or found.metric not in OF_CURVES:
-        return found
+    if metric_verdict.within or metric_verdict.metric not in OF_CURVES:
+        return metric_verdict
     for known, own in zip(reference.curves, run.curves, strict=True):
         if where == f"{run.torque:g} N m, {own.direction}, mesh {own.mesh}":
-            words = cause(found, (known, own), reference.curves, run.curves)
-            return replace(found, cause=words)
-    return found
+            words = cause(metric_verdict, (known, own), reference.curves, run.curves)
+            return replace(metric_verdict, cause=words)
+    return metric_verdict
 
 
 def cause(
-    found: Verdict,
+    metric_verdict: Verdict,
     curves: tuple[MeasuredCurve, MeasuredCurve],
     reference: Sequence[MeasuredCurve],
     model: Sequence[MeasuredCurve],
@@ -226,42 +226,42 @@ def cause(
     if others.size > MAX_SHARE * common.size:
         return f"not known: {words}"
     remaining = curve_measures(*(without_speeds(curve, others) for curve in curves))
-    values = [value for name, _, value in remaining if name == found.metric]
-    if all(abs(value) <= found.allowed for value in values):
+    values = [value for name, _, value in remaining if name == metric_verdict.metric]
+    if all(abs(value) <= metric_verdict.allowed for value in values):
         return f"another branch: {words}"
     return f"{OFF}; besides, {words}"
 
 
 def _friction_measures(
-    case: Case, runs: Sequence[Run], found: Run
+    case: Case, runs: Sequence[Run], model_run: Run
 ) -> Iterator[tuple[str, Measured]]:
     """What friction does to a model less what it does to the finite elements."""
-    (model,) = (each for each in case.model if each.name == found.source)
+    (model,) = (each for each in case.model if each.name == model_run.source)
     if not model.friction:
         return
     names = FE, FE_FRICTIONLESS, model.frictionless.name
-    beside = {run.source: run for run in runs if run.torque == found.torque}
+    beside = {run.source: run for run in runs if run.torque == model_run.torque}
     others = (beside[name].curves for name in names)
-    for fe, fe_plain, plain, own in zip(*others, found.curves, strict=True):
-        where = f"{found.torque:g} N m, {own.direction}, mesh {own.mesh}"
+    for fe, fe_plain, plain, own in zip(*others, model_run.curves, strict=True):
+        where = f"{model_run.torque:g} N m, {own.direction}, mesh {own.mesh}"
         effect = friction_effect(own, plain) - friction_effect(fe, fe_plain)
         yield where, (EFFECT, "", effect)
 
 
-def measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
+def measures(reference: Run, model_run: Run) -> Iterator[tuple[str, Measured]]:
     """All metrics of a run, each with where it was taken, `100 N m, up, mesh 1`."""
-    for where, each in _measures(reference, found):
-        yield f"{found.torque:g} N m, {where}", each
+    for where, each in _measures(reference, model_run):
+        yield f"{model_run.torque:g} N m, {where}", each
 
 
-def _measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
-    for fe_curve, curve in zip(reference.curves, found.curves, strict=True):
+def _measures(reference: Run, model_run: Run) -> Iterator[tuple[str, Measured]]:
+    for fe_curve, curve in zip(reference.curves, model_run.curves, strict=True):
         where = f"{curve.direction}, mesh {curve.mesh}"
         yield from ((where, each) for each in curve_measures(fe_curve, curve))
-    for fe_cycle, cycle in zip(reference.cycles, found.cycles, strict=True):
+    for fe_cycle, cycle in zip(reference.cycles, model_run.cycles, strict=True):
         where = f"{cycle.label}, mesh {cycle.mesh}"
         yield from ((where, each) for each in cycle_measures(fe_cycle, cycle))
-    for fe_statics, statics in zip(reference.statics, found.statics, strict=True):
+    for fe_statics, statics in zip(reference.statics, model_run.statics, strict=True):
         where = f"mesh {statics.mesh}"
         yield from ((where, each) for each in static_measures(fe_statics, statics))
 

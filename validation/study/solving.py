@@ -91,28 +91,28 @@ class RunResult:
 class SpeedCount:
     """Reports how many speeds are done, and at which one the motion settles.
 
-    found : speeds that a checkpoint holds, which are passed without integrating
+    stored : speeds that a checkpoint holds, which are passed without integrating
     """
 
     report: Progress
-    what: str
+    label: str
     total: int
-    found: int
+    stored: int
     done: int = 0
     running: float = math.nan
 
     @property
     def integrated(self) -> int:
-        return self.done - self.found
+        return self.done - self.stored
 
     def passed(self) -> None:
         self.done += 1
-        self.report(self.what, self.done, self.total)
+        self.report(self.label, self.done, self.total)
 
     def watch(self, frequency: float, period: int) -> None:
         if frequency != self.running:
             self.running = frequency
-            self.report(f"{self.what}, {frequency:g} Hz", self.done, self.total)
+            self.report(f"{self.label}, {frequency:g} Hz", self.done, self.total)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,15 +127,15 @@ class Integrator:
     checkpoint: Checkpoint | None
 
     def progress(
-        self, report: Progress, what: str, total: int, branches: Sequence[str]
+        self, report: Progress, label: str, total: int, branches: Sequence[str]
     ) -> SpeedCount:
         """Progress over so many speeds in branches, by their names in the
         checkpoint.
         """
         if self.checkpoint is None:
-            return SpeedCount(report, what, total, 0)
+            return SpeedCount(report, label, total, 0)
         found = sum(len(self.checkpoint.finished(name)) for name in branches)
-        return SpeedCount(report, what, total, found)
+        return SpeedCount(report, label, total, found)
 
     def sweep(
         self,
