@@ -132,14 +132,22 @@ def test_every_kind_of_computation_is_used():
         ("[0.5, 3.0]", "[0.5]", "part 1, between"),
         ("title", "tittle", "unknown key tittle, did you mean title?"),
         ('part = "theory"', 'part = "sweep"', "part = sweep; must be one of theory"),
-        ("mesh2.contact_lost", "mesh2.lost", "value_name = mode1.1.mesh2.lost; must fit"),
+        (
+            "mesh2.contact_lost",
+            "mesh2.lost",
+            "value_name = mode1.1.mesh2.lost; must fit",
+        ),
         ("value = 0.87", 'value = "0.87"', 'printed 1, value = "0.87"; must be a'),
         ("value = 0.87", "point = [0.87]", "printed 1, point entry 2 is missing"),
         ("value = 0.87", "", "one of value, point and other_part is needed"),
         ("value = 0.87", "value = 0.0", "scale is missing, for the value is 0"),
         ('unit = "1"', 'unit = "kHz"', "printed 1, unit = \"kHz\"; must be '1'"),
         ("value = 0.87", 'value = 1.0\norigin = "seen"', 'origin = "seen"; must be'),
-        ("value = 0.87", 'value = 1.0\norigin = "method"', "other_part belong together"),
+        (
+            "value = 0.87",
+            'value = 1.0\norigin = "method"',
+            "other_part belong together",
+        ),
         (
             "value = 0.87",
             'origin = "method"\nother_part = { part = "a", value_name = "b" }',
@@ -198,7 +206,9 @@ def test_an_equation_needs_no_gears():
         ('gear_set = "liu-pair"', "neither gear_set nor machine"),
         ("translations = true", "translations is of trains, not of equations"),
     ):
-        wrong = SAWTOOTH.replace('caption = "Nothing."', f'caption = "Nothing."\n{given}')
+        wrong = SAWTOOTH.replace(
+            'caption = "Nothing."', f'caption = "Nothing."\n{given}'
+        )
         with pytest.raises(InputError, match=message):
             read_figure(wrong)
 

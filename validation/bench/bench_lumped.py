@@ -130,7 +130,10 @@ def _has_one_response(system: LumpedSystem, reference: Response) -> bool:
 
 
 def _point(
-    system: LumpedSystem, reference_rms: Mapping[float, Array], study: str, setting: float
+    system: LumpedSystem,
+    reference_rms: Mapping[float, Array],
+    study: str,
+    setting: float,
 ) -> StepCost:
     errors, seconds, periods = [], 0.0, 0.0
     for frequency, expected in reference_rms.items():

@@ -200,7 +200,9 @@ def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
         yield found_or_made(gear_set, store, FULL, make)
 
 
-def _report_of(report: Progress, number: int, stage: str, done: int, total: int) -> None:
+def _report_of(
+    report: Progress, number: int, stage: str, done: int, total: int
+) -> None:
     report(f"random set {number + 1}: {stage}", number, COUNT)
 
 

@@ -81,11 +81,11 @@ def _growth(
     results: Results, part: str, mesh: str, low: str, high: str, other: str
 ) -> Iterator[float]:
     """The largest value over that of another part."""
-    given = mesh, "largest", low, high
-    for own, second in zip(
-        *(_extreme(results, name, "", *given) for name in (part, other)), strict=False
+    reading = mesh, "largest", low, high
+    for first, second in zip(
+        *(_extreme(results, name, "", *reading) for name in (part, other)), strict=False
     ):
-        yield own / second
+        yield first / second
 
 
 def _crests(
@@ -111,31 +111,31 @@ def _share(results: Results, part: str, mesh: str, other: str) -> Iterator[float
 
     They do where the nearest one is within CLOSE of their largest value.
     """
-    own = _points(results[part], mesh)
+    marks = _points(results[part], mesh)
     lines = [c for c in results[other].curves if c.style == "line"]
     stretches = [np.array(c.points, float) for c in lines if c.mesh == int(mesh)]
-    if not (own.size and stretches):
+    if not (marks.size and stretches):
         return
     starts = np.concatenate([points[:-1] for points in stretches])
     ends = np.concatenate([points[1:] for points in stretches])
     close = 0
-    for x, y in own:
+    for x, y in marks:
         with np.errstate(invalid="ignore", divide="ignore"):
             along = (x - starts[:, 0]) / (ends[:, 0] - starts[:, 0])
         inside = (along >= 0.0) & (along <= 1.0)
         branch = starts[inside, 1]
         branch = branch + along[inside] * (ends[inside, 1] - branch)
-        close += bool((np.abs(branch - y) <= CLOSE * own[:, 1].max()).any())
-    yield close / len(own)
+        close += bool((np.abs(branch - y) <= CLOSE * marks[:, 1].max()).any())
+    yield close / len(marks)
 
 
 def _ratio(results: Results, part: str, mesh: str, other: str) -> Iterator[float]:
     """Largest ratio of the values of two surfaces over the same points."""
-    (x, y, own), (x2, y2, second) = (
+    (x, y, first), (x2, y2, second) = (
         _surface(results[name], mesh) for name in (part, other)
     )
     if x.shape == x2.shape and np.allclose(x, x2) and np.allclose(y, y2):
-        yield float(np.nanmax(own / second))
+        yield float(np.nanmax(first / second))
 
 
 def _axis(results: Results, part: str, mesh: str) -> Iterator[float]:
@@ -159,10 +159,10 @@ def _turn(
     results: Results, part: str, mesh: str, second: str, other: str
 ) -> Iterator[float]:
     """Angle of a long axis against another one [deg]."""
-    for own, reference in zip(
+    for angle, reference in zip(
         _axis(results, part, mesh), _axis(results, other, second), strict=False
     ):
-        yield _half_turn(own - reference)
+        yield _half_turn(angle - reference)
 
 
 def _half_turn(angle: float) -> float:
@@ -172,8 +172,8 @@ def _half_turn(angle: float) -> float:
 
 def _points(result: PartResult, mesh: str) -> Array:
     """All points, (n, 2) or (n, 3), of the curves of a mesh."""
-    own = _of_mesh(result.curves, mesh)
-    points = np.array([point for curve in own for point in curve.points], float)
+    mesh_curves = _of_mesh(result.curves, mesh)
+    points = np.array([point for curve in mesh_curves for point in curve.points], float)
     points = points.reshape(-1, points.shape[-1] if points.size else 2)
     return points[~np.isnan(points).any(axis=1)]
 

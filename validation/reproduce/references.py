@@ -62,12 +62,12 @@ class Reference:
     reason: str = ""
 
     def __post_init__(self) -> None:
-        given = [
-            each
-            for each in (self.value, self.point, self.other_part)
-            if each is not None
+        targets = [
+            target
+            for target in (self.value, self.point, self.other_part)
+            if target is not None
         ]
-        if len(given) != 1:
+        if len(targets) != 1:
             raise ValueError("one of value, point and other_part is needed")
         if (self.other_part is not None) != (self.origin == "method"):
             raise ValueError("origin method and other_part belong together")

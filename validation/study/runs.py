@@ -192,7 +192,9 @@ def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
                 yield with_cause(verdict(*given), references[run.torque], run, where)
 
 
-def with_cause(metric_verdict: Verdict, reference: Run, run: Run, where: str) -> Verdict:
+def with_cause(
+    metric_verdict: Verdict, reference: Run, run: Run, where: str
+) -> Verdict:
     """The verdict, outside of what is allowed with its cause.
 
     The model is on another branch if the value is within without the speeds at which

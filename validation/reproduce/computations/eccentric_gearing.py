@@ -93,7 +93,7 @@ def wheels(part: WheelsPart, scene: NoScene, report: Progress) -> PartResult:
     gearing = Gearing(*sizes, part.pressure_angle_deg, part.teeth)
     pair, summary = gearing.pair, gearing.summary
     distance = part.distance or pair.center_distance
-    found = {
+    values = {
         "center_distance": distance,
         "burmester": summary["burmester_center_distance_mm"] / RADIUS_MM,
         "open_angle_deg": abs(math.degrees(pair.closing_error(distance))),
@@ -102,11 +102,11 @@ def wheels(part: WheelsPart, scene: NoScene, report: Progress) -> PartResult:
     }
     for name in ("least_contact_ratio", "largest_contact_ratio"):
         if name in summary:
-            found[name] = summary[name]
+            values[name] = summary[name]
     if part.teeth is not None:
-        found["module"] = summary["module_mm"] / RADIUS_MM
+        values["module"] = summary["module_mm"] / RADIUS_MM
     curves = tuple(_curves(part, gearing, distance))
-    return PartResult(curves, {name: (value,) for name, value in found.items()})
+    return PartResult(curves, {name: (value,) for name, value in values.items()})
 
 
 def _curves(part: WheelsPart, gearing: Gearing, distance: float) -> Iterator[Curve]:
@@ -155,10 +155,10 @@ def torque(part: TorquePart, scene: NoScene, report: Progress) -> PartResult:
     middle = 0.5 * (ratio[1:] + ratio[:-1])
     power = float(middle @ np.diff(pair.driven_turn(angle))) / (2.0 * math.pi)
     label = f"eccentricity {part.eccentricity:g}"
-    found = {"largest": float(ratio.max()), "least": float(ratio.min())}
-    found["mean_power"] = power
+    values = {"largest": float(ratio.max()), "least": float(ratio.min())}
+    values["mean_power"] = power
     curve = Curve("line", tuple(rows), label=label)
-    return PartResult((curve,), {name: (value,) for name, value in found.items()})
+    return PartResult((curve,), {name: (value,) for name, value in values.items()})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,7 +177,7 @@ class LimitsPart(Part):
 def limits(part: LimitsPart, scene: NoScene, report: Progress) -> PartResult:
     """Found of ratioN.atANGLE, in pitch radii."""
     curves: list[Curve] = []
-    found: dict[str, tuple[Value, ...]] = {}
+    values: dict[str, tuple[Value, ...]] = {}
     for done, ratio in enumerate(part.ratios):
         report("ratios", done, len(part.ratios))
         rows = [
@@ -185,5 +185,5 @@ def limits(part: LimitsPart, scene: NoScene, report: Progress) -> PartResult:
             for angle in part.angles_deg
         ]
         curves.append(Curve("line", tuple(rows), label=f"ratio {ratio}"))
-        found |= {f"ratio{ratio}.at{angle:g}": (e,) for angle, e in rows}
-    return PartResult(tuple(curves), found)
+        values |= {f"ratio{ratio}.at{angle:g}": (e,) for angle, e in rows}
+    return PartResult(tuple(curves), values)

@@ -33,10 +33,10 @@ def modes(part: ModesPart, scene: Scene, report: Progress) -> PartResult:
     """Found are those of all modes, in the unit of the figure."""
     report("modes", 0, 1)
     system = scene.system
-    found = tuple(float(f) / scene.unit_Hz for f in system.modes.frequency_Hz)
-    points = tuple((float(i), f) for i, f in enumerate(found, start=1))
+    frequencies = tuple(float(f) / scene.unit_Hz for f in system.modes.frequency_Hz)
+    points = tuple((float(i), f) for i, f in enumerate(frequencies, start=1))
     curve = Curve("dots", points)
-    return PartResult((curve,), {"natural": found})
+    return PartResult((curve,), {"natural": frequencies})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -88,7 +88,7 @@ def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:
         points.append((place, _shown(part, assembly)))
         drawn.append((place, _scaled(part, assembly, points[-1][1])))
     x, y = np.array(points).T
-    found: Mapping[str, float] = {
+    values: Mapping[str, float] = {
         "own": _shown(part, scene.assembly),
         "closed": critical_by_receptances(scene.assembly),
         "least": float(y.min()),
@@ -100,7 +100,7 @@ def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:
     lines = tuple(_lines(part, scene, np.array(drawn)))
     label = "with the absorber" if lines else ""
     curves = Curve(part.style, tuple(drawn), label=label), *lines
-    return PartResult(curves, {name: (value,) for name, value in found.items()})
+    return PartResult(curves, {name: (value,) for name, value in values.items()})
 
 
 def _lines(part: QuietPart, scene: MachineScene, drawn: Array) -> Iterator[Curve]:

@@ -49,18 +49,18 @@ def motions(part: MotionsPart, scene: MachineScene, report: Progress) -> PartRes
     are quiet."""
     report("motions", 0, 1)
     scene = replace(scene, name=part.machine or scene.name)
-    found, times = _run(part, scene.assembly)
+    runs, times = _run(part, scene.assembly)
     if part.panels:
-        curves = _histories(part, found, times, scene.assembly)
+        curves = _histories(part, runs, times, scene.assembly)
     else:
-        levels = [(float(i), each.noise) for i, each in enumerate(found)]
+        levels = [(float(i), run.noise) for i, run in enumerate(runs)]
         curves = (Curve("dots", tuple(levels)),)
-    loud = np.array([each.noise for each in found if not each.is_quiet])
+    loud = np.array([run.noise for run in runs if not run.is_quiet])
     values: Mapping[str, float] = {
         "least": float(loud.min()),
         "median": float(np.median(loud)),
         "largest": float(loud.max()),
-        "quiet": float(sum(each.is_quiet for each in found)),
+        "quiet": float(sum(run.is_quiet for run in runs)),
     }
     return PartResult(curves, {name: (value,) for name, value in values.items()})
 

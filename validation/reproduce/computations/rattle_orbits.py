@@ -142,7 +142,7 @@ def orbit_branches(
     """Stable stretches in full, unstable ones dashed; found are bifurcations."""
     search = part.search(part.runs)
     result = find_bifurcations(scene.machine, search, report=report)
-    found: dict[str, list[float]] = defaultdict(list)
+    parameters: dict[str, list[float]] = defaultdict(list)
     curves = []
     if len(result.settled):
         points = tuple((value, speed) for value, _, speed in result.settled.tolist())
@@ -150,10 +150,10 @@ def orbit_branches(
     for branch in result.branches:
         name = branch.itinerary.name
         for point in branch.bifurcations:
-            found[f"{point.kind} of {name}"].append(point.parameter)
+            parameters[f"{point.kind} of {name}"].append(point.parameter)
         if not part.names or name in part.names:
             curves += _speeds(branch)
-    return PartResult(tuple(curves), {k: tuple(v) for k, v in found.items()})
+    return PartResult(tuple(curves), {k: tuple(v) for k, v in parameters.items()})
 
 
 def _speeds(branch: OrbitBranch) -> Iterator[Curve]:
@@ -178,7 +178,7 @@ def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> Par
         names=part.names,
     )
     every = find_existence(scene.machine, plane, report=report)
-    found: dict[str, list[float]] = defaultdict(list)
+    coordinates: dict[str, list[float]] = defaultdict(list)
     curves, grazing = [], {c.itinerary.name for c in every if c.kind == GRAZING}
     for curve in every:
         name, flank = curve.itinerary.name, ""
@@ -194,9 +194,9 @@ def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> Par
         curves.append(Curve(style, points, label=f"{curve.kind} of {name}{flank}"))
         for point in curve.points:
             if point.kind == "grazing fold":
-                found[f"{point.kind} of {name}.first"].append(point.first)
-                found[f"{point.kind} of {name}.second"].append(point.second)
-    return PartResult(tuple(curves), {k: tuple(v) for k, v in found.items()})
+                coordinates[f"{point.kind} of {name}.first"].append(point.first)
+                coordinates[f"{point.kind} of {name}.second"].append(point.second)
+    return PartResult(tuple(curves), {k: tuple(v) for k, v in coordinates.items()})
 
 
 def _flank(machine: Machine, plane: Plane, grazing: BifurcationCurve) -> str:
@@ -217,14 +217,18 @@ def orbit_motions(
     machine = scene.machine
     orbits = find_orbits(machine, 1, (0.0, part.highest))
     curves: list[Curve] = []
-    found: dict[str, tuple[float, ...]] = {}
+    values: dict[str, tuple[float, ...]] = {}
     for name in part.names:
-        own = sorted((o for o in orbits if o.name == name), key=lambda o: not o.stable)
-        found[f"{name} is there"] = (float(bool(own)),)
-        found[f"{name} is stable"] = (float(bool(own) and own[0].stable),)
-        if own:
-            curves += _history(machine, own[0].departures[0], part.turns, name)
-    return PartResult(tuple(curves), found)
+        named_orbits = sorted(
+            (o for o in orbits if o.name == name), key=lambda o: not o.stable
+        )
+        values[f"{name} is there"] = (float(bool(named_orbits)),)
+        values[f"{name} is stable"] = (
+            float(bool(named_orbits) and named_orbits[0].stable),
+        )
+        if named_orbits:
+            curves += _history(machine, named_orbits[0].departures[0], part.turns, name)
+    return PartResult(tuple(curves), values)
 
 
 def _history(
@@ -256,17 +260,17 @@ def settled_rattle(
     naming = AttractorClassifier(machine, part.iterations)
     numbers = naming.sort(settled)[0].tolist()
     curves: list[Curve] = []
-    found: dict[str, float] = {QUIET: 0.0, CHAOTIC: 0.0}
+    counts: dict[str, float] = {QUIET: 0.0, CHAOTIC: 0.0}
     for number, attractor in enumerate(naming.found):
         name = attractor.name
-        panel = name if name not in found or not found[name] else f"{name}, another"
-        found[name] = found.get(name, 0.0) + numbers.count(number)
+        panel = name if name not in counts or not counts[name] else f"{name}, another"
+        counts[name] = counts.get(name, 0.0) + numbers.count(number)
         if name == QUIET:
             curves += _quiet(machine, part.turns)
         else:
             curves += _history(machine, attractor.point, part.turns, panel)
-    found["kinds"] = float(len(naming.found))
-    return PartResult(tuple(curves), {k: (v,) for k, v in found.items()})
+    counts["kinds"] = float(len(naming.found))
+    return PartResult(tuple(curves), {k: (v,) for k, v in counts.items()})
 
 
 def _quiet(machine: Machine, turns: int) -> Iterator[Curve]:
