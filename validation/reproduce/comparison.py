@@ -91,7 +91,10 @@ class ReferenceCheck:
             return f"{reference.quantity}: {reference_text}, none found{reason}"
         among = f" (nearest of {self.choices})" if self.choices > 1 else ""
         computed = _shown(self.computed, reference.unit)
-        return f"{reference.quantity}: computed {computed}{among}, {reference_text}, {self.verdict}{reason}"
+        return (
+            f"{reference.quantity}: computed {computed}{among}, {reference_text}, "
+            f"{self.verdict}{reason}"
+        )
 
 
 def compare(reference: Reference, results: Results) -> ReferenceCheck:

@@ -86,7 +86,7 @@ class WheelsPart(EccentricPart):
 
 
 def wheels(part: WheelsPart, scene: NoScene, report: Progress) -> PartResult:
-    """Found: distances over the radius, the angle by which the driven curve stays
+    """Values: distances over the radius, the angle by which the driven curve stays
     open, the largest pressure angle, and of teeth their module and contact ratio."""
     report("wheels", 0, 1)
     sizes = RADIUS_MM, RADIUS_MM * part.eccentricity, part.ratio
@@ -146,7 +146,7 @@ class TorquePart(EccentricPart):
 
 
 def torque(part: TorquePart, scene: NoScene, report: Progress) -> PartResult:
-    """Found: the largest and the least; the mean of torque times speed."""
+    """Values: the largest and the least; the mean of torque times speed."""
     report("torque", 0, 1)
     pair = EccentricPair(1.0, part.eccentricity, part.ratio)
     angle = np.linspace(0.0, 2.0 * math.pi, POINTS)
@@ -175,7 +175,7 @@ class LimitsPart(Part):
 
 
 def limits(part: LimitsPart, scene: NoScene, report: Progress) -> PartResult:
-    """Found of ratioN.atANGLE, in pitch radii."""
+    """Values of ratioN.atANGLE, in pitch radii."""
     curves: list[Curve] = []
     values: dict[str, tuple[Value, ...]] = {}
     for done, ratio in enumerate(part.ratios):

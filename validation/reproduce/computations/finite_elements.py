@@ -45,7 +45,7 @@ class ElementsPart(Part):
 
 
 def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found as of a sweep of a lumped model."""
+    """Values as of a sweep of a lumped model."""
     speeds = [scene.unit_Hz * value for value in parsed_speeds(part.speeds)]
     study = Dynamics(
         gear_set=GearSetRef.of(scene.gear_set),

@@ -39,7 +39,7 @@ class FreeMotionsPart(Part):
 
 
 def free_motions(part: FreeMotionsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of speedN., speeds counted from 1:
+    """Values of speedN., speeds counted from 1:
 
     largest : deflection, over the one at the start
     growth : of the largest deflection over the second half, per common period

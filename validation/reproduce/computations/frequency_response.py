@@ -40,7 +40,7 @@ from validation.reproduce.scene import Scene
 from validation.study.data_files import Number, Speeds, parsed_speeds
 
 Frequency = Annotated[Number, Field(gt=0.0, lt=1e6)]
-Found = dict[str, tuple[float, ...]]
+PartValues = dict[str, tuple[float, ...]]
 NAMES = {FOLD: "fold", DOUBLING: "doubling", CROSSING: "crossing", TORUS: "torus"}
 GAP = (math.nan, math.nan)
 SWEPT = (  # what sweeps find
@@ -81,7 +81,7 @@ class BranchesPart(Part):
 
 
 def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are frequencies of bifurcations and the largest motions.
+    """Frequencies of bifurcations and the largest motions.
 
     periodN counts the branches alone whose motions repeat after N common periods.
     """
@@ -110,7 +110,7 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
         for mesh in scene.meshes
         for stable in (True, False)
     ]
-    values: Found = dict.fromkeys(NAMES.values(), ())
+    values: PartValues = dict.fromkeys(NAMES.values(), ())
     for branch in result.branches:
         for point in branch.bifurcations:
             values[NAMES[point.kind]] += (point.place / unit,)
@@ -125,7 +125,9 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
     return PartResult(tuple(curve for curve in curves if curve.points), values)
 
 
-def _largest(branches: Sequence[PeriodicBranch], scene: Scene, start: str) -> Found:
+def _largest(
+    branches: Sequence[PeriodicBranch], scene: Scene, start: str
+) -> PartValues:
     return {
         f"{start}mesh{mesh}.largest": (
             max(scene.shown(p.figures, mesh) for b in branches for p in b.points),
@@ -175,7 +177,7 @@ class SweepPart(Part):
 
 
 def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are frequencies, of jumps the last one before them, and largest values.
+    """Values are frequencies, of jumps the last one before them, and largest values.
 
     aperiodic, subharmonic : first and last speed at which a motion does not repeat, or
         repeats after more than one common period
@@ -214,7 +216,7 @@ def swept_result(
     scene: Scene, swept: Sequence[Branch], style: Style | None = None
 ) -> PartResult:
     """Curves and figures of branches of responses, one for each direction."""
-    values: Found = {}
+    values: PartValues = {}
     curves = []
     for branch, other in zip(swept, opposites(list(swept)), strict=True):
         direction = branch.direction
@@ -241,7 +243,7 @@ def swept_result(
     return PartResult(tuple(curves), values)
 
 
-def _other_motions(branch: Branch, unit: float) -> Found:
+def _other_motions(branch: Branch, unit: float) -> PartValues:
     """Spans of speeds with motions that do not repeat after one common period."""
     kinds: Mapping[str, list[float]] = {
         "aperiodic": [
@@ -279,7 +281,7 @@ class TheoryPart(Part):
 
 
 def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of modeN.ORDER., order of its frequency over that of the first mesh.
+    """Values of modeN.ORDER., order of its frequency over that of the first mesh.
 
     contact_lost, unstable : both ends; optimal_relief : of each tip, eq. 2.28 [um]
     """
@@ -291,7 +293,7 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
     unit = scene.unit_Hz
     low, high = part.between
     shown = [p for p in result.found if low <= p.resonance.at / unit <= high]
-    curves, values = [], Found()
+    curves, values = [], PartValues()
     for mesh in scene.meshes:
         looks: tuple[tuple[bool, Style], ...] = ((True, "points"), (False, "pale"))
         for stable, style in looks:

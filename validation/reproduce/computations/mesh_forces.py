@@ -54,7 +54,7 @@ class ForcesPart(Part):
 
 
 def forces(part: ForcesPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are the largest and the mean force, and the time without contact."""
+    """Largest and mean force, and the time without contact."""
     motion = _motion(part, scene, report)
     history, response = motion.history, motion.response
     curves, values = [], {}

@@ -30,7 +30,7 @@ class ModesPart(Part):
 
 
 def modes(part: ModesPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are those of all modes, in the unit of the figure."""
+    """Natural frequencies of all modes, in the unit of the figure."""
     report("modes", 0, 1)
     system = scene.system
     frequencies = tuple(float(f) / scene.unit_Hz for f in system.modes.frequency_Hz)
@@ -57,7 +57,7 @@ class ModeEnergiesPart(Part):
 
 
 def mode_energies(part: ModeEnergiesPart, scene: Scene, report: Progress) -> PartResult:
-    """Found is the logarithm of the stiffness at which modes are least of one place.
+    """Logarithm of the stiffness at which modes are least of one place.
 
     That is where the largest shares of the modes have the smallest mean.
     """

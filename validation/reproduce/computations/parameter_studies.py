@@ -361,7 +361,7 @@ class WidthPart(Part):
 
 
 def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of the points: how far they are off a straight line, over their height.
+    """Values of the points: how far they are off a straight line, over their height.
 
     gone : value of the figure at which closed forms give no interval
     """

@@ -98,7 +98,7 @@ def _settled(
 
 
 def basins(part: BasinsPart, scene: MachineScene, report: Progress) -> PartResult:
-    """Found are parts of the cells that lead to motions of a name, and their number."""
+    """Parts of the cells that lead to motions of a name, and their number."""
     report("basins", 0, 1)
     cells = _cells(part)
     attractors, which = _settled(scene.machine, part, cells)
@@ -176,7 +176,7 @@ class BoundariesPart(Part):
 def boundaries(
     part: BoundariesPart, scene: MachineScene, report: Progress
 ) -> PartResult:
-    """Found are times and speeds of orbits, and the highest speed of grazing.
+    """Times and speeds of orbits, and the highest speed of grazing.
 
     boundary : part of points on the manifolds next to which departures settle to
         different motions on both sides
@@ -271,7 +271,7 @@ class LimitPart(Part):
 
 
 def limit(part: LimitPart, scene: MachineScene, report: Progress) -> PartResult:
-    """Found are the last part, whether parts fall throughout, and the power of the
+    """The last part, whether parts fall throughout, and the power of the
     stiffness by which they do."""
     basins_part = BasinsPart(grid=part.grid, velocity=part.velocity)
     cells = _cells(basins_part)

@@ -76,7 +76,7 @@ class QuietPart(Part):
 
 
 def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:
-    """Found are extremes, where they are, and what the machine itself has.
+    """Extremes, where they are, and what the machine itself has.
 
     closed : the critical eccentricity of the machine itself in closed form
     trend : 1 where it rises throughout, -1 where it falls, 0 where it does neither

@@ -139,7 +139,7 @@ class SettledRattlePart(Part):
 def orbit_branches(
     part: OrbitBranchesPart, scene: MachineScene, report: Progress
 ) -> PartResult:
-    """Stable stretches in full, unstable ones dashed; found are bifurcations."""
+    """Stable stretches in full, unstable ones dashed; the values are bifurcations."""
     search = part.search(part.runs)
     result = find_bifurcations(scene.machine, search, report=report)
     parameters: dict[str, list[float]] = defaultdict(list)
@@ -213,7 +213,7 @@ def _flank(machine: Machine, plane: Plane, grazing: BifurcationCurve) -> str:
 def orbit_motions(
     part: OrbitMotionsPart, scene: MachineScene, report: Progress
 ) -> PartResult:
-    """Found is 1 where a motion is there, and where it is stable, else 0."""
+    """Values are 1 where a motion is there, and where it is stable, else 0."""
     machine = scene.machine
     orbits = find_orbits(machine, 1, (0.0, part.highest))
     curves: list[Curve] = []
@@ -250,7 +250,7 @@ def _history(
 def settled_rattle(
     part: SettledRattlePart, scene: MachineScene, report: Progress
 ) -> PartResult:
-    """Found is how many starts settle to each kind, and how many kinds there are."""
+    """Count the starts that settle to each kind, and the kinds."""
     machine = scene.machine
     random = np.random.default_rng(0)
     starts = random.uniform((0.0, 0.0), (1.0, part.highest), (part.starts, 2))

@@ -46,7 +46,7 @@ class SawtoothPart(Part):
 
 
 def sawtooth(part: SawtoothPart, scene: NoScene, report: Progress) -> PartResult:
-    """Found of stepN., steps counted from 1: errors at the first and last count, the
+    """Values of stepN., steps counted from 1: errors at the first and last count, the
     least of all, and atCOUNT."""
     report("errors", 0, 1)
     curves, values = [], {}

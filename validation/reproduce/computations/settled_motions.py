@@ -47,7 +47,7 @@ class AttractorsPart(Part):
 
 
 def attractors(part: AttractorsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are the first and last speed of chaos and of motions of two periods.
+    """First and last speed of chaos and of motions of two periods.
 
     exponent : largest of Lyapunov per period of the first mesh, of all speeds
     """

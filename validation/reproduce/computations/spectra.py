@@ -46,7 +46,7 @@ class SpectraPart(Part):
 
 
 def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of speedN., speeds counted from 1:
+    """Values of speedN., speeds counted from 1:
 
     peaks : frequencies of peaks above a twentieth of the highest, in the unit of the
         figure; highest : that of the highest one; lowest : of all, the first

@@ -57,7 +57,7 @@ class StabilityPart(Part):
 
 
 def stability(part: StabilityPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of valueN.COMBINATION., values counted from 1, in the unit of the figure:
+    """Values of valueN.COMBINATION., values counted from 1, in the unit of the figure:
 
     low, high, width : of the widest interval of that name
     expected_low, expected_high, expected_width : of perturbation

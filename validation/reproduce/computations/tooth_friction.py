@@ -37,7 +37,7 @@ class ToothPairsPart(Part):
 
 
 def tooth_pairs(part: ToothPairsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of the pair in recess or approach:
+    """Values of the pair in recess or approach:
 
     first, last : values where it comes into its half of the path and leaves it
     double_first, double_last : where double contact starts and ends
@@ -104,7 +104,7 @@ class FrictionDeflectionPart(Part):
 def friction_deflection(
     part: FrictionDeflectionPart, scene: Scene, report: Progress
 ) -> PartResult:
-    """Found are means over single contact in recess and approach, and the RMS over
+    """Means over single contact in recess and approach, and the RMS over
     double contact [um]."""
     report("deflection", 0, 1)
     x, change, single = (_by_elements if part.elements else _by_pairs)(scene)
@@ -156,7 +156,7 @@ class HarmonicsPart(Part):
 
 
 def harmonics(part: HarmonicsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of orderN.: amplitudes at the first and last value, and extremes."""
+    """Values of orderN.: amplitudes at the first and last value, and extremes."""
     values = part.over.values
     sizes = np.array(list(_amplitudes(part, scene, report)))
     curves, quantities = [], {}
