@@ -86,8 +86,8 @@ class Subject:
     def stepper(self, elements: FiniteElements) -> tuple[ImplicitStepper, int, float]:
         """A stepper, its elastic freedoms, and the seconds that it took."""
         start = time.perf_counter()
-        given = (self.speeds, elements, DynamicSettings(), self.excitations)
-        prepared = prepare(self.gear_set, self.torque, self.reference, *given)
+        inputs = (self.speeds, elements, DynamicSettings(), self.excitations)
+        prepared = prepare(self.gear_set, self.torque, self.reference, *inputs)
         return prepared.stepper, sum(prepared.elastic), time.perf_counter() - start
 
     def runs(self, stepper: ImplicitStepper, steps: int) -> list[tuple[Array, float]]:
@@ -98,9 +98,9 @@ class Subject:
 def subject(
     gear_set: GearSet, torque: float, excitations: Excitations | None = None
 ) -> Subject:
-    known = excitations or Excitations()
-    reference = lumped_system(gear_set, torque, excitations=known)
-    return Subject(gear_set, torque, reference, known)
+    shared_excitations = excitations or Excitations()
+    reference = lumped_system(gear_set, torque, excitations=shared_excitations)
+    return Subject(gear_set, torque, reference, shared_excitations)
 
 
 def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchmark:
@@ -162,7 +162,7 @@ def others_with_modes(
 ) -> list[tuple[str, float, FiniteElements]]:
     """OTHERS without cut-offs that no elastic mode lies below."""
     lowest = math.sqrt(stepper.model.modal.rigidity.min()) / (2.0 * math.pi)
-    return [each for each in OTHERS if (each[2].cutoff_Hz or math.inf) > lowest]
+    return [option for option in OTHERS if (option[2].cutoff_Hz or math.inf) > lowest]
 
 
 def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, float]:
@@ -193,7 +193,7 @@ def _point(
 ) -> DynamicsCost:
     """made : by `Subject.stepper`; runs, fine : by `Subject.runs`"""
     pairs = zip(runs, fine or (), strict=False)
-    errors = [waveform_error(own, wanted) for (own, _), (wanted, _) in pairs]
+    errors = [waveform_error(waveform, wanted) for (waveform, _), (wanted, _) in pairs]
     return DynamicsCost(
         study=study,
         setting=setting,
@@ -240,27 +240,29 @@ def row_of_gears(gear_set: GearSet, count: int) -> GearSet:
         replace(turns[i % 2], driver=i, driven=i + 1, phase=0.0, center_line=0.0)
         for i in range(count - 1)
     ]
-    meshes[1:] = [replace(each, torques=()) for each in meshes[1:]]
+    meshes[1:] = [replace(mesh, torques=()) for mesh in meshes[1:]]
     return replace(gear_set, gears=tuple(gears), meshes=tuple(meshes), shafts=())
 
 
 def observed_order(points: Sequence[DynamicsCost]) -> float:
     """Observed order of the median error over the steps."""
-    own = [p for p in points if p.study == "steps"]
-    return -bench.slope([p.setting for p in own], [p.error_median for p in own])
+    step_points = [p for p in points if p.study == "steps"]
+    return -bench.slope(
+        [p.setting for p in step_points], [p.error_median for p in step_points]
+    )
 
 
 def figure_panel(points: Sequence[DynamicsCost]) -> bench.Panel:
     """Time per mesh period over the median error, a line for each study."""
     curves = []
     for study, (label, marker, unit) in STUDIES.items():
-        own = [p for p in points if p.study == study and p.error_median > 0.0]
-        steps = [p.setting if study == "steps" else COMMON for p in own]
+        study_points = [p for p in points if p.study == study and p.error_median > 0.0]
+        steps = [p.setting if study == "steps" else COMMON for p in study_points]
         places = [
             (p.error_median, 1e-3 * p.us_per_step * n)
-            for p, n in zip(own, steps, strict=True)
+            for p, n in zip(study_points, steps, strict=True)
         ]
-        names = [p.setting / unit for p in own]
+        names = [p.setting / unit for p in study_points]
         curves.append(bench.CostCurve(label, marker, places, names))
     return bench.Panel(
         "relative error of the dynamic transmission error, median",

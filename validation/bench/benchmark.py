@@ -118,9 +118,9 @@ def curves_of(
     """A curve for each label, in the order of the rows."""
     curves = []
     for name, marker in zip(dict.fromkeys(map(label, rows)), MARKERS, strict=False):
-        own = [row for row in rows if label(row) == name]
-        settings = [] if setting is None else list(map(setting, own))
-        curves.append(CostCurve(name, marker, list(map(place, own)), settings))
+        curve_rows = [row for row in rows if label(row) == name]
+        settings = [] if setting is None else list(map(setting, curve_rows))
+        curves.append(CostCurve(name, marker, list(map(place, curve_rows)), settings))
     return curves
 
 
@@ -139,7 +139,9 @@ def collect(
 
 def plain(rows: Mapping[str, Sequence[DataclassInstance]]) -> dict[str, list[Any]]:
     """Tables of dataclasses as tables of dictionaries."""
-    return {name: [asdict(row) for row in own] for name, own in rows.items()}
+    return {
+        name: [asdict(row) for row in table_rows] for name, table_rows in rows.items()
+    }
 
 
 def fastest(work: Callable[[], object], repeats: int = REPEATS) -> float:
@@ -175,7 +177,7 @@ def write_benchmark(measured: Benchmark, output: Path) -> None:
 def write_page(measured: Sequence[Benchmark], output: Path, command: str) -> Path:
     """Write index.html next to its figures and tables; return its path."""
     page = output / "index.html"
-    studies = [_study(each, output) for each in measured]
+    studies = [_study(benchmark, output) for benchmark in measured]
     about = {**dict(provenance()), "machine": machine()}
     text = pages.filled("bench.html", studies=studies, command=command, about=about)
     write_text(page, text)

@@ -137,10 +137,10 @@ def contact_loads(
             (np.eye(free.size) + R * slope) / e.knots[-1],
         )
 
-    found = root(error, free, jac=True, method="hybr", options={"xtol": 1e-13})
-    if not np.abs(error(found.x)[0]).max() < 1e-11:
-        raise ArithmeticError(f"contact not solved: {found.message}")
-    return pair_loads(e, place, part, found.x)[0]
+    solution = root(error, free, jac=True, method="hybr", options={"xtol": 1e-13})
+    if not np.abs(error(solution.x)[0]).max() < 1e-11:
+        raise ArithmeticError(f"contact not solved: {solution.message}")
+    return pair_loads(e, place, part, solution.x)[0]
 
 
 def march(
@@ -176,7 +176,7 @@ def march(
         if number and place == 0:
             now = now @ e.turnover.T
             states[-1] = now.copy()
-        found = solve_ivp(
+        segment = solve_ivp(
             derivative,
             (0.0, length),
             now.ravel(),
@@ -186,9 +186,9 @@ def march(
             rtol=tolerance,
             atol=tolerance * scale,
         )
-        if not found.success:
-            raise ArithmeticError(f"motion not solved: {found.message}")
-        states += list(found.y.T.reshape(-1, 2, n))
+        if not segment.success:
+            raise ArithmeticError(f"motion not solved: {segment.message}")
+        states += list(segment.y.T.reshape(-1, 2, n))
         now = states[-1].copy()
     times = length / checks * np.arange(len(states))
     return times, np.array(states)

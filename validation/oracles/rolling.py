@@ -51,7 +51,7 @@ def adaptive(e: float, tolerance: float) -> Callable[[float], float]:
     from scipy.integrate import solve_ivp
 
     def end(c: float) -> float:
-        found = solve_ivp(
+        solution = solve_ivp(
             lambda s, place: rates(s, place, c, e),
             (0.0, math.pi),
             np.array([1.0 - e, 0.0]),
@@ -59,7 +59,7 @@ def adaptive(e: float, tolerance: float) -> Callable[[float], float]:
             rtol=tolerance,
             atol=tolerance,
         )
-        return float(found.y[1, -1])
+        return float(solution.y[1, -1])
 
     return end
 

@@ -46,10 +46,10 @@ def elastic_gears(
 
     speeds : mesh frequencies of the first mesh [Hz]
     """
-    ratio, highest, found = FiniteElements().elastic_damping, max(speeds), []
+    ratio, highest, gears = FiniteElements().elastic_damping, max(speeds), []
     for gear in gear_set.gears:
         cutoff_Hz = more * default_cutoff(gear, highest)
         modes = modes_once(statics.sector(gear), gear.density, cutoff_Hz)
         damping = elastic_damping(gear, ratio)
-        found.append(ElasticGear(modes, gear.face_width, damping))
-    return found
+        gears.append(ElasticGear(modes, gear.face_width, damping))
+    return gears

@@ -224,9 +224,9 @@ def found_or_made(
     """A run with its table; one that fails is a result."""
     inputs = inputs_of(gear_set, table)
     directory = store / _directory_name(gear_set, table)
-    found = read_set(gear_set.name, make_directory(directory) / table, inputs, True)
-    if found is not None:
-        return found
+    stored = read_set(gear_set.name, make_directory(directory) / table, inputs, True)
+    if stored is not None:
+        return stored
     begin_run(directory, inputs, [table])
     write_texts(directory, _texts(inputs, table, make))
     made = read_set(gear_set.name, directory / table, inputs, False)
@@ -254,14 +254,14 @@ def read_set(
     if texts is None:
         return None
     result = json.loads(texts[RESULT])
-    given = result.get("measured")
+    measured = result.get("measured")
     return SetRun(
         name=name,
         table=table,
         reused=reused,
         machine=result["machine"],
         failure=result["failure"],
-        measured=None if given is None else Measured(**given),
+        measured=None if measured is None else Measured(**measured),
         full=tuple(FullPoint(**point) for point in result.get("full", ())),
     )
 

@@ -118,19 +118,21 @@ def speed_errors(measured: Measured, source: str, beside: str = REFERENCE) -> Ar
     """Error of the worst mesh at every speed (s,), infinite where either has no
     motion.
     """
-    own, other = (np.array(measured.rms_m[s]) for s in (source, beside))
-    errors = np.abs(own / other - 1.0).max(axis=1)
+    rms, other_rms = (np.array(measured.rms_m[s]) for s in (source, beside))
+    errors = np.abs(rms / other_rms - 1.0).max(axis=1)
     return np.where(np.isfinite(errors), errors, np.inf)
 
 
 def other_branch(measured: Measured, errors: Array) -> Mask:
     """Speeds (s,) that are counted apart, see the top of this file."""
-    own, reference = (np.array(measured.multiples[s]) for s in (COUPLED_UP, REFERENCE))
-    differs = (own != reference).any(axis=1)
+    multiples, reference = (
+        np.array(measured.multiples[s]) for s in (COUPLED_UP, REFERENCE)
+    )
+    differs = (multiples != reference).any(axis=1)
     own_reaches = speed_errors(measured, COUPLED_DOWN) <= MEDIAN
     is_reached = speed_errors(measured, COUPLED_UP, REFERENCE_DOWN) <= MEDIAN
-    known = own_reaches | is_reached
-    return on_other_branch(errors, differs, known)
+    reached = own_reaches | is_reached
+    return on_other_branch(errors, differs, reached)
 
 
 def quantiles(errors: Array) -> tuple[float, float]:
@@ -146,9 +148,12 @@ def quantiles(errors: Array) -> tuple[float, float]:
 def largest_frequency_error(measured: Measured) -> tuple[float, float]:
     """Relative, and the frequency [Hz] of which; NaN where no mode counts."""
     highest = NATURAL * measured.resonance_Hz
-    own, fe = measured.natural, measured.natural_fe
-    found = [*frequency_errors(own, fe, highest), *frequency_errors(fe, own, highest)]
-    return max(found, default=(np.nan, np.nan))
+    natural, fe = measured.natural, measured.natural_fe
+    errors = [
+        *frequency_errors(natural, fe, highest),
+        *frequency_errors(fe, natural, highest),
+    ]
+    return max(errors, default=(np.nan, np.nan))
 
 
 def frequency_errors(

@@ -201,15 +201,17 @@ def coupled_fold() -> Trials:
     _, system = system_of(LOOSE)
     # from far below on: from rest near the fold the motion may rise at once
     speeds = np.r_[2400.0:2690.0:50.0, 2690.0:2760.0:2.0]
-    found = []
+    speeds_of_jump = []
     for steps in (64, 256):
         rms = sweep(system, speeds, "up", Settings(steps=steps)).column("dte_rms")
         rise = np.diff(np.log(rms[:, 0]))
-        found.append(float(speeds[rise.argmax()]) if rise.max() > 0.3 else math.nan)
-    value = abs(found[1] / found[0] - 1.0)
+        speeds_of_jump.append(
+            float(speeds[rise.argmax()]) if rise.max() > 0.3 else math.nan
+        )
+    value = abs(speeds_of_jump[1] / speeds_of_jump[0] - 1.0)
     yield Trial("coupled, fold", "its speed on finer steps", value, 3e-3)
     for beside in (-4.0, 4.0):
-        value = disagreement(system, found[0] + beside)
+        value = disagreement(system, speeds_of_jump[0] + beside)
         yield Trial(f"coupled, {beside:+g} Hz from a fold", FINER, value, 5e-3)
 
 

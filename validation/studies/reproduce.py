@@ -123,7 +123,7 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
                 return None
         finished = len(results) == len(chosen)
         results = with_earlier(results, earlier, store)
-        made = [each.figure.number for each in results]
+        made = [result.figure.number for result in results]
         values = report_values(results, place, self._commands(made))
         write_report(values, results, place, report if finished else silent)
         return ReproductionResult(self, values, tuple(earlier), finished)
@@ -133,8 +133,8 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
 
         def command(*numbers: str) -> str:
             every = numbers == figure_numbers()
-            own = replace(self, numbers=() if every else numbers, every=every)
-            return shlex.join(["fegear", *own.words])
+            study = replace(self, numbers=() if every else numbers, every=every)
+            return shlex.join(["fegear", *study.words])
 
         return {number: command(number) for number in made} | {"": command(*made)}
 
@@ -143,20 +143,20 @@ def numbers_of(report: Path) -> list[str]:
     """Numbers of the figures in a report, none where it cannot be read."""
     try:
         figures = json.loads(report.read_text(encoding="utf-8"))["figures"]
-        given = {figure["number"] for figure in figures}
+        numbers = {figure["number"] for figure in figures}
     except (OSError, ValueError, LookupError, TypeError):
         return []
-    return [number for number in figure_numbers() if number in given]
+    return [number for number in figure_numbers() if number in numbers]
 
 
 def with_earlier(
     results: Sequence[FigureResult], earlier: Sequence[str], store: Path
 ) -> list[FigureResult]:
     """Results with earlier ones that are still valid, in the order of the source."""
-    found = [find_figure(load_figure(number), store) for number in earlier]
-    valid = [each for each in found if each is not None]
+    stored = [find_figure(load_figure(number), store) for number in earlier]
+    valid = [result for result in stored if result is not None]
     order = figure_numbers().index
-    return sorted([*results, *valid], key=lambda each: order(each.figure.number))
+    return sorted([*results, *valid], key=lambda result: order(result.figure.number))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -226,8 +226,8 @@ class FigureList(StudyResult):
     def rows(self) -> list[dict[str, Any]]:
         chosen = map(load_figure, self.study.numbers or figure_numbers())
         return [
-            {"number": each.number, "title": each.title, "missing": each.missing}
-            for each in chosen
+            {"number": figure.number, "title": figure.title, "missing": figure.missing}
+            for figure in chosen
         ]
 
     @cached_property

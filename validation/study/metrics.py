@@ -401,8 +401,11 @@ def static_measures(reference: Statics, model: Statics) -> Iterator[Measured]:
     yield "mean_stiffness", "", mean
     yield "stiffness_variation", "", model.variation - reference.variation
     pitches = math.ceil(reference.position[-1])
-    known = np.interp(
+    reference_deflection = np.interp(
         model.position, reference.position, reference.deflection, period=pitches
     )
-    vibrations = (each - each.mean() for each in (known, model.deflection))
+    vibrations = (
+        deflection - deflection.mean()
+        for deflection in (reference_deflection, model.deflection)
+    )
     yield "static_deflection", "", relative_distance(*vibrations)

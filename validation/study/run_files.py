@@ -88,11 +88,11 @@ def contents(task: RunSpec, solution: RunResult) -> dict[str, str]:
 
 def features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
     """Jumps and peaks of every mesh of every branch, as plain values."""
-    found: list[dict[str, Any]] = []
+    entries: list[dict[str, Any]] = []
     for branch, other in zip(branches, opposites(branches), strict=True):
         jumps, peaks = find_jumps(branch, other), find_peaks(branch)
         meshes = len(branch.system.excitations) if len(branch.frequency_Hz) else 0
-        found += [
+        entries += [
             {
                 "direction": branch.direction,
                 "mesh": mesh,
@@ -102,7 +102,7 @@ def features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
             }
             for mesh in range(1, meshes + 1)
         ]
-    return found
+    return entries
 
 
 def _statics_csv(statics: Sequence[Statics]) -> str:
@@ -142,7 +142,9 @@ def read_run(task: RunSpec, directory: Path, reused: bool) -> Run | None:
         directory=directory,
         reused=reused,
         table=table,
-        curves=tuple(_read_curve(each, table) for each in result["curves"]),
+        curves=tuple(
+            _read_curve(curve_features, table) for curve_features in result["curves"]
+        ),
         statics=tuple(_read_statics(result["statics"], _rows(texts[STATICS]))),
         cycles=tuple(_read_cycles(result["waves"], _rows(texts[WAVES]))),
         machine=result["machine"],
@@ -153,8 +155,8 @@ def read_run(task: RunSpec, directory: Path, reused: bool) -> Run | None:
 
 
 def _read_curve(features: Mapping[str, Any], table: SweepTable) -> MeasuredCurve:
-    own = (features["direction"], features["mesh"])
-    rows = [row for row in table.rows if (row.direction, row.mesh) == own]
+    key = (features["direction"], features["mesh"])
+    rows = [row for row in table.rows if (row.direction, row.mesh) == key]
     rows.sort(key=lambda row: row.mesh_frequency_Hz)
     columns = {
         "frequency": "mesh_frequency_Hz",
@@ -175,16 +177,16 @@ def _read_curve(features: Mapping[str, Any], table: SweepTable) -> MeasuredCurve
 
 def _read_statics(entries: Sequence[Any], rows: Rows) -> Iterator[Statics]:
     for entry in entries:
-        own = [row[1:] for row in rows if int(row[0]) == entry["mesh"]]
-        position, deflection, friction, single = np.array(own, float).T
+        statics_rows = [row[1:] for row in rows if int(row[0]) == entry["mesh"]]
+        position, deflection, friction, single = np.array(statics_rows, float).T
         force = entry["force_N"]
         yield Statics(entry["mesh"], force, position, deflection, friction, single == 1)
 
 
 def _read_cycles(entries: Sequence[Any], rows: Rows) -> Iterator[ForceCycle]:
     for i, entry in enumerate(entries):
-        own = rows[i * CYCLE_POINTS : (i + 1) * CYCLE_POINTS]
-        force = np.array([float(row[3]) for row in own])
+        cycle_rows = rows[i * CYCLE_POINTS : (i + 1) * CYCLE_POINTS]
+        force = np.array([float(row[3]) for row in cycle_rows])
         yield ForceCycle(force=force, **entry)
 
 

@@ -61,8 +61,8 @@ def read_verified(
     Raises InputError where files are there and cannot be read.
     """
     names = (INPUTS, *names, RESULT)
-    found = {name: _read(directory / name) for name in names}
-    data = {name: read for name, read in found.items() if read is not None}
+    contents = {name: _read(directory / name) for name in names}
+    data = {name: read for name, read in contents.items() if read is not None}
     if len(data) < len(names) or data[INPUTS] != inputs_text(inputs).encode():
         return None
     try:

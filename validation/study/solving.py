@@ -134,8 +134,8 @@ class Integrator:
         """
         if self.checkpoint is None:
             return SpeedCount(report, label, total, 0)
-        found = sum(len(self.checkpoint.finished(name)) for name in branches)
-        return SpeedCount(report, label, total, found)
+        stored_count = sum(len(self.checkpoint.finished(name)) for name in branches)
+        return SpeedCount(report, label, total, stored_count)
 
     def sweep(
         self,
@@ -145,11 +145,15 @@ class Integrator:
         progress: SpeedCount,
     ) -> Branch:
         """Through speeds [Hz]; name : of the branch in the checkpoint."""
-        kept = self.checkpoint is not None  # only those of finite elements are
-        known = StoredBranch(Records(self.checkpoint, name)) if kept else None
+        has_checkpoint = (
+            self.checkpoint is not None
+        )  # only those of finite elements are
+        stored = (
+            StoredBranch(Records(self.checkpoint, name)) if has_checkpoint else None
+        )
         return sweep_branch(
             *(self.stepper, speeds, direction, self.settings),
-            store=known,
+            store=stored,
             observer=Observer(progress.passed, progress.watch),
         )
 
@@ -160,8 +164,8 @@ class Integrator:
         if not math.isfinite(periods):
             return 0
         if isinstance(stepper, ImplicitStepper):
-            each = steps_per_cycle(stepper.model, frequency, self.settings)
-            return round(periods * each)
+            cycle_steps = steps_per_cycle(stepper.model, frequency, self.settings)
+            return round(periods * cycle_steps)
         system = stepper.system
         steps = steps_per_period(system, frequency, self.settings)
         grid = system.samples(steps)[0]
@@ -194,7 +198,7 @@ def solve_task(
     ready = time.perf_counter()
     branches, cycles, integrated = _integrate(task, integrator, report)
     end = time.perf_counter()
-    responses = [each for branch in branches for each in branch.responses]
+    responses = [response for branch in branches for response in branch.responses]
     cost = Cost(
         prepare_s=ready - begin,
         march_s=end - ready,
@@ -220,10 +224,10 @@ def mesh_statics(
     force = torque / gear_set.meshes[mesh].pair.driver.base_radius
     if task.model is None:
         return _element_statics(task, excitations, mesh, torque, force)
-    pitches, each = error_periods(gear_set)[mesh], CYCLE_POINTS
+    pitches, positions = error_periods(gear_set)[mesh], CYCLE_POINTS
     if pitches > 1:
-        each = excitations.source.statics_of(gear_set, mesh).positions
-    position = np.arange(pitches * each) / each
+        positions = excitations.source.statics_of(gear_set, mesh).positions
+    position = np.arange(pitches * positions) / positions
     if system.has_friction:
         free = excitations.of(gear_set, mesh, torque, 1)
         return _rubbed_statics(system, free, mesh, force, position)
@@ -376,8 +380,8 @@ def _integrate(
     ]
     cycles, integrated = [], progress.integrated
     for number, single in enumerate(task.single_speeds, start=1):
-        name, what = f"wave-{number}", f"{_name(task)}, wave {number}"
-        progress = integrator.progress(report, what, len(approach(single)), [name])
+        name, stage = f"wave-{number}", f"{_name(task)}, wave {number}"
+        progress = integrator.progress(report, stage, len(approach(single)), [name])
         cycles += _cycles_at(single, integrator, name, progress)
         integrated += progress.integrated
     return branches, cycles, integrated

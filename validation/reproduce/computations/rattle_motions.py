@@ -45,7 +45,7 @@ class MotionsPart(Part):
 
 
 def motions(part: MotionsPart, scene: MachineScene, report: Progress) -> PartResult:
-    """Noise levels [rad^2 per turn^3] of motions that rattle, and how many are quiet."""
+    """Noise levels [rad^2 per turn^3] of motions that rattle; how many are quiet."""
     report("motions", 0, 1)
     scene = replace(scene, name=part.machine or scene.name)
     runs, times = _run(part, scene.assembly)
