@@ -26,7 +26,7 @@ y = "eccentricity [rad]"
 def results(figure):
     return {
         part.own_name: COMPUTE[type(part)](
-            part, figure.scene(part), lambda what, done, total: None
+            part, figure.scene(part), lambda stage, done, total: None
         )
         for part in figure.part
     }
@@ -36,9 +36,9 @@ def results(figure):
 @pytest.mark.parametrize("number", ["rattle-2.12", "rattle-3.13"])
 def test_printed_values_are_found(number):
     figure = load_figure(number)
-    found = results(figure)
+    part_results = results(figure)
     for printed in figure.printed:
-        (value,) = found[printed.part].values[printed.value_name]
+        (value,) = part_results[printed.part].values[printed.value_name]
         assert value == pytest.approx(printed.value, abs=1e-4)
 
 

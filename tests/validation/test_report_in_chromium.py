@@ -48,13 +48,13 @@ CONTRAST = """() => {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    given = os.environ.get("FEGEAR_REPORT")
-    if given:
-        return Path(given).resolve()
+    report_path = os.environ.get("FEGEAR_REPORT")
+    if report_path:
+        return Path(report_path).resolve()
     place = tmp_path_factory.mktemp("page")
     (place / "small.toml").write_text(case_text("small", "1000:1100:50", 1.0))
-    words = ["validate", str(place / "small.toml"), "-o", str(place / "out")]
-    assert CliRunner().invoke(app, words, catch_exceptions=False).exit_code == 0
+    argv = ["validate", str(place / "small.toml"), "-o", str(place / "out")]
+    assert CliRunner().invoke(app, argv, catch_exceptions=False).exit_code == 0
     return place / "out"
 
 

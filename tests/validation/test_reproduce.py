@@ -102,15 +102,15 @@ def test_figures_load_and_their_commands_can_be_typed(number):
     figure = load_figure(number)
     assert figure.number == number
     assert len(figure.caption) > 40
-    known = dict(commands())
+    commands_by_name = dict(commands())
     for part in figure.part:
         scene = figure.scene(part)
         assert not figure.machine or scene.assembly  # its edits can be read
-        for words in commands_of(part, scene):
-            count = 2 if words[0] == "rattle" else 1
-            name = " ".join(words[:count])
-            given = shlex.split(shlex.join(words[count:]))
-            known[name].make_context(name, given)
+        for argv in commands_of(part, scene):
+            count = 2 if argv[0] == "rattle" else 1
+            name = " ".join(argv[:count])
+            arguments = shlex.split(shlex.join(argv[count:]))
+            commands_by_name[name].make_context(name, arguments)
 
 
 def test_every_kind_of_computation_is_used():
@@ -199,15 +199,15 @@ counts = [4, 20]
 
 
 def test_an_equation_needs_no_gears():
-    found = computed(SAWTOOTH).values
-    assert found["step1.at4"][0] > 1e-4
-    assert found["step1.last"][0] < 1e-14
-    for given, message in (
+    values = computed(SAWTOOTH).values
+    assert values["step1.at4"][0] > 1e-4
+    assert values["step1.last"][0] < 1e-14
+    for line, message in (
         ('gear_set = "liu-pair"', "neither gear_set nor machine"),
         ("translations = true", "translations is of trains, not of equations"),
     ):
         wrong = SAWTOOTH.replace(
-            'caption = "Nothing."', f'caption = "Nothing."\n{given}'
+            'caption = "Nothing."', f'caption = "Nothing."\n{line}'
         )
         with pytest.raises(InputError, match=message):
             read_figure(wrong)
@@ -290,10 +290,10 @@ def computed(text):
 
 def test_closed_forms_find_the_checked_loss_of_contact():
     """Speeds over the first natural frequency, recomputed independently."""
-    found = computed(GOOD.replace("relative = true", IDLER_3)).values
-    low, high = found["mode1.1.mesh2.contact_lost"]
+    values = computed(GOOD.replace("relative = true", IDLER_3)).values
+    low, high = values["mode1.1.mesh2.contact_lost"]
     assert (low, high) == pytest.approx((0.873, 1.127), abs=5e-4)
-    assert found["mode1.1/2.critical_damping"][0] == pytest.approx(0.0605, abs=5e-5)
+    assert values["mode1.1/2.critical_damping"][0] == pytest.approx(0.0605, abs=5e-5)
 
 
 def test_a_map_has_a_point_for_every_pair_of_values():
@@ -311,9 +311,9 @@ def test_a_map_has_a_point_for_every_pair_of_values():
 def test_few_harmonics_of_the_finite_elements_are_left():
     figure = read_figure(GOOD.replace('"rectangular"', '"fe"\nwave_harmonics = 2'))
     system = figure.scene(figure.part[0]).system
-    known = parametric_system(system).stiffness_harmonics
-    assert (abs(known[:, :2]) > 0.01).all()
-    assert abs(known[:, 2:]).max() < 1e-4
+    harmonics = parametric_system(system).stiffness_harmonics
+    assert (abs(harmonics[:, :2]) > 0.01).all()
+    assert abs(harmonics[:, 2:]).max() < 1e-4
 
 
 def test_a_subharmonic_ends_where_its_indicator_passes_twice_the_damping():
@@ -362,12 +362,12 @@ def test_of_several_values_the_nearest_counts_and_none_that_is_far():
 
 def test_points_are_compared_as_a_whole():
     """Though one of the coordinates is met by another point."""
-    given = reference(point=(0.0, 0.7), scale=1.0)
-    found = compared(((0.04, 0.16), (0.04, 0.96), (0.96, 0.72)), given)
-    assert found.computed == (0.04, 0.96)
-    assert found.relative_error == pytest.approx(0.26)
-    assert "computed (0.04, 0.96) Hz (nearest of 3)" in found.line
-    none = compared((), given)
+    expected = reference(point=(0.0, 0.7), scale=1.0)
+    check = compared(((0.04, 0.16), (0.04, 0.96), (0.96, 0.72)), expected)
+    assert check.computed == (0.04, 0.96)
+    assert check.relative_error == pytest.approx(0.26)
+    assert "computed (0.04, 0.96) Hz (nearest of 3)" in check.line
+    none = compared((), expected)
     assert "none found" in none.line
     assert math.isnan(none.relative_error)
 
@@ -383,22 +383,24 @@ def test_points_are_compared_as_a_whole():
     ],
 )
 def test_a_bound_is_met_or_not(value, bound, verdict):
-    found = compared((value,), reference(2.0, bound=bound))
-    assert found.verdict == verdict
-    assert f"printed {bound} 2 Hz, {verdict}" in found.line
-    assert math.isnan(found.relative_error) == (verdict == "not met")
+    check = compared((value,), reference(2.0, bound=bound))
+    assert check.verdict == verdict
+    assert f"printed {bound} 2 Hz, {verdict}" in check.line
+    assert math.isnan(check.relative_error) == (verdict == "not met")
 
 
 def test_another_method_is_a_reference_as_well():
-    given = reference(origin="method", other_part=OtherPart(part="c", value_name="d"))
+    expected = reference(
+        origin="method", other_part=OtherPart(part="c", value_name="d")
+    )
     results = {
         "a": PartResult((), {"b": (2.2,)}),
         "c": PartResult((), {"d": (1.0, 2.0, 5.0)}),
     }
-    found = compare(given, results)
-    assert (found.value, found.computed) == (2.0, 2.2)
-    assert "beside 2 Hz of c, 10 % apart" in found.line
-    higher = compare(replace(given, bound="above"), results)
+    check = compare(expected, results)
+    assert (check.value, check.computed) == (2.0, 2.2)
+    assert "beside 2 Hz of c, 10 % apart" in check.line
+    higher = compare(replace(expected, bound="above"), results)
     assert "computed 2.2 Hz, above 2 Hz of c, met" in higher.line
 
 
@@ -588,8 +590,8 @@ def test_files_are_named_after_their_figures(tmp_path, monkeypatch):
 
 def test_figures_that_are_not_made_say_why():
     left_out = omitted_figures()
-    assert all(len(each.reason) > 15 for each in left_out)
-    assert "4.3" in {each.numbers for each in left_out}
+    assert all(len(figure.reason) > 15 for figure in left_out)
+    assert "4.3" in {figure.numbers for figure in left_out}
 
 
 def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch):
@@ -601,14 +603,14 @@ def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch
         return made(figure, *others)
 
     monkeypatch.setattr(validation.reproduce, "run_figure", first_only)
-    words = ["reproduce", CHEAP, "table-2.2", "-o", str(tmp_path / "out")]
-    assert run(words) == 130
+    argv = ["reproduce", CHEAP, "table-2.2", "-o", str(tmp_path / "out")]
+    assert run(argv) == 130
     values = json.loads((tmp_path / "out" / "report.json").read_text())
     assert [figure["number"] for figure in values["figures"]] == [CHEAP]
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("argv", "message"),
     [
         (["9.9"], "figure = 9.9; no such figure"),
         (["3.66"], "did you mean 3.6"),
@@ -620,9 +622,9 @@ def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch
         (["--list", "--all"], "--all; --list makes nothing"),
     ],
 )
-def test_wrong_words_end_in_one_line(words, message, tmp_path, monkeypatch, capsys):
+def test_wrong_words_end_in_one_line(argv, message, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert run(["reproduce", *words]) == 2
+    assert run(["reproduce", *argv]) == 2
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
@@ -635,16 +637,16 @@ def test_the_list_names_every_figure():
     assert "drawings without numbers" in shown
     assert "not made: forces of the finite elements" in " ".join(shown.split())
     values = json.loads(invoked("--list", "--json").stdout)
-    assert [each["number"] for each in values["figures"]] == list(figure_numbers())
+    assert [figure["number"] for figure in values["figures"]] == list(figure_numbers())
 
 
 @pytest.mark.slow
 def test_lowest_components_of_the_counter_shaft(
     tmp_path,
 ):
-    found = run_figure(load_figure("4.4b"), tmp_path).runs[0].result.values
-    assert found["speed1.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
-    assert found["speed3.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
+    values = run_figure(load_figure("4.4b"), tmp_path).runs[0].result.values
+    assert values["speed1.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
+    assert values["speed3.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
 
 
 RUBBING = """
@@ -673,8 +675,8 @@ def test_friction_of_a_figure_is_that_of_its_model():
     assert scene.friction_words(["friction"]) == ["--bending", "0.4"]
     assert scene.friction_words(["friction_bending"]) == ["--friction", "0.1"]
     assert scene.friction_words(["friction", "friction_bending"]) == []
-    own = read_figure(text + "friction = 0.0\n")
-    assert not own.scene(own.part[0]).system.has_friction
+    frictionless = read_figure(text + "friction = 0.0\n")
+    assert not frictionless.scene(frictionless.part[0]).system.has_friction
     changed = scene.changed({"friction": 0.05, "friction_bending": 0.2})
     assert (changed.model.friction, changed.model.bending) == (0.05, 0.2)
 
@@ -693,11 +695,11 @@ def test_a_contact_ratio_leaves_the_start_of_contact(ratio):
 def test_harmonics_of_the_stiffness_are_those_of_a_rectangle():
     """Eq. 4.85 without bending, and even ones that grow with it."""
     over = 'over = { key = "friction_bending", low = 0.0, high = 0.5, count = 3 }\n'
-    found = computed(RUBBING + 'kind = "harmonics"\n' + over).values
+    values = computed(RUBBING + 'kind = "harmonics"\n' + over).values
     for order in range(1, 7):
         size = 0.3 * abs(math.sin(order * math.pi * 0.5)) / (order * math.pi)
-        assert found[f"order{order}.first"] == (pytest.approx(size, abs=1e-5),)
-    assert found["order2.last"][0] > 0.01
+        assert values[f"order{order}.first"] == (pytest.approx(size, abs=1e-5),)
+    assert values["order2.last"][0] > 0.01
 
 
 def test_arms_and_pairs_are_those_of_the_source():
@@ -737,20 +739,20 @@ def test_free_motions_grow_as_their_multiplier_says():
     free = "friction = 0.0\ntranslations = true\nrelative = true"
     text = RUBBING.replace("friction = 0.1", free)
     text += 'kind = "free_motions"\nspeeds = "7.35,6.5"\nperiods = 80\n'
-    found = computed(text.replace('0.3"]', '0.1", "dynamics.damping_ratio=0"]')).values
-    assert found["speed1.multiplier"][0] > 1.03
-    growth = found["speed1.growth"][0]
-    assert growth == pytest.approx(found["speed1.multiplier"][0], rel=2e-3)
-    assert found["speed2.multiplier"][0] < 1.0 + 1e-9
-    assert found["speed2.largest"][0] < 2.0
+    values = computed(text.replace('0.3"]', '0.1", "dynamics.damping_ratio=0"]')).values
+    assert values["speed1.multiplier"][0] > 1.03
+    growth = values["speed1.growth"][0]
+    assert growth == pytest.approx(values["speed1.multiplier"][0], rel=2e-3)
+    assert values["speed2.multiplier"][0] < 1.0 + 1e-9
+    assert values["speed2.largest"][0] < 2.0
 
 
 def test_spectra_of_finite_elements_have_the_harmonics_of_the_mesh():
     text = RUBBING.replace("bending = 0.4", "").replace("rectangular", "fe")
     text += 'kind = "spectra"\nspeeds = "1300"\nperiods = 8\nelements = true\n'
     text += "up_to = 900.0\n"
-    found = computed(text.replace("0.3", "0.2")).values
-    peaks = np.array(found["speed1.mesh1.peaks"]) / 1300.0
+    values = computed(text.replace("0.3", "0.2")).values
+    peaks = np.array(values["speed1.mesh1.peaks"]) / 1300.0
     assert peaks.size > 1
     np.testing.assert_allclose(peaks, np.round(peaks), atol=1e-6)
 
@@ -761,10 +763,10 @@ def test_a_map_over_friction_can_be_typed():
     text = RUBBING + f'kind = "map"\nat = 1000.0\nover = {over}\n'
     figure = read_figure(text)
     (part,) = figure.part
-    (words,) = commands_of(part, figure.scene(part))
-    assert "--friction" not in words
-    assert words[words.index("--bending") + 1] == "0.4"
-    dict(commands())["map"].make_context("map", list(words[1:]))
+    (argv,) = commands_of(part, figure.scene(part))
+    assert "--friction" not in argv
+    assert argv[argv.index("--bending") + 1] == "0.4"
+    dict(commands())["map"].make_context("map", list(argv[1:]))
     points = computed(text).curves[0].points
     assert points[0][1] != points[1][1]
 
@@ -773,13 +775,13 @@ def test_yes_and_no_are_no_printed_numbers():
     """Nor are counts of motions, which the text names and does not count."""
     flags = re.compile(r"number\.|fraction\.|.* is (there|stable)$|falls$|boundary$")
     for number in figure_numbers():
-        for given in load_figure(number).printed:
-            flagged = flags.match(given.value_name) and not number[0].isdigit()
-            assert not (flagged and given.origin == "printed"), number
+        for printed in load_figure(number).printed:
+            flagged = flags.match(printed.value_name) and not number[0].isdigit()
+            assert not (flagged and printed.origin == "printed"), number
 
 
 def test_the_list_names_what_is_not_made_of_every_source():
-    left_out = {each.numbers: each.reason for each in omitted_figures()}
+    left_out = {figure.numbers: figure.reason for figure in omitted_figures()}
     assert {"2.1-2.4", "rattle-1.1-1.5", "rattle-table-2.1", "rattle-table-4.2"} <= (
         left_out.keys()
     )
@@ -793,10 +795,10 @@ def test_modes_move_from_the_shaft_to_the_meshes():
     """Soft, the shaft has a mode of its own; stiff, it has the highest."""
     figure = load_figure("4.8")
     part = figure.part[0]
-    found = COMPUTE[type(part)](part, figure.scene(part), lambda *progress: None)
+    result = COMPUTE[type(part)](part, figure.scene(part), lambda *progress: None)
     ends = {
         (curve.panel, curve.label): (curve.points[0][1], curve.points[-1][1])
-        for curve in found.curves
+        for curve in result.curves
     }
     shaft = "strain energy in shaft"
     assert ends[shaft, "mode 1"][0] > 0.98 > 0.02 > ends[shaft, "mode 1"][1]

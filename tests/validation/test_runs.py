@@ -178,10 +178,10 @@ def test_fidelity_and_friction_belong_to_the_finite_elements():
 
 @pytest.mark.slow
 def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
-    asked = []
+    stages = []
 
     def interrupt(stage, done, total):
-        asked.append(stage)
+        stages.append(stage)
         if stage.startswith("fe") and done == 7:
             raise KeyboardInterrupt
 
@@ -258,11 +258,11 @@ def test_an_approach_goes_on_where_it_was(few, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         runs.run_case(FEW, tmp_path, interrupt)
-    told = []
-    result = runs.run_case(FEW, tmp_path, lambda *words: told.append(words))
+    reports = []
+    result = runs.run_case(FEW, tmp_path, lambda *progress: reports.append(progress))
     # of four speeds, two on the way are kept
     assert result.runs[0].cost.timed_speeds == 2
-    waves = [word for word in told if word[0].startswith("fe 100 N m, wave 1")]
+    waves = [report for report in reports if report[0].startswith("fe 100 N m, wave 1")]
     assert waves == [
         ("fe 100 N m, wave 1", 1, 4),
         ("fe 100 N m, wave 1", 2, 4),
@@ -503,13 +503,13 @@ def test_model_1_with_friction_deflects_as_the_finite_elements(tmp_path):
     """Within 25 nm where bending takes back what moments do, else 0.3 um off."""
     case = load_case("friction-pair")
     case = replace(case, model=case.model[:3])
-    found = {run.source: run for run in runs.run_case(case, tmp_path).runs}
+    runs_by_source = {run.source: run for run in runs.run_case(case, tmp_path).runs}
     changes = {
         name: [
             printed_value(run, f"mesh1.friction_{stretch}", 0.0)
             for stretch in ("recess", "approach")
         ]
-        for name, run in found.items()
+        for name, run in runs_by_source.items()
     }
     assert np.isnan(changes["model-1"]).all()
     for name, exact in (
@@ -558,10 +558,10 @@ def test_static_deflection_is_that_of_the_finite_elements():
     gear_set, excitations = load_gear_set("liu-pair"), Excitations()
     table = excitations.table(gear_set, 0, 100.0)
     force = 100.0 / gear_set.meshes[0].pair.driver.base_radius
-    found = static_deflection(
+    deflection = static_deflection(
         excitations.of(gear_set, 0, 100.0, 1), force, table.position
     )
-    error = np.abs(found / table["ste_m"][0] - 1.0)
+    error = np.abs(deflection / table["ste_m"][0] - 1.0)
     assert np.median(error) < 0.01
 
 
@@ -585,7 +585,7 @@ def test_statics_go_on_until_pitch_errors_repeat(number):
     task = next(iter(tasks_of(case)))
     task = replace(task, gear_set=load_gear_set("liu-pair", errors))
     excitations = Excitations()
-    fe, found = (
+    fe, model_statics = (
         mesh_statics(
             replace(task, model=model),
             excitations,
@@ -597,8 +597,8 @@ def test_statics_go_on_until_pitch_errors_repeat(number):
         for model in (None, case.model[0])
     )
     assert fe.position.max() > 1.0
-    assert np.ptp(np.round(found.position)) == np.ptp(np.round(fe.position))
-    measured = {name: value for name, _, value in static_measures(fe, found)}
+    assert np.ptp(np.round(model_statics.position)) == np.ptp(np.round(fe.position))
+    measured = {name: value for name, _, value in static_measures(fe, model_statics)}
     allowed = 0.01 if number == "coupled" else 0.15
     assert measured["static_deflection"] < allowed
 
@@ -607,7 +607,7 @@ def test_statics_go_on_until_pitch_errors_repeat(number):
 def test_coupled_statics_are_those_of_a_mesh_alone():
     """As the tables of finite elements; a coupling would take a part of the load."""
     held = tuple(f"gear.{g}.coupling_stiffness_Nm_per_rad=1e5" for g in (1, 2))
-    found = []
+    deflections = []
     for edits in ((), held):
         case = replace(CASE, speeds_Hz="", edits=(*CASE.edits, *edits))
         case = replace(case, model=(Model(number="coupled"),))
@@ -615,8 +615,8 @@ def test_coupled_statics_are_those_of_a_mesh_alone():
         (statics,) = solving.solve_task(
             task, None, Excitations(), lambda *_: None
         ).statics
-        found.append(statics.deflection)
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+        deflections.append(statics.deflection)
+    np.testing.assert_allclose(deflections[1], deflections[0], rtol=1e-6)
     system = lumped_system(task.gear_set, 100.0, LumpedModel(number="coupled"))
-    part = 1.0 - system.loaded.deflection.mean() / found[0].mean()
+    part = 1.0 - system.loaded.deflection.mean() / deflections[0].mean()
     assert part > 0.01, "as the train is at rest"
