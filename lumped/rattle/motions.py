@@ -155,7 +155,7 @@ class AssemblyIntegrator:
             "rates": np.zeros(2 * n, complex),
             "vectors": np.zeros((2 * n, 2 * n), complex),
             "inverse": np.zeros((2 * n, 2 * n), complex),
-            "watched": np.zeros(2 * n, complex),
+            "event_row": np.zeros(2 * n, complex),
         }
         used = 2 * n - 2
         found["rates"][:used] = rates
@@ -163,7 +163,7 @@ class AssemblyIntegrator:
         found["inverse"][:used] = np.linalg.inv(vectors) @ both.T
         moved = shapes @ vectors[: n - 1]
         force = linear.mass @ moved * rates**2 + linear.damping @ moved * rates
-        found["watched"][:used] = (
+        found["event_row"][:used] = (
             -row @ (force + linear.stiffness @ moved) / (row @ row)
         )
         mean = linear.respond(0.0, linear.mean, -side * machine.half_backlash).real
@@ -174,7 +174,7 @@ class AssemblyIntegrator:
             offset=np.concatenate([mean[:-1], np.zeros(n)]),
             drift=np.zeros(2 * n),
             **self._waves(turn[:-1], ripple[:-1]),
-            event_row=found["watched"],
+            event_row=found["event_row"],
             forced=(complex(turn[-1]), complex(ripple[-1])),
             steady=(float(mean[-1]), 0.0),
         )
