@@ -61,8 +61,10 @@ def test_page_shows_figures_points_and_what_else_was_measured(tmp_path):
 def test_points_stand_in_one_file_whoever_writes_them(tmp_path):
     benchmark = measured(tables={"points": [{"study": "split", "error": 0.1}]})
     write_page([benchmark], tmp_path, "fegear bench all")
-    beside = tmp_path / "stiffness.csv"
-    text = beside.read_text()
+    points_file = tmp_path / "stiffness.csv"
+    text = points_file.read_text()
     write_benchmark(benchmark, tmp_path)
-    assert beside.read_text() == text
-    assert list(csv.DictReader(beside.open())) == [{"study": "split", "error": "0.1"}]
+    assert points_file.read_text() == text
+    assert list(csv.DictReader(points_file.open())) == [
+        {"study": "split", "error": "0.1"}
+    ]

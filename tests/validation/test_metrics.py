@@ -74,8 +74,8 @@ def test_only_common_speeds_count():
     base = curve(resonance(SPEEDS))
     half = curve(resonance(SPEEDS[::2]), SPEEDS[::2])
     assert m.curve_distance(base, half) == m.Distance(0.0, 25, 0)
-    apart = curve(base.dte_rms, SPEEDS + 1.0)
-    assert math.isnan(m.curve_distance(base, apart).value)
+    shifted = curve(base.dte_rms, SPEEDS + 1.0)
+    assert math.isnan(m.curve_distance(base, shifted).value)
 
 
 def test_nan_and_branches_that_ended_early_are_never_within():

@@ -125,8 +125,8 @@ def test_determinant_of_n_0_parts_into_twist_and_breathing(plane):
         radial_frequencies(ring, 1e5),
     ]
     assert min(map(len, parts)) >= 2
-    whole = oracle.frequencies(ring, 0, 1e5)
-    np.testing.assert_allclose(whole, np.sort(np.concatenate(parts)), rtol=1e-10)
+    full_ring = oracle.frequencies(ring, 0, 1e5)
+    np.testing.assert_allclose(full_ring, np.sort(np.concatenate(parts)), rtol=1e-10)
 
 
 @BOTH

@@ -82,9 +82,9 @@ def test_the_worst_mesh_counts_and_speeds_are_left_out_of_all():
     model = [curve("up", LOW), curve("up", jumped, periods, mesh=2)]
     _, others = speeds_on_other_branches(reference, model, "up")
     assert others.size == BETWEEN.sum()
-    left = without_speeds(model[1], others)
-    assert left.frequency.size == SPEEDS.size - others.size
-    assert left.dte_rms.max() == pytest.approx(1e-6)
+    remaining = without_speeds(model[1], others)
+    assert remaining.frequency.size == SPEEDS.size - others.size
+    assert remaining.dte_rms.max() == pytest.approx(1e-6)
 
 
 def test_random_sets_and_cases_have_one_mechanism():

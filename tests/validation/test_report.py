@@ -101,13 +101,13 @@ class Page(HTMLParser):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A report of a case that moves and of the pair with friction."""
-    place = tmp_path_factory.mktemp("report")
-    case = place / "moving.toml"
+    directory = tmp_path_factory.mktemp("report")
+    case = directory / "moving.toml"
     case.write_text(MOVING)
-    argv = ["validate", str(case), "friction-pair", "-o", str(place / "out")]
+    argv = ["validate", str(case), "friction-pair", "-o", str(directory / "out")]
     result = CliRunner().invoke(app, argv, catch_exceptions=False)
     assert result.exit_code == 1, result.output
-    return place / "out"
+    return directory / "out"
 
 
 @pytest.fixture(scope="module")

@@ -51,11 +51,11 @@ def folder(tmp_path_factory):
     report_path = os.environ.get("FEGEAR_REPORT")
     if report_path:
         return Path(report_path).resolve()
-    place = tmp_path_factory.mktemp("page")
-    (place / "small.toml").write_text(case_text("small", "1000:1100:50", 1.0))
-    argv = ["validate", str(place / "small.toml"), "-o", str(place / "out")]
+    directory = tmp_path_factory.mktemp("page")
+    (directory / "small.toml").write_text(case_text("small", "1000:1100:50", 1.0))
+    argv = ["validate", str(directory / "small.toml"), "-o", str(directory / "out")]
     assert CliRunner().invoke(app, argv, catch_exceptions=False).exit_code == 0
-    return place / "out"
+    return directory / "out"
 
 
 @pytest.fixture(scope="module")

@@ -277,8 +277,8 @@ def test_a_delay_counts_between_the_drops_of_the_stiffness():
         return falls[0]
 
     # position is time in cycles plus phase
-    apart = (drop(second) - train.meshes[1].phase) - drop(first)
-    assert apart % 1.0 == pytest.approx(1.0 / (2.0 * math.pi), abs=1e-8)
+    delay = (drop(second) - train.meshes[1].phase) - drop(first)
+    assert delay % 1.0 == pytest.approx(1.0 / (2.0 * math.pi), abs=1e-8)
 
 
 def computed(text):
@@ -504,17 +504,17 @@ def test_curves_come_back_from_their_file():
 
 def test_a_part_is_kept_until_its_data_change(tmp_path):
     figure = load_figure(CHEAP)
-    made = run_figure(figure, tmp_path)
+    first_run = run_figure(figure, tmp_path)
     again = run_figure(figure, tmp_path)
-    assert not made.runs[0].reused
+    assert not first_run.runs[0].reused
     assert again.runs[0].reused
-    assert again.runs[0].result == made.runs[0].result
+    assert again.runs[0].result == first_run.runs[0].result
     changed = replace(figure, edits=("gear.1.inertia_kg_m2=0.003",))
     other = run_figure(changed, tmp_path)
     assert not other.runs[0].reused
-    assert other.compared[2].computed < made.compared[2].computed
-    assert find_figure(figure, tmp_path).runs[0].result == made.runs[0].result
-    (made.runs[0].directory / RESULT).write_text("{}")
+    assert other.compared[2].computed < first_run.compared[2].computed
+    assert find_figure(figure, tmp_path).runs[0].result == first_run.runs[0].result
+    (first_run.runs[0].directory / RESULT).write_text("{}")
     assert find_figure(figure, tmp_path) is None
     assert not run_figure(figure, tmp_path).runs[0].reused
 
@@ -786,9 +786,9 @@ def test_the_list_names_what_is_not_made_of_every_source():
         left_out.keys()
     )
     assert "6.5e-5 and 4.2e-5" in left_out["rattle-table-2.2"]
-    made = set(figure_numbers())
-    assert "4.8" in made
-    assert not made & left_out.keys()
+    available = set(figure_numbers())
+    assert "4.8" in available
+    assert not available & left_out.keys()
 
 
 def test_modes_move_from_the_shaft_to_the_meshes():

@@ -191,10 +191,10 @@ def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
     assert not list(tmp_path.rglob("result.json"))
     result = runs.run_case(FEW, tmp_path)
     assert result.runs[0].cost.timed_speeds < 14
-    whole = few[1]
-    for here, there in zip(result.runs, whole.runs, strict=True):
+    uninterrupted = few[1]
+    for here, there in zip(result.runs, uninterrupted.runs, strict=True):
         require_same_files(here, there)
-    assert result.verdicts == whole.verdicts
+    assert result.verdicts == uninterrupted.verdicts
     assert not list(tmp_path.rglob("checkpoint"))
 
 
@@ -213,17 +213,17 @@ def test_a_run_that_is_stopped_is_not_finished(few, tmp_path, part):
     calls.clear()
     with pytest.raises(Stopped):
         runs.run_case(FEW, store, report)
-    whole = few[1]
+    uninterrupted = few[1]
     finished = {path.parent.name for path in store.rglob("result.json")}
-    for run in whole.runs:
+    for run in uninterrupted.runs:
         if run.directory.name in finished:
             require_same_files(
                 SimpleNamespace(directory=store / run.directory.name), run
             )
     result = runs.run_case(FEW, store)
-    for here, there in zip(result.runs, whole.runs, strict=True):
+    for here, there in zip(result.runs, uninterrupted.runs, strict=True):
         require_same_files(here, there)
-    assert result.verdicts == whole.verdicts
+    assert result.verdicts == uninterrupted.verdicts
 
 
 @pytest.mark.slow
@@ -395,8 +395,8 @@ def test_a_store_that_cannot_be_written_is_told_before_anything_runs(
 
 def test_a_run_that_another_process_makes_is_refused(few, tmp_path):
     task = next(tasks_of(FEW))
-    place = tmp_path / task.directory_name / "checkpoint"
-    other = open_checkpoint(place, task.inputs, resume=True)
+    checkpoint = tmp_path / task.directory_name / "checkpoint"
+    other = open_checkpoint(checkpoint, task.inputs, resume=True)
     with pytest.raises(InputError, match="another process works on it"):
         runs.run_case(FEW, tmp_path)
     other.close(keep=True)
@@ -407,10 +407,10 @@ def test_a_run_that_another_process_makes_is_refused(few, tmp_path):
 def test_a_checkpoint_left_beside_a_finished_run_goes(few, tmp_path):
     store = shutil.copytree(few[0], tmp_path / "store")
     task = next(tasks_of(FEW))
-    place = store / task.directory_name / "checkpoint"
-    open_checkpoint(place, task.inputs, resume=True).close(keep=True)
+    checkpoint = store / task.directory_name / "checkpoint"
+    open_checkpoint(checkpoint, task.inputs, resume=True).close(keep=True)
     assert runs.run_case(FEW, store).runs[0].reused
-    assert not place.exists()
+    assert not checkpoint.exists()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux counts memory")

@@ -276,14 +276,14 @@ def _is_followed(finder: BranchFinder, response: Response) -> bool:
 
 def _from_stable(finder: BranchFinder, response: Response) -> list[float]:
     """How far the nearest stable motion of the branches is; empty without one."""
-    apart = [
+    distances = [
         float(np.abs(point.figures["dte_rms"] / response.dte_rms - 1.0).max())
         for branch in finder.found
         if branch.multiple == response.multiple
         for point in finder.motions_at(branch, response.frequency)
         if point.stable
     ]
-    return [min(apart)] if apart else []
+    return [min(distances)] if distances else []
 
 
 def stability(finder: BranchFinder, random: np.random.Generator) -> Stability:
@@ -330,11 +330,11 @@ def _fades(
     for _ in range(MAX_PERIODS // branch.multiple):
         # from the same motion each time, or its own errors would grow as well
         other, _ = stepper.record(other, at, branch.multiple)
-        apart = float(np.linalg.norm((other - state) / size))
-        largest = max(largest, apart)
-        if apart > GROWN * first:
+        distance = float(np.linalg.norm((other - state) / size))
+        largest = max(largest, distance)
+        if distance > GROWN * first:
             return False
-        if apart < FADED * largest:
+        if distance < FADED * largest:
             return True
     return None
 

@@ -74,7 +74,7 @@ def _first(group: WheelGroup) -> Impacts:
 def _point(study: str, group: WheelGroup, exact: Impacts) -> ImpactCost:
     impacts = _first(group)
     few = min(len(impacts), len(exact))
-    apart = np.abs(impacts.time[:few] - exact.time[:few]).max()
+    time_error = np.abs(impacts.time[:few] - exact.time[:few]).max()
     begin = time.perf_counter()
     count = 0
     for part in simulate(group, centred_state(group), math.inf):
@@ -82,7 +82,7 @@ def _point(study: str, group: WheelGroup, exact: Impacts) -> ImpactCost:
         if count >= TIMED:
             break
     seconds = time.perf_counter() - begin
-    error = float(apart) / group.excitation.period
+    error = float(time_error) / group.excitation.period
     speed = count / seconds
     return ImpactCost(study, group.tolerance, speed, 1e6 / speed, error)
 

@@ -140,21 +140,25 @@ def _measured(whole: Subject, report: Progress) -> Iterator[tuple[str, Any]]:
 def measure_points(whole: Subject, report: Progress) -> Iterator[DynamicsCost]:
     """Over the steps against finer ones; all else against whole gears."""
     report("steps", 0, 1)
-    made = whole.stepper(FiniteElements(fidelity="reduced"))
-    others = others_with_modes(made[0])
+    timed_stepper = whole.stepper(FiniteElements(fidelity="reduced"))
+    others = others_with_modes(timed_stepper[0])
     total = len(STEPS) + len(others) + 2
-    fine = whole.runs(made[0], FINEST_STEPS)
+    fine = whole.runs(timed_stepper[0], FINEST_STEPS)
     for done, steps in enumerate(STEPS, start=1):
-        yield _point("steps", steps, made, whole.runs(made[0], steps), fine)
+        yield _point(
+            "steps", steps, timed_stepper, whole.runs(timed_stepper[0], steps), fine
+        )
         report("steps", done, total)
     report("whole gears", len(STEPS), total)
-    made = whole.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
-    fine = whole.runs(made[0], COMMON)
-    yield _point("mesh", FINEST_MESH, made, fine)
+    timed_stepper = whole.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
+    fine = whole.runs(timed_stepper[0], COMMON)
+    yield _point("mesh", FINEST_MESH, timed_stepper, fine)
     for done, (study, setting, elements) in enumerate(others, start=len(STEPS) + 1):
         report(f"{study} {setting:g}", done, total)
-        made = whole.stepper(elements)
-        yield _point(study, setting, made, whole.runs(made[0], COMMON), fine)
+        timed_stepper = whole.stepper(elements)
+        yield _point(
+            study, setting, timed_stepper, whole.runs(timed_stepper[0], COMMON), fine
+        )
 
 
 def others_with_modes(

@@ -130,10 +130,10 @@ def contact_rows(report: Progress) -> list[ContactCost]:
             for wheel in (toothed.driver, toothed.driven)
         )
         _ = driver.factor, driven.factor
-        made = time.perf_counter()
+        prepared = time.perf_counter()
         errors = solve_contact_cycle(toothed, driver, driven, LOAD, arcs).error
         end = time.perf_counter()
-        position_ms = 1e3 * (end - made) / POSITIONS
+        position_ms = 1e3 * (end - prepared) / POSITIONS
         measurements.append((int(driver.basis.N), end - start, position_ms, errors))
     finest = measurements[-1][3]
     return [

@@ -99,10 +99,10 @@ class Benchmark:
 def _draw_curve(axes: Axes, curve: CostCurve) -> None:
     places = np.array(curve.points, float).reshape(-1, 2)
     axes.loglog(*places.T, f"{curve.marker}-", label=curve.label)
-    for setting, place in zip(curve.settings, curve.points, strict=False):
+    for setting, point in zip(curve.settings, curve.points, strict=False):
         axes.annotate(
             f"{setting:g}",
-            place,
+            point,
             textcoords="offset points",
             xytext=(4, 4),
             fontsize=7,

@@ -96,10 +96,10 @@ def instant_of(system: LumpedSystem, cycle: float) -> Instant:
     contacts, space = system.contacts, system.modes.coordinates
     assert contacts is not None
     grid = contacts.rows.shape[1] - 1
-    place, part = int(cycle * grid) % grid, cycle * grid - int(cycle * grid)
+    row, part = int(cycle * grid) % grid, cycle * grid - int(cycle * grid)
 
     def at(table: Array) -> Array:
-        return (1.0 - part) * table[:, place] + part * table[:, place + 1]
+        return (1.0 - part) * table[:, row] + part * table[:, row + 1]
 
     held = space.spring_rows @ system.modes.shapes[:, system.moving]
     return Instant(

@@ -189,12 +189,12 @@ def static_slopes(model: DynamicModel) -> Array:
     z = model.modal.load / np.where(free, 1.0, modes.angular**2)
     slopes: list[Array] = []
     x = np.full(len(rows), np.nan)
-    for place in range(contacts.gap.shape[1] - 1):
-        R, E = rows[:, place, :h], rows[:, place, h:]
-        C = contacts.normal_compliance[place] + (E / model.modal.rigidity) @ E.T
-        rest = Rest(model, place, R, C, hubs)
+    for position in range(contacts.gap.shape[1] - 1):
+        R, E = rows[:, position, :h], rows[:, position, h:]
+        C = contacts.normal_compliance[position] + (E / model.modal.rigidity) @ E.T
+        rest = Rest(model, position, R, C, hubs)
         if not slopes:
-            x = R @ z - contacts.gap[:, place]
+            x = R @ z - contacts.gap[:, position]
         x, z = rest.solve(x, z)
         slopes.append(rest.loads(x)[1])
     return np.array(slopes)

@@ -297,8 +297,8 @@ def _edges(train: PiecewiseTrain, frequency: float, periods: float) -> list[floa
             turns = range(0, last, toothing.period)
             edges |= {(first + i) / toothing.rate for i in turns}
     times = sorted(t for t in edges if 0.0 <= t <= periods)
-    apart = [b for a, b in pairwise(times) if b - a > TIME_TOL]
-    return [t / frequency for t in [0.0, *apart]]
+    distinct = [b for a, b in pairwise(times) if b - a > TIME_TOL]
+    return [t / frequency for t in [0.0, *distinct]]
 
 
 def _springs(

@@ -172,8 +172,8 @@ def march(
         return np.concatenate([v, e.inverse_mass @ force])
 
     for number in range(periods * pieces):
-        place = number % pieces
-        if number and place == 0:
+        position = number % pieces
+        if number and position == 0:
             now = now @ e.turnover.T
             states[-1] = now.copy()
         segment = solve_ivp(
@@ -182,7 +182,7 @@ def march(
             now.ravel(),
             method="DOP853",
             t_eval=length * np.arange(1, checks + 1) / checks,
-            args=(place, number // pieces),
+            args=(position, number // pieces),
             rtol=tolerance,
             atol=tolerance * scale,
         )

@@ -33,15 +33,15 @@ def runge_kutta(e: float, steps: int) -> Callable[[float], float]:
     h = math.pi / steps
 
     def end(c: float) -> float:
-        place = np.array([1.0 - e, 0.0])
+        position = np.array([1.0 - e, 0.0])
         for i in range(steps):
             s = i * h
-            k1 = rates(s, place, c, e)
-            k2 = rates(s + 0.5 * h, place + 0.5 * h * k1, c, e)
-            k3 = rates(s + 0.5 * h, place + 0.5 * h * k2, c, e)
-            k4 = rates(s + h, place + h * k3, c, e)
-            place = place + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        return float(place[1])
+            k1 = rates(s, position, c, e)
+            k2 = rates(s + 0.5 * h, position + 0.5 * h * k1, c, e)
+            k3 = rates(s + 0.5 * h, position + 0.5 * h * k2, c, e)
+            k4 = rates(s + h, position + h * k3, c, e)
+            position = position + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        return float(position[1])
 
     return end
 

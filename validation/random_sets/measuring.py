@@ -116,8 +116,8 @@ def measure(
     statics, fe = excitations.source.statics, []
     for more in (MORE, 1.0):
         elastic = elastic_gears(gear_set, speeds, statics, more)
-        made = reduced_gears(gear_set, torque, plain, excitations, elastic)
-        fe.append((made, elastic))
+        fe_model = reduced_gears(gear_set, torque, plain, excitations, elastic)
+        fe.append((fe_model, elastic))
     lumped = {MODEL_1: plain, WITHOUT: without, COUPLED_UP: coupled}
     names = REFERENCE, REDUCED
     sources = {

@@ -34,9 +34,9 @@ def reduced_gears(
     tables = equal_tables(gear_set, torque, excitations)
     statics = excitations.source.statics
     laws = all_mesh_laws(gear_set, tables, statics)
-    far = cross_mesh_compliance(gear_set, laws, statics)
-    beside = None if far is None else (far, 0.0 * far)
-    return dynamic_model(gear_set, reference, laws, elastic, beside)
+    cross_mesh = cross_mesh_compliance(gear_set, laws, statics)
+    neighbours = None if cross_mesh is None else (cross_mesh, 0.0 * cross_mesh)
+    return dynamic_model(gear_set, reference, laws, elastic, neighbours)
 
 
 def elastic_gears(

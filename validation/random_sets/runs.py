@@ -76,9 +76,9 @@ def run_random_sets(
     """
     runs: list[SetRun] = []
     with suppress(KeyboardInterrupt):
-        made = make_sets(store, workers, report)
+        new_sets = make_sets(store, workers, report)
         for run in compared_sets(store, report):
-            runs.append(replace(run, reused=run.reused and run.name not in made))
+            runs.append(replace(run, reused=run.reused and run.name not in new_sets))
         runs.extend(full_sets(store, report))
         return runs, True
     return runs, False
@@ -174,8 +174,8 @@ def _directory_name(gear_set: GearSet, table: str) -> str:
 
 
 def _is_made(gear_set: GearSet, store: Path) -> bool:
-    place = store / _directory_name(gear_set, SPEEDS) / SPEEDS
-    return read_set(gear_set.name, place, inputs_of(gear_set, SPEEDS), True) is not None
+    table = store / _directory_name(gear_set, SPEEDS) / SPEEDS
+    return read_set(gear_set.name, table, inputs_of(gear_set, SPEEDS), True) is not None
 
 
 def compared_sets(
@@ -187,8 +187,8 @@ def compared_sets(
     """The coupled model against finite elements, set by set."""
     for number in numbers:
         gear_set = random_gear_set(number)
-        told = partial(_report_of, report, number)
-        make = partial(_compared, gear_set, number, measuring, told)
+        report_set = partial(_report_of, report, number)
+        make = partial(_compared, gear_set, number, measuring, report_set)
         yield found_or_made(gear_set, store, SPEEDS, make)
 
 
@@ -229,10 +229,10 @@ def found_or_made(
         return stored
     begin_run(directory, inputs, [table])
     write_texts(directory, _texts(inputs, table, make))
-    made = read_set(gear_set.name, directory / table, inputs, False)
-    if made is None:
+    stored_run = read_set(gear_set.name, directory / table, inputs, False)
+    if stored_run is None:
         raise InputError(f"{directory}: was changed while the run was made; run again")
-    return made
+    return stored_run
 
 
 def inputs_of(gear_set: GearSet, table: str) -> dict[str, str]:

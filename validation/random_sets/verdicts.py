@@ -91,11 +91,15 @@ class SetVerdict:
 
 def evaluate(measured: Measured) -> SetVerdict:
     errors = speed_errors(measured, COUPLED_UP)
-    apart = other_branch(measured, errors)
-    counted = errors[~apart]
+    is_other_branch = other_branch(measured, errors)
+    counted = errors[~is_other_branch]
     median, tenth = quantiles(counted)
-    within = median <= MEDIAN and tenth <= TENTH and apart.mean() <= MAX_OTHER_BRANCH
-    worst = int(np.argmax(np.where(apart, -1.0, errors)))
+    within = (
+        median <= MEDIAN
+        and tenth <= TENTH
+        and is_other_branch.mean() <= MAX_OTHER_BRANCH
+    )
+    worst = int(np.argmax(np.where(is_other_branch, -1.0, errors)))
     natural, natural_Hz = largest_frequency_error(measured)
     median_all, tenth_all = quantiles(errors)
     return SetVerdict(
@@ -103,7 +107,7 @@ def evaluate(measured: Measured) -> SetVerdict:
         p90=tenth,
         median_all=median_all,
         tenth_all=tenth_all,
-        other_branch_speeds=int(apart.sum()),
+        other_branch_speeds=int(is_other_branch.sum()),
         reference=quantiles(speed_errors(measured, REDUCED))[1],
         worst=float(errors[worst]),
         worst_Hz=measured.speeds_Hz[worst],

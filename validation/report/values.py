@@ -212,8 +212,8 @@ def _printed_values(result: CaseResult, entry: Printed, output: Path) -> dict[st
     run_values = []
     for run in result.judged if entry.figure else ():
         value, name = printed_figure(run, entry.figure or "", entry.value)
-        place = {"source": run.source, "torque_Nm": run.torque}
-        run_values.append(place | {"value": value, "csv": _file(run, name, output)})
+        run_entry = {"source": run.source, "torque_Nm": run.torque}
+        run_values.append(run_entry | {"value": value, "csv": _file(run, name, output)})
     return asdict(entry) | {"found": run_values}
 
 

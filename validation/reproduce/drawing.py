@@ -141,8 +141,8 @@ def _methods(labels: Sequence[str]) -> list[str]:
     methods = list(dict.fromkeys(method for method, _ in parts))
     values = {value for _, value in parts}
     every = {(method, value) for method in methods for value in values}
-    whole = len(methods) == 2 and len(values) > 1 and "" not in values
-    return methods if whole and every == set(parts) else []
+    is_comparison = len(methods) == 2 and len(values) > 1 and "" not in values
+    return methods if is_comparison and every == set(parts) else []
 
 
 def _look(curve: Curve, labels: Sequence[str]) -> dict[str, Any]:

@@ -59,10 +59,10 @@ def _coordinate(results: Results, part: str, key: str, axis: str) -> Iterator[Va
 def _value_at(results: Results, part: str, mesh: str, *at: str) -> Iterator[float]:
     """The largest of the values at the point nearest to a place."""
     points = _points(results[part], mesh)
-    place = [float(value) for value in at]
+    target = [float(value) for value in at]
     if points.size:
-        gap = np.linalg.norm(points[:, : len(place)] - place, axis=1)
-        yield float(points[gap <= gap.min() * (1.0 + 1e-9), len(place)].max())
+        gap = np.linalg.norm(points[:, : len(target)] - target, axis=1)
+        yield float(points[gap <= gap.min() * (1.0 + 1e-9), len(target)].max())
 
 
 def _extreme(

@@ -170,10 +170,10 @@ def _found_or_made(
     }
     texts = {CURVES: curves_csv(result.curves)}
     write_texts(directory, with_digests(inputs, texts, values))
-    made = _read(part, scene, directory, inputs, reused=False)
-    if made is None:
+    computed = _read(part, scene, directory, inputs, reused=False)
+    if computed is None:
         raise InputError(f"{directory}: was changed while it was made; run again")
-    return made
+    return computed
 
 
 def commands_of(part: Part, scene: AnyScene) -> list[Sequence[str]]:

@@ -152,7 +152,7 @@ class Scene:
         """
         system = self.system
         energy = system.modes.mesh_energy[:, system.moving].sum(axis=0)
-        return [int(place) for place in np.flatnonzero(energy >= STRAINED)]
+        return [int(index) for index in np.flatnonzero(energy >= STRAINED)]
 
     def place_of(self, mode: int) -> int:
         """Place of a mode among those that move."""
@@ -248,8 +248,15 @@ class Scene:
         torques = mesh_torques_at(self.gear_set, self.torque)
         for mesh, torque in zip(self.meshes, torques, strict=True):
             at = ["--mesh", str(mesh), "--torque", f"{torque:.9g}"]
-            how = ["--positions", str(self.source.positions), "--no-corner-contact"]
-            yield ["stiffness", self.set_name, *at, *how, "-o", self._tables[mesh - 1]]
+            options = ["--positions", str(self.source.positions), "--no-corner-contact"]
+            yield [
+                "stiffness",
+                self.set_name,
+                *at,
+                *options,
+                "-o",
+                self._tables[mesh - 1],
+            ]
 
     @property
     def train_words(self) -> list[str]:

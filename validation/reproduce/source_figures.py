@@ -167,15 +167,15 @@ def read_figure(text: str, source: str = "figure") -> SourceFigure:
         if names.count(name) > 1:
             raise InputError(f"{source}: part {name} is there twice; name both")
     for number, reference in enumerate(figure.printed, start=1):
-        place = f"{source}: printed {number}"
-        _require_value(figure, reference.part, reference.value_name, place)
+        context = f"{source}: printed {number}"
+        _require_value(figure, reference.part, reference.value_name, context)
         if reference.other_part is not None:
-            other_place = f"{place} other_part"
+            other_context = f"{context} other_part"
             _require_value(
                 figure,
                 reference.other_part.part,
                 reference.other_part.value_name,
-                other_place,
+                other_context,
             )
     return figure
 

@@ -99,10 +99,10 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         if self.listed:
             yield Task("list", self._list)
             return
-        chosen, place = self.chosen, Path(self.directory)
-        store = make_directory(make_directory(place) / "runs")
+        chosen, output = self.chosen, Path(self.directory)
+        store = make_directory(make_directory(output) / "runs")
         for name in WRITTEN:
-            require_writable(place / name)
+            require_writable(output / name)
         yield Task("figures", partial(self._made, chosen, store))
 
     def _list(self, job: Job) -> FigureList:
@@ -111,8 +111,8 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
     def _made(
         self, chosen: Sequence[str], store: Path, job: Job
     ) -> ReproductionResult | None:
-        report, place = interrupted_by(job), Path(self.directory)
-        earlier = [n for n in numbers_of(place / REPORT) if n not in chosen]
+        report, output = interrupted_by(job), Path(self.directory)
+        earlier = [n for n in numbers_of(output / REPORT) if n not in chosen]
         results: list[FigureResult] = []
         try:
             for number in chosen:
@@ -124,8 +124,8 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         finished = len(results) == len(chosen)
         results = with_earlier(results, earlier, store)
         made = [result.figure.number for result in results]
-        values = report_values(results, place, self._commands(made))
-        write_report(values, results, place, report if finished else silent)
+        values = report_values(results, output, self._commands(made))
+        write_report(values, results, output, report if finished else silent)
         return ReproductionResult(self, values, tuple(earlier), finished)
 
     def _commands(self, made: Sequence[str]) -> dict[str, str]:
@@ -187,10 +187,10 @@ class ReproductionResult(StudyResult):
         return Table(names, lambda: [[*row.values()] for row in rows])
 
     def page(self) -> Page:
-        made = {figure["number"]: figure for figure in self.values["figures"]}
+        figures = {figure["number"]: figure for figure in self.values["figures"]}
         for number in self.study.chosen:
-            if number in made:
-                yield from _lines(made[number])
+            if number in figures:
+                yield from _lines(figures[number])
         for row in self.values["counts"]:
             yield (
                 f"{row['lines']} {row['meaning']}: {row['within_1_percent']} to 1 %, "
@@ -199,14 +199,14 @@ class ReproductionResult(StudyResult):
                 f"{row['beyond']} further off or not met, "
                 f"{row['with_a_reason']} with a reason"
             )
-        valid = [number for number in self.earlier if number in made]
-        gone = [number for number in self.earlier if number not in made]
+        valid = [number for number in self.earlier if number in figures]
+        gone = [number for number in self.earlier if number not in figures]
         if valid:
             yield f"made before, and on the page as well: {', '.join(valid)}"
         if gone:
             yield f"left out, for the program or their data changed: {', '.join(gone)}"
-        place = Path(self.study.directory)
-        yield f"wrote {', '.join(str(place / name) for name in WRITTEN)}"
+        output = Path(self.study.directory)
+        yield f"wrote {', '.join(str(output / name) for name in WRITTEN)}"
 
 
 def _lines(figure: dict[str, Any]) -> Iterator[str]:

@@ -307,10 +307,10 @@ def _made(
     begin_run(directory, task.inputs, NAMES)
     solution = solve_task(task, checkpoint, excitations, report)
     write_texts(directory, contents(task, solution))
-    made = read_run(task, directory, reused=False)
-    if made is None:
+    stored = read_run(task, directory, reused=False)
+    if stored is None:
         raise InputError(f"{directory}: was changed while the run was made; run again")
-    return made
+    return stored
 
 
 @contextmanager

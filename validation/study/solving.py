@@ -292,8 +292,8 @@ def _coupled_deflection(
         for cycle in range(pitches)
     ]
     grid = len(cycles[0])
-    place = np.arange(pitches * grid) / grid + system.train.meshes[mesh].phase
-    position = np.mod(place, float(pitches))
+    phase = np.arange(pitches * grid) / grid + system.train.meshes[mesh].phase
+    position = np.mod(phase, float(pitches))
     order = np.argsort(position)
     return position[order], np.concatenate(cycles)[order]
 

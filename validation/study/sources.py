@@ -61,8 +61,8 @@ def _files_of(name: str) -> Iterator[Path]:
     drawn = any(part in DRAWING or part.endswith("_figure") for part in parts)
     if parts[0] not in OWN or drawn or name.startswith(SHOWN):
         return
-    place = ROOT.joinpath(*parts)
+    base_path = ROOT.joinpath(*parts)
     packages = (ROOT.joinpath(*parts[:n], "__init__.py") for n in range(1, len(parts)))
-    for path in (*packages, place.with_suffix(".py"), place / "__init__.py"):
+    for path in (*packages, base_path.with_suffix(".py"), base_path / "__init__.py"):
         if path.is_file():
             yield path

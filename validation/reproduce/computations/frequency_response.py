@@ -172,8 +172,8 @@ class SweepPart(Part):
         speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
         waves = scene.kept_harmonics("--harmonics")
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
-        how = [*scene.friction_words(), *waves, "--speeds", speeds, *one]
-        return ["sweep", *scene.argv, *how]
+        options = [*scene.friction_words(), *waves, "--speeds", speeds, *one]
+        return ["sweep", *scene.argv, *options]
 
 
 def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:

@@ -302,8 +302,8 @@ def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResu
     curves = []
     quantities: dict[str, tuple[Value, ...]] = {}
     for mode, order in part.resonances:
-        place = scenes[0].place_of(mode)
-        near = [resonance(system, place, Fraction(order)) for system in systems]
+        mode_index = scenes[0].place_of(mode)
+        near = [resonance(system, mode_index, Fraction(order)) for system in systems]
         half = Fraction(order).denominator == 2
         sizes = np.array([_indicator(mode_resonance, half) for mode_resonance in near])
         panel = "subharmonics, |p|" if half else "2 |v f| of the leading mesh [um]"

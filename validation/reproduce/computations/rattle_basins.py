@@ -80,9 +80,9 @@ def _figures(scene: MachineScene) -> list[str]:
 
 def _cells(part: BasinsPart) -> Array:
     """Times and speeds at the centres of cells (c, 2)."""
-    place = (np.arange(part.grid) + 0.5) / part.grid
+    fraction = (np.arange(part.grid) + 0.5) / part.grid
     times, speeds = (
-        low + place * (high - low) for low, high in (part.times, part.velocity)
+        low + fraction * (high - low) for low, high in (part.times, part.velocity)
     )
     return np.stack(np.meshgrid(times, speeds), axis=-1).reshape(-1, 2)
 
@@ -280,8 +280,10 @@ def limit(part: LimitPart, scene: MachineScene, report: Progress) -> PartResult:
     for done, exponent in enumerate(part.exponents):
         report("stiffness", done, len(part.exponents))
         machine = replace(scene.machine, stiffness=10.0**exponent)
-        apart = float(np.mean(_quiet(*_settled(machine, basins_part, cells)) != impact))
-        points.append((float(exponent), apart))
+        disagreement = float(
+            np.mean(_quiet(*_settled(machine, basins_part, cells)) != impact)
+        )
+        points.append((float(exponent), disagreement))
     x, y = np.array(points).T
     slope = np.polyfit(x, np.log10(np.maximum(y, 1e-12)), 1)[0]
     values: Mapping[str, tuple[float, ...]] = {

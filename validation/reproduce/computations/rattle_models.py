@@ -41,8 +41,11 @@ class Over:
         ends = np.array([self.low, self.high])
         if self.logarithm:
             ends = np.log10(ends)
-        for place in np.linspace(ends[0], ends[1], self.count):
-            yield float(place), float(10.0**place if self.logarithm else place)
+        for coordinate in np.linspace(ends[0], ends[1], self.count):
+            yield (
+                float(coordinate),
+                float(10.0**coordinate if self.logarithm else coordinate),
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -158,11 +158,11 @@ def orbit_branches(
 
 def _speeds(branch: OrbitBranch) -> Iterator[Curve]:
     for stable, points in stability_segments(branch.points):
-        for place in range(branch.itinerary.upper):
+        for flight in range(branch.itinerary.upper):
             yield Curve(
                 "line" if stable else "dashed",
                 (
-                    *((p.parameter, p.departures[place][1]) for p in points),
+                    *((p.parameter, p.departures[flight][1]) for p in points),
                     LABEL_DISTANCE,
                 ),
                 label=branch.itinerary.name,

@@ -96,9 +96,9 @@ class FrictionDeflectionPart(Part):
     def command(self, scene: Scene) -> Sequence[str]:
         if not self.elements or scene.edits:
             return ()
-        how = ["--torque", f"{scene.torque:g}", "--friction", f"{scene.friction:g}"]
+        options = ["--torque", f"{scene.torque:g}", "--friction", f"{scene.friction:g}"]
         positions = ["--positions", str(scene.source.positions)]
-        return ["stiffness", scene.set_name, *how, *positions]
+        return ["stiffness", scene.set_name, *options, *positions]
 
 
 def friction_deflection(
