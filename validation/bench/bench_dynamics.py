@@ -128,36 +128,36 @@ def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchma
     )
 
 
-def _measured(whole: Subject, report: Progress) -> Iterator[tuple[str, Any]]:
+def _measured(case: Subject, report: Progress) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept."""
-    yield from ((bench.POINTS, point) for point in measure_points(whole, report))
+    yield from ((bench.POINTS, point) for point in measure_points(case, report))
     report("growth", 0, 1)
     for gears in ROWS:
-        row = row_of_gears(whole.gear_set, gears)
-        yield "growth", growth(subject(row, whole.torque))
+        row = row_of_gears(case.gear_set, gears)
+        yield "growth", growth(subject(row, case.torque))
 
 
-def measure_points(whole: Subject, report: Progress) -> Iterator[DynamicsCost]:
+def measure_points(case: Subject, report: Progress) -> Iterator[DynamicsCost]:
     """Over the steps against finer ones; all else against whole gears."""
     report("steps", 0, 1)
-    timed_stepper = whole.stepper(FiniteElements(fidelity="reduced"))
+    timed_stepper = case.stepper(FiniteElements(fidelity="reduced"))
     others = others_with_modes(timed_stepper[0])
     total = len(STEPS) + len(others) + 2
-    fine = whole.runs(timed_stepper[0], FINEST_STEPS)
+    fine = case.runs(timed_stepper[0], FINEST_STEPS)
     for done, steps in enumerate(STEPS, start=1):
         yield _point(
-            "steps", steps, timed_stepper, whole.runs(timed_stepper[0], steps), fine
+            "steps", steps, timed_stepper, case.runs(timed_stepper[0], steps), fine
         )
         report("steps", done, total)
     report("whole gears", len(STEPS), total)
-    timed_stepper = whole.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
-    fine = whole.runs(timed_stepper[0], COMMON)
+    timed_stepper = case.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
+    fine = case.runs(timed_stepper[0], COMMON)
     yield _point("mesh", FINEST_MESH, timed_stepper, fine)
     for done, (study, setting, elements) in enumerate(others, start=len(STEPS) + 1):
         report(f"{study} {setting:g}", done, total)
-        timed_stepper = whole.stepper(elements)
+        timed_stepper = case.stepper(elements)
         yield _point(
-            study, setting, timed_stepper, whole.runs(timed_stepper[0], COMMON), fine
+            study, setting, timed_stepper, case.runs(timed_stepper[0], COMMON), fine
         )
 
 
@@ -191,18 +191,18 @@ def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, 
 def _point(
     study: str,
     setting: float,
-    made: tuple[ImplicitStepper, int, float],
+    timed_stepper: tuple[ImplicitStepper, int, float],
     runs: Sequence[tuple[Array, float]],
     fine: Sequence[tuple[Array, float]] | None = None,
 ) -> DynamicsCost:
-    """made : by `Subject.stepper`; runs, fine : by `Subject.runs`"""
+    """timed_stepper : by `Subject.stepper`; runs, fine : by `Subject.runs`"""
     pairs = zip(runs, fine or (), strict=False)
     errors = [waveform_error(waveform, wanted) for (waveform, _), (wanted, _) in pairs]
     return DynamicsCost(
         study=study,
         setting=setting,
-        freedoms=made[1],
-        prepare_s=made[2],
+        freedoms=timed_stepper[1],
+        prepare_s=timed_stepper[2],
         us_per_step=max(us for _, us in runs),
         error_median=float(np.median(errors)) if errors else math.nan,
         error_largest=float(np.max(errors)) if errors else math.nan,

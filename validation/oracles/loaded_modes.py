@@ -206,7 +206,7 @@ class Rest:
     stiffness (h, h) of the hubs."""
 
     model: DynamicModel
-    place: int
+    position: int
     rows: Array
     compliance: Array
     hubs: Array
@@ -217,7 +217,7 @@ class Rest:
         load_and_slope = np.zeros((2, x.size))
         for c in np.flatnonzero(x > 0.0):
             knots = contacts.knots[mesh_of[c]]
-            law = contacts.load_curve[c, self.place, 0]
+            law = contacts.load_curve[c, self.position, 0]
             inside = min(x[c], knots[-1])
             cell = min(int(np.searchsorted(knots, inside, "right")) - 1, len(law) - 1)
             cubic = np.polynomial.Polynomial(law[cell])
@@ -242,12 +242,12 @@ class Rest:
                     break
                 part *= 0.5
             x, z = new
-        raise ArithmeticError(f"no static equilibrium at position {self.place}")
+        raise ArithmeticError(f"no static equilibrium at position {self.position}")
 
     def miss(self, x: Array, z: Array) -> Array:
         """Residual of both equations (c + h,), [m] and [N/sqrt(kg)]."""
         F, _ = self.loads(x)
-        gap = self.model.contacts.gap[:, self.place]
+        gap = self.model.contacts.gap[:, self.position]
         closed = x + self.compliance @ F - self.rows @ z + gap
         forces = self.hubs @ z + self.rows.T @ F - self.model.modal.load
         return np.concatenate([closed, forces])

@@ -96,15 +96,15 @@ def equations(model: DynamicModel) -> DenseModel:
 
 
 def pair_loads(
-    e: DenseModel, place: int, part: float, squeeze: Array
+    e: DenseModel, position: int, part: float, squeeze: Array
 ) -> tuple[Array, Array]:
     """Loads (c,) at squeezes (c,) and their slopes, `part` of the way to the next."""
     inside = np.clip(squeeze, 0.0, e.knots[-1])
     cell = np.clip(np.searchsorted(e.knots, inside, "right") - 1, 0, e.knots.size - 2)
     x = inside - e.knots[cell]
     c = np.arange(squeeze.size)
-    a = (1.0 - part) * e.load_curve[c, place, cell] + part * e.load_curve[
-        c, place + 1, cell
+    a = (1.0 - part) * e.load_curve[c, position, cell] + part * e.load_curve[
+        c, position + 1, cell
     ]
     slope = a[:, 1] + x * (2.0 * a[:, 2] + 3.0 * x * a[:, 3])
     load = a[:, 0] + x * (a[:, 1] + x * (a[:, 2] + x * a[:, 3]))
@@ -114,12 +114,12 @@ def pair_loads(
 
 
 def contact_loads(
-    e: DenseModel, place: int, part: float, q: Array, cycle: int = 0
+    e: DenseModel, position: int, part: float, q: Array, cycle: int = 0
 ) -> Array:
     """Loads (c,) that go with the displacement q; ArithmeticError if not found."""
 
     def between(table: Array) -> Array:
-        return np.asarray((1.0 - part) * table[place] + part * table[place + 1])
+        return np.asarray((1.0 - part) * table[position] + part * table[position + 1])
 
     free = (
         between(e.penetration_rate) @ q
@@ -131,7 +131,7 @@ def contact_loads(
     R = between(e.compliance)
 
     def error(squeeze: Array) -> tuple[Array, Array]:
-        load, slope = pair_loads(e, place, part, squeeze)
+        load, slope = pair_loads(e, position, part, squeeze)
         return (
             (squeeze + R @ load - free) / e.knots[-1],
             (np.eye(free.size) + R * slope) / e.knots[-1],
@@ -140,7 +140,7 @@ def contact_loads(
     solution = root(error, free, jac=True, method="hybr", options={"xtol": 1e-13})
     if not np.abs(error(solution.x)[0]).max() < 1e-11:
         raise ArithmeticError(f"contact not solved: {solution.message}")
-    return pair_loads(e, place, part, solution.x)[0]
+    return pair_loads(e, position, part, solution.x)[0]
 
 
 def march(
@@ -163,12 +163,12 @@ def march(
     scale = np.repeat([place_scale, max(speed_scale, swing)], n)
     now, states = state.copy(), [state.copy()]
 
-    def derivative(time: float, y: Array, place: int, cycle: int) -> Array:
+    def derivative(time: float, y: Array, position: int, cycle: int) -> Array:
         q, v = y.reshape(2, n)
         part = min(max(time / length, 0.0), 1.0)
-        push = (1.0 - part) * e.push[place] + part * e.push[place + 1]
+        push = (1.0 - part) * e.push[position] + part * e.push[position + 1]
         force = e.load - e.damping @ v - e.stiffness @ q
-        force = force - contact_loads(e, place, part, q, cycle) @ push
+        force = force - contact_loads(e, position, part, q, cycle) @ push
         return np.concatenate([v, e.inverse_mass @ force])
 
     for number in range(periods * pieces):

@@ -17,13 +17,13 @@ Array = NDArray[np.float64]
 BRACKET = 0.9, 1.1  # of Burmester's distance, between which the exact one is
 
 
-def rates(s: float, place: Array, c: float, e: float) -> Array:
+def rates(s: float, position: Array, c: float, e: float) -> Array:
     """Rates of (x, y) along the arc: the distance from (c, 0) falls as rho grows, and
     the rest of unit speed goes round it.
     """
     rho = math.sqrt(1.0 + e * e - 2.0 * e * math.cos(s))
     slope = e * math.sin(s) / rho
-    radial = (place - [c, 0.0]) / math.hypot(place[0] - c, place[1])
+    radial = (position - [c, 0.0]) / math.hypot(position[0] - c, position[1])
     around = np.array([radial[1], -radial[0]])
     return -slope * radial + math.sqrt(1.0 - slope**2) * around
 

@@ -189,7 +189,7 @@ def compared_sets(
         gear_set = random_gear_set(number)
         report_set = partial(_report_of, report, number)
         make = partial(_compared, gear_set, number, measuring, report_set)
-        yield found_or_made(gear_set, store, SPEEDS, make)
+        yield read_or_make(gear_set, store, SPEEDS, make)
 
 
 def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
@@ -197,7 +197,7 @@ def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
     for number in smallest_sets():
         gear_set = random_gear_set(number)
         make = partial(_full, gear_set, partial(_report_of, report, number))
-        yield found_or_made(gear_set, store, FULL, make)
+        yield read_or_make(gear_set, store, FULL, make)
 
 
 def _report_of(
@@ -218,7 +218,7 @@ def _full(gear_set: GearSet, report: Progress) -> Result:
     return {"full": rows}, rows
 
 
-def found_or_made(
+def read_or_make(
     gear_set: GearSet, store: Path, table: str, make: Callable[[], Result]
 ) -> SetRun:
     """A run with its table; one that fails is a result."""

@@ -118,11 +118,11 @@ def evaluate(measured: Measured) -> SetVerdict:
     )
 
 
-def speed_errors(measured: Measured, source: str, beside: str = REFERENCE) -> Array:
+def speed_errors(measured: Measured, source: str, reference: str = REFERENCE) -> Array:
     """Error of the worst mesh at every speed (s,), infinite where either has no
     motion.
     """
-    rms, other_rms = (np.array(measured.rms_m[s]) for s in (source, beside))
+    rms, other_rms = (np.array(measured.rms_m[s]) for s in (source, reference))
     errors = np.abs(rms / other_rms - 1.0).max(axis=1)
     return np.where(np.isfinite(errors), errors, np.inf)
 

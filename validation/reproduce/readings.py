@@ -66,7 +66,7 @@ def _value_at(results: Results, part: str, mesh: str, *at: str) -> Iterator[floa
 
 
 def _extreme(
-    results: Results, part: str, place: str, mesh: str, name: str, low: str, high: str
+    results: Results, part: str, prefix: str, mesh: str, name: str, low: str, high: str
 ) -> Iterator[float]:
     """The largest or least value between two places of the x axis, or its place."""
     points = _points(results[part], mesh)
@@ -74,7 +74,7 @@ def _extreme(
     if inside.size:
         y = inside[:, 1]
         chosen = inside[y.argmax() if name == "largest" else y.argmin()]
-        yield float(chosen[0 if place else 1])
+        yield float(chosen[0 if prefix else 1])
 
 
 def _growth(

@@ -118,7 +118,7 @@ def run_figure(
     return FigureResult(
         figure,
         tuple(
-            _found_or_made(part, figure.scene(part), store, of(place))
+            _read_or_compute(part, figure.scene(part), store, of(place))
             for place, part in enumerate(figure.part, start=1)
         ),
     )
@@ -137,12 +137,12 @@ def inputs_of(part: Part, scene: AnyScene) -> dict[str, str]:
 
 def find_figure(figure: SourceFigure, store: Path) -> FigureResult | None:
     """A figure of which the store holds every part, None if one is missing."""
-    stored = [_kept(part, figure.scene(part), store)[2] for part in figure.part]
+    stored = [_read_stored(part, figure.scene(part), store)[2] for part in figure.part]
     runs = tuple(run for run in stored if run is not None)
     return FigureResult(figure, runs) if len(runs) == len(stored) else None
 
 
-def _kept(
+def _read_stored(
     part: Part, scene: AnyScene, store: Path
 ) -> tuple[Path, dict[str, str], PartRun | None]:
     """Directory of a part, its inputs, and the stored result."""
@@ -151,10 +151,10 @@ def _kept(
     return directory, inputs, _read(part, scene, directory, inputs, reused=True)
 
 
-def _found_or_made(
+def _read_or_compute(
     part: Part, scene: AnyScene, store: Path, report: Progress
 ) -> PartRun:
-    directory, inputs, stored = _kept(part, scene, store)
+    directory, inputs, stored = _read_stored(part, scene, store)
     if stored is not None:
         return stored
     begin_run(make_directory(directory), inputs, (CURVES,))

@@ -207,17 +207,17 @@ def _of(figure: SourceFigure) -> str:
 
 
 def _require_value(
-    figure: SourceFigure, part: str, value_name: str, place: str
+    figure: SourceFigure, part: str, value_name: str, context: str
 ) -> None:
     """The name of something that a part of the figure finds, or a reading."""
     parts, (key, other) = figure.parts, required_names(value_name)
     for name in filter(None, (part, other)):
         if name not in parts:
             raise InputError(
-                f"{place}, part = {name}; must be one of {', '.join(parts)}"
+                f"{context}, part = {name}; must be one of {', '.join(parts)}"
             )
     keys = parts[part].keys
     if key and not any(re.fullmatch(pattern, key) for pattern in keys):
         raise InputError(
-            f"{place}, value_name = {key}; must fit one of {', '.join(keys)}"
+            f"{context}, value_name = {key}; must fit one of {', '.join(keys)}"
         )

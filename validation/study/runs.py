@@ -116,7 +116,7 @@ def run_case(case: Case, store: Path, report: Progress = silent) -> CaseResult:
         kind_excitations = excitations.setdefault(
             kind, Excitations(StiffnessSource(kind=kind))
         )
-        runs.append(_found_or_made(task, store, kind_excitations, report))
+        runs.append(_read_or_run(task, store, kind_excitations, report))
     return CaseResult(case, tuple(runs), tuple(case_verdicts(case, runs)))
 
 
@@ -280,7 +280,7 @@ def _measures(reference: Run, model_run: Run) -> Iterator[tuple[str, Measured]]:
         yield from ((where, metric) for metric in static_measures(fe_statics, statics))
 
 
-def _found_or_made(
+def _read_or_run(
     task: RunSpec, store: Path, excitations: Excitations, report: Progress
 ) -> Run:
     directory = make_directory(store / task.directory_name)
@@ -290,14 +290,14 @@ def _found_or_made(
             _remove_checkpoint(task, directory)
         return stored
     if task.model is not None:  # soon made, at worst by two processes alike
-        return _made(task, directory, None, excitations, report)
+        return _run_task(task, directory, None, excitations, report)
     with _checkpoint(task, directory) as checkpoint:
         # the process that had the checkpoint until now may have made the run
         stored = read_run(task, directory, reused=True)
-        return stored or _made(task, directory, checkpoint, excitations, report)
+        return stored or _run_task(task, directory, checkpoint, excitations, report)
 
 
-def _made(
+def _run_task(
     task: RunSpec,
     directory: Path,
     checkpoint: Checkpoint | None,
