@@ -46,9 +46,9 @@ def test_stable_motions_are_those_of_sweeps_and_jumps_are_bifurcations(
 
 def test_disturbances_do_what_multipliers_say(finder, monkeypatch):
     monkeypatch.setattr(bench_branches, "DRAWN", 12)
-    found = stability(finder, np.random.default_rng(2))
-    assert found.decided == found.agree == 12
-    assert 0 < found.stable < 12
+    counts = stability(finder, np.random.default_rng(2))
+    assert counts.decided == counts.agree == 12
+    assert 0 < counts.stable < 12
 
 
 def test_harmonics_cost_time_and_bring_accuracy(system, monkeypatch):

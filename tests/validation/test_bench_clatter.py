@@ -9,14 +9,14 @@ from validation.bench import benchmark as bench
 from validation.bench.bench_clatter import measure
 
 
-def no_progress(what: str, done: int, total: int) -> None: ...
+def no_progress(stage: str, done: int, total: int) -> None: ...
 
 
 def test_errors_fall_with_the_tolerance(monkeypatch):
     monkeypatch.setattr(bench_clatter, "TIMED", 1000)
     points = measure(no_progress).tables[bench.POINTS]
-    for _, own in groupby(points, key=lambda p: p["study"]):
-        rows = list(own)
+    for _, study_points in groupby(points, key=lambda p: p["study"]):
+        rows = list(study_points)
         assert rows[-1]["error"] < 1e-12 < rows[0]["error"]
         for row in rows:
             assert row["error"] < max(100.0 * row["tolerance"], 1e-12)

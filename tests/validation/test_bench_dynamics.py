@@ -58,12 +58,12 @@ def test_cutoffs_below_all_elastic_modes_are_left_out(bench_of):
     bench = bench_of(2)
     stepper, _, _ = bench.stepper(FiniteElements(fidelity="reduced"))
     others = study.others_with_modes(stepper)
-    left = [each for each in study.OTHERS if each not in others]
-    assert [setting for _, setting, _ in left] == [10e3]
+    skipped = [option for option in study.OTHERS if option not in others]
+    assert [setting for _, setting, _ in skipped] == [10e3]
     _, _, elements = others[len(study.MESHES) + 1]
     assert bench.stepper(elements)[1] > 0
     with pytest.raises(InputError, match="no elastic mode"):
-        bench.stepper(left[0][2])
+        bench.stepper(skipped[0][2])
 
 
 def test_rows_grow_by_coordinates(bench_of):
@@ -87,4 +87,4 @@ def test_picture_and_table(tmp_path):
     axes = Benchmark("", "title", "", {}, [panel]).draw().axes[0]
     assert len(axes.lines) == 3
     assert "[ms]" in axes.get_ylabel()
-    assert [each.get_text() for each in axes.texts] == ["64", "128", "0"]
+    assert [label.get_text() for label in axes.texts] == ["64", "128", "0"]

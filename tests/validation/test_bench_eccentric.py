@@ -11,15 +11,15 @@ from validation.bench import benchmark as bench
 from validation.bench.bench_eccentric import contact_rows, distance_points, measure
 
 
-def no_progress(what: str, done: int, total: int) -> None: ...
+def no_progress(stage: str, done: int, total: int) -> None: ...
 
 
 @pytest.fixture(scope="module")
 def points():
-    found = {}
+    by_study = {}
     for point in distance_points():
-        found.setdefault(point.study, []).append(point)
-    return found
+        by_study.setdefault(point.study, []).append(point)
+    return by_study
 
 
 def test_the_integral_converges_faster_than_any_power(points):
@@ -30,10 +30,10 @@ def test_the_integral_converges_faster_than_any_power(points):
 
 
 def test_shooting_is_of_order_four_and_slower(points):
-    own = points["shooting, Runge-Kutta"][2:]
-    rate = bench.slope([p.setting for p in own], [p.error for p in own])
+    shooting = points["shooting, Runge-Kutta"][2:]
+    rate = bench.slope([p.setting for p in shooting], [p.error for p in shooting])
     assert rate == pytest.approx(-4.0, abs=0.3)
-    assert own[-1].ms > 10.0 * points["rolling integral"][-1].ms
+    assert shooting[-1].ms > 10.0 * points["rolling integral"][-1].ms
 
 
 @pytest.mark.slow

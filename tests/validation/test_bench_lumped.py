@@ -30,9 +30,9 @@ NAMED = {f"{f.__module__}.{f.__name__}": f for f in (*TRIALS, *COUPLED)}
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMED)
 def test_every_promise_is_kept(name):
-    found = list(NAMED[name]())
-    assert found
-    assert not [trial for trial in found if not trial.passed]
+    trials = list(NAMED[name]())
+    assert trials
+    assert not [trial for trial in trials if not trial.passed]
 
 
 def test_nan_keeps_no_promise():

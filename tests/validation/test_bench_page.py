@@ -43,8 +43,15 @@ def test_page_shows_figures_points_and_what_else_was_measured(tmp_path):
     text = page.read_text(encoding="utf-8")
     assert "a &lt;pair&gt;: run time against error" in text
     assert text.count("<svg ") == 2
-    for words in ("us per step", "0.00125", "peak memory MB", ">290<", ">yes<", ">-<"):
-        assert words in text
+    for snippet in (
+        "us per step",
+        "0.00125",
+        "peak memory MB",
+        ">290<",
+        ">yes<",
+        ">-<",
+    ):
+        assert snippet in text
     assert "Races" not in text
     for name in ("stiffness.csv", "stiffness-growth.csv", "figures/lumped.svg"):
         assert f'href="{name}"' in text
@@ -52,10 +59,12 @@ def test_page_shows_figures_points_and_what_else_was_measured(tmp_path):
 
 
 def test_points_stand_in_one_file_whoever_writes_them(tmp_path):
-    own = measured(tables={"points": [{"study": "split", "error": 0.1}]})
-    write_page([own], tmp_path, "fegear bench all")
-    beside = tmp_path / "stiffness.csv"
-    text = beside.read_text()
-    write_benchmark(own, tmp_path)
-    assert beside.read_text() == text
-    assert list(csv.DictReader(beside.open())) == [{"study": "split", "error": "0.1"}]
+    benchmark = measured(tables={"points": [{"study": "split", "error": 0.1}]})
+    write_page([benchmark], tmp_path, "fegear bench all")
+    points_file = tmp_path / "stiffness.csv"
+    text = points_file.read_text()
+    write_benchmark(benchmark, tmp_path)
+    assert points_file.read_text() == text
+    assert list(csv.DictReader(points_file.open())) == [
+        {"study": "split", "error": "0.1"}
+    ]

@@ -19,10 +19,10 @@ from validation.bench.bench_stability import (
 
 @pytest.fixture(scope="module")
 def points():
-    found = {}
+    by_study = {}
     for point in sawtooth_points():
-        found.setdefault(point.study, []).append(point)
-    return found
+        by_study.setdefault(point.study, []).append(point)
+    return by_study
 
 
 def test_series_and_recursion_reach_round_off(points):
@@ -33,11 +33,13 @@ def test_series_and_recursion_reach_round_off(points):
 @pytest.mark.parametrize("study", ["exponentials", "eq. 4.56, SciPy"])
 def test_exponentials_are_of_second_order(points, study):
     """The compiled ones are those of SciPy."""
-    own = points[study]
-    rate = bench.slope([p.setting for p in own], [p.error for p in own])
+    study_points = points[study]
+    rate = bench.slope(
+        [p.setting for p in study_points], [p.error for p in study_points]
+    )
     assert rate == pytest.approx(-2.0, abs=0.05)
     errors = [p.error for p in points["exponentials"]]
-    np.testing.assert_allclose([p.error for p in own], errors, rtol=1e-3)
+    np.testing.assert_allclose([p.error for p in study_points], errors, rtol=1e-3)
 
 
 def test_perturbation_agrees_to_second_order():
@@ -46,9 +48,9 @@ def test_perturbation_agrees_to_second_order():
     assert names[0] == "2 f3"
     assert any(" + " in name for name in names)
     for name in names:
-        own = [row for row in rows if row.combination == name]
-        assert [row.variation for row in own] == list(SIZES)
-        orders = [row.order for row in own[1:]]
+        edges = [row for row in rows if row.combination == name]
+        assert [row.variation for row in edges] == list(SIZES)
+        orders = [row.order for row in edges[1:]]
         assert orders == pytest.approx([2.0] * 3, abs=0.25)
 
 
@@ -61,29 +63,29 @@ def test_multipliers_are_right_to_a_millionth():
 def test_a_benchmark_has_all_tables(monkeypatch):
     monkeypatch.setattr(bench_stability, "SPEEDS", 20)
     monkeypatch.setattr(bench_stability, "VALUES", 3)
-    found = measure("liu-friction", 100.0, lambda *progress: None)
-    assert [name for name, rows in found.tables.items() if rows] == [
+    benchmark = measure("liu-friction", 100.0, lambda *progress: None)
+    assert [name for name, rows in benchmark.tables.items() if rows] == [
         *("points", "multipliers", "edges", "chart")
     ]
-    (chart,) = found.tables["chart"]
+    (chart,) = benchmark.tables["chart"]
     assert (chart["speeds"], chart["values"]) == (20, 3)
-    assert len(found.panels) == 2
+    assert len(benchmark.panels) == 2
 
 
 def test_a_chart_that_was_interrupted_has_no_time(monkeypatch):
     """What was finished before is there."""
     monkeypatch.setattr(bench_stability, "SPEEDS", 20)
     monkeypatch.setattr(bench_stability, "VALUES", 3)
-    known, seen = stability.scan_stability, []
+    original, seen = stability.scan_stability, []
 
     def stopped(*args):
         seen.append(args)
         if len(seen) > 3:  # two of the chart that compiles, one of the other
             raise KeyboardInterrupt
-        return known(*args)
+        return original(*args)
 
     monkeypatch.setattr(stability, "scan_stability", stopped)
-    found = measure("liu-friction", 100.0, lambda *progress: None)
-    assert found.interrupted
-    assert not found.tables["chart"]
-    assert found.tables["edges"]
+    benchmark = measure("liu-friction", 100.0, lambda *progress: None)
+    assert benchmark.interrupted
+    assert not benchmark.tables["chart"]
+    assert benchmark.tables["edges"]

@@ -73,11 +73,11 @@ def test_what_a_part_brings_is_told_on_places_that_both_have():
         "model-coupled-without-body", {**measured, "peak_frequency": less}, 0, 1.0
     )
     ends = {"up": 0.01, "down": 0.0, "nowhere": 7.0}
-    whole = BudgetRow("model-coupled", {**measured, "peak_frequency": ends}, 0, 1.0)
-    found = Budget((part, whole), 1.0).change_to_coupled(part)
-    assert found["peak_frequency"] == pytest.approx(0.045)
-    assert math.isnan(found["peak_force"])
-    assert (part.label, whole.label) == ("without body", "coupled")
+    coupled = BudgetRow("model-coupled", {**measured, "peak_frequency": ends}, 0, 1.0)
+    changes = Budget((part, coupled), 1.0).change_to_coupled(part)
+    assert changes["peak_frequency"] == pytest.approx(0.045)
+    assert math.isnan(changes["peak_force"])
+    assert (part.label, coupled.label) == ("without body", "coupled")
 
 
 @pytest.fixture(scope="module")
@@ -89,22 +89,22 @@ def small(tmp_path_factory):
 
 def test_coupled_contacts_come_nearest_to_the_elements(small):
     case, store, result = small
-    found = budget_of(result)
-    names = [each.model for each in found.rows]
+    small_budget = budget_of(result)
+    names = [row.model for row in small_budget.rows]
     # nothing shares a gear, so that there are no meshes to leave out
     parts = [f"model-coupled-without-{n}" for n in PARTS]
     assert names == ["model-1", *parts, "model-coupled"]
-    curve = [each.largest("off_jump_distance") for each in found.rows]
+    curve = [row.largest("off_jump_distance") for row in small_budget.rows]
     assert curve[-1] < 0.05
     assert curve[-1] < 0.1 * curve[0]
     assert curve[-1] < 0.1 * curve[parts.index("model-coupled-without-body") + 1]
-    assert budget(case, store).rows == found.rows, "taken from the store"
+    assert budget(case, store).rows == small_budget.rows, "taken from the store"
 
 
 def test_parts_are_run_and_not_judged(small):
     case, _, result = small
     assert [model.name for model in parts_of(case)] == [
-        each.model for each in budget_of(result).rows[1:-1]
+        row.model for row in budget_of(result).rows[1:-1]
     ]
     assert not result.verdicts
     assert {run.source for run in result.judged} == {"fe", *result.models}
@@ -113,30 +113,32 @@ def test_parts_are_run_and_not_judged(small):
 
 
 def test_values_of_a_budget_are_in_the_units_that_stand_beside(small):
-    found = budget_of(small[2])
-    values = budget_values(found)
+    small_budget = budget_of(small[2])
+    values = budget_values(small_budget)
     assert values["models"][0]["model"] == "model 1"
     (frequency,) = (q for q in values["quantities"] if q["quantity"] == "peak force")
     assert frequency["unit"] == "%"
     first = frequency["models"][0]
-    assert first["largest_error"] == 100.0 * found.rows[0].largest("peak_force")
+    assert first["largest_error"] == 100.0 * small_budget.rows[0].largest("peak_force")
     assert first["places"] == 2
     assert budget_values(None) == {}
 
 
 def test_the_figure_has_a_panel_for_what_was_measured(small):
-    found = budget_of(small[2])
-    figure = draw_budget(found)
+    small_budget = budget_of(small[2])
+    figure = draw_budget(small_budget)
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [axes.get_title() for axes in shown]
     assert "jump [Hz]" not in titles, "there are no jumps"
     force = next(axes for axes in shown if axes.get_title() == "peak force [%]")
     labels = [text.get_text() for text in shown[0].get_yticklabels()]
-    assert labels == [each.label for each in found.rows]
+    assert labels == [row.label for row in small_budget.rows]
     dots = np.concatenate(
         [line.get_xdata() for line in force.lines if line.get_marker() == "o"]
     )
-    measured = [v for each in found.rows for v in each.measured["peak_force"].values()]
+    measured = [
+        v for row in small_budget.rows for v in row.measured["peak_force"].values()
+    ]
     np.testing.assert_allclose(dots, 100.0 * np.array(measured))
 
 
@@ -151,9 +153,9 @@ def test_a_case_asks_for_its_budget():
     assert parts == [f"without-{n}" for n in COMPONENTS]
     assert not parts_of(replace(case, budget=False))
     judged = replace(case.model[-1], without=("body",))
-    given = replace(case, model=(*case.model, judged))
-    assert judged not in parts_of(given)
-    assert len(parts_of(given)) == 4
+    changed = replace(case, model=(*case.model, judged))
+    assert judged not in parts_of(changed)
+    assert len(parts_of(changed)) == 4
 
 
 def test_a_budget_leads_from_model_1_to_the_coupled_model():

@@ -123,14 +123,14 @@ def test_a_closed_form_that_does_not_apply_says_why(angle_deg):
 def test_a_row_without_closed_form_is_in_every_output(capsys, tmp_path):
     (tmp_path / "own.toml").write_text(STEEP)
     table = tmp_path / "own.csv"
-    words = ["compare", str(tmp_path / "own.toml"), "--torque", "100"]
-    assert run([*words, "--json", "-o", str(table)]) == 0
+    argv = ["compare", str(tmp_path / "own.toml"), "--torque", "100"]
+    assert run([*argv, "--json", "-o", str(table)]) == 0
     first = json.loads(capsys.readouterr().out)["comparisons"][0]
     assert first["expected"] is None
     assert first["per_cent"] is None
     assert "must fit between the teeth" in first["note"]
     assert "must fit between the teeth" in table.read_text()
-    assert run(words) == 0
+    assert run(argv) == 0
     screen = capsys.readouterr().out
     assert "fillets" in screen
     assert screen.count("none") == 2 * 3
@@ -167,8 +167,8 @@ def test_iso_names_its_reduction_at_low_load_and_is_shown_without():
     steel = load_gear_set("liu-pair")
     rows = {row.oracle: row for row in compare_mesh(steel, 0, 10.0, COARSE).rows}
     reduced, full = (
-        rows[f"ISO 6336 c_gamma{words}"]
-        for words in ("", " without its reduction at low load")
+        rows[f"ISO 6336 c_gamma{suffix}"]
+        for suffix in ("", " without its reduction at low load")
     )
     assert "Ft/b is 10.16 N/mm, below 100 N/mm" in reduced.note
     assert full.note == ""

@@ -38,10 +38,10 @@ def peak(frequency, height):
     return Peak("up", 1, frequency, height, 0.0, 0.0, 0.0)
 
 
-def measured(reference, found):
+def measured(reference, model):
     """Values by metric, in lists."""
     out = {}
-    for name, _, value in m.curve_measures(reference, found):
+    for name, _, value in m.curve_measures(reference, model):
         out.setdefault(name, []).append(value)
     return out
 
@@ -74,8 +74,8 @@ def test_only_common_speeds_count():
     base = curve(resonance(SPEEDS))
     half = curve(resonance(SPEEDS[::2]), SPEEDS[::2])
     assert m.curve_distance(base, half) == m.Distance(0.0, 25, 0)
-    apart = curve(base.dte_rms, SPEEDS + 1.0)
-    assert math.isnan(m.curve_distance(base, apart).value)
+    shifted = curve(base.dte_rms, SPEEDS + 1.0)
+    assert math.isnan(m.curve_distance(base, shifted).value)
 
 
 def test_nan_and_branches_that_ended_early_are_never_within():
@@ -95,8 +95,8 @@ def test_speeds_between_matched_jumps_are_left_out_and_counted():
     base = curve(np.where(SPEEDS > 1400.0, high, low), jumps=(jump(1400.0, 1420.0),))
     late = curve(np.where(SPEEDS > 1500.0, high, low), jumps=(jump(1500.0, 1520.0),))
     assert m.jump_zones(base, late) == [(1400.0, 1520.0)]
-    found = m.curve_distance(base, late, m.jump_zones(base, late))
-    assert (found.value, found.left_out) == (0.0, 7)
+    distance = m.curve_distance(base, late, m.jump_zones(base, late))
+    assert (distance.value, distance.left_out) == (0.0, 7)
     assert measured(base, late)["jump_frequency"] == [100.0]
     assert measured(base, late)["jumps_unmatched"] == [0.0]
 
@@ -106,36 +106,38 @@ def test_a_missing_jump_hides_nothing_but_its_step():
     base = curve(np.where(SPEEDS > 1400.0, high, low), jumps=(jump(1400.0, 1420.0),))
     none = curve(low)
     assert m.jump_zones(base, none) == m.jump_zones(none, base) == [(1400.0, 1420.0)]
-    found = measured(base, none)
-    assert found["jumps_unmatched"] == [1.0]
-    assert "jump_frequency" not in found
-    assert found["off_jump_distance"][0] > 0.5
+    metrics = measured(base, none)
+    assert metrics["jumps_unmatched"] == [1.0]
+    assert "jump_frequency" not in metrics
+    assert metrics["off_jump_distance"][0] > 0.5
 
 
 def test_jumps_far_apart_are_two():
     base, other = (
         curve(np.ones(SPEEDS.size), jumps=(jump(f, f + 20.0),)) for f in (1000.0, 1900)
     )
-    found = [each for each in m.curve_measures(base, other) if "jump" in each[0]]
-    assert ("jumps_unmatched", "missing 1010 Hz; extra 1910 Hz", 2.0) in found
+    jump_metrics = [
+        metric for metric in m.curve_measures(base, other) if "jump" in metric[0]
+    ]
+    assert ("jumps_unmatched", "missing 1010 Hz; extra 1910 Hz", 2.0) in jump_metrics
 
 
 def test_peaks_are_told_one_by_one():
     base = curve(np.ones(SPEEDS.size), peaks=(peak(1500.0, 2e-6), peak(3000.0, 1e-6)))
     other = curve(np.ones(SPEEDS.size), peaks=(peak(1425.0, 3e-6),))
-    found = measured(base, other)
-    assert found["peak_amplitude"] == [pytest.approx(0.5)]
-    assert found["peak_frequency"] == [pytest.approx(-0.05)]
-    assert found["peaks_unmatched"] == [1.0]
+    metrics = measured(base, other)
+    assert metrics["peak_amplitude"] == [pytest.approx(0.5)]
+    assert metrics["peak_frequency"] == [pytest.approx(-0.05)]
+    assert metrics["peaks_unmatched"] == [1.0]
 
 
 def test_contact_loss_and_force_are_those_of_the_worst_speed():
     base = curve(np.ones(SPEEDS.size))
     loss, force = np.zeros(SPEEDS.size), np.ones(SPEEDS.size)
     loss[7], force[9] = 0.3, 1.5
-    found = measured(base, replace(base, contact_loss=loss, force_peak=force))
-    assert found["contact_loss"] == [pytest.approx(0.3)]
-    assert found["peak_force"] == [pytest.approx(0.5)]
+    metrics = measured(base, replace(base, contact_loss=loss, force_peak=force))
+    assert metrics["contact_loss"] == [pytest.approx(0.3)]
+    assert metrics["peak_force"] == [pytest.approx(0.5)]
     back = measured(replace(base, contact_loss=loss), base)
     assert back["contact_loss"] == [pytest.approx(-0.3)]
 
@@ -151,8 +153,8 @@ values = st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=30)
 
 @given(values)
 def test_distance_of_identical_arrays_is_zero(given_values):
-    found = m.relative_distance(given_values, given_values)
-    assert found == 0.0 or not any(np.square(given_values) > 0.0)
+    distance = m.relative_distance(given_values, given_values)
+    assert distance == 0.0 or not any(np.square(given_values) > 0.0)
 
 
 @given(values, st.randoms())
@@ -186,26 +188,26 @@ WAVE = np.sin(2 * np.pi * PARTS) + 0.4 * np.cos(6 * np.pi * PARTS + 1.0)
 def test_shift_of_a_wave_is_its_phase(late):
     at = (PARTS - late) % 1.0
     later = np.sin(2 * np.pi * at) + 0.4 * np.cos(6 * np.pi * at + 1.0)
-    found = m.match_cycles(WAVE, later)
-    assert found.phase == pytest.approx(late, abs=1e-3)
-    assert found.peak == pytest.approx(0.0, abs=1e-3)
+    match = m.match_cycles(WAVE, later)
+    assert match.phase == pytest.approx(late, abs=1e-3)
+    assert match.peak == pytest.approx(0.0, abs=1e-3)
     assert (
-        found.correlation == pytest.approx(1.0) if late == 0 else found.correlation < 1
+        match.correlation == pytest.approx(1.0) if late == 0 else match.correlation < 1
     )
 
 
 def test_scale_and_mean_leave_correlation_and_phase():
-    found = m.match_cycles(WAVE + 5.0, 2.0 * (WAVE + 5.0))
-    assert found.correlation == pytest.approx(1.0)
-    assert found.phase == pytest.approx(0.0, abs=1e-9)
-    assert found.peak == pytest.approx(1.0)
+    match = m.match_cycles(WAVE + 5.0, 2.0 * (WAVE + 5.0))
+    assert match.correlation == pytest.approx(1.0)
+    assert match.phase == pytest.approx(0.0, abs=1e-9)
+    assert match.peak == pytest.approx(1.0)
     assert m.match_cycles(WAVE, -WAVE).correlation == pytest.approx(-1.0)
 
 
 def test_waves_that_do_not_vary_have_no_correlation():
-    found = m.match_cycles(np.ones(8), np.arange(8.0))
-    assert math.isnan(found.correlation)
-    assert math.isnan(found.phase)
+    match = m.match_cycles(np.ones(8), np.arange(8.0))
+    assert math.isnan(match.correlation)
+    assert math.isnan(match.phase)
     with pytest.raises(ValueError, match="one shape"):
         m.match_cycles(np.ones(8), np.ones(9))
 
@@ -214,9 +216,9 @@ def test_a_cycle_is_the_first_of_the_record_on_even_times():
     time = np.concatenate([np.linspace(0.0, 0.3, 40), np.linspace(0.31, 2.0, 300)])
     force = np.stack([np.zeros(time.size), np.sin(2.0 * np.pi * time)], axis=1)
     history = History(time, *[force] * 6)
-    found = m.force_cycle(history, 1, 1.0)
+    cycle = m.force_cycle(history, 1, 1.0)
     error = (2.0 * np.pi * 0.01) ** 2 / 8.0  # of a chord over the widest step
-    np.testing.assert_allclose(found, np.sin(2.0 * np.pi * PARTS), atol=error)
+    np.testing.assert_allclose(cycle, np.sin(2.0 * np.pi * PARTS), atol=error)
 
 
 def statics(deflection, **changes):
@@ -240,10 +242,10 @@ def test_stiffness_and_variation_of_a_rectangular_wave():
     assert base.mean_stiffness == pytest.approx(3e8)
     assert base.variation == pytest.approx(1.0 / 3.0)
     stiffer = statics(base.deflection / 1.1)
-    found = {name: value for name, _, value in m.static_measures(base, stiffer)}
-    assert found["mean_stiffness"] == pytest.approx(0.1)
-    assert found["stiffness_variation"] == pytest.approx(0.0, abs=1e-12)
-    assert found["static_deflection"] == pytest.approx(1.0 - 1.0 / 1.1)
+    metrics = {name: value for name, _, value in m.static_measures(base, stiffer)}
+    assert metrics["mean_stiffness"] == pytest.approx(0.1)
+    assert metrics["stiffness_variation"] == pytest.approx(0.0, abs=1e-12)
+    assert metrics["static_deflection"] == pytest.approx(1.0 - 1.0 / 1.1)
 
 
 def test_change_by_friction_is_of_single_pairs_in_a_stretch():
@@ -269,6 +271,6 @@ def test_change_by_friction_is_of_single_pairs_in_a_stretch():
 )
 def test_verdicts_know_the_sense_of_a_metric(metric, value, within):
     allowed = 0.9 if metric == "wave_correlation" else 0.2
-    found = m.verdict(metric, "model-1", "here", value, allowed, "because")
-    assert found.within is within
-    assert (found.unit, found.reason) == ("1", "because")
+    verdict = m.verdict(metric, "model-1", "here", value, allowed, "because")
+    assert verdict.within is within
+    assert (verdict.unit, verdict.reason) == ("1", "because")

@@ -61,9 +61,9 @@ def test_a_single_spring_in_a_body():
 @pytest.mark.parametrize("q", [(2e-5, -1e-6), (4e-6, 1e-5), (-1e-5, 0.0)])
 def test_its_accelerations_are_the_slopes_of_its_energy(q):
     """In contact, with one contact open, and with both open."""
-    place, q = instant(), np.array(q)
-    _, x, acceleration = place.solve(q)
+    contacts, q = instant(), np.array(q)
+    _, x, acceleration = contacts.solve(q)
     assert ((x > 0.0).sum() > 0) == (q[0] > 0.0)
     for i, step in enumerate(1e-8 * np.eye(2)):
-        slope = (place.potential(q + step) - place.potential(q - step)) / 2e-8
+        slope = (contacts.potential(q + step) - contacts.potential(q - step)) / 2e-8
         assert -slope == pytest.approx(acceleration[i], abs=0.05), f"coordinate {i}"

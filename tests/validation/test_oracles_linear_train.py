@@ -31,8 +31,10 @@ def make_idler(damping=0.04, coupling=0.0):
 
 
 def test_printed_ratios_of_the_countershaft():
-    found = lt.countershaft_frequencies(RADII, INERTIAS, STIFFNESS, SHAFT)
-    np.testing.assert_allclose(found / found[0], [1.0, 2.34, 3.29], rtol=2e-3)
+    frequencies = lt.countershaft_frequencies(RADII, INERTIAS, STIFFNESS, SHAFT)
+    np.testing.assert_allclose(
+        frequencies / frequencies[0], [1.0, 2.34, 3.29], rtol=2e-3
+    )
 
 
 def test_printed_ratio_of_the_idler():
@@ -99,18 +101,18 @@ def test_slow_errors_are_followed_without_strain(mesh):
     """At rest a free train takes up the error: deflection = error."""
     error = np.zeros(2, complex)
     error[mesh] = 1e-6 * np.exp(0.4j)
-    found = lt.harmonic_deflection(make_idler(), [Tone(1e-2, error)])[0]
-    np.testing.assert_allclose(found, error, atol=1e-13)
+    deflection = lt.harmonic_deflection(make_idler(), [Tone(1e-2, error)])[0]
+    np.testing.assert_allclose(deflection, error, atol=1e-13)
 
 
 def test_fast_errors_meet_inertia_only():
     """x -> -M^-1 k e / w^2 above all resonances."""
     train, w = make_idler(damping=0.0), 1e8
     error = np.array([1e-6, 0.0], complex)
-    found = lt.harmonic_deflection(train, [Tone(w, error)])[0]
+    deflection = lt.harmonic_deflection(train, [Tone(w, error)])[0]
     flexibility = train.rows @ np.diag(1.0 / train.inertia) @ train.rows.T
     expected = -flexibility @ (train.stiffness * error) / w**2
-    np.testing.assert_allclose(found, expected, rtol=1e-5)
+    np.testing.assert_allclose(deflection, expected, rtol=1e-5)
 
 
 def test_errors_work_as_much_as_damping_takes():

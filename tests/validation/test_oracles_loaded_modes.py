@@ -56,7 +56,7 @@ def test_high_modes_may_follow_or_be_averaged(model):
     """What follows is exact; averaged, modes far above change little."""
     nobody = np.zeros(model.modal.rigidity.size, bool)
     low = model.modal.rigidity < (2.0 * np.pi * 25e3) ** 2
-    found = [loaded_modes(model, own, 4000.0) for own in (nobody, low)]
-    strained = [each.frequency_Hz[each.mesh_energy > 0.01] for each in found]
+    mode_sets = [loaded_modes(model, averaged, 4000.0) for averaged in (nobody, low)]
+    strained = [modes.frequency_Hz[modes.mesh_energy > 0.01] for modes in mode_sets]
     assert len(strained[0]) == 1
     np.testing.assert_allclose(*strained, rtol=5e-3)

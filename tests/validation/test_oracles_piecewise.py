@@ -104,10 +104,10 @@ def test_backlash_is_crossed_at_even_speed_without_load():
     train = make_pair(force=0.0, backlash=backlash)
     motion = piecewise.march(train, 1000.0, state_of_pair(1e-12, -speed), 1.0)
     flight, contact = backlash / speed, math.pi / omega
-    found = np.diff(motion.changes)
-    expected = np.tile([flight, contact], found.size)[: found.size]
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
-    assert found.size >= 4
+    durations = np.diff(motion.changes)
+    expected = np.tile([flight, contact], durations.size)[: durations.size]
+    np.testing.assert_allclose(durations, expected, rtol=1e-9)
+    assert durations.size >= 4
 
 
 def test_energy_is_kept_through_free_play():
@@ -194,8 +194,8 @@ def test_rectangle_keeps_mean_and_peak_to_peak(contact_ratio, gaps):
     (toothing,) = make_pair(pairs).toothings
     totals = []
     for x in (np.arange(5000) + 0.5) / 1000:
-        found = [toothing.piece(pair, x) for pair in range(len(gaps))]
-        totals.append(sum(each[0].stiffness for each in found if each))
+        pieces = [toothing.piece(pair, x) for pair in range(len(gaps))]
+        totals.append(sum(piece[0].stiffness for piece in pieces if piece))
     assert np.mean(totals) == pytest.approx(3e8, rel=1e-12)
     assert np.ptp(totals) == pytest.approx(0.35 * 3e8, rel=1e-12)
 

@@ -24,7 +24,8 @@ def way(roll, driver=none, driven=none):
     tips = PITCH_POINT + REACH, LINE - PITCH_POINT + REACH
     lows = LINE - tips[1] - 0.002, LINE - tips[0] - 0.002
     flanks = (
-        Flank(*each) for each in zip(BASES, tips, lows, (driver, driven), strict=True)
+        Flank(*dimensions)
+        for dimensions in zip(BASES, tips, lows, (driver, driven), strict=True)
     )
     return closing_way(*flanks, DISTANCE, PITCH_POINT + roll)
 
@@ -58,5 +59,5 @@ def test_small_linear_relief():
         slope = magnitude / (end - start) * BASES[0] / s1
         saved = 0.5 * s1 * s2 / LINE * slope**2
         expected = magnitude * (s1 - start) / (end - start) - saved
-        found = way(roll, driver=relief_depth(magnitude, start, end, 1.0))
-        assert found == pytest.approx(expected, abs=0.02 * saved)
+        closing = way(roll, driver=relief_depth(magnitude, start, end, 1.0))
+        assert closing == pytest.approx(expected, abs=0.02 * saved)

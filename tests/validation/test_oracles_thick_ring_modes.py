@@ -125,8 +125,8 @@ def test_determinant_of_n_0_parts_into_twist_and_breathing(plane):
         radial_frequencies(ring, 1e5),
     ]
     assert min(map(len, parts)) >= 2
-    whole = oracle.frequencies(ring, 0, 1e5)
-    np.testing.assert_allclose(whole, np.sort(np.concatenate(parts)), rtol=1e-10)
+    full_ring = oracle.frequencies(ring, 0, 1e5)
+    np.testing.assert_allclose(full_ring, np.sort(np.concatenate(parts)), rtol=1e-10)
 
 
 @BOTH
@@ -134,13 +134,13 @@ def test_thin_ring_is_a_layer_of_quarter_waves(plane):
     """(2 k - 1) c / (4 t), c of shear or of dilatation, as t -> 0."""
     ring = replace(RING, outer_radius=20e-3 + 2e-5, plane=plane)
     lam, G = lame(ring)
-    for speed, found in (
+    for speed, frequencies in (
         (np.sqrt(G / ring.density), torsional_frequencies(ring, 5e8)),
         (np.sqrt((lam + 2 * G) / ring.density), radial_frequencies(ring, 5e8)),
     ):
-        layer = (2 * np.arange(len(found)) + 1) * speed / 4 / 2e-5
-        assert len(found) >= 3
-        np.testing.assert_allclose(found, layer, rtol=2e-3)
+        layer = (2 * np.arange(len(frequencies)) + 1) * speed / 4 / 2e-5
+        assert len(frequencies) >= 3
+        np.testing.assert_allclose(frequencies, layer, rtol=2e-3)
 
 
 def test_shift_of_the_rim_is_softer_in_plane_stress():

@@ -32,9 +32,13 @@ def curve(direction, values, multiple=1, mesh=1):
 
 def judged(reference, model):
     """The verdict on the distance of the curves of the model up."""
-    runs = [SimpleNamespace(torque=100.0, curves=each) for each in (reference, model)]
-    found = verdict("rms_distance", "m", "100 N m, up, mesh 1, 50 speeds", 1.0, 0.1, "")
-    return with_cause(found, *runs, "100 N m, up, mesh 1")
+    runs = [
+        SimpleNamespace(torque=100.0, curves=curves) for curves in (reference, model)
+    ]
+    raw_verdict = verdict(
+        "rms_distance", "m", "100 N m, up, mesh 1, 50 speeds", 1.0, 0.1, ""
+    )
+    return with_cause(raw_verdict, *runs, "100 N m, up, mesh 1")
 
 
 def test_a_motion_that_the_other_has_with_the_speed_falling_is_another_branch():
@@ -44,32 +48,32 @@ def test_a_motion_that_the_other_has_with_the_speed_falling_is_another_branch():
     common, others = speeds_on_other_branches(reference, model, "up")
     assert common.size == SPEEDS.size
     np.testing.assert_array_equal(others, SPEEDS[BETWEEN])
-    found = judged(reference, model)
-    assert not found.within  # the verdict stays
-    assert found.cause.startswith("another branch: 5 of 50 speeds, 1400 to 1480 Hz")
-    assert found.cause.endswith("steps of 10 Hz may lead both onto one")
+    outcome = judged(reference, model)
+    assert not outcome.within  # the verdict stays
+    assert outcome.cause.startswith("another branch: 5 of 50 speeds, 1400 to 1480 Hz")
+    assert outcome.cause.endswith("steps of 10 Hz may lead both onto one")
 
 
 def test_motions_of_other_periods_are_other_branches():
     jumped, periods = np.where(BETWEEN, HIGH, LOW), np.where(BETWEEN, 2, 1)
-    found = judged([curve("up", LOW)], [curve("up", jumped, periods)])
-    assert found.cause.startswith("another branch")
+    outcome = judged([curve("up", LOW)], [curve("up", jumped, periods)])
+    assert outcome.cause.startswith("another branch")
 
 
 def test_a_model_that_is_off_is_said_to_be():
     reference = [curve("up", LOW), curve("down", LOW)]
     raised = np.where(BETWEEN, HIGH, LOW)
-    found = judged(reference, [curve("up", raised), curve("down", raised)])
-    assert found.cause == OFF
+    outcome = judged(reference, [curve("up", raised), curve("down", raised)])
+    assert outcome.cause == OFF
     both = np.where(BETWEEN, HIGH, 1.5 * LOW)
     periods = np.where(BETWEEN, 2, 1)
-    found = judged([curve("up", LOW)], [curve("up", both, periods)])
-    assert found.cause.startswith(f"{OFF}; besides, 5 of 50 speeds")
+    outcome = judged([curve("up", LOW)], [curve("up", both, periods)])
+    assert outcome.cause.startswith(f"{OFF}; besides, 5 of 50 speeds")
 
 
 def test_of_too_many_speeds_nothing_is_known():
-    found = judged([curve("up", LOW)], [curve("up", HIGH, 2)])
-    assert found.cause.startswith("not known: 50 of 50 speeds")
+    outcome = judged([curve("up", LOW)], [curve("up", HIGH, 2)])
+    assert outcome.cause.startswith("not known: 50 of 50 speeds")
 
 
 def test_the_worst_mesh_counts_and_speeds_are_left_out_of_all():
@@ -78,9 +82,9 @@ def test_the_worst_mesh_counts_and_speeds_are_left_out_of_all():
     model = [curve("up", LOW), curve("up", jumped, periods, mesh=2)]
     _, others = speeds_on_other_branches(reference, model, "up")
     assert others.size == BETWEEN.sum()
-    left = without_speeds(model[1], others)
-    assert left.frequency.size == SPEEDS.size - others.size
-    assert left.dte_rms.max() == pytest.approx(1e-6)
+    remaining = without_speeds(model[1], others)
+    assert remaining.frequency.size == SPEEDS.size - others.size
+    assert remaining.dte_rms.max() == pytest.approx(1e-6)
 
 
 def test_random_sets_and_cases_have_one_mechanism():

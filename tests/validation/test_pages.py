@@ -50,9 +50,9 @@ def test_inline_figures_share_no_identifier_and_take_the_ink_of_the_page(tmp_pat
     ids = [set(re.findall(r'\sid="([^"]+)"', text)) for text in texts]
     assert ids[0]
     assert not ids[0] & ids[1]
-    for text, own in zip(texts, ids, strict=True):
+    for text, identifiers in zip(texts, ids, strict=True):
         ElementTree.fromstring(text)
-        assert set(re.findall(r'(?:url\(#|href="#)([^)"]+)', text)) == own
+        assert set(re.findall(r'(?:url\(#|href="#)([^)"]+)', text)) == identifiers
         assert "#000000" not in text
         assert "currentColor" in text
         assert "a &lt;b&gt; &amp; c" in text

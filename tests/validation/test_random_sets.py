@@ -79,7 +79,7 @@ def set_with(coupled, down=None, reference_down=1e-6, periods=1, **others):
     rms = dict.fromkeys(SOURCES, reference)
     rms |= {COUPLED_UP: coupled, COUPLED_DOWN: [[value] for value in down]}
     rms[REFERENCE_DOWN] = [[reference_down]] * 16
-    found = Measured(
+    measured = Measured(
         number=0,
         name="pair-1",
         kind="pair",
@@ -97,7 +97,7 @@ def set_with(coupled, down=None, reference_down=1e-6, periods=1, **others):
         natural=[[900.0, 0.9]],
         natural_fe=[[901.0, 0.9]],
     )
-    return replace(found, **others)
+    return replace(measured, **others)
 
 
 def curve(*errors):
@@ -106,27 +106,27 @@ def curve(*errors):
 
 
 def test_the_promise_and_the_warning():
-    assert evaluate(set_with(curve())).words == "kept"
+    assert evaluate(set_with(curve())).summary == "kept"
     off = set_with(curve(0.5, -0.3))
-    assert evaluate(off).words == "vibration off"
+    assert evaluate(off).summary == "vibration off"
     assert (evaluate(off).worst, evaluate(off).worst_Hz) == (pytest.approx(0.5), 100.0)
     warned = evaluate(replace(off, warnings=["modes are left out"]))
-    assert (warned.words, warned.passed) == ("warns", True)
+    assert (warned.summary, warned.passed) == ("warns", True)
 
 
 def test_no_motion_is_no_small_error():
     verdict = evaluate(set_with(curve(math.nan, math.nan)))
-    assert (verdict.words, verdict.worst) == ("vibration off", math.inf)
+    assert (verdict.summary, verdict.worst) == ("vibration off", math.inf)
 
 
 def test_a_speed_is_apart_where_the_falling_speed_has_the_reference():
     up = curve(0.5, 0.5, 0.5)
-    known = evaluate(set_with(up, down=[1.01e-6, 1.01e-6, 1.5e-6] + [1e-6] * 13))
-    assert (known.other_branch_speeds, known.words) == (2, "kept")
-    assert known.worst == pytest.approx(0.5)
-    assert known.tenth_all == pytest.approx(0.5)
-    unknown = evaluate(set_with(up))
-    assert (unknown.other_branch_speeds, unknown.words) == (0, "vibration off")
+    reached = evaluate(set_with(up, down=[1.01e-6, 1.01e-6, 1.5e-6] + [1e-6] * 13))
+    assert (reached.other_branch_speeds, reached.summary) == (2, "kept")
+    assert reached.worst == pytest.approx(0.5)
+    assert reached.tenth_all == pytest.approx(0.5)
+    unreached = evaluate(set_with(up))
+    assert (unreached.other_branch_speeds, unreached.summary) == (0, "vibration off")
 
 
 def test_a_speed_is_apart_where_the_falling_reference_is_at_the_coupled_model():
@@ -142,14 +142,14 @@ def test_small_errors_are_never_apart():
 def test_other_periods_are_apart_but_not_everywhere():
     assert evaluate(set_with(curve(0.5, 0.5), periods=2)).other_branch_speeds == 2
     many = evaluate(set_with(curve(*[0.5] * 6), periods=2))
-    assert (many.other_branch_speeds, many.words) == (6, "vibration off")
+    assert (many.other_branch_speeds, many.summary) == (6, "vibration off")
 
 
 def test_natural_frequencies_count_both_ways():
     extra = [[900.0, 0.9], [1200.0, 0.1]]
     for name, other in (("natural", "natural_fe"), ("natural_fe", "natural")):
         verdict = evaluate(set_with(curve(), **{name: extra, other: [[901.0, 0.9]]}))
-        assert (verdict.words, verdict.natural_Hz) == ("frequencies off", 1200.0)
+        assert (verdict.summary, verdict.natural_Hz) == ("frequencies off", 1200.0)
 
 
 def test_processes_make_the_sets_that_one_makes(tmp_path):
@@ -162,7 +162,7 @@ def test_processes_make_the_sets_that_one_makes(tmp_path):
     one, two = stores
     calls = []
     with_workers = {"numbers": numbers, "measuring": measure_quickly}
-    made = make_sets(two, 2, lambda *words: calls.append(words), **with_workers)
+    made = make_sets(two, 2, lambda *progress: calls.append(progress), **with_workers)
     assert len(made) == len(numbers)
     assert calls[-1] == ("random sets of workers", 5, 5)
     assert make_sets(two, 2, **with_workers) == set()  # nothing is missing
@@ -181,7 +181,7 @@ def test_processes_make_the_sets_that_one_makes(tmp_path):
 
 
 def test_sets_that_are_finished_stay_where_the_run_is_to_end(tmp_path):
-    def report(what, done, total):
+    def report(stage, done, total):
         if done == 2:
             raise KeyboardInterrupt
 
@@ -217,8 +217,8 @@ def test_table_in_the_report_and_kept_runs(tmp_path):
     for shown in (text, page):
         assert "1 of 2 keep" in shown
         assert "no static equilibrium" in shown
-    found = json.loads((tmp_path / "report.json").read_text())["random_sets"]
-    assert [row["verdict"] for row in found["rows"]] == ["kept", "failed"]
+    set_values = json.loads((tmp_path / "report.json").read_text())["random_sets"]
+    assert [row["verdict"] for row in set_values["rows"]] == ["kept", "failed"]
     rows = runs[0].table.read_text().splitlines()
     assert len(rows) == 17
     assert asdict(runs[0].measured)["speeds_Hz"][0] == 100.0

@@ -26,7 +26,7 @@ y = "eccentricity [rad]"
 def results(figure):
     return {
         part.own_name: COMPUTE[type(part)](
-            part, figure.scene(part), lambda what, done, total: None
+            part, figure.scene(part), lambda stage, done, total: None
         )
         for part in figure.part
     }
@@ -36,9 +36,9 @@ def results(figure):
 @pytest.mark.parametrize("number", ["rattle-2.12", "rattle-3.13"])
 def test_printed_values_are_found(number):
     figure = load_figure(number)
-    found = results(figure)
+    part_results = results(figure)
     for printed in figure.printed:
-        (value,) = found[printed.part].found[printed.found]
+        (value,) = part_results[printed.part].values[printed.value_name]
         assert value == pytest.approx(printed.value, abs=1e-4)
 
 
@@ -60,8 +60,8 @@ slices = [0.08]
 names = ["P(1,1,0)"]
 """
     (result,) = results(read_figure(text)).values()
-    (first,) = result.found["grazing fold of P(1,1,0).first"]
-    (second,) = result.found["grazing fold of P(1,1,0).second"]
+    (first,) = result.values["grazing fold of P(1,1,0).first"]
+    (second,) = result.values["grazing fold of P(1,1,0).second"]
     machine = Machine(damping=first, eccentricity=second, half_backlash=0.6)
     assert second == pytest.approx(min_eccentricity(machine), rel=1e-6)
     (curve,) = result.curves
@@ -78,9 +78,9 @@ turns = 5
 edits = ["machine.damping=0.575"]
 """
     (result,) = results(read_figure(text)).values()
-    assert result.found["quiet"][0] >= 1.0
+    assert result.values["quiet"][0] >= 1.0
     panels = {curve.panel for curve in result.curves}
-    assert len(panels) == result.found["kinds"][0]
+    assert len(panels) == result.values["kinds"][0]
     for curve in result.curves:
         times, places = zip(*curve.points, strict=True)
         assert max(t for t in times if not math.isnan(t)) == pytest.approx(5, abs=0.1)

@@ -75,9 +75,11 @@ class Page(HTMLParser):
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
-        given = dict(attrs)
-        self.links += [given["href"]] if tag == "a" and "href" in given else []
-        self.ids += [given["id"]] if "id" in given else []
+        attributes = dict(attrs)
+        self.links += (
+            [attributes["href"]] if tag == "a" and "href" in attributes else []
+        )
+        self.ids += [attributes["id"]] if "id" in attributes else []
         self.sources += [v for k, v in attrs if k in ("src", "xlink:href")]
         if tag == "table":
             self.tables.append([])
@@ -99,13 +101,13 @@ class Page(HTMLParser):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A report of a case that moves and of the pair with friction."""
-    place = tmp_path_factory.mktemp("report")
-    case = place / "moving.toml"
+    directory = tmp_path_factory.mktemp("report")
+    case = directory / "moving.toml"
     case.write_text(MOVING)
-    words = ["validate", str(case), "friction-pair", "-o", str(place / "out")]
-    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    argv = ["validate", str(case), "friction-pair", "-o", str(directory / "out")]
+    result = CliRunner().invoke(app, argv, catch_exceptions=False)
     assert result.exit_code == 1, result.output
-    return place / "out"
+    return directory / "out"
 
 
 @pytest.fixture(scope="module")
@@ -200,8 +202,8 @@ def test_figures_are_whole_and_named_in_both_texts(folder):
 
 def test_settings_versions_and_commands_are_stated(folder):
     text = (folder / "report.md").read_text(encoding="utf-8")
-    for words in ("liu-pair", "50, 100 N m", "1000:1200:50 Hz", "quasistatic"):
-        assert words in text
+    for snippet in ("liu-pair", "50, 100 N m", "1000:1200:50 Hz", "quasistatic"):
+        assert snippet in text
     assert "again by `fegear validate friction-pair -o " in text
     assert r"## Pair \<in\> motion \& more" in text
     assert "numpy" in text
@@ -211,8 +213,8 @@ def test_settings_versions_and_commands_are_stated(folder):
 def test_the_same_report_again_is_the_same(folder, tmp_path):
     before = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}
     case = folder.parent / "moving.toml"
-    words = ["validate", str(case), "friction-pair", "-o", str(folder)]
-    CliRunner().invoke(app, words, catch_exceptions=False)
+    argv = ["validate", str(case), "friction-pair", "-o", str(folder)]
+    CliRunner().invoke(app, argv, catch_exceptions=False)
     assert {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()} == before
 
 

@@ -48,14 +48,14 @@ CONTRAST = """() => {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    given = os.environ.get("FEGEAR_REPORT")
-    if given:
-        return Path(given).resolve()
-    place = tmp_path_factory.mktemp("page")
-    (place / "small.toml").write_text(case_text("small", "1000:1100:50", 1.0))
-    words = ["validate", str(place / "small.toml"), "-o", str(place / "out")]
-    assert CliRunner().invoke(app, words, catch_exceptions=False).exit_code == 0
-    return place / "out"
+    report_path = os.environ.get("FEGEAR_REPORT")
+    if report_path:
+        return Path(report_path).resolve()
+    directory = tmp_path_factory.mktemp("page")
+    (directory / "small.toml").write_text(case_text("small", "1000:1100:50", 1.0))
+    argv = ["validate", str(directory / "small.toml"), "-o", str(directory / "out")]
+    assert CliRunner().invoke(app, argv, catch_exceptions=False).exit_code == 0
+    return directory / "out"
 
 
 @pytest.fixture(scope="module")

@@ -37,7 +37,7 @@ from validation.reproduce.comparison import (
 )
 from validation.reproduce.computations.kinds import COMPUTE, KINDS
 from validation.reproduce.parts import Curve, PartResult
-from validation.reproduce.readings import read_found
+from validation.reproduce.readings import read_values
 from validation.reproduce.references import OtherPart, Reference
 from validation.reproduce.runs import commands_of, curves_csv, read_curves
 from validation.reproduce.source_figures import FOLDER, read_figure
@@ -47,7 +47,7 @@ CHEAP = "table-2.1"  # takes milliseconds
 GOOD = """
 number = "9.1"
 title = "Small"
-says = "Nothing."
+caption = "Nothing."
 gear_set = "liu-idler"
 excitation = "rectangular"
 relative = true
@@ -62,7 +62,7 @@ value = 0.87
 unit = "1"
 where = "here"
 part = "theory"
-found = "mode1.1.mesh2.contact_lost"
+value_name = "mode1.1.mesh2.contact_lost"
 """
 IDLER_3 = """
 relative = true
@@ -102,15 +102,15 @@ def test_figures_load_and_their_commands_can_be_typed(number):
     figure = load_figure(number)
     assert figure.number == number
     assert len(figure.caption) > 40
-    known = dict(commands())
+    commands_by_name = dict(commands())
     for part in figure.part:
         scene = figure.scene(part)
         assert not figure.machine or scene.assembly  # its edits can be read
-        for words in commands_of(part, scene):
-            count = 2 if words[0] == "rattle" else 1
-            name = " ".join(words[:count])
-            given = shlex.split(shlex.join(words[count:]))
-            known[name].make_context(name, given)
+        for argv in commands_of(part, scene):
+            count = 2 if argv[0] == "rattle" else 1
+            name = " ".join(argv[:count])
+            arguments = shlex.split(shlex.join(argv[count:]))
+            commands_by_name[name].make_context(name, arguments)
 
 
 def test_every_kind_of_computation_is_used():
@@ -132,18 +132,26 @@ def test_every_kind_of_computation_is_used():
         ("[0.5, 3.0]", "[0.5]", "part 1, between"),
         ("title", "tittle", "unknown key tittle, did you mean title?"),
         ('part = "theory"', 'part = "sweep"', "part = sweep; must be one of theory"),
-        ("mesh2.contact_lost", "mesh2.lost", "found = mode1.1.mesh2.lost; must fit"),
+        (
+            "mesh2.contact_lost",
+            "mesh2.lost",
+            "value_name = mode1.1.mesh2.lost; must fit",
+        ),
         ("value = 0.87", 'value = "0.87"', 'printed 1, value = "0.87"; must be a'),
         ("value = 0.87", "point = [0.87]", "printed 1, point entry 2 is missing"),
-        ("value = 0.87", "", "one of value, point and beside is needed"),
+        ("value = 0.87", "", "one of value, point and other_part is needed"),
         ("value = 0.87", "value = 0.0", "scale is missing, for the value is 0"),
         ('unit = "1"', 'unit = "kHz"', "printed 1, unit = \"kHz\"; must be '1'"),
         ("value = 0.87", 'value = 1.0\norigin = "seen"', 'origin = "seen"; must be'),
-        ("value = 0.87", 'value = 1.0\norigin = "method"', "beside belong together"),
         (
             "value = 0.87",
-            'origin = "method"\nbeside = { part = "a", found = "b" }',
-            "printed 1 beside, part = a; must be one of theory",
+            'value = 1.0\norigin = "method"',
+            "other_part belong together",
+        ),
+        (
+            "value = 0.87",
+            'origin = "method"\nother_part = { part = "a", value_name = "b" }',
+            "printed 1 other_part, part = a; must be one of theory",
         ),
         (
             "mode1.1.mesh2.contact_lost",
@@ -165,7 +173,7 @@ def test_a_wrong_file_is_told_in_one_line(old, new, message):
 RATTLE = """
 number = "rattle-9.1"
 title = "Small"
-says = "Nothing."
+caption = "Nothing."
 machine = "roots-a"
 
 [[part]]
@@ -178,7 +186,7 @@ over = { key = "machine.damping", low = 1e-4, high = 3e-4, count = 3 }
 SAWTOOTH = """
 number = "9.1"
 title = "Small"
-says = "Nothing."
+caption = "Nothing."
 
 [[part]]
 kind = "sawtooth"
@@ -191,14 +199,16 @@ counts = [4, 20]
 
 
 def test_an_equation_needs_no_gears():
-    found = computed(SAWTOOTH).found
-    assert found["step1.at4"][0] > 1e-4
-    assert found["step1.last"][0] < 1e-14
-    for given, message in (
+    values = computed(SAWTOOTH).values
+    assert values["step1.at4"][0] > 1e-4
+    assert values["step1.last"][0] < 1e-14
+    for line, message in (
         ('gear_set = "liu-pair"', "neither gear_set nor machine"),
         ("translations = true", "translations is of trains, not of equations"),
     ):
-        wrong = SAWTOOTH.replace('says = "Nothing."', f'says = "Nothing."\n{given}')
+        wrong = SAWTOOTH.replace(
+            'caption = "Nothing."', f'caption = "Nothing."\n{line}'
+        )
         with pytest.raises(InputError, match=message):
             read_figure(wrong)
 
@@ -234,8 +244,8 @@ def test_noise_is_that_of_the_motions_that_rattle():
     start, end = RATTLE.index("kind"), len(RATTLE)
     levels = computed(RATTLE.replace(RATTLE[start:end], kind))
     noise = np.array(levels.curves[0].points)[:, 1]
-    assert levels.found["quiet"] == ((noise == 0.0).sum(),)
-    assert levels.found["largest"] == (noise.max(),)
+    assert levels.values["quiet"] == ((noise == 0.0).sum(),)
+    assert levels.values["largest"] == (noise.max(),)
     drawn = computed(RATTLE.replace(RATTLE[start:end], f"{kind}panels = [3, 4]\n"))
     motion, flanks = (np.array(curve.points)[:, 1] for curve in drawn.curves[:2])
     assert len(drawn.curves) == 4
@@ -267,8 +277,8 @@ def test_a_delay_counts_between_the_drops_of_the_stiffness():
         return falls[0]
 
     # position is time in cycles plus phase
-    apart = (drop(second) - train.meshes[1].phase) - drop(first)
-    assert apart % 1.0 == pytest.approx(1.0 / (2.0 * math.pi), abs=1e-8)
+    delay = (drop(second) - train.meshes[1].phase) - drop(first)
+    assert delay % 1.0 == pytest.approx(1.0 / (2.0 * math.pi), abs=1e-8)
 
 
 def computed(text):
@@ -280,10 +290,10 @@ def computed(text):
 
 def test_closed_forms_find_the_checked_loss_of_contact():
     """Speeds over the first natural frequency, recomputed independently."""
-    found = computed(GOOD.replace("relative = true", IDLER_3)).found
-    low, high = found["mode1.1.mesh2.contact_lost"]
+    values = computed(GOOD.replace("relative = true", IDLER_3)).values
+    low, high = values["mode1.1.mesh2.contact_lost"]
     assert (low, high) == pytest.approx((0.873, 1.127), abs=5e-4)
-    assert found["mode1.1/2.critical_damping"][0] == pytest.approx(0.0605, abs=5e-5)
+    assert values["mode1.1/2.critical_damping"][0] == pytest.approx(0.0605, abs=5e-5)
 
 
 def test_a_map_has_a_point_for_every_pair_of_values():
@@ -292,43 +302,44 @@ def test_a_map_has_a_point_for_every_pair_of_values():
     surface = result.curves[1]
     assert (surface.mesh, surface.style, len(surface.points)) == (2, "surface", 6)
     assert surface.points[1][:2] == (2.0, 5.0)
-    (least,) = result.found["mesh2.least_at"]
+    (least,) = result.values["mesh2.least_at"]
     assert least[1] == 5.0
-    assert least in result.found["mesh2.valleys"]
-    assert result.found["mesh2.largest"][0] > 2.0 * result.found["mesh2.least"][0]
+    assert least in result.values["mesh2.valleys"]
+    assert result.values["mesh2.largest"][0] > 2.0 * result.values["mesh2.least"][0]
 
 
 def test_few_harmonics_of_the_finite_elements_are_left():
     figure = read_figure(GOOD.replace('"rectangular"', '"fe"\nwave_harmonics = 2'))
     system = figure.scene(figure.part[0]).system
-    known = parametric_system(system).stiffness_harmonics
-    assert (abs(known[:, :2]) > 0.01).all()
-    assert abs(known[:, 2:]).max() < 1e-4
+    harmonics = parametric_system(system).stiffness_harmonics
+    assert (abs(harmonics[:, :2]) > 0.01).all()
+    assert abs(harmonics[:, 2:]).max() < 1e-4
 
 
 def test_a_subharmonic_ends_where_its_indicator_passes_twice_the_damping():
     head = GOOD.partition("[[part]]")[0].replace("relative = true", IDLER_3)
     result = computed(head + INDICATORS)
-    (limit,) = result.found["mode1.1/2.limit"]
+    (limit,) = result.values["mode1.1/2.limit"]
     (curve, line) = result.curves
     at = [x for x, y in curve.points if y > line.points[0][1]]
     assert line.points[0][1] == pytest.approx(0.08)
     assert max(at) < limit < max(at) + 0.1
-    assert result.found["mode1.1/2.unstable_part"] == (len(at) / len(curve.points),)
+    assert result.values["mode1.1/2.unstable_part"] == (len(at) / len(curve.points),)
 
 
 def reference(value=None, **others):
-    given = {"quantity": "jump", "unit": "Hz", "where": "x", "part": "a", "found": "b"}
-    return Reference(**(given | {"value": value} | others))
+    required = {"quantity": "jump", "unit": "Hz", "where": "x"}
+    required |= {"part": "a", "value_name": "b"}
+    return Reference(**(required | {"value": value} | others))
 
 
-def compared(values, given):
+def compared(values, expected):
     """A reference beside what its part found."""
-    return compare(given, {"a": PartResult((), {"b": values})})
+    return compare(expected, {"a": PartResult((), {"b": values})})
 
 
 def test_agreement_in_a_line():
-    line = compared((110.0,), reference(100.0, why="because")).line
+    line = compared((110.0,), reference(100.0, reason="because")).line
     assert line == "jump: computed 110 Hz, printed 100 Hz, 10 % apart: because"
     assert compared((), reference(100.0)).line == "jump: printed 100 Hz, none found"
     line = compared((0.5,), reference(0.0, scale=2.0, origin="text")).line
@@ -351,12 +362,12 @@ def test_of_several_values_the_nearest_counts_and_none_that_is_far():
 
 def test_points_are_compared_as_a_whole():
     """Though one of the coordinates is met by another point."""
-    given = reference(point=(0.0, 0.7), scale=1.0)
-    found = compared(((0.04, 0.16), (0.04, 0.96), (0.96, 0.72)), given)
-    assert found.computed == (0.04, 0.96)
-    assert found.relative_error == pytest.approx(0.26)
-    assert "computed (0.04, 0.96) Hz (nearest of 3)" in found.line
-    none = compared((), given)
+    expected = reference(point=(0.0, 0.7), scale=1.0)
+    check = compared(((0.04, 0.16), (0.04, 0.96), (0.96, 0.72)), expected)
+    assert check.computed == (0.04, 0.96)
+    assert check.relative_error == pytest.approx(0.26)
+    assert "computed (0.04, 0.96) Hz (nearest of 3)" in check.line
+    none = compared((), expected)
     assert "none found" in none.line
     assert math.isnan(none.relative_error)
 
@@ -372,22 +383,24 @@ def test_points_are_compared_as_a_whole():
     ],
 )
 def test_a_bound_is_met_or_not(value, bound, verdict):
-    found = compared((value,), reference(2.0, bound=bound))
-    assert found.verdict == verdict
-    assert f"printed {bound} 2 Hz, {verdict}" in found.line
-    assert math.isnan(found.relative_error) == (verdict == "not met")
+    check = compared((value,), reference(2.0, bound=bound))
+    assert check.verdict == verdict
+    assert f"printed {bound} 2 Hz, {verdict}" in check.line
+    assert math.isnan(check.relative_error) == (verdict == "not met")
 
 
 def test_another_method_is_a_reference_as_well():
-    given = reference(origin="method", beside=OtherPart(part="c", found="d"))
+    expected = reference(
+        origin="method", other_part=OtherPart(part="c", value_name="d")
+    )
     results = {
         "a": PartResult((), {"b": (2.2,)}),
         "c": PartResult((), {"d": (1.0, 2.0, 5.0)}),
     }
-    found = compare(given, results)
-    assert (found.value, found.computed) == (2.0, 2.2)
-    assert "beside 2 Hz of c, 10 % apart" in found.line
-    higher = compare(replace(given, bound="above"), results)
+    check = compare(expected, results)
+    assert (check.value, check.computed) == (2.0, 2.2)
+    assert "beside 2 Hz of c, 10 % apart" in check.line
+    higher = compare(replace(expected, bound="above"), results)
     assert "computed 2.2 Hz, above 2 Hz of c, met" in higher.line
 
 
@@ -395,7 +408,7 @@ def test_lines_are_counted_by_their_origin():
     lines = [
         ReferenceCheck(reference(100.0), 100.0, 100.5),
         ReferenceCheck(reference(100.0), 100.0, 104.0),
-        ReferenceCheck(reference(100.0, why="because"), 100.0, 150.0),
+        ReferenceCheck(reference(100.0, reason="because"), 100.0, 150.0),
         ReferenceCheck(reference(100.0), 100.0, math.nan),
         ReferenceCheck(reference(1.0, bound="above"), 1.0, 2.0),
         ReferenceCheck(reference(100.0, origin="fitted"), 100.0, 100.0),
@@ -432,19 +445,19 @@ def test_axes_of_elliptical_contours():
         return surface(rms)
 
     results = {"a": tilted(math.pi / 6), "b": tilted(-math.pi / 6)}
-    assert read_found(results, "a", "mesh1.axis")[0] == pytest.approx(30.0)
-    turned = read_found(results, "b", "mesh1.turn from mesh1 of a")
+    assert read_values(results, "a", "mesh1.axis")[0] == pytest.approx(30.0)
+    turned = read_values(results, "b", "mesh1.turn from mesh1 of a")
     assert turned[0] == pytest.approx(-60.0)
 
 
 def test_crests_and_values_of_surfaces():
     ridges = surface(lambda x, y: math.sin(math.pi * x / 4.0) + 0.1 * y)
     results = {"a": ridges, "b": surface(lambda x, y: 2.0 + 0.0 * x * y)}
-    assert read_found(results, "a", "mesh1.crests over 1 at 3.2") == (2.0, 10.0)
-    assert read_found(results, "a", "number of mesh1.crests over 2 at 2") == (1.0,)
-    (value,) = read_found(results, "a", "mesh1.value at (2, 10)")
+    assert read_values(results, "a", "mesh1.crests over 1 at 3.2") == (2.0, 10.0)
+    assert read_values(results, "a", "number of mesh1.crests over 2 at 2") == (1.0,)
+    (value,) = read_values(results, "a", "mesh1.value at (2, 10)")
     assert value == pytest.approx(2.0)
-    assert read_found(results, "a", "mesh1.ratio to b") == (pytest.approx(1.0),)
+    assert read_values(results, "a", "mesh1.ratio to b") == (pytest.approx(1.0),)
 
 
 def test_points_of_a_sweep_on_stable_branches():
@@ -455,21 +468,21 @@ def test_points_of_a_sweep_on_stable_branches():
     )
     swept = Curve("dots", ((0.0, 1.0), (0.5, 2.001), (0.75, 5.0), (1.5, 3.0)), 1)
     results = {"b": PartResult(branches), "a": PartResult((swept,))}
-    assert read_found(results, "a", "mesh1.share on b") == (0.5,)
-    assert read_found(results, "a", "mesh1.value at 0.7") == (5.0,)
-    assert read_found(results, "a", "mesh1.largest in 0:0.6") == (2.001,)
-    assert read_found(results, "a", "place of mesh1.least in 0.1:2") == (0.5,)
-    assert read_found(results, "a", "mesh1.growth in 0:2 from b") == (
+    assert read_values(results, "a", "mesh1.share on b") == (0.5,)
+    assert read_values(results, "a", "mesh1.value at 0.7") == (5.0,)
+    assert read_values(results, "a", "mesh1.largest in 0:0.6") == (2.001,)
+    assert read_values(results, "a", "place of mesh1.least in 0.1:2") == (0.5,)
+    assert read_values(results, "a", "mesh1.growth in 0:2 from b") == (
         pytest.approx(5.0 / 5.0),
     )
-    assert read_found(results, "a", "mesh2.value at 1") == ()
+    assert read_values(results, "a", "mesh2.value at 1") == ()
 
 
 def test_found_values_between_others_are_counted():
     results = {"a": PartResult((), {"jump": (1.0, 2.0, 3.0), "x_at": ((4.0, 5.0),)})}
-    assert read_found(results, "a", "jump between 1.5:3.5") == (2.0, 3.0)
-    assert read_found(results, "a", "number of jump between 1.5:3.5") == (2.0,)
-    assert read_found(results, "a", "x_at over 2") == (5.0,)
+    assert read_values(results, "a", "jump between 1.5:3.5") == (2.0, 3.0)
+    assert read_values(results, "a", "number of jump between 1.5:3.5") == (2.0,)
+    assert read_values(results, "a", "x_at over 2") == (5.0,)
 
 
 def test_a_lead_is_a_delay_below_0():
@@ -491,23 +504,23 @@ def test_curves_come_back_from_their_file():
 
 def test_a_part_is_kept_until_its_data_change(tmp_path):
     figure = load_figure(CHEAP)
-    made = run_figure(figure, tmp_path)
+    first_run = run_figure(figure, tmp_path)
     again = run_figure(figure, tmp_path)
-    assert not made.runs[0].reused
+    assert not first_run.runs[0].reused
     assert again.runs[0].reused
-    assert again.runs[0].result == made.runs[0].result
+    assert again.runs[0].result == first_run.runs[0].result
     changed = replace(figure, edits=("gear.1.inertia_kg_m2=0.003",))
     other = run_figure(changed, tmp_path)
     assert not other.runs[0].reused
-    assert other.compared[2].computed < made.compared[2].computed
-    assert find_figure(figure, tmp_path).runs[0].result == made.runs[0].result
-    (made.runs[0].directory / RESULT).write_text("{}")
+    assert other.compared[2].computed < first_run.compared[2].computed
+    assert find_figure(figure, tmp_path).runs[0].result == first_run.runs[0].result
+    (first_run.runs[0].directory / RESULT).write_text("{}")
     assert find_figure(figure, tmp_path) is None
     assert not run_figure(figure, tmp_path).runs[0].reused
 
 
-def invoked(*words):
-    return CliRunner().invoke(app, ["reproduce", *words], catch_exceptions=False)
+def invoked(*args):
+    return CliRunner().invoke(app, ["reproduce", *args], catch_exceptions=False)
 
 
 def test_a_part_without_a_command_says_why(tmp_path):
@@ -577,8 +590,8 @@ def test_files_are_named_after_their_figures(tmp_path, monkeypatch):
 
 def test_figures_that_are_not_made_say_why():
     left_out = omitted_figures()
-    assert all(len(each.why) > 15 for each in left_out)
-    assert "4.3" in {each.numbers for each in left_out}
+    assert all(len(figure.reason) > 15 for figure in left_out)
+    assert "4.3" in {figure.numbers for figure in left_out}
 
 
 def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch):
@@ -590,14 +603,14 @@ def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch
         return made(figure, *others)
 
     monkeypatch.setattr(validation.reproduce, "run_figure", first_only)
-    words = ["reproduce", CHEAP, "table-2.2", "-o", str(tmp_path / "out")]
-    assert run(words) == 130
+    argv = ["reproduce", CHEAP, "table-2.2", "-o", str(tmp_path / "out")]
+    assert run(argv) == 130
     values = json.loads((tmp_path / "out" / "report.json").read_text())
     assert [figure["number"] for figure in values["figures"]] == [CHEAP]
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("argv", "message"),
     [
         (["9.9"], "figure = 9.9; no such figure"),
         (["3.66"], "did you mean 3.6"),
@@ -609,9 +622,9 @@ def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch
         (["--list", "--all"], "--all; --list makes nothing"),
     ],
 )
-def test_wrong_words_end_in_one_line(words, message, tmp_path, monkeypatch, capsys):
+def test_wrong_words_end_in_one_line(argv, message, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert run(["reproduce", *words]) == 2
+    assert run(["reproduce", *argv]) == 2
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
@@ -624,22 +637,22 @@ def test_the_list_names_every_figure():
     assert "drawings without numbers" in shown
     assert "not made: forces of the finite elements" in " ".join(shown.split())
     values = json.loads(invoked("--list", "--json").stdout)
-    assert [each["number"] for each in values["figures"]] == list(figure_numbers())
+    assert [figure["number"] for figure in values["figures"]] == list(figure_numbers())
 
 
 @pytest.mark.slow
 def test_lowest_components_of_the_counter_shaft(
     tmp_path,
 ):
-    found = run_figure(load_figure("4.4b"), tmp_path).runs[0].result.found
-    assert found["speed1.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
-    assert found["speed3.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
+    values = run_figure(load_figure("4.4b"), tmp_path).runs[0].result.values
+    assert values["speed1.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
+    assert values["speed3.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
 
 
 RUBBING = """
 number = "9.1"
 title = "Small"
-says = "Nothing."
+caption = "Nothing."
 gear_set = "liu-friction"
 excitation = "rectangular"
 meshes = [1]
@@ -662,8 +675,8 @@ def test_friction_of_a_figure_is_that_of_its_model():
     assert scene.friction_words(["friction"]) == ["--bending", "0.4"]
     assert scene.friction_words(["friction_bending"]) == ["--friction", "0.1"]
     assert scene.friction_words(["friction", "friction_bending"]) == []
-    own = read_figure(text + "friction = 0.0\n")
-    assert not own.scene(own.part[0]).system.has_friction
+    frictionless = read_figure(text + "friction = 0.0\n")
+    assert not frictionless.scene(frictionless.part[0]).system.has_friction
     changed = scene.changed({"friction": 0.05, "friction_bending": 0.2})
     assert (changed.model.friction, changed.model.bending) == (0.05, 0.2)
 
@@ -682,20 +695,20 @@ def test_a_contact_ratio_leaves_the_start_of_contact(ratio):
 def test_harmonics_of_the_stiffness_are_those_of_a_rectangle():
     """Eq. 4.85 without bending, and even ones that grow with it."""
     over = 'over = { key = "friction_bending", low = 0.0, high = 0.5, count = 3 }\n'
-    found = computed(RUBBING + 'kind = "harmonics"\n' + over).found
+    values = computed(RUBBING + 'kind = "harmonics"\n' + over).values
     for order in range(1, 7):
         size = 0.3 * abs(math.sin(order * math.pi * 0.5)) / (order * math.pi)
-        assert found[f"order{order}.first"] == (pytest.approx(size, abs=1e-5),)
-    assert found["order2.last"][0] > 0.01
+        assert values[f"order{order}.first"] == (pytest.approx(size, abs=1e-5),)
+    assert values["order2.last"][0] > 0.01
 
 
 def test_arms_and_pairs_are_those_of_the_source():
     """Eq. 4.43; the pair in recess is softer all the way."""
-    arms = computed(RUBBING + 'kind = "tooth_pairs"\nshows = "arm"\n').found
+    arms = computed(RUBBING + 'kind = "tooth_pairs"\nshows = "arm"\n').values
     ends = arms["recess.last"][0] - arms["recess.first"][0]
     assert ends == pytest.approx(1e3 * PITCH * PART_IN_RECESS, rel=0.02)
     assert arms["recess.first"][0] == pytest.approx(arms["approach.last"][0], abs=0.05)
-    stiff = computed(RUBBING + 'kind = "tooth_pairs"\nshows = "stiffness"\n').found
+    stiff = computed(RUBBING + 'kind = "tooth_pairs"\nshows = "stiffness"\n').values
     single, double = 1.0 - 0.3 * 0.5, 1.0 + 0.3 * 0.5
     assert stiff["recess.first"][0] == pytest.approx(0.96 * single, rel=1e-4)
     assert stiff["approach.last"][0] == pytest.approx(1.04 * single, rel=1e-4)
@@ -711,13 +724,13 @@ def test_arms_and_pairs_are_those_of_the_source():
 def test_moments_of_friction_change_the_static_deflection():
     """Eq. 4.40 of a single pair; bending of tan(phi) takes all of it back."""
     text = RUBBING + 'kind = "friction_deflection"\n'
-    moments = computed(text + "bending = 0.0\n").found
+    moments = computed(text + "bending = 0.0\n").values
     force, stiffness = 100.0 / 45.35e-3, 1.95e8 * 0.85
     share = 0.1 * math.tan(math.radians(21.22))
     one = 1e6 * share * force / stiffness
     assert moments["single.recess"][0] == pytest.approx(-one, rel=0.1)
     assert moments["single.approach"][0] == pytest.approx(one, rel=0.1)
-    both = computed(text + "bending = 0.388\n").found
+    both = computed(text + "bending = 0.388\n").values
     for side in ("recess", "approach"):
         assert abs(both[f"single.{side}"][0]) < 0.1 * one
 
@@ -726,20 +739,20 @@ def test_free_motions_grow_as_their_multiplier_says():
     free = "friction = 0.0\ntranslations = true\nrelative = true"
     text = RUBBING.replace("friction = 0.1", free)
     text += 'kind = "free_motions"\nspeeds = "7.35,6.5"\nperiods = 80\n'
-    found = computed(text.replace('0.3"]', '0.1", "dynamics.damping_ratio=0"]')).found
-    assert found["speed1.multiplier"][0] > 1.03
-    growth = found["speed1.growth"][0]
-    assert growth == pytest.approx(found["speed1.multiplier"][0], rel=2e-3)
-    assert found["speed2.multiplier"][0] < 1.0 + 1e-9
-    assert found["speed2.largest"][0] < 2.0
+    values = computed(text.replace('0.3"]', '0.1", "dynamics.damping_ratio=0"]')).values
+    assert values["speed1.multiplier"][0] > 1.03
+    growth = values["speed1.growth"][0]
+    assert growth == pytest.approx(values["speed1.multiplier"][0], rel=2e-3)
+    assert values["speed2.multiplier"][0] < 1.0 + 1e-9
+    assert values["speed2.largest"][0] < 2.0
 
 
 def test_spectra_of_finite_elements_have_the_harmonics_of_the_mesh():
     text = RUBBING.replace("bending = 0.4", "").replace("rectangular", "fe")
     text += 'kind = "spectra"\nspeeds = "1300"\nperiods = 8\nelements = true\n'
     text += "up_to = 900.0\n"
-    found = computed(text.replace("0.3", "0.2")).found
-    peaks = np.array(found["speed1.mesh1.peaks"]) / 1300.0
+    values = computed(text.replace("0.3", "0.2")).values
+    peaks = np.array(values["speed1.mesh1.peaks"]) / 1300.0
     assert peaks.size > 1
     np.testing.assert_allclose(peaks, np.round(peaks), atol=1e-6)
 
@@ -750,10 +763,10 @@ def test_a_map_over_friction_can_be_typed():
     text = RUBBING + f'kind = "map"\nat = 1000.0\nover = {over}\n'
     figure = read_figure(text)
     (part,) = figure.part
-    (words,) = commands_of(part, figure.scene(part))
-    assert "--friction" not in words
-    assert words[words.index("--bending") + 1] == "0.4"
-    dict(commands())["map"].make_context("map", list(words[1:]))
+    (argv,) = commands_of(part, figure.scene(part))
+    assert "--friction" not in argv
+    assert argv[argv.index("--bending") + 1] == "0.4"
+    dict(commands())["map"].make_context("map", list(argv[1:]))
     points = computed(text).curves[0].points
     assert points[0][1] != points[1][1]
 
@@ -762,30 +775,30 @@ def test_yes_and_no_are_no_printed_numbers():
     """Nor are counts of motions, which the text names and does not count."""
     flags = re.compile(r"number\.|fraction\.|.* is (there|stable)$|falls$|boundary$")
     for number in figure_numbers():
-        for given in load_figure(number).printed:
-            flagged = flags.match(given.found) and not number[0].isdigit()
-            assert not (flagged and given.origin == "printed"), number
+        for printed in load_figure(number).printed:
+            flagged = flags.match(printed.value_name) and not number[0].isdigit()
+            assert not (flagged and printed.origin == "printed"), number
 
 
 def test_the_list_names_what_is_not_made_of_every_source():
-    left_out = {each.numbers: each.why for each in omitted_figures()}
+    left_out = {figure.numbers: figure.reason for figure in omitted_figures()}
     assert {"2.1-2.4", "rattle-1.1-1.5", "rattle-table-2.1", "rattle-table-4.2"} <= (
         left_out.keys()
     )
     assert "6.5e-5 and 4.2e-5" in left_out["rattle-table-2.2"]
-    made = set(figure_numbers())
-    assert "4.8" in made
-    assert not made & left_out.keys()
+    available = set(figure_numbers())
+    assert "4.8" in available
+    assert not available & left_out.keys()
 
 
 def test_modes_move_from_the_shaft_to_the_meshes():
     """Soft, the shaft has a mode of its own; stiff, it has the highest."""
     figure = load_figure("4.8")
     part = figure.part[0]
-    found = COMPUTE[type(part)](part, figure.scene(part), lambda *progress: None)
+    result = COMPUTE[type(part)](part, figure.scene(part), lambda *progress: None)
     ends = {
         (curve.panel, curve.label): (curve.points[0][1], curve.points[-1][1])
-        for curve in found.curves
+        for curve in result.curves
     }
     shaft = "strain energy in shaft"
     assert ends[shaft, "mode 1"][0] > 0.98 > 0.02 > ends[shaft, "mode 1"][1]

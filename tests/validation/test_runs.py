@@ -178,11 +178,11 @@ def test_fidelity_and_friction_belong_to_the_finite_elements():
 
 @pytest.mark.slow
 def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
-    asked = []
+    stages = []
 
-    def interrupt(what, done, total):
-        asked.append(what)
-        if what.startswith("fe") and done == 7:
+    def interrupt(stage, done, total):
+        stages.append(stage)
+        if stage.startswith("fe") and done == 7:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -191,10 +191,10 @@ def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
     assert not list(tmp_path.rglob("result.json"))
     result = runs.run_case(FEW, tmp_path)
     assert result.runs[0].cost.timed_speeds < 14
-    whole = few[1]
-    for here, there in zip(result.runs, whole.runs, strict=True):
+    uninterrupted = few[1]
+    for here, there in zip(result.runs, uninterrupted.runs, strict=True):
         require_same_files(here, there)
-    assert result.verdicts == whole.verdicts
+    assert result.verdicts == uninterrupted.verdicts
     assert not list(tmp_path.rglob("checkpoint"))
 
 
@@ -203,8 +203,8 @@ def test_a_run_that_is_stopped_is_not_finished(few, tmp_path, part):
     """As by Ctrl-C in a study: the progress raises Stopped from then on."""
     calls, stopped_at = [], math.inf
 
-    def report(*words):
-        calls.append(words)
+    def report(*progress):
+        calls.append(progress)
         if len(calls) >= stopped_at:
             raise Stopped
 
@@ -213,17 +213,17 @@ def test_a_run_that_is_stopped_is_not_finished(few, tmp_path, part):
     calls.clear()
     with pytest.raises(Stopped):
         runs.run_case(FEW, store, report)
-    whole = few[1]
+    uninterrupted = few[1]
     finished = {path.parent.name for path in store.rglob("result.json")}
-    for run in whole.runs:
+    for run in uninterrupted.runs:
         if run.directory.name in finished:
             require_same_files(
                 SimpleNamespace(directory=store / run.directory.name), run
             )
     result = runs.run_case(FEW, store)
-    for here, there in zip(result.runs, whole.runs, strict=True):
+    for here, there in zip(result.runs, uninterrupted.runs, strict=True):
         require_same_files(here, there)
-    assert result.verdicts == whole.verdicts
+    assert result.verdicts == uninterrupted.verdicts
 
 
 @pytest.mark.slow
@@ -252,17 +252,17 @@ def test_a_wave_that_diverges_is_nan_and_outside(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_an_approach_goes_on_where_it_was(few, tmp_path):
-    def interrupt(what, done, total):
-        if what.endswith("wave 1") and done == 2:
+    def interrupt(stage, done, total):
+        if stage.endswith("wave 1") and done == 2:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         runs.run_case(FEW, tmp_path, interrupt)
-    told = []
-    result = runs.run_case(FEW, tmp_path, lambda *words: told.append(words))
+    reports = []
+    result = runs.run_case(FEW, tmp_path, lambda *progress: reports.append(progress))
     # of four speeds, two on the way are kept
     assert result.runs[0].cost.timed_speeds == 2
-    waves = [word for word in told if word[0].startswith("fe 100 N m, wave 1")]
+    waves = [report for report in reports if report[0].startswith("fe 100 N m, wave 1")]
     assert waves == [
         ("fe 100 N m, wave 1", 1, 4),
         ("fe 100 N m, wave 1", 2, 4),
@@ -395,8 +395,8 @@ def test_a_store_that_cannot_be_written_is_told_before_anything_runs(
 
 def test_a_run_that_another_process_makes_is_refused(few, tmp_path):
     task = next(tasks_of(FEW))
-    place = tmp_path / task.directory_name / "checkpoint"
-    other = open_checkpoint(place, task.inputs, resume=True)
+    checkpoint = tmp_path / task.directory_name / "checkpoint"
+    other = open_checkpoint(checkpoint, task.inputs, resume=True)
     with pytest.raises(InputError, match="another process works on it"):
         runs.run_case(FEW, tmp_path)
     other.close(keep=True)
@@ -407,10 +407,10 @@ def test_a_run_that_another_process_makes_is_refused(few, tmp_path):
 def test_a_checkpoint_left_beside_a_finished_run_goes(few, tmp_path):
     store = shutil.copytree(few[0], tmp_path / "store")
     task = next(tasks_of(FEW))
-    place = store / task.directory_name / "checkpoint"
-    open_checkpoint(place, task.inputs, resume=True).close(keep=True)
+    checkpoint = store / task.directory_name / "checkpoint"
+    open_checkpoint(checkpoint, task.inputs, resume=True).close(keep=True)
     assert runs.run_case(FEW, store).runs[0].reused
-    assert not place.exists()
+    assert not checkpoint.exists()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux counts memory")
@@ -503,13 +503,13 @@ def test_model_1_with_friction_deflects_as_the_finite_elements(tmp_path):
     """Within 25 nm where bending takes back what moments do, else 0.3 um off."""
     case = load_case("friction-pair")
     case = replace(case, model=case.model[:3])
-    found = {run.source: run for run in runs.run_case(case, tmp_path).runs}
+    runs_by_source = {run.source: run for run in runs.run_case(case, tmp_path).runs}
     changes = {
         name: [
             printed_value(run, f"mesh1.friction_{stretch}", 0.0)
             for stretch in ("recess", "approach")
         ]
-        for name, run in found.items()
+        for name, run in runs_by_source.items()
     }
     assert np.isnan(changes["model-1"]).all()
     for name, exact in (
@@ -558,10 +558,10 @@ def test_static_deflection_is_that_of_the_finite_elements():
     gear_set, excitations = load_gear_set("liu-pair"), Excitations()
     table = excitations.table(gear_set, 0, 100.0)
     force = 100.0 / gear_set.meshes[0].pair.driver.base_radius
-    found = static_deflection(
+    deflection = static_deflection(
         excitations.of(gear_set, 0, 100.0, 1), force, table.position
     )
-    error = np.abs(found / table["ste_m"][0] - 1.0)
+    error = np.abs(deflection / table["ste_m"][0] - 1.0)
     assert np.median(error) < 0.01
 
 
@@ -585,7 +585,7 @@ def test_statics_go_on_until_pitch_errors_repeat(number):
     task = next(iter(tasks_of(case)))
     task = replace(task, gear_set=load_gear_set("liu-pair", errors))
     excitations = Excitations()
-    fe, found = (
+    fe, model_statics = (
         mesh_statics(
             replace(task, model=model),
             excitations,
@@ -597,8 +597,8 @@ def test_statics_go_on_until_pitch_errors_repeat(number):
         for model in (None, case.model[0])
     )
     assert fe.position.max() > 1.0
-    assert np.ptp(np.round(found.position)) == np.ptp(np.round(fe.position))
-    measured = {name: value for name, _, value in static_measures(fe, found)}
+    assert np.ptp(np.round(model_statics.position)) == np.ptp(np.round(fe.position))
+    measured = {name: value for name, _, value in static_measures(fe, model_statics)}
     allowed = 0.01 if number == "coupled" else 0.15
     assert measured["static_deflection"] < allowed
 
@@ -607,7 +607,7 @@ def test_statics_go_on_until_pitch_errors_repeat(number):
 def test_coupled_statics_are_those_of_a_mesh_alone():
     """As the tables of finite elements; a coupling would take a part of the load."""
     held = tuple(f"gear.{g}.coupling_stiffness_Nm_per_rad=1e5" for g in (1, 2))
-    found = []
+    deflections = []
     for edits in ((), held):
         case = replace(CASE, speeds_Hz="", edits=(*CASE.edits, *edits))
         case = replace(case, model=(Model(number="coupled"),))
@@ -615,8 +615,8 @@ def test_coupled_statics_are_those_of_a_mesh_alone():
         (statics,) = solving.solve_task(
             task, None, Excitations(), lambda *_: None
         ).statics
-        found.append(statics.deflection)
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+        deflections.append(statics.deflection)
+    np.testing.assert_allclose(deflections[1], deflections[0], rtol=1e-6)
     system = lumped_system(task.gear_set, 100.0, LumpedModel(number="coupled"))
-    part = 1.0 - system.loaded.deflection.mean() / found[0].mean()
+    part = 1.0 - system.loaded.deflection.mean() / deflections[0].mean()
     assert part > 0.01, "as the train is at rest"

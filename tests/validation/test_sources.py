@@ -23,28 +23,28 @@ def loaded(module: str) -> set[Path]:
     """Files of the project that Python loads with a module."""
     code = f"import sys, {module}; print(*(m.__file__ for m in sys.modules.values() if "
     code += "getattr(m, '__file__', None)))"
-    words = [sys.executable, "-c", code]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
-    found = {Path(name) for name in done.stdout.split()}
-    return {path for path in found if path.is_relative_to(ROOT) and is_own(path)}
+    argv = [sys.executable, "-c", code]
+    done = subprocess.run(argv, capture_output=True, text=True, check=True)
+    paths = {Path(name) for name in done.stdout.split()}
+    return {path for path in paths if path.is_relative_to(ROOT) and is_own(path)}
 
 
 def is_own(path: Path) -> bool:
     parts = path.relative_to(ROOT).with_suffix("").parts
     drawn = any(p in DRAWING or p.endswith("_figure") for p in parts)
-    own = parts[0] in ("fegear", "lumped", "meshes", "validation")
-    return own and not drawn and not ".".join(parts).startswith(SHOWN)
+    is_project = parts[0] in ("fegear", "lumped", "meshes", "validation")
+    return is_project and not drawn and not ".".join(parts).startswith(SHOWN)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("module", COMPUTED)
 def test_all_that_is_loaded_is_among_the_sources(module):
-    found = sources_of(module)
-    texts = [path.read_text("utf-8") for path in found]
-    for path in loaded(module) - found:  # for drawing alone
+    sources = sources_of(module)
+    texts = [path.read_text("utf-8") for path in sources]
+    for path in loaded(module) - sources:  # for drawing alone
         name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
         assert not any(f"from {name} import" in text for text in texts), name
-    assert all(is_own(path) or path.suffix == ".toml" for path in found)
+    assert all(is_own(path) or path.suffix == ".toml" for path in sources)
 
 
 def test_drawing_is_no_source_and_data_of_machines_is():
@@ -56,9 +56,9 @@ def test_drawing_is_no_source_and_data_of_machines_is():
 def test_a_changed_source_gives_another_digest(monkeypatch):
     before = digest_of(COMPUTED[0])
     digest_of.cache_clear()
-    known = Path.read_bytes
+    read_bytes = Path.read_bytes
     monkeypatch.setattr(
-        Path, "read_bytes", lambda p: known(p) + b" " * (p.name == "rk4.py")
+        Path, "read_bytes", lambda p: read_bytes(p) + b" " * (p.name == "rk4.py")
     )
     assert digest_of(COMPUTED[0]) != before
     monkeypatch.undo()

@@ -151,9 +151,9 @@ def _studies(
     yield from (("sweeps", row) for row in beside_sweeps(finder))
     report("stability", 0, 1)
     yield "stability", stability(finder, np.random.default_rng(1))
-    for name, each in waves.items():
+    for name, wave_system in waves.items():
         report(f"orders, {name}", 0, 1)
-        yield from (("orders", row) for row in orders(name, each, limits))
+        yield from (("orders", row) for row in orders(name, wave_system, limits))
 
 
 def followed(
@@ -248,7 +248,11 @@ def _beside(finder: BranchFinder, branch: Branch, other: Branch) -> SweepCompari
         if _is_followed(finder, response):
             errors += _from_stable(finder, response)
     followed_at = {r.frequency: _is_followed(finder, r) for r in branch.responses}
-    places = [p.frequency for found in finder.found for p in found.bifurcations]
+    places = [
+        p.frequency
+        for followed_branch in finder.found
+        for p in followed_branch.bifurcations
+    ]
     steps = {
         tuple(sorted((jump.frequency_from, jump.frequency_to)))
         for jump in find_jumps(branch, other)
@@ -272,14 +276,14 @@ def _is_followed(finder: BranchFinder, response: Response) -> bool:
 
 def _from_stable(finder: BranchFinder, response: Response) -> list[float]:
     """How far the nearest stable motion of the branches is; empty without one."""
-    apart = [
+    distances = [
         float(np.abs(point.figures["dte_rms"] / response.dte_rms - 1.0).max())
         for branch in finder.found
         if branch.multiple == response.multiple
         for point in finder.motions_at(branch, response.frequency)
         if point.stable
     ]
-    return [min(apart)] if apart else []
+    return [min(distances)] if distances else []
 
 
 def stability(finder: BranchFinder, random: np.random.Generator) -> Stability:
@@ -326,11 +330,11 @@ def _fades(
     for _ in range(MAX_PERIODS // branch.multiple):
         # from the same motion each time, or its own errors would grow as well
         other, _ = stepper.record(other, at, branch.multiple)
-        apart = float(np.linalg.norm((other - state) / size))
-        largest = max(largest, apart)
-        if apart > GROWN * first:
+        distance = float(np.linalg.norm((other - state) / size))
+        largest = max(largest, distance)
+        if distance > GROWN * first:
             return False
-        if apart < FADED * largest:
+        if distance < FADED * largest:
             return True
     return None
 
@@ -340,7 +344,7 @@ def orders(
 ) -> Iterator[Order]:
     """Orders with contact kept and lost, of motions at speeds that rest leads to."""
     errors = {h: _errors_at_speeds(system, limits, h) for h in HARMONICS}
-    shared = set.intersection(*(set(each) for each in errors.values()))
+    shared = set.intersection(*(set(speed_errors) for speed_errors in errors.values()))
     for contact, lost in (("kept", False), ("lost", True)):
         chosen = [speed for speed in shared if errors[10][speed][1] == lost]
         if not chosen:
@@ -363,7 +367,7 @@ def _errors_at_speeds(
     system: LumpedSystem, limits: tuple[float, float], harmonics: int
 ) -> dict[float, tuple[float, bool]]:
     """Relative error of the RMS, and whether contact is lost, by speed."""
-    found = {}
+    errors = {}
     finder = BranchFinder(
         SpeedFamily(system), limits, BranchSettings(harmonics=harmonics)
     )
@@ -379,8 +383,8 @@ def _errors_at_speeds(
             continue
         rms = balance.figures(x, frequency)["dte_rms"]
         lost = bool(response.contact_loss.max() > 0.0)
-        found[response.frequency] = exact.error_of(rms), lost
-    return found
+        errors[response.frequency] = exact.error_of(rms), lost
+    return errors
 
 
 def time_panel(points: Sequence[BranchCost]) -> bench.Panel:

@@ -56,11 +56,11 @@ def _measured(report: Progress) -> Iterator[tuple[str, Any]]:
         "three plays": wheel,
     }
     done, total = 0, len(studies) * len(TOLERANCES)
-    for name, own in studies.items():
-        exact = _first(WheelGroup((own,), gearbox.excitation, REFERENCE_RTOL))
+    for name, studied_wheel in studies.items():
+        exact = _first(WheelGroup((studied_wheel,), gearbox.excitation, REFERENCE_RTOL))
         for tolerance in TOLERANCES:
             report(name, done, total)
-            group = WheelGroup((own,), gearbox.excitation, tolerance)
+            group = WheelGroup((studied_wheel,), gearbox.excitation, tolerance)
             yield bench.POINTS, _point(name, group, exact)
             done += 1
 
@@ -72,9 +72,9 @@ def _first(group: WheelGroup) -> Impacts:
 
 
 def _point(study: str, group: WheelGroup, exact: Impacts) -> ImpactCost:
-    found = _first(group)
-    few = min(len(found), len(exact))
-    apart = np.abs(found.time[:few] - exact.time[:few]).max()
+    impacts = _first(group)
+    few = min(len(impacts), len(exact))
+    time_error = np.abs(impacts.time[:few] - exact.time[:few]).max()
     begin = time.perf_counter()
     count = 0
     for part in simulate(group, centred_state(group), math.inf):
@@ -82,7 +82,7 @@ def _point(study: str, group: WheelGroup, exact: Impacts) -> ImpactCost:
         if count >= TIMED:
             break
     seconds = time.perf_counter() - begin
-    error = float(apart) / group.excitation.period
+    error = float(time_error) / group.excitation.period
     speed = count / seconds
     return ImpactCost(study, group.tolerance, speed, 1e6 / speed, error)
 

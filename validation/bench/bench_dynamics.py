@@ -86,8 +86,8 @@ class Subject:
     def stepper(self, elements: FiniteElements) -> tuple[ImplicitStepper, int, float]:
         """A stepper, its elastic freedoms, and the seconds that it took."""
         start = time.perf_counter()
-        given = (self.speeds, elements, DynamicSettings(), self.excitations)
-        prepared = prepare(self.gear_set, self.torque, self.reference, *given)
+        inputs = (self.speeds, elements, DynamicSettings(), self.excitations)
+        prepared = prepare(self.gear_set, self.torque, self.reference, *inputs)
         return prepared.stepper, sum(prepared.elastic), time.perf_counter() - start
 
     def runs(self, stepper: ImplicitStepper, steps: int) -> list[tuple[Array, float]]:
@@ -98,9 +98,9 @@ class Subject:
 def subject(
     gear_set: GearSet, torque: float, excitations: Excitations | None = None
 ) -> Subject:
-    known = excitations or Excitations()
-    reference = lumped_system(gear_set, torque, excitations=known)
-    return Subject(gear_set, torque, reference, known)
+    shared_excitations = excitations or Excitations()
+    reference = lumped_system(gear_set, torque, excitations=shared_excitations)
+    return Subject(gear_set, torque, reference, shared_excitations)
 
 
 def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchmark:
@@ -128,33 +128,37 @@ def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchma
     )
 
 
-def _measured(whole: Subject, report: Progress) -> Iterator[tuple[str, Any]]:
+def _measured(case: Subject, report: Progress) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept."""
-    yield from ((bench.POINTS, point) for point in measure_points(whole, report))
+    yield from ((bench.POINTS, point) for point in measure_points(case, report))
     report("growth", 0, 1)
     for gears in ROWS:
-        row = row_of_gears(whole.gear_set, gears)
-        yield "growth", growth(subject(row, whole.torque))
+        row = row_of_gears(case.gear_set, gears)
+        yield "growth", growth(subject(row, case.torque))
 
 
-def measure_points(whole: Subject, report: Progress) -> Iterator[DynamicsCost]:
+def measure_points(case: Subject, report: Progress) -> Iterator[DynamicsCost]:
     """Over the steps against finer ones; all else against whole gears."""
     report("steps", 0, 1)
-    made = whole.stepper(FiniteElements(fidelity="reduced"))
-    others = others_with_modes(made[0])
+    timed_stepper = case.stepper(FiniteElements(fidelity="reduced"))
+    others = others_with_modes(timed_stepper[0])
     total = len(STEPS) + len(others) + 2
-    fine = whole.runs(made[0], FINEST_STEPS)
+    fine = case.runs(timed_stepper[0], FINEST_STEPS)
     for done, steps in enumerate(STEPS, start=1):
-        yield _point("steps", steps, made, whole.runs(made[0], steps), fine)
+        yield _point(
+            "steps", steps, timed_stepper, case.runs(timed_stepper[0], steps), fine
+        )
         report("steps", done, total)
     report("whole gears", len(STEPS), total)
-    made = whole.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
-    fine = whole.runs(made[0], COMMON)
-    yield _point("mesh", FINEST_MESH, made, fine)
+    timed_stepper = case.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
+    fine = case.runs(timed_stepper[0], COMMON)
+    yield _point("mesh", FINEST_MESH, timed_stepper, fine)
     for done, (study, setting, elements) in enumerate(others, start=len(STEPS) + 1):
         report(f"{study} {setting:g}", done, total)
-        made = whole.stepper(elements)
-        yield _point(study, setting, made, whole.runs(made[0], COMMON), fine)
+        timed_stepper = case.stepper(elements)
+        yield _point(
+            study, setting, timed_stepper, case.runs(timed_stepper[0], COMMON), fine
+        )
 
 
 def others_with_modes(
@@ -162,7 +166,7 @@ def others_with_modes(
 ) -> list[tuple[str, float, FiniteElements]]:
     """OTHERS without cut-offs that no elastic mode lies below."""
     lowest = math.sqrt(stepper.model.modal.rigidity.min()) / (2.0 * math.pi)
-    return [each for each in OTHERS if (each[2].cutoff_Hz or math.inf) > lowest]
+    return [option for option in OTHERS if (option[2].cutoff_Hz or math.inf) > lowest]
 
 
 def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, float]:
@@ -187,28 +191,28 @@ def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, 
 def _point(
     study: str,
     setting: float,
-    made: tuple[ImplicitStepper, int, float],
-    found: Sequence[tuple[Array, float]],
+    timed_stepper: tuple[ImplicitStepper, int, float],
+    runs: Sequence[tuple[Array, float]],
     fine: Sequence[tuple[Array, float]] | None = None,
 ) -> DynamicsCost:
-    """made : by `Subject.stepper`; found, fine : by `Subject.runs`"""
-    pairs = zip(found, fine or (), strict=False)
-    errors = [waveform_error(own, wanted) for (own, _), (wanted, _) in pairs]
+    """timed_stepper : by `Subject.stepper`; runs, fine : by `Subject.runs`"""
+    pairs = zip(runs, fine or (), strict=False)
+    errors = [waveform_error(waveform, wanted) for (waveform, _), (wanted, _) in pairs]
     return DynamicsCost(
         study=study,
         setting=setting,
-        freedoms=made[1],
-        prepare_s=made[2],
-        us_per_step=max(us for _, us in found),
+        freedoms=timed_stepper[1],
+        prepare_s=timed_stepper[2],
+        us_per_step=max(us for _, us in runs),
         error_median=float(np.median(errors)) if errors else math.nan,
         error_largest=float(np.max(errors)) if errors else math.nan,
     )
 
 
-def waveform_error(found: Array, reference: Array) -> Array:
+def waveform_error(waveform: Array, reference: Array) -> Array:
     """Waveform error of each mesh (m,), at the times that both (t, m) have."""
-    rows = math.gcd(len(found), len(reference))
-    one, two = (w[:: len(w) // rows] for w in (found, reference))
+    rows = math.gcd(len(waveform), len(reference))
+    one, two = (w[:: len(w) // rows] for w in (waveform, reference))
     return np.sqrt(((one - two) ** 2).mean(axis=0)) / two.std(axis=0)
 
 
@@ -240,27 +244,29 @@ def row_of_gears(gear_set: GearSet, count: int) -> GearSet:
         replace(turns[i % 2], driver=i, driven=i + 1, phase=0.0, center_line=0.0)
         for i in range(count - 1)
     ]
-    meshes[1:] = [replace(each, torques=()) for each in meshes[1:]]
+    meshes[1:] = [replace(mesh, torques=()) for mesh in meshes[1:]]
     return replace(gear_set, gears=tuple(gears), meshes=tuple(meshes), shafts=())
 
 
 def observed_order(points: Sequence[DynamicsCost]) -> float:
     """Observed order of the median error over the steps."""
-    own = [p for p in points if p.study == "steps"]
-    return -bench.slope([p.setting for p in own], [p.error_median for p in own])
+    step_points = [p for p in points if p.study == "steps"]
+    return -bench.slope(
+        [p.setting for p in step_points], [p.error_median for p in step_points]
+    )
 
 
 def figure_panel(points: Sequence[DynamicsCost]) -> bench.Panel:
     """Time per mesh period over the median error, a line for each study."""
     curves = []
     for study, (label, marker, unit) in STUDIES.items():
-        own = [p for p in points if p.study == study and p.error_median > 0.0]
-        steps = [p.setting if study == "steps" else COMMON for p in own]
+        study_points = [p for p in points if p.study == study and p.error_median > 0.0]
+        steps = [p.setting if study == "steps" else COMMON for p in study_points]
         places = [
             (p.error_median, 1e-3 * p.us_per_step * n)
-            for p, n in zip(own, steps, strict=True)
+            for p, n in zip(study_points, steps, strict=True)
         ]
-        names = [p.setting / unit for p in own]
+        names = [p.setting / unit for p in study_points]
         curves.append(bench.CostCurve(label, marker, places, names))
     return bench.Panel(
         "relative error of the dynamic transmission error, median",

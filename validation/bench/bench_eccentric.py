@@ -120,7 +120,7 @@ def contact_rows(report: Progress) -> list[ContactCost]:
         EccentricPair(RADIUS, PART * RADIUS), math.radians(20.0), TEETH
     )
     arcs = toothed.rack.pitch * (np.arange(POSITIONS) + 0.5) / POSITIONS
-    found: list[tuple[int, float, float, Array]] = []
+    measurements: list[tuple[int, float, float, Array]] = []
     for done, fineness in enumerate(FINENESS, start=1):
         report("contact", done, 1 + len(FINENESS))
         start = time.perf_counter()
@@ -130,15 +130,15 @@ def contact_rows(report: Progress) -> list[ContactCost]:
             for wheel in (toothed.driver, toothed.driven)
         )
         _ = driver.factor, driven.factor
-        made = time.perf_counter()
+        prepared = time.perf_counter()
         errors = solve_contact_cycle(toothed, driver, driven, LOAD, arcs).error
         end = time.perf_counter()
-        each = 1e3 * (end - made) / POSITIONS
-        found.append((int(driver.basis.N), end - start, each, errors))
-    finest = found[-1][3]
+        position_ms = 1e3 * (end - prepared) / POSITIONS
+        measurements.append((int(driver.basis.N), end - start, position_ms, errors))
+    finest = measurements[-1][3]
     return [
         ContactCost(fineness, *row[:3], float(np.abs(row[3] / finest - 1.0).max()))
-        for fineness, row in zip(FINENESS, found, strict=True)
+        for fineness, row in zip(FINENESS, measurements, strict=True)
     ]
 
 
@@ -153,9 +153,11 @@ def _distance_panel(points: Sequence[EccentricCost]) -> bench.Panel:
 
 
 def _contact_panels(rows: Sequence[ContactCost]) -> Iterator[bench.Panel]:
-    own = [row for row in rows if row.error > 0.0]
-    if own:
-        places = [(row.error, row.seconds) for row in own]
-        curve = bench.CostCurve("contact", "o", places, [row.fineness for row in own])
+    inexact = [row for row in rows if row.error > 0.0]
+    if inexact:
+        places = [(row.error, row.seconds) for row in inexact]
+        curve = bench.CostCurve(
+            "contact", "o", places, [row.fineness for row in inexact]
+        )
         label = "relative error of the transmission error, beside the finest mesh"
         yield bench.Panel(label, f"time of {POSITIONS} positions [s]", [curve])

@@ -105,15 +105,17 @@ def measure_points(system: LumpedSystem, report: Progress) -> Iterator[StepCost]
     frequencies = [f * leading_frequency(system) for f in SPEEDS]
     report("reference", 0, 1)
     references = {f: respond(system, f, REFERENCE) for f in frequencies}
-    known = {
-        frequency: found.dte_rms
-        for frequency, found in references.items()
-        if _has_one_response(system, found)
+    reference_rms = {
+        frequency: response.dte_rms
+        for frequency, response in references.items()
+        if _has_one_response(system, response)
     }
-    todo = [(study, each) for study, settings in STUDIES.items() for each in settings]
+    todo = [
+        (study, setting) for study, settings in STUDIES.items() for setting in settings
+    ]
     for done, (study, setting) in enumerate(todo):
         report(study, done, len(todo))
-        yield _point(system, known, study, float(setting))
+        yield _point(system, reference_rms, study, float(setting))
 
 
 def leading_frequency(system: LumpedSystem) -> float:
@@ -130,17 +132,20 @@ def _has_one_response(system: LumpedSystem, reference: Response) -> bool:
 
 
 def _point(
-    system: LumpedSystem, known: Mapping[float, Array], study: str, setting: float
+    system: LumpedSystem,
+    reference_rms: Mapping[float, Array],
+    study: str,
+    setting: float,
 ) -> StepCost:
     errors, seconds, periods = [], 0.0, 0.0
-    for frequency, expected in known.items():
+    for frequency, expected in reference_rms.items():
         if study.startswith(SCIPY):
             method = study.removeprefix(SCIPY)
-            found = _solve_by_scipy(system, frequency, method, setting)
+            solution = _solve_by_scipy(system, frequency, method, setting)
         else:
-            found = _solve(system, frequency, study, setting)
-        errors.append(float(np.abs(found[0] / expected - 1.0).max()))
-        seconds, periods = seconds + found[1], periods + found[2]
+            solution = _solve(system, frequency, study, setting)
+        errors.append(float(np.abs(solution[0] / expected - 1.0).max()))
+        seconds, periods = seconds + solution[1], periods + solution[2]
     return StepCost(
         study=study,
         setting=setting,
@@ -201,13 +206,13 @@ def races(points: Sequence[StepCost]) -> list[Race]:
     def off_default(point: StepCost) -> float:
         return abs(math.log(point.error_median / default.error_median))
 
-    found = []
+    race_list = []
     for study in (name for name in STUDIES if name.startswith(SCIPY)):
         rival = min((p for p in points if p.study == study), key=off_default)
         good = [p for p in ours if p.error_median <= rival.error_median]
         if good:
             best = min(good, key=lambda p: p.ms_per_speed)
-            found.append(
+            race_list.append(
                 Race(
                     method=study.removeprefix(SCIPY),
                     rtol=rival.setting,
@@ -218,7 +223,7 @@ def races(points: Sequence[StepCost]) -> list[Race]:
                     ratio=rival.ms_per_speed / best.ms_per_speed,
                 )
             )
-    return found
+    return race_list
 
 
 @dataclass(frozen=True)
@@ -276,9 +281,11 @@ def figure_panel(points: Sequence[StepCost]) -> bench.Panel:
     curves = []
     studies = dict.fromkeys(point.study for point in points)
     for study, marker in zip(studies, "osD^v", strict=False):
-        own = [p for p in points if p.study == study]
-        places = [(max(p.error_median, 1e-12), p.ms_per_speed) for p in own]
-        curves.append(bench.CostCurve(study, marker, places, [p.setting for p in own]))
+        study_points = [p for p in points if p.study == study]
+        places = [(max(p.error_median, 1e-12), p.ms_per_speed) for p in study_points]
+        curves.append(
+            bench.CostCurve(study, marker, places, [p.setting for p in study_points])
+        )
     return bench.Panel(
         "relative error of the RMS of the DTE, median over speeds and meshes",
         "time per settled speed [ms]",

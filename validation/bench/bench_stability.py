@@ -115,9 +115,9 @@ def measure(set_name: str, torque: float, report: Progress) -> bench.Benchmark:
     panels = [_transition_panel(rows[bench.POINTS])]
     panels += [_edge_panel(rows["edges"])] if rows["edges"] else []
     findings = [
-        f"chart of {each.speeds} speeds and {each.values} coefficients of friction: "
-        f"{each.seconds:.1f} s"
-        for each in rows["chart"]
+        f"chart of {chart.speeds} speeds and {chart.values} coefficients of friction: "
+        f"{chart.seconds:.1f} s"
+        for chart in rows["chart"]
     ]
     return bench.Benchmark(
         name="stability",
@@ -185,10 +185,10 @@ def _sawtooth() -> PeriodicSystem:
 def _compiled(system: PeriodicSystem, left_out: float) -> Callable[[], Array]:
     """One transition of a batch, by a series that may leave so much out."""
     out = np.empty((BATCH, 2, 2))
-    given = np.diff(system.edges), system.stiffness, system.damping, np.ones(BATCH)
+    arguments = np.diff(system.edges), system.stiffness, system.damping, np.ones(BATCH)
 
     def work() -> Array:
-        set_transitions(*given, REACH, left_out, out, np.empty(BATCH))
+        set_transitions(*arguments, REACH, left_out, out, np.empty(BATCH))
         return np.asarray(out[0])
 
     return work
@@ -251,7 +251,7 @@ def edge_rows(set_name: str, torque: float) -> Iterator[Edge]:
     """Rows of the widest intervals of first order, as the variation falls."""
     systems = [_system(set_name, torque, size) for size in SIZES]
     widest = sorted(_of_first_order(systems[0]), key=lambda c: c.low - c.high)
-    for name in [each.name for each in widest[:WIDEST]]:
+    for name in [combination.name for combination in widest[:WIDEST]]:
         before = math.nan
         for size, system in zip(SIZES, systems, strict=True):
             error = edge_error(system, name)
@@ -261,8 +261,12 @@ def edge_rows(set_name: str, torque: float) -> Iterator[Edge]:
 
 
 def _of_first_order(system: PeriodicSystem) -> list[Combination]:
-    known = combinations(system)
-    return [each for each in known if each.order == 1.0 and each.unstable]
+    unstable = combinations(system)
+    return [
+        combination
+        for combination in unstable
+        if combination.order == 1.0 and combination.unstable
+    ]
 
 
 def edge_error(system: PeriodicSystem, name: str) -> float:
@@ -274,29 +278,31 @@ def edge_error(system: PeriodicSystem, name: str) -> float:
         return math.nan
     margin = 2.0 * (near.high - near.low)
     speeds = np.linspace(near.low - margin, near.high + margin, 101)
-    found = [
-        each for each in scan_stability(system, speeds).intervals if each.kind == name
+    intervals = [
+        interval
+        for interval in scan_stability(system, speeds).intervals
+        if interval.kind == name
     ]
-    if not found:
+    if not intervals:
         return math.nan
-    own = max(found, key=lambda each: each.high - each.low)
-    return max(abs(near.low - own.low), abs(near.high - own.high)) / near.at
+    traced = max(intervals, key=lambda interval: interval.high - interval.low)
+    return max(abs(near.low - traced.low), abs(near.high - traced.high)) / near.at
 
 
 def timed_chart(set_name: str, torque: float) -> Chart:
     """Largest multipliers and traced edges, compiled before."""
     coefficients = tuple(np.linspace(0.0, 0.2, VALUES).tolist())
     axis = Axis(FRICTION, coefficients)
-    asked = Stability(
+    study = Stability(
         gear_set=GearSetRef(name=set_name),
         over=axis,
         torque=torque,
         model=MODEL,
         speeds=tuple(_speeds(_system(set_name, torque), SPEEDS).tolist()),
     )
-    run(replace(asked, over=Axis(FRICTION, coefficients[:2])))
+    run(replace(study, over=Axis(FRICTION, coefficients[:2])))
     begin = time.perf_counter()
-    if not run(asked).complete:
+    if not run(study).complete:
         raise KeyboardInterrupt
     seconds = time.perf_counter() - begin
     return Chart(SPEEDS, VALUES, seconds, 1e6 * seconds / (SPEEDS * VALUES))
@@ -315,9 +321,9 @@ def _transition_panel(points: Sequence[MultiplierCost]) -> bench.Panel:
 
 
 def _edge_panel(rows: Sequence[Edge]) -> bench.Panel:
-    known = [row for row in rows if row.error > 0.0]
+    positive = [row for row in rows if row.error > 0.0]
     curves = bench.curves_of(
-        known, lambda r: r.combination, lambda r: (r.variation, r.error)
+        positive, lambda r: r.combination, lambda r: (r.variation, r.error)
     )
     return bench.Panel(
         "stiffness variation; friction and damping in proportion",

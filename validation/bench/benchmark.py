@@ -99,10 +99,10 @@ class Benchmark:
 def _draw_curve(axes: Axes, curve: CostCurve) -> None:
     places = np.array(curve.points, float).reshape(-1, 2)
     axes.loglog(*places.T, f"{curve.marker}-", label=curve.label)
-    for setting, place in zip(curve.settings, curve.points, strict=False):
+    for setting, point in zip(curve.settings, curve.points, strict=False):
         axes.annotate(
             f"{setting:g}",
-            place,
+            point,
             textcoords="offset points",
             xytext=(4, 4),
             fontsize=7,
@@ -118,19 +118,19 @@ def curves_of(
     """A curve for each label, in the order of the rows."""
     curves = []
     for name, marker in zip(dict.fromkeys(map(label, rows)), MARKERS, strict=False):
-        own = [row for row in rows if label(row) == name]
-        settings = [] if setting is None else list(map(setting, own))
-        curves.append(CostCurve(name, marker, list(map(place, own)), settings))
+        curve_rows = [row for row in rows if label(row) == name]
+        settings = [] if setting is None else list(map(setting, curve_rows))
+        curves.append(CostCurve(name, marker, list(map(place, curve_rows)), settings))
     return curves
 
 
 def collect(
-    found: Iterable[tuple[str, DataclassInstance]], *tables: str
+    table_rows: Iterable[tuple[str, DataclassInstance]], *tables: str
 ) -> tuple[dict[str, list[Any]], bool]:
     """Rows by table, POINTS and others, and whether Ctrl-C ended them early."""
     rows: dict[str, list[Any]] = {name: [] for name in (POINTS, *tables)}
     try:
-        for table, row in found:
+        for table, row in table_rows:
             rows[table].append(row)
     except KeyboardInterrupt:
         return rows, True
@@ -139,7 +139,9 @@ def collect(
 
 def plain(rows: Mapping[str, Sequence[DataclassInstance]]) -> dict[str, list[Any]]:
     """Tables of dataclasses as tables of dictionaries."""
-    return {name: [asdict(row) for row in own] for name, own in rows.items()}
+    return {
+        name: [asdict(row) for row in table_rows] for name, table_rows in rows.items()
+    }
 
 
 def fastest(work: Callable[[], object], repeats: int = REPEATS) -> float:
@@ -175,7 +177,7 @@ def write_benchmark(measured: Benchmark, output: Path) -> None:
 def write_page(measured: Sequence[Benchmark], output: Path, command: str) -> Path:
     """Write index.html next to its figures and tables; return its path."""
     page = output / "index.html"
-    studies = [_study(each, output) for each in measured]
+    studies = [_study(benchmark, output) for benchmark in measured]
     about = {**dict(provenance()), "machine": machine()}
     text = pages.filled("bench.html", studies=studies, command=command, about=about)
     write_text(page, text)

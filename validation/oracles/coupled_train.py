@@ -74,10 +74,10 @@ class Instant:
 
         unit = scale / np.abs(self.rows).max()
         start = np.concatenate([q / unit, (self.rows @ q - self.gap) / scale])
-        found = root(residual, start, tol=1e-13)
-        if not np.abs(found.fun).max() < 1e-9:
-            raise ArithmeticError(f"not solved: {found.message}")
-        z, x, _, a = parts(found.x)
+        solution = root(residual, start, tol=1e-13)
+        if not np.abs(solution.fun).max() < 1e-9:
+            raise ArithmeticError(f"not solved: {solution.message}")
+        z, x, _, a = parts(solution.x)
         return z, x, a
 
     def potential(self, q: Array) -> float:
@@ -93,23 +93,23 @@ class Instant:
 
 def instant_of(system: LumpedSystem, cycle: float) -> Instant:
     """The contacts of a train at a part of the mesh cycle, between its tables' rows."""
-    found, space = system.contacts, system.modes.coordinates
-    assert found is not None
-    grid = found.rows.shape[1] - 1
-    place, part = int(cycle * grid) % grid, cycle * grid - int(cycle * grid)
+    contacts, space = system.contacts, system.modes.coordinates
+    assert contacts is not None
+    grid = contacts.rows.shape[1] - 1
+    row, part = int(cycle * grid) % grid, cycle * grid - int(cycle * grid)
 
     def at(table: Array) -> Array:
-        return (1.0 - part) * table[:, place] + part * table[:, place + 1]
+        return (1.0 - part) * table[:, row] + part * table[:, row + 1]
 
     held = space.spring_rows @ system.modes.shapes[:, system.moving]
     return Instant(
-        knots=found.contacts.knots[found.mesh_of],
-        load_curve=at(found.contacts.load_curve)[:, 0],
-        gap=at(found.contacts.gap),
-        compliance=at(found.contacts.normal_compliance.swapaxes(0, 1)),
-        rows=at(found.rows),
-        inertia_rows=at(found.inertia_rows),
-        work=found.work,
+        knots=contacts.contacts.knots[contacts.mesh_of],
+        load_curve=at(contacts.contacts.load_curve)[:, 0],
+        gap=at(contacts.contacts.gap),
+        compliance=at(contacts.contacts.normal_compliance.swapaxes(0, 1)),
+        rows=at(contacts.rows),
+        inertia_rows=at(contacts.inertia_rows),
+        work=contacts.work,
         stiffness=(held.T * space.spring_stiffness) @ held,
         load=system.arrays.load,
     )

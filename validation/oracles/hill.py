@@ -70,6 +70,6 @@ def exponentials(coefficients: Sequence[Array], h: float, divisions: int) -> Arr
     for start, end in pairwise(ends.tolist()):
         order = np.arange(1, len(coefficients) + 1)
         weights = (end**order - start**order) / order
-        whole = sum(w * g for w, g in zip(weights, coefficients, strict=True))
-        total = expm(whole) @ total
+        exponent = sum(w * g for w, g in zip(weights, coefficients, strict=True))
+        total = expm(exponent) @ total
     return np.asarray(total)

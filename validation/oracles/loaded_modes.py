@@ -61,9 +61,9 @@ def loaded_modes(model: DynamicModel, averaged: Mask, highest_Hz: float) -> Load
     squares = train.near(0.0)[0]
     highest = (2.0 * np.pi * highest_Hz) ** 2
     rough = squares[(squares > 0.0) & (squares < 4.0 * highest)]
-    found = np.array([train.refined(square) for square in rough]).reshape(-1, 2)
-    found = found[found[:, 0] < highest_Hz]
-    return LoadedModes(*found[np.argsort(found[:, 0])].T)
+    modes = np.array([train.refined(square) for square in rough]).reshape(-1, 2)
+    modes = modes[modes[:, 0] < highest_Hz]
+    return LoadedModes(*modes[np.argsort(modes[:, 0])].T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +77,8 @@ class Linearised:
     def parts(self) -> tuple[Mask, Mask]:
         """Coordinates (n,) that are averaged, and those that follow."""
         hubs = np.ones(self.model.modal.damping.size, bool)
-        own = np.concatenate([hubs, self.averaged])
-        return own, ~own
+        averaged = np.concatenate([hubs, self.averaged])
+        return averaged, ~averaged
 
     @cached_property
     def matrices(self) -> tuple[Array, Array]:
@@ -87,12 +87,12 @@ class Linearised:
     @cached_property
     def tangents(self) -> list[tuple[Array, Array, Array, Array]]:
         """At every position the rows of averaged coordinates and of others, Q and D."""
-        own, others = self.parts
+        averaged, others = self.parts
         rows, slopes = dense_rows(self.model), static_slopes(self.model)
         Q = self.model.contacts.normal_compliance
         return [
             (
-                (rows[:, p] @ turn(self.model, p / len(slopes)).T)[:, own],
+                (rows[:, p] @ turn(self.model, p / len(slopes)).T)[:, averaged],
                 rows[:, p][:, others],
                 Q[p],
                 slope,
@@ -105,11 +105,11 @@ class Linearised:
 
         Without the meshes, and of the meshes on the mean.
         """
-        own, others = self.parts
+        averaged, others = self.parts
         mass, stiffness = self.matrices
         L = 1.0 / (stiffness[others, others] - square)
-        G = mass[np.ix_(others, own)]
-        bare = (stiffness - square * mass)[np.ix_(own, own)]
+        G = mass[np.ix_(others, averaged)]
+        bare = (stiffness - square * mass)[np.ix_(averaged, averaged)]
         bare -= square**2 * (G.T * L) @ G
         meshes = np.zeros_like(bare)
         for rows, E, Q, D in self.tangents:
@@ -171,13 +171,13 @@ def turn(model: DynamicModel, part: float) -> Array:
     part : of a mesh cycle that has passed
     """
     modal, h = model.modal, model.modal.damping.size
-    found, each = np.eye(model.size), np.arange(modal.rigidity.size)
+    rotation, index = np.eye(model.size), np.arange(modal.rigidity.size)
     angle = part * np.arctan2(modal.sine, modal.cosine)
-    pairs = modal.partner != each
-    own, other = h + each[pairs], h + modal.partner[pairs]
-    found[own, own] = np.cos(angle[pairs])
-    found[own, other] = np.sin(angle[pairs])
-    return found
+    pairs = modal.partner != index
+    first, other = h + index[pairs], h + modal.partner[pairs]
+    rotation[first, first] = np.cos(angle[pairs])
+    rotation[first, other] = np.sin(angle[pairs])
+    return rotation
 
 
 def static_slopes(model: DynamicModel) -> Array:
@@ -187,17 +187,17 @@ def static_slopes(model: DynamicModel) -> Array:
     free = modes.frequency_Hz == 0.0
     hubs = model.modal.stiffness + np.diag(free.astype(float))  # nothing loads these
     z = model.modal.load / np.where(free, 1.0, modes.angular**2)
-    found: list[Array] = []
+    slopes: list[Array] = []
     x = np.full(len(rows), np.nan)
-    for place in range(contacts.gap.shape[1] - 1):
-        R, E = rows[:, place, :h], rows[:, place, h:]
-        C = contacts.normal_compliance[place] + (E / model.modal.rigidity) @ E.T
-        rest = Rest(model, place, R, C, hubs)
-        if not found:
-            x = R @ z - contacts.gap[:, place]
+    for position in range(contacts.gap.shape[1] - 1):
+        R, E = rows[:, position, :h], rows[:, position, h:]
+        C = contacts.normal_compliance[position] + (E / model.modal.rigidity) @ E.T
+        rest = Rest(model, position, R, C, hubs)
+        if not slopes:
+            x = R @ z - contacts.gap[:, position]
         x, z = rest.solve(x, z)
-        found.append(rest.loads(x)[1])
-    return np.array(found)
+        slopes.append(rest.loads(x)[1])
+    return np.array(slopes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +206,7 @@ class Rest:
     stiffness (h, h) of the hubs."""
 
     model: DynamicModel
-    place: int
+    position: int
     rows: Array
     compliance: Array
     hubs: Array
@@ -214,17 +214,17 @@ class Rest:
     def loads(self, x: Array) -> tuple[Array, Array]:
         """Loads (c,) [N] and slopes [N/m] at penetrations (c,)."""
         contacts, mesh_of = self.model.contacts, self.model.jacobian.mesh_of
-        found = np.zeros((2, x.size))
+        load_and_slope = np.zeros((2, x.size))
         for c in np.flatnonzero(x > 0.0):
             knots = contacts.knots[mesh_of[c]]
-            law = contacts.load_curve[c, self.place, 0]
+            law = contacts.load_curve[c, self.position, 0]
             inside = min(x[c], knots[-1])
             cell = min(int(np.searchsorted(knots, inside, "right")) - 1, len(law) - 1)
             cubic = np.polynomial.Polynomial(law[cell])
             t = inside - knots[cell]
             slope = cubic.deriv()(t)
-            found[:, c] = cubic(t) + slope * (x[c] - inside), slope
-        return found[0], found[1]
+            load_and_slope[:, c] = cubic(t) + slope * (x[c] - inside), slope
+        return load_and_slope[0], load_and_slope[1]
 
     def solve(self, x: Array, z: Array) -> tuple[Array, Array]:
         """Penetrations (c,) and hubs (h,) from such nearby, by damped Newton steps."""
@@ -242,12 +242,12 @@ class Rest:
                     break
                 part *= 0.5
             x, z = new
-        raise ArithmeticError(f"no static equilibrium at position {self.place}")
+        raise ArithmeticError(f"no static equilibrium at position {self.position}")
 
     def miss(self, x: Array, z: Array) -> Array:
         """Residual of both equations (c + h,), [m] and [N/sqrt(kg)]."""
         F, _ = self.loads(x)
-        gap = self.model.contacts.gap[:, self.place]
+        gap = self.model.contacts.gap[:, self.position]
         closed = x + self.compliance @ F - self.rows @ z + gap
         forces = self.hubs @ z + self.rows.T @ F - self.model.modal.load
         return np.concatenate([closed, forces])

@@ -288,17 +288,17 @@ def march(
 
 def _edges(train: PiecewiseTrain, frequency: float, periods: float) -> list[float]:
     """Times at which some excitation jumps or bends or a period ends [s]."""
-    found = {0.0, periods, *map(float, range(math.ceil(periods)))}
+    edges = {0.0, periods, *map(float, range(math.ceil(periods)))}
     for toothing in train.toothings:
         pieces = [piece for pair in toothing.pairs for piece in pair]
         for edge in {edge for piece in pieces for edge in (piece.start, piece.end)}:
             first = (edge - toothing.phase) % toothing.period
             last = math.ceil(periods * toothing.rate) + 1
             turns = range(0, last, toothing.period)
-            found |= {(first + i) / toothing.rate for i in turns}
-    times = sorted(t for t in found if 0.0 <= t <= periods)
-    apart = [b for a, b in pairwise(times) if b - a > TIME_TOL]
-    return [t / frequency for t in [0.0, *apart]]
+            edges |= {(first + i) / toothing.rate for i in turns}
+    times = sorted(t for t in edges if 0.0 <= t <= periods)
+    distinct = [b for a, b in pairwise(times) if b - a > TIME_TOL]
+    return [t / frequency for t in [0.0, *distinct]]
 
 
 def _springs(
@@ -311,10 +311,10 @@ def _springs(
         speed = toothing.rate * frequency
         middle = toothing.phase + speed * 0.5 * (begin + end)
         for pair in range(toothing.period):
-            found = toothing.piece(pair, middle)
-            if found is None:
+            piece_ahead = toothing.piece(pair, middle)
+            if piece_ahead is None:
                 continue
-            piece, ahead = found
+            piece, ahead = piece_ahead
             slope = (piece.gap_end - piece.gap_start) / (piece.end - piece.start)
             ahead -= speed * 0.5 * (end - begin)
             row = np.zeros(2 * n + 2)
@@ -388,16 +388,16 @@ def _advance(
     through = expm(step * equation.generator)
     while end - now > 0.5 * step:
         after = through @ z
-        found = [
+        changed = [
             spring
             for spring, side in zip(springs, contact, strict=True)
             if _state_of(float(spring.overlap @ after), spring.backlash) != side
         ]
-        if found:
-            sides = [contact[springs.index(spring)] for spring in found]
+        if changed:
+            sides = [contact[springs.index(spring)] for spring in changed]
             first = min(
                 _crossing(spring, side, equation, z, step)
-                for spring, side in zip(found, sides, strict=True)
+                for spring, side in zip(changed, sides, strict=True)
             )
             spans.append(LinearSegment(now, first, equation, z))
             return expm(first * equation.generator) @ z, now + first, True

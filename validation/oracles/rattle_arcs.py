@@ -50,12 +50,12 @@ def motion_between(
         return value, rate
 
     mean = 2.0 * TURN * delta
-    place = np.where(pressed, side * beta, 0.0)[:, None]
+    offset = np.where(pressed, side * beta, 0.0)[:, None]
     with np.errstate(divide="ignore"):
-        place = place + np.where(k > 0.0, mean / np.where(k > 0.0, k, 1.0), 0.0)
+        offset = offset + np.where(k > 0.0, mean / np.where(k > 0.0, k, 1.0), 0.0)
     drift = np.where(k > 0.0, 0.0, mean / delta)
     first, first_rate = forced(begin)
-    y = side[:, None] * beta - place - first
+    y = side[:, None] * beta - offset - first
     w = speed - drift - first_rate
     root = np.sqrt(delta**2 / 4.0 - k + 0j)
     fast, slow = -0.5 * delta + root, -0.5 * delta - root
@@ -64,7 +64,7 @@ def motion_between(
     tau = times - begin
     free = one * np.exp(fast * tau), two * np.exp(slow * tau)
     value, rate = forced(times)
-    x = place + drift * tau + value + (free[0] + free[1]).real
+    x = offset + drift * tau + value + (free[0] + free[1]).real
     return x, drift + rate + (fast * free[0] + slow * free[1]).real
 
 

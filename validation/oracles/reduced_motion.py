@@ -96,15 +96,15 @@ def equations(model: DynamicModel) -> DenseModel:
 
 
 def pair_loads(
-    e: DenseModel, place: int, part: float, squeeze: Array
+    e: DenseModel, position: int, part: float, squeeze: Array
 ) -> tuple[Array, Array]:
     """Loads (c,) at squeezes (c,) and their slopes, `part` of the way to the next."""
     inside = np.clip(squeeze, 0.0, e.knots[-1])
     cell = np.clip(np.searchsorted(e.knots, inside, "right") - 1, 0, e.knots.size - 2)
     x = inside - e.knots[cell]
     c = np.arange(squeeze.size)
-    a = (1.0 - part) * e.load_curve[c, place, cell] + part * e.load_curve[
-        c, place + 1, cell
+    a = (1.0 - part) * e.load_curve[c, position, cell] + part * e.load_curve[
+        c, position + 1, cell
     ]
     slope = a[:, 1] + x * (2.0 * a[:, 2] + 3.0 * x * a[:, 3])
     load = a[:, 0] + x * (a[:, 1] + x * (a[:, 2] + x * a[:, 3]))
@@ -114,12 +114,12 @@ def pair_loads(
 
 
 def contact_loads(
-    e: DenseModel, place: int, part: float, q: Array, cycle: int = 0
+    e: DenseModel, position: int, part: float, q: Array, cycle: int = 0
 ) -> Array:
     """Loads (c,) that go with the displacement q; ArithmeticError if not found."""
 
     def between(table: Array) -> Array:
-        return np.asarray((1.0 - part) * table[place] + part * table[place + 1])
+        return np.asarray((1.0 - part) * table[position] + part * table[position + 1])
 
     free = (
         between(e.penetration_rate) @ q
@@ -131,16 +131,16 @@ def contact_loads(
     R = between(e.compliance)
 
     def error(squeeze: Array) -> tuple[Array, Array]:
-        load, slope = pair_loads(e, place, part, squeeze)
+        load, slope = pair_loads(e, position, part, squeeze)
         return (
             (squeeze + R @ load - free) / e.knots[-1],
             (np.eye(free.size) + R * slope) / e.knots[-1],
         )
 
-    found = root(error, free, jac=True, method="hybr", options={"xtol": 1e-13})
-    if not np.abs(error(found.x)[0]).max() < 1e-11:
-        raise ArithmeticError(f"contact not solved: {found.message}")
-    return pair_loads(e, place, part, found.x)[0]
+    solution = root(error, free, jac=True, method="hybr", options={"xtol": 1e-13})
+    if not np.abs(error(solution.x)[0]).max() < 1e-11:
+        raise ArithmeticError(f"contact not solved: {solution.message}")
+    return pair_loads(e, position, part, solution.x)[0]
 
 
 def march(
@@ -163,32 +163,32 @@ def march(
     scale = np.repeat([place_scale, max(speed_scale, swing)], n)
     now, states = state.copy(), [state.copy()]
 
-    def derivative(time: float, y: Array, place: int, cycle: int) -> Array:
+    def derivative(time: float, y: Array, position: int, cycle: int) -> Array:
         q, v = y.reshape(2, n)
         part = min(max(time / length, 0.0), 1.0)
-        push = (1.0 - part) * e.push[place] + part * e.push[place + 1]
+        push = (1.0 - part) * e.push[position] + part * e.push[position + 1]
         force = e.load - e.damping @ v - e.stiffness @ q
-        force = force - contact_loads(e, place, part, q, cycle) @ push
+        force = force - contact_loads(e, position, part, q, cycle) @ push
         return np.concatenate([v, e.inverse_mass @ force])
 
     for number in range(periods * pieces):
-        place = number % pieces
-        if number and place == 0:
+        position = number % pieces
+        if number and position == 0:
             now = now @ e.turnover.T
             states[-1] = now.copy()
-        found = solve_ivp(
+        segment = solve_ivp(
             derivative,
             (0.0, length),
             now.ravel(),
             method="DOP853",
             t_eval=length * np.arange(1, checks + 1) / checks,
-            args=(place, number // pieces),
+            args=(position, number // pieces),
             rtol=tolerance,
             atol=tolerance * scale,
         )
-        if not found.success:
-            raise ArithmeticError(f"motion not solved: {found.message}")
-        states += list(found.y.T.reshape(-1, 2, n))
+        if not segment.success:
+            raise ArithmeticError(f"motion not solved: {segment.message}")
+        states += list(segment.y.T.reshape(-1, 2, n))
         now = states[-1].copy()
     times = length / checks * np.arange(len(states))
     return times, np.array(states)

@@ -63,14 +63,16 @@ def closing_way(
         points = _turned(points, back / driven.base_radius)
         points[:, 0] += center_distance
         s = np.sqrt((points**2).sum(axis=1) - driver.base_radius**2)
-        own = driver.base_radius * foot + s[:, None] * along
-        own = _turned(own, (roll - s - driver.depth(s)) / driver.base_radius)
-        x, y = own.T
-        found = np.arctan2(
+        driver_points = driver.base_radius * foot + s[:, None] * along
+        driver_points = _turned(
+            driver_points, (roll - s - driver.depth(s)) / driver.base_radius
+        )
+        x, y = driver_points.T
+        rotation = np.arctan2(
             x * points[:, 1] - y * points[:, 0], x * points[:, 0] + y * points[:, 1]
         )
         inside = (s <= driver.tip_roll) & (s >= driver.lowest_roll)
-        return np.where(inside, found, np.inf)
+        return np.where(inside, rotation, np.inf)
 
     return driver.base_radius * _least(turn, driven.lowest_roll, driven.tip_roll)
 

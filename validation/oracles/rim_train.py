@@ -38,10 +38,10 @@ class RimTrain:
     def matrix(self) -> Array:
         """Stiffness (2 n, 2 n) of the turns of all hubs, then of all rims."""
         spokes, n = np.diag(self.spokes), self.hub.size
-        found = np.block([[spokes, -spokes], [-spokes, spokes]])
-        found[:n, :n] += np.diag(self.ground)
-        found[n:, n:] += (self.rows.T * self.stiffness) @ self.rows
-        return found
+        matrix = np.block([[spokes, -spokes], [-spokes, spokes]])
+        matrix[:n, :n] += np.diag(self.ground)
+        matrix[n:, n:] += (self.rows.T * self.stiffness) @ self.rows
+        return matrix
 
     @property
     def mass(self) -> Array:

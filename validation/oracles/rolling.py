@@ -17,13 +17,13 @@ Array = NDArray[np.float64]
 BRACKET = 0.9, 1.1  # of Burmester's distance, between which the exact one is
 
 
-def rates(s: float, place: Array, c: float, e: float) -> Array:
+def rates(s: float, position: Array, c: float, e: float) -> Array:
     """Rates of (x, y) along the arc: the distance from (c, 0) falls as rho grows, and
     the rest of unit speed goes round it.
     """
     rho = math.sqrt(1.0 + e * e - 2.0 * e * math.cos(s))
     slope = e * math.sin(s) / rho
-    radial = (place - [c, 0.0]) / math.hypot(place[0] - c, place[1])
+    radial = (position - [c, 0.0]) / math.hypot(position[0] - c, position[1])
     around = np.array([radial[1], -radial[0]])
     return -slope * radial + math.sqrt(1.0 - slope**2) * around
 
@@ -33,15 +33,15 @@ def runge_kutta(e: float, steps: int) -> Callable[[float], float]:
     h = math.pi / steps
 
     def end(c: float) -> float:
-        place = np.array([1.0 - e, 0.0])
+        position = np.array([1.0 - e, 0.0])
         for i in range(steps):
             s = i * h
-            k1 = rates(s, place, c, e)
-            k2 = rates(s + 0.5 * h, place + 0.5 * h * k1, c, e)
-            k3 = rates(s + 0.5 * h, place + 0.5 * h * k2, c, e)
-            k4 = rates(s + h, place + h * k3, c, e)
-            place = place + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        return float(place[1])
+            k1 = rates(s, position, c, e)
+            k2 = rates(s + 0.5 * h, position + 0.5 * h * k1, c, e)
+            k3 = rates(s + 0.5 * h, position + 0.5 * h * k2, c, e)
+            k4 = rates(s + h, position + h * k3, c, e)
+            position = position + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        return float(position[1])
 
     return end
 
@@ -51,7 +51,7 @@ def adaptive(e: float, tolerance: float) -> Callable[[float], float]:
     from scipy.integrate import solve_ivp
 
     def end(c: float) -> float:
-        found = solve_ivp(
+        solution = solve_ivp(
             lambda s, place: rates(s, place, c, e),
             (0.0, math.pi),
             np.array([1.0 - e, 0.0]),
@@ -59,7 +59,7 @@ def adaptive(e: float, tolerance: float) -> Callable[[float], float]:
             rtol=tolerance,
             atol=tolerance,
         )
-        return float(found.y[1, -1])
+        return float(solution.y[1, -1])
 
     return end
 

@@ -56,9 +56,9 @@ class ScipyTrain:
         """Mesh forces (m,) [N] after so many periods of the first mesh."""
         force = np.empty(deflection.size)
         for m, table in enumerate(self.tables):
-            place = (self.phase[m] + self.rate[m] * periods) % 1.0 * TABLE
-            i = min(int(place), TABLE - 1)
-            part = place - i
+            position = (self.phase[m] + self.rate[m] * periods) % 1.0 * TABLE
+            i = min(int(position), TABLE - 1)
+            part = position - i
             stiffness, gap = ((1.0 - part) * table[..., i] + part * table[..., i + 1]).T
             e = deflection[m] - gap
             overlap = np.maximum(e, 0.0) + np.minimum(e + self.backlash[m], 0.0)

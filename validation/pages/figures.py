@@ -89,7 +89,7 @@ def svg_text(figure: Figure, name: str) -> str:
             facecolor="none",
             metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
         )
-    text = LONG_FRACTION.sub(lambda found: f"{float(found[0]):.2f}", out.getvalue())
+    text = LONG_FRACTION.sub(lambda match: f"{float(match[0]):.2f}", out.getvalue())
     return text.replace("<svg ", '<svg style="background: #ffffff" ', 1)
 
 
@@ -102,12 +102,12 @@ def inline_svg(svg: str, name: str, label: str) -> str:
     element = first.replace("<svg", head) + svg[end:]
     used = set(REFERENCE.findall(element))
 
-    def renamed(found: re.Match[str]) -> str:
-        return f' id="{name}-{found[1]}"' if found[1] in used else ""
+    def renamed(match: re.Match[str]) -> str:
+        return f' id="{name}-{match[1]}"' if match[1] in used else ""
 
     element = IDENTIFIER.sub(renamed, element)
     element = REFERENCE.sub(
-        lambda found: found[0].replace(f"#{found[1]}", f"#{name}-{found[1]}"), element
+        lambda match: match[0].replace(f"#{match[1]}", f"#{name}-{match[1]}"), element
     )
     return element.replace("#000000", "currentColor").replace("#ffffff", "none")
 

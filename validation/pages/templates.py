@@ -78,7 +78,7 @@ def _environment(markdown: bool) -> Environment:
 def shown(value: float | tuple[float, ...] | None, digits: int = 3) -> str:
     """A number or a point as a table shows it, a dash where there is none."""
     if isinstance(value, tuple):
-        return f"({', '.join(shown(each, digits) for each in value)})"
+        return f"({', '.join(shown(coordinate, digits) for coordinate in value)})"
     if value is None or math.isnan(value):
         return "-"
     rounded = float(f"{value:.{digits}g}")

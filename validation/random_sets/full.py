@@ -63,18 +63,20 @@ def measure_full(
     speeds = speeds or speeds_of(highest_resonance(case.reference), SPEEDS)
     statics = case.excitations.source.statics
     elastic = elastic_gears(gear_set, speeds, statics, MORE)
-    known = gear_set, case.torque, case.reference, case.excitations
+    inputs = gear_set, case.torque, case.reference, case.excitations
     scheme = DynamicSettings().scheme
-    reduced = ReducedStepper(reduced_gears(*known, elastic), scheme)
+    reduced = ReducedStepper(reduced_gears(*inputs, elastic), scheme)
     full, freedoms, _ = case.stepper(FiniteElements(fidelity="full"))
-    found = []
+    points = []
     for done, speed in enumerate(speeds):
         report(f"all freedoms, {speed:g} Hz", done, len(speeds))
-        (one, _), (two, _) = (run(each, speed, COMMON) for each in (full, reduced))
+        (one, _), (two, _) = (
+            run(stepper, speed, COMMON) for stepper in (full, reduced)
+        )
         rms = np.abs(two.std(axis=0) / one.std(axis=0) - 1.0)
-        modes = sum(each.count for each in elastic)
+        modes = sum(gear.count for gear in elastic)
         worst = float(waveform_error(two, one).max())
-        found.append(
+        points.append(
             FullPoint(gear_set.name, speed, freedoms, modes, worst, float(rms.max()))
         )
-    return found
+    return points

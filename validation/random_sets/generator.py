@@ -82,7 +82,9 @@ def draw_counter_shaft(rng: np.random.Generator) -> Tables:
     lowest, highest = math.ceil(TEETH[0] / p), TEETH[1] // q
     common = int(rng.integers(lowest, highest + 1))
     stages = [(_teeth(rng), q * common), (p * common, _teeth(rng))]
-    tables = _tables(rng, [_gears(rng, _module(rng), *each) for each in stages])
+    tables = _tables(
+        rng, [_gears(rng, _module(rng), *teeth_pair) for teeth_pair in stages]
+    )
     shaft: Tables = {"gears": ["b", "c"]}
     if rng.random() < SPRUNG:
         shaft["stiffness_Nm_per_rad"] = float(np.exp(rng.uniform(*np.log(SHAFT))))
@@ -120,12 +122,12 @@ def draw_torque(plain: GearSet, rng: np.random.Generator) -> float:
 
 def line_loads(gear_set: GearSet) -> list[float]:
     """Load of each mesh over its face width, per torque on the input gear [1/m2]."""
-    found, torque = [], 1.0
+    loads, torque = [], 1.0
     for number, mesh in enumerate(gear_set.meshes):
         driver, driven = mesh.pair.driver, mesh.pair.driven
-        found.append(torque / driver.base_radius / gear_set.common_width(number))
+        loads.append(torque / driver.base_radius / gear_set.common_width(number))
         torque *= driven.teeth / driver.teeth
-    return found
+    return loads
 
 
 def _tables(rng: np.random.Generator, stages: list[list[Tables]]) -> Tables:
@@ -141,7 +143,7 @@ def _tables(rng: np.random.Generator, stages: list[list[Tables]]) -> Tables:
 
 
 def _gears(rng: np.random.Generator, module: float, *teeth: int) -> list[Tables]:
-    return [_gear(rng, module, each) for each in teeth]
+    return [_gear(rng, module, tooth_count) for tooth_count in teeth]
 
 
 def _gear(rng: np.random.Generator, module: float, teeth: int) -> Tables:

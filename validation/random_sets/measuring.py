@@ -116,15 +116,17 @@ def measure(
     statics, fe = excitations.source.statics, []
     for more in (MORE, 1.0):
         elastic = elastic_gears(gear_set, speeds, statics, more)
-        made = reduced_gears(gear_set, torque, plain, excitations, elastic)
-        fe.append((made, elastic))
+        fe_model = reduced_gears(gear_set, torque, plain, excitations, elastic)
+        fe.append((fe_model, elastic))
     lumped = {MODEL_1: plain, WITHOUT: without, COUPLED_UP: coupled}
     names = REFERENCE, REDUCED
-    sources = {name: fe_source(each) for name, (each, _) in zip(names, fe, strict=True)}
+    sources = {
+        name: fe_source(model) for name, (model, _) in zip(names, fe, strict=True)
+    }
     sources |= {name: lumped_source(system) for name, system in lumped.items()}
     for down, up in ((COUPLED_DOWN, COUPLED_UP), (REFERENCE_DOWN, REFERENCE)):
         sources[down] = sources[up]._replace(direction="down")
-    found = sweep_sources(sources, speeds, report)
+    columns = sweep_sources(sources, speeds, report)
     natural, natural_fe = natural_frequencies(coupled, *fe[0], resonance)
     return Measured(
         number=number,
@@ -137,7 +139,7 @@ def measure(
         ],
         torque_Nm=torque,
         speeds_Hz=speeds,
-        **found,
+        **columns,
         body_modes=kept_count(coupled),
         left_out=truncation_bound(coupled, speeds) or math.nan,
         warnings=list(body_modes_warnings(coupled, speeds)),
@@ -180,24 +182,27 @@ def sweep_sources(
     sources: Mapping[str, SweepSpec], speeds: Sequence[float], report: Progress
 ) -> dict[str, Any]:
     """The fields `rms_m`, `multiples` and `ms_per_speed` of `Measured`."""
-    found: dict[str, Any] = {"rms_m": {}, "multiples": {}, "ms_per_speed": {}}
+    columns: dict[str, Any] = {"rms_m": {}, "multiples": {}, "ms_per_speed": {}}
     for done, (name, source) in enumerate(sources.items()):
         report(f"sweep of {name}", done, len(sources))
         warm_up(source.stepper, speeds[0], source.settings)
         start = time.process_time()
         branch = sweep_branch(source.stepper, speeds, source.direction, source.settings)
         seconds = time.process_time() - start
-        found["rms_m"][name] = by_speed(branch, speeds, "dte_rms", math.nan)
-        found["multiples"][name] = by_speed(branch, speeds, "period_multiple", 0)
-        found["ms_per_speed"][name] = 1e3 * seconds / max(len(branch.responses), 1)
-    return found
+        columns["rms_m"][name] = by_speed(branch, speeds, "dte_rms", math.nan)
+        columns["multiples"][name] = by_speed(branch, speeds, "period_multiple", 0)
+        columns["ms_per_speed"][name] = 1e3 * seconds / max(len(branch.responses), 1)
+    return columns
 
 
 def by_speed(
     branch: Branch, speeds: Sequence[float], name: str, missing: float
 ) -> Rows:
     """A column (speeds, meshes) of a branch, in the order of the speeds."""
-    rows = {each.frequency: getattr(each, name).tolist() for each in branch.responses}
+    rows = {
+        response.frequency: getattr(response, name).tolist()
+        for response in branch.responses
+    }
     nothing = [missing] * len(branch.system.excitations)
     return [rows.get(speed, nothing) for speed in speeds]
 
@@ -217,11 +222,11 @@ def natural_frequencies(
     highest, loaded = PARTNERS * NATURAL * resonance, coupled.loaded
     assert loaded is not None
     low = np.sqrt(model.modal.rigidity) < 2.0 * np.pi * highest
-    own = low | kept_modes(coupled, model, elastic)
-    found = loaded_modes(model, own, highest)
+    averaged = low | kept_modes(coupled, model, elastic)
+    fe_modes = loaded_modes(model, averaged, highest)
     rows = np.stack([loaded.frequency_Hz, loaded.mesh_energy.sum(axis=0)], axis=1)
     rows = rows[(rows[:, 0] > 0.0) & (rows[:, 0] < highest)]
-    pairs = np.stack([found.frequency_Hz, found.mesh_energy], axis=1)
+    pairs = np.stack([fe_modes.frequency_Hz, fe_modes.mesh_energy], axis=1)
     return rows.tolist(), pairs.tolist()
 
 
@@ -230,12 +235,17 @@ def kept_modes(
 ) -> NDArray[np.bool_]:
     """Which elastic modes (e,) of the finite elements the coupled model has as well."""
     assert coupled.contacts is not None
-    bodies, found = coupled.contacts.bodies, np.zeros(model.modal.rigidity.size, bool)
-    diameters = np.concatenate([each.modes.nodal_diameters for each in elastic])
+    bodies, mode_mask = (
+        coupled.contacts.bodies,
+        np.zeros(model.modal.rigidity.size, bool),
+    )
+    diameters = np.concatenate(
+        [elastic_gear.modes.nodal_diameters for elastic_gear in elastic]
+    )
     angular = np.sqrt(model.modal.rigidity)
-    for gear, n, kept in zip(
+    for gear, n, mode_angular in zip(
         bodies.gears, bodies.nodal_diameters, bodies.angular, strict=True
     ):
         same = (model.modal.owner == gear) & (diameters == n)
-        found |= same & (np.abs(angular - kept) < SAME_MODE * kept)
-    return found
+        mode_mask |= same & (np.abs(angular - mode_angular) < SAME_MODE * mode_angular)
+    return mode_mask

@@ -34,9 +34,9 @@ def reduced_gears(
     tables = equal_tables(gear_set, torque, excitations)
     statics = excitations.source.statics
     laws = all_mesh_laws(gear_set, tables, statics)
-    far = cross_mesh_compliance(gear_set, laws, statics)
-    beside = None if far is None else (far, 0.0 * far)
-    return dynamic_model(gear_set, reference, laws, elastic, beside)
+    cross_mesh = cross_mesh_compliance(gear_set, laws, statics)
+    neighbours = None if cross_mesh is None else (cross_mesh, 0.0 * cross_mesh)
+    return dynamic_model(gear_set, reference, laws, elastic, neighbours)
 
 
 def elastic_gears(
@@ -46,10 +46,10 @@ def elastic_gears(
 
     speeds : mesh frequencies of the first mesh [Hz]
     """
-    ratio, highest, found = FiniteElements().elastic_damping, max(speeds), []
+    ratio, highest, gears = FiniteElements().elastic_damping, max(speeds), []
     for gear in gear_set.gears:
         cutoff_Hz = more * default_cutoff(gear, highest)
         modes = modes_once(statics.sector(gear), gear.density, cutoff_Hz)
         damping = elastic_damping(gear, ratio)
-        found.append(ElasticGear(modes, gear.face_width, damping))
-    return found
+        gears.append(ElasticGear(modes, gear.face_width, damping))
+    return gears

@@ -76,9 +76,9 @@ def run_random_sets(
     """
     runs: list[SetRun] = []
     with suppress(KeyboardInterrupt):
-        made = make_sets(store, workers, report)
+        new_sets = make_sets(store, workers, report)
         for run in compared_sets(store, report):
-            runs.append(replace(run, reused=run.reused and run.name not in made))
+            runs.append(replace(run, reused=run.reused and run.name not in new_sets))
         runs.extend(full_sets(store, report))
         return runs, True
     return runs, False
@@ -174,8 +174,8 @@ def _directory_name(gear_set: GearSet, table: str) -> str:
 
 
 def _is_made(gear_set: GearSet, store: Path) -> bool:
-    place = store / _directory_name(gear_set, SPEEDS) / SPEEDS
-    return read_set(gear_set.name, place, inputs_of(gear_set, SPEEDS), True) is not None
+    table = store / _directory_name(gear_set, SPEEDS) / SPEEDS
+    return read_set(gear_set.name, table, inputs_of(gear_set, SPEEDS), True) is not None
 
 
 def compared_sets(
@@ -187,9 +187,9 @@ def compared_sets(
     """The coupled model against finite elements, set by set."""
     for number in numbers:
         gear_set = random_gear_set(number)
-        told = partial(_report_of, report, number)
-        make = partial(_compared, gear_set, number, measuring, told)
-        yield found_or_made(gear_set, store, SPEEDS, make)
+        report_set = partial(_report_of, report, number)
+        make = partial(_compared, gear_set, number, measuring, report_set)
+        yield read_or_make(gear_set, store, SPEEDS, make)
 
 
 def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
@@ -197,11 +197,13 @@ def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
     for number in smallest_sets():
         gear_set = random_gear_set(number)
         make = partial(_full, gear_set, partial(_report_of, report, number))
-        yield found_or_made(gear_set, store, FULL, make)
+        yield read_or_make(gear_set, store, FULL, make)
 
 
-def _report_of(report: Progress, number: int, what: str, done: int, total: int) -> None:
-    report(f"random set {number + 1}: {what}", number, COUNT)
+def _report_of(
+    report: Progress, number: int, stage: str, done: int, total: int
+) -> None:
+    report(f"random set {number + 1}: {stage}", number, COUNT)
 
 
 def _compared(
@@ -216,21 +218,21 @@ def _full(gear_set: GearSet, report: Progress) -> Result:
     return {"full": rows}, rows
 
 
-def found_or_made(
+def read_or_make(
     gear_set: GearSet, store: Path, table: str, make: Callable[[], Result]
 ) -> SetRun:
     """A run with its table; one that fails is a result."""
     inputs = inputs_of(gear_set, table)
     directory = store / _directory_name(gear_set, table)
-    found = read_set(gear_set.name, make_directory(directory) / table, inputs, True)
-    if found is not None:
-        return found
+    stored = read_set(gear_set.name, make_directory(directory) / table, inputs, True)
+    if stored is not None:
+        return stored
     begin_run(directory, inputs, [table])
     write_texts(directory, _texts(inputs, table, make))
-    made = read_set(gear_set.name, directory / table, inputs, False)
-    if made is None:
+    stored_run = read_set(gear_set.name, directory / table, inputs, False)
+    if stored_run is None:
         raise InputError(f"{directory}: was changed while the run was made; run again")
-    return made
+    return stored_run
 
 
 def inputs_of(gear_set: GearSet, table: str) -> dict[str, str]:
@@ -252,14 +254,14 @@ def read_set(
     if texts is None:
         return None
     result = json.loads(texts[RESULT])
-    given = result.get("measured")
+    measured = result.get("measured")
     return SetRun(
         name=name,
         table=table,
         reused=reused,
         machine=result["machine"],
         failure=result["failure"],
-        measured=None if given is None else Measured(**given),
+        measured=None if measured is None else Measured(**measured),
         full=tuple(FullPoint(**point) for point in result.get("full", ())),
     )
 

@@ -79,7 +79,7 @@ class SetVerdict:
         return (self.vibration_kept or self.warns) and self.natural_kept
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         """`kept`, or which promise is not."""
         if self.vibration_kept or self.warns:
             vibration = "" if self.vibration_kept else "warns"
@@ -91,11 +91,15 @@ class SetVerdict:
 
 def evaluate(measured: Measured) -> SetVerdict:
     errors = speed_errors(measured, COUPLED_UP)
-    apart = other_branch(measured, errors)
-    counted = errors[~apart]
+    is_other_branch = other_branch(measured, errors)
+    counted = errors[~is_other_branch]
     median, tenth = quantiles(counted)
-    within = median <= MEDIAN and tenth <= TENTH and apart.mean() <= MAX_OTHER_BRANCH
-    worst = int(np.argmax(np.where(apart, -1.0, errors)))
+    within = (
+        median <= MEDIAN
+        and tenth <= TENTH
+        and is_other_branch.mean() <= MAX_OTHER_BRANCH
+    )
+    worst = int(np.argmax(np.where(is_other_branch, -1.0, errors)))
     natural, natural_Hz = largest_frequency_error(measured)
     median_all, tenth_all = quantiles(errors)
     return SetVerdict(
@@ -103,7 +107,7 @@ def evaluate(measured: Measured) -> SetVerdict:
         p90=tenth,
         median_all=median_all,
         tenth_all=tenth_all,
-        other_branch_speeds=int(apart.sum()),
+        other_branch_speeds=int(is_other_branch.sum()),
         reference=quantiles(speed_errors(measured, REDUCED))[1],
         worst=float(errors[worst]),
         worst_Hz=measured.speeds_Hz[worst],
@@ -114,23 +118,25 @@ def evaluate(measured: Measured) -> SetVerdict:
     )
 
 
-def speed_errors(measured: Measured, source: str, beside: str = REFERENCE) -> Array:
+def speed_errors(measured: Measured, source: str, reference: str = REFERENCE) -> Array:
     """Error of the worst mesh at every speed (s,), infinite where either has no
     motion.
     """
-    own, other = (np.array(measured.rms_m[s]) for s in (source, beside))
-    errors = np.abs(own / other - 1.0).max(axis=1)
+    rms, other_rms = (np.array(measured.rms_m[s]) for s in (source, reference))
+    errors = np.abs(rms / other_rms - 1.0).max(axis=1)
     return np.where(np.isfinite(errors), errors, np.inf)
 
 
 def other_branch(measured: Measured, errors: Array) -> Mask:
     """Speeds (s,) that are counted apart, see the top of this file."""
-    own, reference = (np.array(measured.multiples[s]) for s in (COUPLED_UP, REFERENCE))
-    differs = (own != reference).any(axis=1)
+    multiples, reference = (
+        np.array(measured.multiples[s]) for s in (COUPLED_UP, REFERENCE)
+    )
+    differs = (multiples != reference).any(axis=1)
     own_reaches = speed_errors(measured, COUPLED_DOWN) <= MEDIAN
     is_reached = speed_errors(measured, COUPLED_UP, REFERENCE_DOWN) <= MEDIAN
-    known = own_reaches | is_reached
-    return on_other_branch(errors, differs, known)
+    reached = own_reaches | is_reached
+    return on_other_branch(errors, differs, reached)
 
 
 def quantiles(errors: Array) -> tuple[float, float]:
@@ -146,19 +152,22 @@ def quantiles(errors: Array) -> tuple[float, float]:
 def largest_frequency_error(measured: Measured) -> tuple[float, float]:
     """Relative, and the frequency [Hz] of which; NaN where no mode counts."""
     highest = NATURAL * measured.resonance_Hz
-    own, fe = measured.natural, measured.natural_fe
-    found = [*frequency_errors(own, fe, highest), *frequency_errors(fe, own, highest)]
-    return max(found, default=(np.nan, np.nan))
+    natural, fe = measured.natural, measured.natural_fe
+    errors = [
+        *frequency_errors(natural, fe, highest),
+        *frequency_errors(fe, natural, highest),
+    ]
+    return max(errors, default=(np.nan, np.nan))
 
 
 def frequency_errors(
-    own: Sequence[Sequence[float]], others: Sequence[Sequence[float]], highest: float
+    modes: Sequence[Sequence[float]], others: Sequence[Sequence[float]], highest: float
 ) -> list[tuple[float, float]]:
     """(relative, frequency [Hz]) of each of one's own modes below a frequency from
     its nearest partner; infinite without any."""
     partners = np.array([f for f, energy in others if energy > PARTNER])
     return [
         (float(np.abs(partners / f - 1.0).min(initial=np.inf)), f)
-        for f, energy in own
+        for f, energy in modes
         if energy > STRAINS and f < highest
     ]

@@ -53,8 +53,8 @@ def source_name(source: str) -> str:
             ", no friction" if source == FE_FRICTIONLESS else ""
         )
     model, *others = source.replace("-", " ", 1).split("-")
-    words = ", ".join([model, *others])
-    return words.replace("without, ", "without ").replace("bending, ", "bending ratio ")
+    text = ", ".join([model, *others])
+    return text.replace("without, ", "without ").replace("bending, ", "bending ratio ")
 
 
 def draw_over_speed(result: CaseResult, torque: float, column: Column) -> Figure:
@@ -111,9 +111,12 @@ def draw_statics(result: CaseResult, torque: float) -> Figure:
     for m, axes in enumerate(stack[meshes:]):
         statics = reference.statics[m]
         for run, style in _styled(runs):
-            own = run.statics[m]
-            if own.friction.any():
-                axes.plot(*_closed(own.position, 1e9 * own.friction), **style)
+            model_statics = run.statics[m]
+            if model_statics.friction.any():
+                axes.plot(
+                    *_closed(model_statics.position, 1e9 * model_statics.friction),
+                    **style,
+                )
         axes.set_ylabel(f"mesh {statics.mesh}: change\nby friction [nm]")
         axes.fill_between(
             *_closed(statics.position, statics.single.astype(float)),
@@ -157,8 +160,8 @@ def draw_force_cycle(result: CaseResult, torque: float, label: str) -> Figure:
 def _note_period(axes: Axes, source: str, wave: ForceCycle) -> None:
     """That a cycle is one of several."""
     times = wave.period_multiple
-    words = f"repeats after {times} cycles" if times else "does not repeat"
-    title = "; ".join(filter(None, (axes.get_title(), f"{source}: {words}")))
+    repetition = f"repeats after {times} cycles" if times else "does not repeat"
+    title = "; ".join(filter(None, (axes.get_title(), f"{source}: {repetition}")))
     axes.set_title(title, fontsize=8)
 
 
@@ -170,9 +173,9 @@ def draw_verdicts(result: CaseResult) -> Figure:
     models, points = result.models, {}
     for i, model in enumerate(models):
         offset = 0.6 * (i + 0.5) / len(models) - 0.3
-        own = [v for v in result.verdicts if v.model == model]
+        model_verdicts = [v for v in result.verdicts if v.model == model]
         points[model] = [
-            (_over_allowed(v), names.index(v.metric) + offset) for v in own
+            (_over_allowed(v), names.index(v.metric) + offset) for v in model_verdicts
         ]
     _mark_models(axes, points, ms=3.2, alpha=0.75)
     axes.axvline(1.0, color="black", lw=1.0)
@@ -227,7 +230,7 @@ def draw_budget(budget: Budget) -> Figure:
         axes.set_ylim(len(labels) - 0.5, -0.5)
         axes.set_yticks(range(len(labels)), labels if number % 2 == 0 else [])
         axes.set_title(f"{quantity.label} [{quantity.unit}]", fontsize=9)
-    for axes in (each for row in panels_ for each in row):
+    for axes in (axes for row in panels_ for axes in row):
         axes.set_visible(axes.has_data())
     return figure
 
@@ -286,12 +289,12 @@ def _cost_points(
 ) -> Iterator[tuple[float, float]]:
     """Seconds per speed and per cent of each case where both are above 0."""
     for result in results:
-        found = [
+        errors = [
             100.0 * v.measured
             for v in result.verdicts
             if (v.model, v.metric) == (model, "rms_distance")
         ]
-        point = result.per_speed_s(model), float(np.median(found or [0.0]))
+        point = result.per_speed_s(model), float(np.median(errors or [0.0]))
         if min(point) > 0.0:
             yield point
 
@@ -312,7 +315,7 @@ def _grid(
     style: dict[Any, Any] = {"font.size": 9.0, "axes.facecolor": "none"}
     with matplotlib.rc_context(style):
         figure, every = panels(rows, columns, size=size, share=share)
-    for axes in (each for row in every for each in row):
+    for axes in (axes for row in every for axes in row):
         axes.grid(alpha=0.18, color="black", lw=0.6)
         axes.spines[["top", "right"]].set_visible(False)
     return figure, every

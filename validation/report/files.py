@@ -111,10 +111,10 @@ def _drawn(result: CaseResult) -> Iterator[Drawn]:
 
 def _drawn_at(result: CaseResult, torque: float) -> Iterator[Drawn]:
     case, at, end = result.case, f"{torque:g} N m", f"{torque:g}Nm"
-    for column, what in SHOWN.items() if case.speeds else ():
+    for column, quantity_label in SHOWN.items() if case.speeds else ():
         figure = figures.draw_over_speed(result, torque, column)
         name = f"{column.replace('_', '-')}-{end}"
-        yield Drawn(name, f"{at}: {what}", figure, torque, "sweep.csv")
+        yield Drawn(name, f"{at}: {quantity_label}", figure, torque, "sweep.csv")
     labels = [wave.label for wave in case.wave if wave.torque_Nm == torque]
     for i, label in enumerate(labels, 1):
         figure = figures.draw_force_cycle(result, torque, label)

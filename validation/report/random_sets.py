@@ -63,13 +63,13 @@ def random_set_values(
 
 def row_values(run: SetRun, output: Path) -> dict[str, Any]:
     """Values of a set; a failed one has only its name and the failure."""
-    place = run.table.relative_to(output).as_posix()
-    common = {"set": run.name, "csv": place, "failure": run.failure}
+    table_path = run.table.relative_to(output).as_posix()
+    common = {"set": run.name, "csv": table_path, "failure": run.failure}
     if run.measured is None:
         return common | {"verdict": "failed", "kept": False, "figures": {}}
     verdict = evaluate(run.measured)
     return common | {
-        "verdict": verdict.words,
+        "verdict": verdict.summary,
         "kept": verdict.passed,
         "figures": quantities(run.measured),
     }

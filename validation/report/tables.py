@@ -22,12 +22,15 @@ def report_tables(values: Mapping[str, Any]) -> dict[str, list[Row]]:
         "costs": _costs,
         "printed": _printed,
     }
-    found = {
+    rows_by_table = {
         name: [{"case": case["case"]} | row for case in cases for row in rows(case)]
         for name, rows in tables.items()
     }
     sets = values["random_sets"]
-    return found | {NAME: random_set_rows(sets), f"{NAME}-full": sets.get("full", [])}
+    return rows_by_table | {
+        NAME: random_set_rows(sets),
+        f"{NAME}-full": sets.get("full", []),
+    }
 
 
 def _overview(case: Mapping[str, Any]) -> Iterator[Row]:
@@ -48,8 +51,10 @@ def _costs(case: Mapping[str, Any]) -> Iterator[Row]:
 
 def _printed(case: Mapping[str, Any]) -> Iterator[Row]:
     for entry in case["printed"]:
-        own = {f"printed_{k}" if k == "value" else k: v for k, v in entry.items()}
-        own.pop("found")
-        for found in entry["found"] or [{}]:
-            row = {k: found.get(k, "") for k in ("source", "torque_Nm", "value", "csv")}
-            yield own | row
+        columns = {f"printed_{k}" if k == "value" else k: v for k, v in entry.items()}
+        columns.pop("found")
+        for run_value in entry["found"] or [{}]:
+            row = {
+                k: run_value.get(k, "") for k in ("source", "torque_Nm", "value", "csv")
+            }
+            yield columns | row

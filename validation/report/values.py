@@ -100,11 +100,11 @@ def _listed(values: Sequence[float]) -> str:
 
 
 def _model_values(result: CaseResult, model: str) -> dict[str, Any]:
-    own = [each for each in result.verdicts if each.model == model]
-    outside = [each.metric for each in own if not each.within]
+    verdicts = [verdict for verdict in result.verdicts if verdict.model == model]
+    outside = [verdict.metric for verdict in verdicts if not verdict.within]
     return {
         "model": model,
-        "within": len(own) - len(outside),
+        "within": len(verdicts) - len(outside),
         "outside": len(outside),
         "outside_by_metric": {m: outside.count(m) for m in dict.fromkeys(outside)},
         "per_speed_s": result.per_speed_s(model),
@@ -128,12 +128,12 @@ def _metric_values(result: CaseResult, entry: Tolerance) -> dict[str, Any]:
 
 
 def _metric_of_model(result: CaseResult, metric: str, model: str) -> dict[str, Any]:
-    own = [v for v in result.verdicts if (v.metric, v.model) == (metric, model)]
+    verdicts = [v for v in result.verdicts if (v.metric, v.model) == (metric, model)]
     return {
         "model": model,
-        "within": sum(v.within for v in own),
-        "of": len(own),
-        "worst": worst(own).measured if own else math.nan,
+        "within": sum(v.within for v in verdicts),
+        "of": len(verdicts),
+        "worst": worst(verdicts).measured if verdicts else math.nan,
     }
 
 
@@ -209,12 +209,12 @@ def _file(run: Run, name: str, output: Path) -> str:
 
 def _printed_values(result: CaseResult, entry: Printed, output: Path) -> dict[str, Any]:
     """A printed value and the value of each run."""
-    found = []
+    run_values = []
     for run in result.judged if entry.figure else ():
         value, name = printed_figure(run, entry.figure or "", entry.value)
-        place = {"source": run.source, "torque_Nm": run.torque}
-        found.append(place | {"value": value, "csv": _file(run, name, output)})
-    return asdict(entry) | {"found": found}
+        run_entry = {"source": run.source, "torque_Nm": run.torque}
+        run_values.append(run_entry | {"value": value, "csv": _file(run, name, output)})
+    return asdict(entry) | {"found": run_values}
 
 
 def _run_values(run: Run, output: Path) -> dict[str, Any]:

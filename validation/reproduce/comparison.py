@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from validation.reproduce.parts import Value
-from validation.reproduce.readings import Results, read_found
+from validation.reproduce.readings import Results, read_values
 from validation.reproduce.references import ORIGINS, Reference
 from validation.study.printed import nearest
 
@@ -58,44 +58,52 @@ class ReferenceCheck:
     @property
     def verdict(self) -> str:
         """`1.2 % apart`, `0.16 rad apart, 5.1 % of 3.142 rad`, `not met`."""
-        given = self.reference
+        reference = self.reference
         if math.isnan(_as_point(self.computed)[0]):
             return "none found"
-        if given.bound:
+        if reference.bound:
             return "met" if self.is_met else "not met"
         if self.relative_error < EQUAL_RTOL:
             return "equal"
         percent = f"{100.0 * self.relative_error:.2g} %"
-        if given.scale is None:
+        if reference.scale is None:
             return f"{percent} apart"
-        gap = _shown(abs(self.difference), given.unit, 2)
-        return f"{gap} apart, {percent} of {_shown(self.scale, given.unit)}"
+        gap = _shown(abs(self.difference), reference.unit, 2)
+        return f"{gap} apart, {percent} of {_shown(self.scale, reference.unit)}"
 
     @property
     def line(self) -> str:
         """`jump down: computed 0.81, printed 0.8, 1.2 % apart: why`."""
-        given = self.reference
-        words = [ORIGINS[given.origin][0], given.bound, _shown(self.value, given.unit)]
-        if given.other_part is not None:
-            words = [*words[1 if given.bound else 0 :], f"of {given.other_part.part}"]
-        told = " ".join(filter(None, words))
-        why = f": {given.why}" if given.why else ""
+        reference = self.reference
+        terms = [
+            ORIGINS[reference.origin][0],
+            reference.bound,
+            _shown(self.value, reference.unit),
+        ]
+        if reference.other_part is not None:
+            terms = [
+                *terms[1 if reference.bound else 0 :],
+                f"of {reference.other_part.part}",
+            ]
+        reference_text = " ".join(filter(None, terms))
+        reason = f": {reference.reason}" if reference.reason else ""
         if math.isnan(_as_point(self.computed)[0]):
-            return f"{given.quantity}: {told}, none found{why}"
+            return f"{reference.quantity}: {reference_text}, none found{reason}"
         among = f" (nearest of {self.choices})" if self.choices > 1 else ""
-        computed = _shown(self.computed, given.unit)
+        computed = _shown(self.computed, reference.unit)
         return (
-            f"{given.quantity}: computed {computed}{among}, {told}, {self.verdict}{why}"
+            f"{reference.quantity}: computed {computed}{among}, {reference_text}, "
+            f"{self.verdict}{reason}"
         )
 
 
 def compare(reference: Reference, results: Results) -> ReferenceCheck:
     """A reference and what its part found."""
-    values = read_found(results, reference.part, reference.found)
+    values = read_values(results, reference.part, reference.value_name)
     value: Value = NONE
     if reference.other_part is not None:
-        other = read_found(
-            results, reference.other_part.part, reference.other_part.found
+        other = read_values(
+            results, reference.other_part.part, reference.other_part.value_name
         )
         value = _nearest(other, values[0]) if values and other else NONE
     elif reference.point is not None:
@@ -117,10 +125,12 @@ def _nearest(values: Sequence[Value], value: Value, far: bool = True) -> Value:
         return values[0]
     if far or isinstance(value, tuple):
         return min(
-            values, key=lambda each: math.dist(_as_point(each), _as_point(value))
+            values,
+            key=lambda candidate: math.dist(_as_point(candidate), _as_point(value)),
         )
     return nearest(
-        [float(each) for each in values if not isinstance(each, tuple)], value
+        [float(candidate) for candidate in values if not isinstance(candidate, tuple)],
+        value,
     )
 
 
@@ -129,9 +139,9 @@ def _as_point(value: Value) -> tuple[float, ...]:
 
 
 def _shown(value: Value, unit: str, digits: int = 4) -> str:
-    numbers = ", ".join(f"{each:.{digits}g}" for each in _as_point(value))
-    words = f"({numbers})" if isinstance(value, tuple) else numbers
-    return words if unit == "1" else f"{words} {unit}"
+    numbers = ", ".join(f"{coordinate:.{digits}g}" for coordinate in _as_point(value))
+    text = f"({numbers})" if isinstance(value, tuple) else numbers
+    return text if unit == "1" else f"{text} {unit}"
 
 
 def count_lines(compared: Iterable[ReferenceCheck]) -> list[dict[str, Any]]:
@@ -142,22 +152,22 @@ def count_lines(compared: Iterable[ReferenceCheck]) -> list[dict[str, Any]]:
     lines = list(compared)
     rows = []
     for origin, (_, meaning) in ORIGINS.items():
-        own = [each for each in lines if each.reference.origin == origin]
-        if not own:
+        checks = [check for check in lines if check.reference.origin == origin]
+        if not checks:
             continue
         within = {
             f"within_{100.0 * limit:g}_percent": sum(
-                e.relative_error <= limit for e in own
+                e.relative_error <= limit for e in checks
             )
             for limit in LIMITS
         }
-        beyond = [each for each in own if not each.relative_error <= LIMITS[-1]]
+        beyond = [check for check in checks if not check.relative_error <= LIMITS[-1]]
         rows.append(
-            {"origin": origin, "meaning": meaning, "lines": len(own)}
+            {"origin": origin, "meaning": meaning, "lines": len(checks)}
             | within
             | {
                 "beyond": len(beyond),
-                "with_a_reason": sum(bool(each.reference.why) for each in own),
+                "with_a_reason": sum(bool(check.reference.reason) for check in checks),
             }
         )
     return rows
@@ -165,9 +175,9 @@ def count_lines(compared: Iterable[ReferenceCheck]) -> list[dict[str, Any]]:
 
 def overview(compared: Sequence[ReferenceCheck]) -> Mapping[str, Any]:
     """The largest difference over its scale, and how many are not met or not found."""
-    apart = [each.relative_error for each in compared]
-    known = [value for value in apart if not math.isnan(value)]
+    errors = [check.relative_error for check in compared]
+    finite_errors = [value for value in errors if not math.isnan(value)]
     return {
-        "largest_apart_percent": 100.0 * max(known, default=NONE),
-        "not_met": len(apart) - len(known),
+        "largest_apart_percent": 100.0 * max(finite_errors, default=NONE),
+        "not_met": len(errors) - len(finite_errors),
     }

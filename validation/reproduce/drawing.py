@@ -76,9 +76,9 @@ def draw_figure(result: FigureResult) -> Figure:
     label = figure.y or QUANTITIES[figure.quantity][0]
     own_labels = {part.panel: part.y for part in figure.part if part.y}
     for axes, name in zip(every, names, strict=False):
-        own = [curve for curve in curves if _panel(figure, curve) == name]
-        cells = [curve for curve in own if curve.style == "cells"]
-        for curve in own:
+        panel_curves = [curve for curve in curves if _panel(figure, curve) == name]
+        cells = [curve for curve in panel_curves if curve.style == "cells"]
+        for curve in panel_curves:
             if curve.style != "cells":
                 _draw(axes, curve, _color(curve, labels), _look(curve, labels))
         axes.set_ylabel(own_labels.get(name, label))
@@ -89,7 +89,7 @@ def draw_figure(result: FigureResult) -> Figure:
                 _fill(axes, curve, size)
             _frame(axes, cells)
         elif not surface:
-            _scale(axes, own)
+            _scale(axes, panel_curves)
     for axes in every[len(names) :]:
         axes.set_visible(False)
     for axes in grid[-1]:
@@ -141,8 +141,8 @@ def _methods(labels: Sequence[str]) -> list[str]:
     methods = list(dict.fromkeys(method for method, _ in parts))
     values = {value for _, value in parts}
     every = {(method, value) for method in methods for value in values}
-    whole = len(methods) == 2 and len(values) > 1 and "" not in values
-    return methods if whole and every == set(parts) else []
+    is_comparison = len(methods) == 2 and len(values) > 1 and "" not in values
+    return methods if is_comparison and every == set(parts) else []
 
 
 def _look(curve: Curve, labels: Sequence[str]) -> dict[str, Any]:
@@ -236,30 +236,32 @@ def _handles(curves: Sequence[Curve], labels: Sequence[str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
     styles = dict.fromkeys(curve.style for curve in curves)
-    methods, found = _methods(labels), list[Any]()
+    methods, handles = _methods(labels), list[Any]()
     if methods and set(styles) <= DIRECTIONS.keys():
         return _handles_of_methods(curves, labels, methods)
     for label in labels:
         first = next(curve for curve in curves if _name(curve) == label)
-        own = first.style
-        look = LOOKS[own] | ({"ms": 6.0, "alpha": 1.0} if own == "points" else {})
-        found.append(Line2D([], [], color=_color(first, labels), label=label, **look))
-    words: dict[Style, str] = {}
+        line_style = first.style
+        look = LOOKS[line_style] | (
+            {"ms": 6.0, "alpha": 1.0} if line_style == "points" else {}
+        )
+        handles.append(Line2D([], [], color=_color(first, labels), label=label, **look))
+    meanings: dict[Style, str] = {}
     if {"line", "dashed"} <= styles.keys():
-        words |= {"line": "stable", "dashed": "unstable"}
+        meanings |= {"line": "stable", "dashed": "unstable"}
     if any(curve.label.endswith(_ending(curve.style)) for curve in curves):
-        words |= {"dots": "speed rises", "circles": "speed falls"}
-    found += [
+        meanings |= {"dots": "speed rises", "circles": "speed falls"}
+    handles += [
         Line2D([], [], color="black", label=word, **LOOKS[style])
-        for style, word in words.items()
+        for style, word in meanings.items()
         if style in styles
     ]
     if "pale" in styles:
         look = LOOKS["pale"] | {"ms": 6.0, "alpha": 0.4}
-        found.append(
+        handles.append(
             Line2D([], [], color="black", label="unstable closed form", **look)
         )
-    return [handle for handle in found if handle.get_label()]
+    return [handle for handle in handles if handle.get_label()]
 
 
 def _handles_of_methods(
@@ -268,15 +270,17 @@ def _handles_of_methods(
     """A color for each value, a mark or line for each method and direction."""
     from matplotlib.lines import Line2D
 
-    found: list[Any] = []
+    handles: list[Any] = []
     for curve in curves:
         method, value = _split(_name(curve))
-        if method == methods[0] and value not in [each.get_label() for each in found]:
+        if method == methods[0] and value not in [
+            handle.get_label() for handle in handles
+        ]:
             color = _color(curve, labels)
-            found.append(Line2D([], [], color=color, label=value, lw=3.0))
+            handles.append(Line2D([], [], color=color, label=value, lw=3.0))
     for method, looks in zip(methods, (LOOKS, AS_LINES), strict=True):
         style: Style
         for style, direction in (("dots", "rises"), ("circles", "falls")):
             label = f"{method}, speed {direction}"
-            found.append(Line2D([], [], color="black", label=label, **looks[style]))
-    return found
+            handles.append(Line2D([], [], color="black", label=label, **looks[style]))
+    return handles

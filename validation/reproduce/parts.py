@@ -131,11 +131,11 @@ class Curve:
 class PartResult:
     """What a part gave.
 
-    found : by name, all values of it in the unit of the figure, such as all folds
+    values : by name, all values of it in the unit of the figure, such as all folds
     """
 
     curves: tuple[Curve, ...]
-    found: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+    values: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
 
 
 Compute = Callable[[Any, Any, Progress], PartResult]  # of a part and its scene

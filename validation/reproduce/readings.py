@@ -17,56 +17,56 @@ CLOSE = 0.01
 LOW = 0.25  # of the height, above the least value: where contours are ellipses
 
 
-def read_found(results: Results, part: str, found: str) -> tuple[Value, ...]:
+def read_values(results: Results, part: str, name: str) -> tuple[Value, ...]:
     """All values of what a part finds, or what is read from its curves."""
     for pattern, read in (*FILTERS.items(), *READINGS.items()):
-        if match := re.fullmatch(pattern, found):
+        if match := re.fullmatch(pattern, name):
             return tuple(read(results, part, *match.groups()))
-    return results[part].found.get(found, ())
+    return results[part].values.get(name, ())
 
 
-def found_keys(found: str) -> tuple[str, str]:
+def required_names(name: str) -> tuple[str, str]:
     """What a part itself has to find, and the other part that is needed.
 
     Each is empty where it is not.
     """
     for pattern in FILTERS:
-        if match := re.fullmatch(pattern, found):
-            return found_keys(match["key"])
+        if match := re.fullmatch(pattern, name):
+            return required_names(match["key"])
     for pattern in READINGS:
-        if match := re.fullmatch(pattern, found):
+        if match := re.fullmatch(pattern, name):
             return "", match.groupdict().get("other", "")
-    return found, ""
+    return name, ""
 
 
 def _count(results: Results, part: str, key: str) -> Iterator[float]:
-    yield float(len(read_found(results, part, key)))
+    yield float(len(read_values(results, part, key)))
 
 
 def _between(
     results: Results, part: str, key: str, low: str, high: str
 ) -> Iterator[Value]:
-    for value in read_found(results, part, key):
+    for value in read_values(results, part, key):
         if not isinstance(value, tuple) and float(low) <= value <= float(high):
             yield value
 
 
 def _coordinate(results: Results, part: str, key: str, axis: str) -> Iterator[Value]:
-    for value in read_found(results, part, key):
+    for value in read_values(results, part, key):
         yield value[int(axis) - 1] if isinstance(value, tuple) else value
 
 
 def _value_at(results: Results, part: str, mesh: str, *at: str) -> Iterator[float]:
     """The largest of the values at the point nearest to a place."""
     points = _points(results[part], mesh)
-    place = [float(value) for value in at]
+    target = [float(value) for value in at]
     if points.size:
-        gap = np.linalg.norm(points[:, : len(place)] - place, axis=1)
-        yield float(points[gap <= gap.min() * (1.0 + 1e-9), len(place)].max())
+        gap = np.linalg.norm(points[:, : len(target)] - target, axis=1)
+        yield float(points[gap <= gap.min() * (1.0 + 1e-9), len(target)].max())
 
 
 def _extreme(
-    results: Results, part: str, what: str, mesh: str, name: str, low: str, high: str
+    results: Results, part: str, prefix: str, mesh: str, name: str, low: str, high: str
 ) -> Iterator[float]:
     """The largest or least value between two places of the x axis, or its place."""
     points = _points(results[part], mesh)
@@ -74,18 +74,18 @@ def _extreme(
     if inside.size:
         y = inside[:, 1]
         chosen = inside[y.argmax() if name == "largest" else y.argmin()]
-        yield float(chosen[0 if what else 1])
+        yield float(chosen[0 if prefix else 1])
 
 
 def _growth(
     results: Results, part: str, mesh: str, low: str, high: str, other: str
 ) -> Iterator[float]:
     """The largest value over that of another part."""
-    given = mesh, "largest", low, high
-    for own, second in zip(
-        *(_extreme(results, name, "", *given) for name in (part, other)), strict=False
+    reading = mesh, "largest", low, high
+    for first, second in zip(
+        *(_extreme(results, name, "", *reading) for name in (part, other)), strict=False
     ):
-        yield own / second
+        yield first / second
 
 
 def _crests(
@@ -111,31 +111,31 @@ def _share(results: Results, part: str, mesh: str, other: str) -> Iterator[float
 
     They do where the nearest one is within CLOSE of their largest value.
     """
-    own = _points(results[part], mesh)
+    marks = _points(results[part], mesh)
     lines = [c for c in results[other].curves if c.style == "line"]
     stretches = [np.array(c.points, float) for c in lines if c.mesh == int(mesh)]
-    if not (own.size and stretches):
+    if not (marks.size and stretches):
         return
     starts = np.concatenate([points[:-1] for points in stretches])
     ends = np.concatenate([points[1:] for points in stretches])
     close = 0
-    for x, y in own:
+    for x, y in marks:
         with np.errstate(invalid="ignore", divide="ignore"):
             along = (x - starts[:, 0]) / (ends[:, 0] - starts[:, 0])
         inside = (along >= 0.0) & (along <= 1.0)
         branch = starts[inside, 1]
         branch = branch + along[inside] * (ends[inside, 1] - branch)
-        close += bool((np.abs(branch - y) <= CLOSE * own[:, 1].max()).any())
-    yield close / len(own)
+        close += bool((np.abs(branch - y) <= CLOSE * marks[:, 1].max()).any())
+    yield close / len(marks)
 
 
 def _ratio(results: Results, part: str, mesh: str, other: str) -> Iterator[float]:
     """Largest ratio of the values of two surfaces over the same points."""
-    (x, y, own), (x2, y2, second) = (
+    (x, y, first), (x2, y2, second) = (
         _surface(results[name], mesh) for name in (part, other)
     )
     if x.shape == x2.shape and np.allclose(x, x2) and np.allclose(y, y2):
-        yield float(np.nanmax(own / second))
+        yield float(np.nanmax(first / second))
 
 
 def _axis(results: Results, part: str, mesh: str) -> Iterator[float]:
@@ -159,10 +159,10 @@ def _turn(
     results: Results, part: str, mesh: str, second: str, other: str
 ) -> Iterator[float]:
     """Angle of a long axis against another one [deg]."""
-    for own, reference in zip(
+    for angle, reference in zip(
         _axis(results, part, mesh), _axis(results, other, second), strict=False
     ):
-        yield _half_turn(own - reference)
+        yield _half_turn(angle - reference)
 
 
 def _half_turn(angle: float) -> float:
@@ -172,8 +172,8 @@ def _half_turn(angle: float) -> float:
 
 def _points(result: PartResult, mesh: str) -> Array:
     """All points, (n, 2) or (n, 3), of the curves of a mesh."""
-    own = _of_mesh(result.curves, mesh)
-    points = np.array([point for curve in own for point in curve.points], float)
+    mesh_curves = _of_mesh(result.curves, mesh)
+    points = np.array([point for curve in mesh_curves for point in curve.points], float)
     points = points.reshape(-1, points.shape[-1] if points.size else 2)
     return points[~np.isnan(points).any(axis=1)]
 

@@ -29,7 +29,7 @@ class OtherPart:
     __pydantic_config__ = STRICT
 
     part: Text
-    found: Text
+    value_name: Text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,8 +42,8 @@ class Reference:
     bound : it is the largest or the least value that agrees, equal ones not
     scale : to which differences are relative if its own size means nothing: of angles,
         places on an axis, and 0
-    part, found : name of a part and of what it finds; of several values the nearest
-    why : it does not agree, where it does not
+    part, value_name : name of a part and of its value; of several values the nearest
+    reason : why it does not agree, where it does not
     """
 
     __pydantic_config__ = STRICT
@@ -58,19 +58,19 @@ class Reference:
     bound: Literal["", "below", "above"] = ""
     scale: Positive | None = None
     part: Text
-    found: Annotated[str, Field(min_length=1)]
-    why: str = ""
+    value_name: Annotated[str, Field(min_length=1)]
+    reason: str = ""
 
     def __post_init__(self) -> None:
-        given = [
-            each
-            for each in (self.value, self.point, self.other_part)
-            if each is not None
+        targets = [
+            target
+            for target in (self.value, self.point, self.other_part)
+            if target is not None
         ]
-        if len(given) != 1:
-            raise ValueError("one of value, point and beside is needed")
+        if len(targets) != 1:
+            raise ValueError("one of value, point and other_part is needed")
         if (self.other_part is not None) != (self.origin == "method"):
-            raise ValueError("origin method and beside belong together")
+            raise ValueError("origin method and other_part belong together")
         size = self.value if self.other_part is None and self.point is None else 1.0
         if not (size or self.scale or self.bound):
             raise ValueError("scale is missing, for the value is 0")

@@ -23,14 +23,14 @@ def report_values(
 
     commands : by the number of a figure what makes it again, by "" what makes all
     """
-    machines = {run.machine: None for each in results for run in each.runs}
+    machines = {run.machine: None for result in results for run in result.runs}
     return {
         "command": commands[""],
         "about": {**dict(provenance()), "computed on": "; ".join(machines)},
-        "counts": count_lines(each for result in results for each in result.compared),
+        "counts": count_lines(check for result in results for check in result.compared),
         "figures": [
-            figure_values(each, output) | {"command": commands[each.figure.number]}
-            for each in results
+            figure_values(result, output) | {"command": commands[result.figure.number]}
+            for result in results
         ],
     }
 
@@ -46,26 +46,26 @@ def figure_values(result: FigureResult, output: Path) -> dict[str, Any]:
         "seconds": result.seconds,
         "csv": f"tables/{figure.number}.csv",
         **overview(compared),
-        "printed": [_compared_values(each) for each in compared],
+        "printed": [_compared_values(check) for check in compared],
         "parts": [_part_values(run, output) for run in result.runs],
     }
 
 
 def _compared_values(compared: ReferenceCheck) -> dict[str, Any]:
-    given = compared.reference
+    reference = compared.reference
     return {
-        "quantity": given.quantity,
-        "unit": given.unit,
-        "origin": given.origin,
-        "where": given.where,
-        "bound": given.bound,
+        "quantity": reference.quantity,
+        "unit": reference.unit,
+        "origin": reference.origin,
+        "where": reference.where,
+        "bound": reference.bound,
         "reference": compared.value,
         "computed": compared.computed,
         "difference": compared.difference,
         "scale": compared.scale,
         "apart_percent": 100.0 * compared.relative_error,
         "verdict": compared.verdict,
-        "why": given.why,
+        "why": reference.reason,
         "line": compared.line,
     }
 
@@ -79,7 +79,7 @@ def _part_values(run: PartRun, output: Path) -> dict[str, Any]:
         "commands": list(run.commands),
         "no_command": run.no_command,
         "directory": run.directory.relative_to(output).as_posix(),
-        "found": {name: list(values) for name, values in run.result.found.items()},
+        "found": {name: list(values) for name, values in run.result.values.items()},
     }
 
 

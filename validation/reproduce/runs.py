@@ -91,11 +91,11 @@ class FigureResult:
     def compared(self) -> tuple[ReferenceCheck, ...]:
         """Every reference and what its part found."""
         results = {run.part.own_name: run.result for run in self.runs}
-        return tuple(compare(each, results) for each in self.figure.printed)
+        return tuple(compare(reference, results) for reference in self.figure.printed)
 
 
-def _joined(*words: str) -> str:
-    return ", ".join(filter(None, words))
+def _joined(*texts: str) -> str:
+    return ", ".join(filter(None, texts))
 
 
 def run_figure(
@@ -111,14 +111,14 @@ def run_figure(
 
     def of(place: int) -> Progress:
         count = len(figure.part)
-        return lambda what, done, total: report(
-            f"{figure.number} ({place} of {count}): {what}", done, total
+        return lambda stage, done, total: report(
+            f"{figure.number} ({place} of {count}): {stage}", done, total
         )
 
     return FigureResult(
         figure,
         tuple(
-            _found_or_made(part, figure.scene(part), store, of(place))
+            _read_or_compute(part, figure.scene(part), store, of(place))
             for place, part in enumerate(figure.part, start=1)
         ),
     )
@@ -137,12 +137,12 @@ def inputs_of(part: Part, scene: AnyScene) -> dict[str, str]:
 
 def find_figure(figure: SourceFigure, store: Path) -> FigureResult | None:
     """A figure of which the store holds every part, None if one is missing."""
-    found = [_kept(part, figure.scene(part), store)[2] for part in figure.part]
-    runs = tuple(run for run in found if run is not None)
-    return FigureResult(figure, runs) if len(runs) == len(found) else None
+    stored = [_read_stored(part, figure.scene(part), store)[2] for part in figure.part]
+    runs = tuple(run for run in stored if run is not None)
+    return FigureResult(figure, runs) if len(runs) == len(stored) else None
 
 
-def _kept(
+def _read_stored(
     part: Part, scene: AnyScene, store: Path
 ) -> tuple[Path, dict[str, str], PartRun | None]:
     """Directory of a part, its inputs, and the stored result."""
@@ -151,12 +151,12 @@ def _kept(
     return directory, inputs, _read(part, scene, directory, inputs, reused=True)
 
 
-def _found_or_made(
+def _read_or_compute(
     part: Part, scene: AnyScene, store: Path, report: Progress
 ) -> PartRun:
-    directory, inputs, found = _kept(part, scene, store)
-    if found is not None:
-        return found
+    directory, inputs, stored = _read_stored(part, scene, store)
+    if stored is not None:
+        return stored
     begin_run(make_directory(directory), inputs, (CURVES,))
     begin = time.perf_counter()
     result = COMPUTE[type(part)](part, scene, report)
@@ -164,16 +164,16 @@ def _found_or_made(
         "seconds": time.perf_counter() - begin,
         "machine": machine(),
         "commands": [
-            shlex.join(("fegear", *words)) for words in commands_of(part, scene)
+            shlex.join(("fegear", *argv)) for argv in commands_of(part, scene)
         ],
-        "found": {name: list(found) for name, found in result.found.items()},
+        "found": {name: list(quantity) for name, quantity in result.values.items()},
     }
     texts = {CURVES: curves_csv(result.curves)}
     write_texts(directory, with_digests(inputs, texts, values))
-    made = _read(part, scene, directory, inputs, reused=False)
-    if made is None:
+    computed = _read(part, scene, directory, inputs, reused=False)
+    if computed is None:
         raise InputError(f"{directory}: was changed while it was made; run again")
-    return made
+    return computed
 
 
 def commands_of(part: Part, scene: AnyScene) -> list[Sequence[str]]:
@@ -181,8 +181,8 @@ def commands_of(part: Part, scene: AnyScene) -> list[Sequence[str]]:
 
     The last command does, those before it make the mesh tables that it reads.
     """
-    words = () if scene.no_commands else part.command(scene)
-    return [*scene.table_commands(), words] if words else []
+    argv = () if scene.no_commands else part.command(scene)
+    return [*scene.table_commands(), argv] if argv else []
 
 
 def _read(
@@ -196,9 +196,9 @@ def _read(
     if texts is None:
         return None
     values: dict[str, Any] = json.loads(texts[RESULT])
-    found = {
-        name: tuple(tuple(v) if isinstance(v, list) else v for v in each)
-        for name, each in values["found"].items()
+    quantities = {
+        name: tuple(tuple(v) if isinstance(v, list) else v for v in entries)
+        for name, entries in values["found"].items()
     }
     commands = tuple(values["commands"])
     return PartRun(
@@ -209,7 +209,7 @@ def _read(
         machine=values["machine"],
         commands=commands,
         no_command="" if commands else scene.no_commands or part.no_command,
-        result=PartResult(read_curves(texts[CURVES]), found),
+        result=PartResult(read_curves(texts[CURVES]), quantities),
     )
 
 
@@ -225,7 +225,7 @@ def curves_csv(curves: Sequence[Curve], columns: Sequence[str] = COLUMNS) -> str
 
 def read_curves(text: str) -> tuple[Curve, ...]:
     rows = parse_csv(text, CURVES).rows.values()
-    found = []
+    curves = []
     for start, group in groupby(rows, lambda row: tuple(row[:4])):
         mesh, panel, label, style = start
         count = 3 if style == "surface" else 2
@@ -233,5 +233,5 @@ def read_curves(text: str) -> tuple[Curve, ...]:
             tuple(float(cell) if cell else math.nan for cell in row[4 : 4 + count])
             for row in group
         )
-        found.append(Curve(style, points, int(mesh), panel, label))
-    return tuple(found)
+        curves.append(Curve(style, points, int(mesh), panel, label))
+    return tuple(curves)

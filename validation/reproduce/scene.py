@@ -73,17 +73,21 @@ class Scene:
         delay or lead of mesh 2, or another contact ratio of mesh 1, see
         `with_contact_ratio`.
         """
-        given = dict(values)
-        teeth = OF_TEETH.keys() & given.keys()
-        own: dict[str, Any] = {OF_TEETH[key]: given.pop(key) for key in teeth}
-        edits = {k: int(v) if v.is_integer() else v for k, v in given.items()}
+        parameters = dict(values)
+        teeth = OF_TEETH.keys() & parameters.keys()
+        tooth_fields: dict[str, Any] = {
+            OF_TEETH[key]: parameters.pop(key) for key in teeth
+        }
+        edits = {k: int(v) if v.is_integer() else v for k, v in parameters.items()}
         delay = edits.pop(DELAY, self.delay)
         if LEAD in edits:
             delay = -edits.pop(LEAD)
         if CONTACT_RATIO in edits:
             ratio = float(edits.pop(CONTACT_RATIO))
             edits |= self.with_contact_ratio(ratio)
-        return replace(self, overrides={**self.overrides, **edits}, delay=delay, **own)
+        return replace(
+            self, overrides={**self.overrides, **edits}, delay=delay, **tooth_fields
+        )
 
     def with_contact_ratio(self, ratio: float) -> dict[str, float]:
         """The tip of the driver that ends the path of mesh 1 there; its start stays."""
@@ -125,8 +129,8 @@ class Scene:
 
     @cached_property
     def system(self) -> LumpedSystem:
-        own = excitations_of(self.source) if self.stored is None else None
-        return lumped_system(self.gear_set, self.torque, self.model, own)
+        excitations = excitations_of(self.source) if self.stored is None else None
+        return lumped_system(self.gear_set, self.torque, self.model, excitations)
 
     def _few_harmonics(self) -> GivenTables:
         """Tables of the finite elements' stiffness of which few harmonics are left."""
@@ -148,7 +152,7 @@ class Scene:
         """
         system = self.system
         energy = system.modes.mesh_energy[:, system.moving].sum(axis=0)
-        return [int(place) for place in np.flatnonzero(energy >= STRAINED)]
+        return [int(index) for index in np.flatnonzero(energy >= STRAINED)]
 
     def place_of(self, mode: int) -> int:
         """Place of a mode among those that move."""
@@ -186,27 +190,27 @@ class Scene:
     def argv(self) -> list[str]:
         """Words of a command of lumped models: what those of finite elements have, and
         the model."""
-        found = [*self.element_words, "--model", str(self.number)]
+        argv = [*self.element_words, "--model", str(self.number)]
         if self.source.relief_stiffness != "own" and not self.needs_tables:
-            found += ["--relief-stiffness", self.source.relief_stiffness]
-        return found
+            argv += ["--relief-stiffness", self.source.relief_stiffness]
+        return argv
 
     @property
     def element_words(self) -> list[str]:
         """Words of a command: the gear set, the excitation and the edits."""
         source = self.source
-        found = [self.set_name, "--torque", f"{self.torque:g}"]
-        found += [] if source.kind == "fe" else ["--excitation", source.kind]
+        argv = [self.set_name, "--torque", f"{self.torque:g}"]
+        argv += [] if source.kind == "fe" else ["--excitation", source.kind]
         if self.needs_tables:
-            found += [word for path in self._tables for word in ("--table", path)]
-        return found + self.train_words
+            argv += [word for path in self._tables for word in ("--table", path)]
+        return argv + self.train_words
 
     def friction_words(self, over: Container[str] = ()) -> list[str]:
         """Words of a command that takes friction of the teeth, without what varies."""
         if FRICTION in over:
             return [] if BENDING in over else self.bending_words
-        found = self.coefficient_words
-        return found + self.bending_words if found and BENDING not in over else found
+        argv = self.coefficient_words
+        return argv + self.bending_words if argv and BENDING not in over else argv
 
     @property
     def coefficient_words(self) -> list[str]:
@@ -244,15 +248,22 @@ class Scene:
         torques = mesh_torques_at(self.gear_set, self.torque)
         for mesh, torque in zip(self.meshes, torques, strict=True):
             at = ["--mesh", str(mesh), "--torque", f"{torque:.9g}"]
-            how = ["--positions", str(self.source.positions), "--no-corner-contact"]
-            yield ["stiffness", self.set_name, *at, *how, "-o", self._tables[mesh - 1]]
+            options = ["--positions", str(self.source.positions), "--no-corner-contact"]
+            yield [
+                "stiffness",
+                self.set_name,
+                *at,
+                *options,
+                "-o",
+                self._tables[mesh - 1],
+            ]
 
     @property
     def train_words(self) -> list[str]:
         """Words of the train alone, without its gear set."""
         edits = (f"{key}={value}" for key, value in self.edits.items())
-        found = [word for edit in edits for word in ("--set", edit)]
-        return ["--translations", *found] if self.translations else found
+        options = [word for edit in edits for word in ("--set", edit)]
+        return ["--translations", *options] if self.translations else options
 
 
 @dataclass(frozen=True)
@@ -281,13 +292,15 @@ def scene_of(part: Part, figure: TrainOverrides, **others: Any) -> Scene:
     others : fields of the scene that are the figure's alone
     """
     values = {
-        each.name: _latest((figure, part), each.name)
-        for each in fields(TrainOverrides)
-        if each.name != "edits"
+        setting.name: _latest((figure, part), setting.name)
+        for setting in fields(TrainOverrides)
+        if setting.name != "edits"
     }
     kind: Kind = values["excitation"] or "fe"
-    kept = values["wave_harmonics"]
-    fourier = {"harmonics": kept} if kind == "fourier" and kept else {}
+    harmonic_count = values["wave_harmonics"]
+    fourier = (
+        {"harmonics": harmonic_count} if kind == "fourier" and harmonic_count else {}
+    )
     edits = edits_by_key((*figure.edits, *part.edits))
     # the source takes stiffnesses from teeth without relief
     relieved = kind == "fe" and any("_relief" in key for key in edits)
@@ -301,7 +314,7 @@ def scene_of(part: Part, figure: TrainOverrides, **others: Any) -> Scene:
             **fourier,
         ),
         delay=values["delay_rad"],
-        stored=kept if kind == "fe" else None,
+        stored=harmonic_count if kind == "fe" else None,
         number=values["model"] or 1,
         translations=bool(values["translations"]),
         friction=values["friction"] or 0.0,
@@ -311,5 +324,5 @@ def scene_of(part: Part, figure: TrainOverrides, **others: Any) -> Scene:
 
 
 def _latest(trains: Sequence[TrainOverrides], name: str) -> Any:
-    given = [getattr(train, name) for train in trains]
-    return next((value for value in reversed(given) if value is not None), None)
+    settings = [getattr(train, name) for train in trains]
+    return next((value for value in reversed(settings) if value is not None), None)

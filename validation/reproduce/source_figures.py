@@ -19,7 +19,7 @@ from fegear.gearset.problems import nearest
 from validation.reproduce.computations.kinds import KINDS, AnyPart
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Part, Quantity, TrainOverrides
-from validation.reproduce.readings import found_keys
+from validation.reproduce.readings import required_names
 from validation.reproduce.references import Reference
 from validation.reproduce.scene import NoScene, Scene, scene_of
 from validation.study.data_files import STRICT, DataFile, Flag, Text, edits_by_key
@@ -103,24 +103,24 @@ def figure_numbers() -> tuple[str, ...]:
 def _place(number: str) -> tuple[int, int, int, str]:
     """Tables come before the figures of their chapter, sources one after another."""
     if short := SHORT.fullmatch(number):
-        source, own, letter = short.groups()
-        return ORDER.index(source), 0, int(own), letter
-    found = NUMBER.fullmatch(number)
-    if found is None:
+        source, index, letter = short.groups()
+        return ORDER.index(source), 0, int(index), letter
+    match = NUMBER.fullmatch(number)
+    if match is None:
         file = FOLDER / f"{number}.toml"
         raise InputError(f"{file}: must be named after its figure, such as 3.6.toml")
-    source, table, chapter, own, letter = found.groups("")
-    place = int(own) - 1000 * bool(table)
-    return ORDER.index(source), int(chapter), place, letter
+    source, table, chapter, index, letter = match.groups("")
+    rank = int(index) - 1000 * bool(table)
+    return ORDER.index(source), int(chapter), rank, letter
 
 
 @cache
 def load_figure(number: str) -> SourceFigure:
     """Raises InputError if there is none, or if its file holds another one."""
-    known = figure_numbers()
-    if number not in known:
+    numbers = figure_numbers()
+    if number not in numbers:
         raise InputError(
-            f"figure = {number}; no such figure{nearest(number, known)} "
+            f"figure = {number}; no such figure{nearest(number, numbers)} "
             "(fegear reproduce --list names all)"
         )
     file = FOLDER / f"{number}.toml"
@@ -140,7 +140,7 @@ class OmittedFigure:
 
     numbers: Text
     title: Text
-    why: Text
+    reason: Text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,12 +166,17 @@ def read_figure(text: str, source: str = "figure") -> SourceFigure:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{source}: part {name} is there twice; name both")
-    for number, given in enumerate(figure.printed, start=1):
-        place = f"{source}: printed {number}"
-        _require_found(figure, given.part, given.found, place)
-        if given.other_part is not None:
-            other = f"{place} beside"
-            _require_found(figure, given.other_part.part, given.other_part.found, other)
+    for number, reference in enumerate(figure.printed, start=1):
+        context = f"{source}: printed {number}"
+        _require_value(figure, reference.part, reference.value_name, context)
+        if reference.other_part is not None:
+            other_context = f"{context} other_part"
+            _require_value(
+                figure,
+                reference.other_part.part,
+                reference.other_part.value_name,
+                other_context,
+            )
     return figure
 
 
@@ -189,11 +194,11 @@ def _require_one_subject(figure: SourceFigure, source: str) -> None:
         if part.of_machine != bool(figure.machine):
             of = "machine" if part.of_machine else "gear_set"
             raise InputError(f"{source}: part {part.own_name} needs a {of}")
-    for each in () if figure.gear_set else (figure, *figure.part):
-        for own in fields(TrainOverrides):
-            if own.name != "edits" and getattr(each, own.name) is not None:
+    for train in () if figure.gear_set else (figure, *figure.part):
+        for setting in fields(TrainOverrides):
+            if setting.name != "edits" and getattr(train, setting.name) is not None:
                 raise InputError(
-                    f"{source}: {own.name} is of trains, not of {_of(figure)}"
+                    f"{source}: {setting.name} is of trains, not of {_of(figure)}"
                 )
 
 
@@ -201,14 +206,18 @@ def _of(figure: SourceFigure) -> str:
     return "machines" if figure.machine else "equations"
 
 
-def _require_found(figure: SourceFigure, part: str, found: str, place: str) -> None:
+def _require_value(
+    figure: SourceFigure, part: str, value_name: str, context: str
+) -> None:
     """The name of something that a part of the figure finds, or a reading."""
-    parts, (key, other) = figure.parts, found_keys(found)
+    parts, (key, other) = figure.parts, required_names(value_name)
     for name in filter(None, (part, other)):
         if name not in parts:
             raise InputError(
-                f"{place}, part = {name}; must be one of {', '.join(parts)}"
+                f"{context}, part = {name}; must be one of {', '.join(parts)}"
             )
     keys = parts[part].keys
-    if key and not any(re.fullmatch(each, key) for each in keys):
-        raise InputError(f"{place}, found = {key}; must fit one of {', '.join(keys)}")
+    if key and not any(re.fullmatch(pattern, key) for pattern in keys):
+        raise InputError(
+            f"{context}, value_name = {key}; must fit one of {', '.join(keys)}"
+        )

@@ -201,15 +201,17 @@ def coupled_fold() -> Trials:
     _, system = system_of(LOOSE)
     # from far below on: from rest near the fold the motion may rise at once
     speeds = np.r_[2400.0:2690.0:50.0, 2690.0:2760.0:2.0]
-    found = []
+    speeds_of_jump = []
     for steps in (64, 256):
         rms = sweep(system, speeds, "up", Settings(steps=steps)).column("dte_rms")
         rise = np.diff(np.log(rms[:, 0]))
-        found.append(float(speeds[rise.argmax()]) if rise.max() > 0.3 else math.nan)
-    value = abs(found[1] / found[0] - 1.0)
+        speeds_of_jump.append(
+            float(speeds[rise.argmax()]) if rise.max() > 0.3 else math.nan
+        )
+    value = abs(speeds_of_jump[1] / speeds_of_jump[0] - 1.0)
     yield Trial("coupled, fold", "its speed on finer steps", value, 3e-3)
     for beside in (-4.0, 4.0):
-        value = disagreement(system, found[0] + beside)
+        value = disagreement(system, speeds_of_jump[0] + beside)
         yield Trial(f"coupled, {beside:+g} Hz from a fold", FINER, value, 5e-3)
 
 
@@ -246,9 +248,9 @@ def coupled_energy() -> Trials:
         yield Trial(name, "of 20 undamped periods", value, bound)
 
 
-def _standing(found: CoupledContacts) -> CoupledContacts:
+def _standing(coupled: CoupledContacts) -> CoupledContacts:
     """Contacts with all positions equal to the first."""
-    contacts = found.contacts
+    contacts = coupled.contacts
 
     def first(table: Array) -> Array:
         return np.repeat(table[:, :1], table.shape[1], axis=1)
@@ -260,8 +262,8 @@ def _standing(found: CoupledContacts) -> CoupledContacts:
         normal_compliance=np.tile(compliance[:1], (len(compliance), 1, 1)),
     )
     return replace(
-        found,
+        coupled,
         contacts=still,
-        rows=first(found.rows),
-        inertia_rows=first(found.inertia_rows),
+        rows=first(coupled.rows),
+        inertia_rows=first(coupled.inertia_rows),
     )

@@ -79,8 +79,8 @@ class Idler:
         return LumpedSystem(
             train,
             tuple(
-                analytic_excitation(each, 1, (), harmonics=self.harmonics)
-                for each in figures
+                analytic_excitation(stiffness, 1, (), harmonics=self.harmonics)
+                for stiffness in figures
             ),
         )
 
@@ -174,8 +174,8 @@ def backlash() -> Trials:
 def torque() -> Trials:
     expected = response(1600.0).dte_rms
     for size in (1e-6, 1.0, 1e4):
-        found = response(1600.0, torque=size).dte_rms
-        value = _relative(found * 100.0 / size, expected)
+        rms = response(1600.0, torque=size).dte_rms
+        value = _relative(rms * 100.0 / size, expected)
         yield Trial(f"torque {size:g} N m", "response scales with torque", value, 1e-6)
     rest = float(response(1600.0, torque=0.0).dte_rms.max())
     yield Trial("torque 0, teeth just touching", "stays at rest [m]", rest, 0.0)
@@ -213,8 +213,8 @@ def steps() -> Trials:
     exactly = Settings(step_angle=2.0, tolerance=1e-8, max_periods=20_000)
     for count, bound in ((20, 2e-2), (64, 1e-3), (200, 1e-4), (2000, 1e-6)):
         settings = replace(exactly, steps=count)
-        found = respond(system, 1250.0, settings)
-        value = _relative(found.dte_rms, exact.dte_rms)
+        steady = respond(system, 1250.0, settings)
+        value = _relative(steady.dte_rms, exact.dte_rms)
         yield Trial(f"{count} steps per period", "RMS against dopri5", value, bound)
 
 
@@ -286,13 +286,13 @@ def speeds_far_off() -> Trials:
 def _quasi_static_rms() -> Array:
     """RMS of T / (r k) for the rectangular waves."""
     force = 100.0 / RADII[0]
-    found = []
+    rms_values = []
     for mean, variation, c in zip(MEANS, VARIATIONS, RATIOS, strict=True):
         part = c - 1.0
         low = force / (mean * (1.0 + variation * (1.0 - part)))
         high = force / (mean * (1.0 - variation * part))
-        found.append((high - low) * math.sqrt(part * (1.0 - part)))
-    return np.array(found)
+        rms_values.append((high - low) * math.sqrt(part * (1.0 - part)))
+    return np.array(rms_values)
 
 
 @trial
@@ -369,7 +369,7 @@ def bad_numbers() -> Trials:
         MeshExcitation((PairExcitation(constant(-mean), constant(0.0)),), mean)
         for mean in means
     )
-    found = respond(LumpedSystem(healthy.train, explosive), 1600.0)
-    plausible = found.status != "diverged" or np.isfinite(found.dte_rms).any()
+    runaway = respond(LumpedSystem(healthy.train, explosive), 1600.0)
+    plausible = runaway.status != "diverged" or np.isfinite(runaway.dte_rms).any()
     promise = "called diverged (0), figures NaN"
     yield Trial("negative stiffness, runaway", promise, float(plausible), 0.0)

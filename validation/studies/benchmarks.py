@@ -98,8 +98,8 @@ class OneBenchmark:
         yield Task(self.subject, self._measured)
 
     def _measured(self, job: Job) -> BenchmarkResult | None:
-        found = self.measured(interrupted_by(job))
-        return BenchmarkResult(self, found) if found.tables[POINTS] else None
+        benchmark = self.measured(interrupted_by(job))
+        return BenchmarkResult(self, benchmark) if benchmark.tables[POINTS] else None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -243,17 +243,17 @@ class StressTestResult(StudyResult):
     trials: tuple[Trial, ...]
 
     @property
-    def kept(self) -> int:
+    def passed_count(self) -> int:
         return sum(trial.passed for trial in self.trials)
 
     @property
     def complete(self) -> bool:
-        return self.kept == len(self.trials)
+        return self.passed_count == len(self.trials)
 
     @property
     def failure(self) -> str:
         count = len(self.trials)
-        return f"{count - self.kept} of {count} promises are not kept"
+        return f"{count - self.passed_count} of {count} promises are not kept"
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -268,7 +268,7 @@ class StressTestResult(StudyResult):
         yield RowTable(
             self.summary["trials"], STRESS_COLUMNS, text_columns=("attempt", "promise")
         )
-        yield f"{self.kept} of {len(self.trials)} promises kept"
+        yield f"{self.passed_count} of {len(self.trials)} promises kept"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -357,24 +357,26 @@ class AllBenchmarks(
 
     @property
     def files(self) -> Sequence[str]:
-        own = [name for each in self.benchmarks for name in each.files]
-        return ["index.html", "bench.json", *own]
+        names = [name for benchmark in self.benchmarks for name in benchmark.files]
+        return ["index.html", "bench.json", *names]
 
     def tasks(self) -> Iterator[Task]:
         yield Task("all", self._all)
 
     def _all(self, job: Job) -> AllBenchmarksResult | None:
         report, measured = interrupted_by(job), list[Benchmark]()
-        for each in self.benchmarks:
-            measured.append(each.measured(partial(_of, report, each.subject)))
+        for benchmark in self.benchmarks:
+            measured.append(benchmark.measured(partial(_of, report, benchmark.subject)))
             if measured[-1].interrupted:
                 break
-        with_points = tuple(each for each in measured if each.tables[POINTS])
+        with_points = tuple(
+            benchmark for benchmark in measured if benchmark.tables[POINTS]
+        )
         return AllBenchmarksResult(self, with_points) if with_points else None
 
 
-def _of(report: Progress, subject: str, what: str, done: int, total: int) -> None:
-    report(f"{subject}: {what}", done, total)
+def _of(report: Progress, subject: str, stage: str, done: int, total: int) -> None:
+    report(f"{subject}: {stage}", done, total)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -391,16 +393,16 @@ class AllBenchmarksResult(StudyResult):
 
     @property
     def summary(self) -> dict[str, Any]:
-        return {each.name: each.values for each in self.measured}
+        return {benchmark.name: benchmark.values for benchmark in self.measured}
 
     def write(self, path: str | Path) -> None:
         """Write the page, its tables and figures into a directory."""
         output = Path(path)
-        for each in self.measured:
-            write_benchmark(each, output)
+        for benchmark in self.measured:
+            write_benchmark(benchmark, output)
         write_text(output / "bench.json", strict_json(self.summary))
         command = shlex.join(["fegear", "bench", "all", "-o", str(path)])
         write_page(self.measured, output, command)
 
     def page(self) -> Page:
-        yield f"measured: {', '.join(each.name for each in self.measured)}"
+        yield f"measured: {', '.join(benchmark.name for benchmark in self.measured)}"

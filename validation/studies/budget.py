@@ -121,9 +121,13 @@ class AblationResult(StudyResult):
         """A row for every quantity and model."""
         names = "quantity", "unit", "model", "places", "largest_error", "brought"
         rows = [
-            (each["quantity"], each["unit"], *(model[name] for name in names[2:]))
-            for each in self.summary["quantities"]
-            for model in each["models"]
+            (
+                quantity["quantity"],
+                quantity["unit"],
+                *(model[name] for name in names[2:]),
+            )
+            for quantity in self.summary["quantities"]
+            for model in quantity["models"]
         ]
         header = {
             "gear set": self.study.gears.name,
@@ -153,11 +157,12 @@ class AblationResult(StudyResult):
         values = self.summary
         columns = {}
         for i, model in enumerate(values["models"]):
-            cells = [_cell(each["models"][i]) for each in values["quantities"]]
+            cells = [_cell(quantity["models"][i]) for quantity in values["quantities"]]
             cells += [str(model["unmatched"]), number(1e3 * model["per_speed_s"], 2)]
             columns[model["model"].replace(" ", "\n")] = cells
         labels = [
-            f"{each['quantity']} [{each['unit']}]" for each in values["quantities"]
+            f"{quantity['quantity']} [{quantity['unit']}]"
+            for quantity in values["quantities"]
         ]
         labels += ["peaks, jumps unmatched", "cost [ms a speed]"]
         yield ColumnTable(labels, columns, CORNER, self._title)

@@ -92,8 +92,8 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
     def _compared(self, job: Job) -> ClosedFormsResult:
         settings = StaticsSettings(plane=self.elements.plane, estimate_error=False)
         mesh = mesh_index(self.gears, self.mesh)
-        found = compare_mesh(self.gears, mesh, self.load, settings)
-        return ClosedFormsResult(self, found)
+        comparison = compare_mesh(self.gears, mesh, self.load, settings)
+        return ClosedFormsResult(self, comparison)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

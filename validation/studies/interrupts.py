@@ -10,9 +10,9 @@ from lumped.common.workers import Stopped
 def interrupted_by(job: Job) -> Progress:
     """Progress of a task that raises KeyboardInterrupt where the run is to end."""
 
-    def report(what: str, done: int, total: int) -> None:
+    def report(stage: str, done: int, total: int) -> None:
         try:
-            job.report(what, done, total)
+            job.report(stage, done, total)
         except Stopped:
             raise KeyboardInterrupt from None
 

@@ -99,10 +99,10 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         if self.listed:
             yield Task("list", self._list)
             return
-        chosen, place = self.chosen, Path(self.directory)
-        store = make_directory(make_directory(place) / "runs")
+        chosen, output = self.chosen, Path(self.directory)
+        store = make_directory(make_directory(output) / "runs")
         for name in WRITTEN:
-            require_writable(place / name)
+            require_writable(output / name)
         yield Task("figures", partial(self._made, chosen, store))
 
     def _list(self, job: Job) -> FigureList:
@@ -111,8 +111,8 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
     def _made(
         self, chosen: Sequence[str], store: Path, job: Job
     ) -> ReproductionResult | None:
-        report, place = interrupted_by(job), Path(self.directory)
-        earlier = [n for n in numbers_of(place / REPORT) if n not in chosen]
+        report, output = interrupted_by(job), Path(self.directory)
+        earlier = [n for n in numbers_of(output / REPORT) if n not in chosen]
         results: list[FigureResult] = []
         try:
             for number in chosen:
@@ -123,9 +123,9 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
                 return None
         finished = len(results) == len(chosen)
         results = with_earlier(results, earlier, store)
-        made = [each.figure.number for each in results]
-        values = report_values(results, place, self._commands(made))
-        write_report(values, results, place, report if finished else silent)
+        made = [result.figure.number for result in results]
+        values = report_values(results, output, self._commands(made))
+        write_report(values, results, output, report if finished else silent)
         return ReproductionResult(self, values, tuple(earlier), finished)
 
     def _commands(self, made: Sequence[str]) -> dict[str, str]:
@@ -133,8 +133,8 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
 
         def command(*numbers: str) -> str:
             every = numbers == figure_numbers()
-            own = replace(self, numbers=() if every else numbers, every=every)
-            return shlex.join(["fegear", *own.argv])
+            study = replace(self, numbers=() if every else numbers, every=every)
+            return shlex.join(["fegear", *study.argv])
 
         return {number: command(number) for number in made} | {"": command(*made)}
 
@@ -143,20 +143,20 @@ def numbers_of(report: Path) -> list[str]:
     """Numbers of the figures in a report, none where it cannot be read."""
     try:
         figures = json.loads(report.read_text(encoding="utf-8"))["figures"]
-        given = {figure["number"] for figure in figures}
+        numbers = {figure["number"] for figure in figures}
     except (OSError, ValueError, LookupError, TypeError):
         return []
-    return [number for number in figure_numbers() if number in given]
+    return [number for number in figure_numbers() if number in numbers]
 
 
 def with_earlier(
     results: Sequence[FigureResult], earlier: Sequence[str], store: Path
 ) -> list[FigureResult]:
     """Results with earlier ones that are still valid, in the order of the source."""
-    found = [find_figure(load_figure(number), store) for number in earlier]
-    valid = [each for each in found if each is not None]
+    stored = [find_figure(load_figure(number), store) for number in earlier]
+    valid = [result for result in stored if result is not None]
     order = figure_numbers().index
-    return sorted([*results, *valid], key=lambda each: order(each.figure.number))
+    return sorted([*results, *valid], key=lambda result: order(result.figure.number))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -187,10 +187,10 @@ class ReproductionResult(StudyResult):
         return Table(names, lambda: [[*row.values()] for row in rows])
 
     def page(self) -> Page:
-        made = {figure["number"]: figure for figure in self.values["figures"]}
+        figures = {figure["number"]: figure for figure in self.values["figures"]}
         for number in self.study.chosen:
-            if number in made:
-                yield from _lines(made[number])
+            if number in figures:
+                yield from _lines(figures[number])
         for row in self.values["counts"]:
             yield (
                 f"{row['lines']} {row['meaning']}: {row['within_1_percent']} to 1 %, "
@@ -199,14 +199,14 @@ class ReproductionResult(StudyResult):
                 f"{row['beyond']} further off or not met, "
                 f"{row['with_a_reason']} with a reason"
             )
-        valid = [number for number in self.earlier if number in made]
-        gone = [number for number in self.earlier if number not in made]
+        valid = [number for number in self.earlier if number in figures]
+        gone = [number for number in self.earlier if number not in figures]
         if valid:
             yield f"made before, and on the page as well: {', '.join(valid)}"
         if gone:
             yield f"left out, for the program or their data changed: {', '.join(gone)}"
-        place = Path(self.study.directory)
-        yield f"wrote {', '.join(str(place / name) for name in WRITTEN)}"
+        output = Path(self.study.directory)
+        yield f"wrote {', '.join(str(output / name) for name in WRITTEN)}"
 
 
 def _lines(figure: dict[str, Any]) -> Iterator[str]:
@@ -226,13 +226,18 @@ class FigureList(StudyResult):
     def rows(self) -> list[dict[str, Any]]:
         chosen = map(load_figure, self.study.numbers or figure_numbers())
         return [
-            {"number": each.number, "title": each.title, "missing": each.missing}
-            for each in chosen
+            {"number": figure.number, "title": figure.title, "missing": figure.missing}
+            for figure in chosen
         ]
 
     @cached_property
     def left_out(self) -> list[dict[str, Any]]:
-        return [] if self.study.numbers else [vars(each) for each in omitted_figures()]
+        if self.study.numbers:
+            return []
+        return [
+            {"numbers": figure.numbers, "title": figure.title, "why": figure.reason}
+            for figure in omitted_figures()
+        ]
 
     @property
     def summary(self) -> dict[str, Any]:

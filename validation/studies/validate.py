@@ -128,21 +128,21 @@ class Validation(
     @cached_property
     def chosen(self) -> tuple[Case, ...]:
         """The cases; raises InputError for a choice that cannot be run."""
-        known = ", ".join([*case_names(), RANDOM_SETS])
+        allowed = ", ".join([*case_names(), RANDOM_SETS])
         if self.every and self.names:
             raise InputError(f"--all and {self.names[0]} exclude each other")
         if not (self.every or self.names or self.random):
-            raise InputError(f"a case or --all is missing; allowed are {known}")
+            raise InputError(f"a case or --all is missing; allowed are {allowed}")
         if not (self.every or self.names) and self.fidelity is not None:
             raise refusal(self, "fidelity", "the random sets have their own")
-        found = [load_case(n) for n in (case_names() if self.every else self.names)]
-        taken = [case.name for case in found]
+        cases = [load_case(n) for n in (case_names() if self.every else self.names)]
+        taken = [case.name for case in cases]
         for name in taken:
             if taken.count(name) > 1:
                 raise InputError(f"case {name} is given {taken.count(name)} times")
         if self.fidelity is None:
-            return tuple(found)
-        return tuple(replace(case, fidelity=self.fidelity) for case in found)
+            return tuple(cases)
+        return tuple(replace(case, fidelity=self.fidelity) for case in cases)
 
     def tasks(self) -> Iterator[Task]:
         chosen, output = self.chosen, Path(self.directory)
@@ -183,18 +183,20 @@ class Validation(
     def _commands(self) -> dict[str, str]:
         """The command for each case by its name, and for all of them by ""."""
 
-        def command(*words: str, **others: Any) -> str:
-            own = replace(self, cases=words, every=False, **others)
-            return shlex.join(["fegear", *own.argv])
+        def command(*names: str, **others: Any) -> str:
+            study = replace(self, cases=names, every=False, **others)
+            return shlex.join(["fegear", *study.argv])
 
-        given = self.names or [case.name for case in self.chosen]
-        each = {c.name: command(n) for c, n in zip(self.chosen, given, strict=True)}
+        labels = self.names or [case.name for case in self.chosen]
+        commands = {
+            c.name: command(n) for c, n in zip(self.chosen, labels, strict=True)
+        }
         random = command(RANDOM_SETS, fidelity=None)
-        return each | {RANDOM_SETS: random, "": shlex.join(["fegear", *self.argv])}
+        return commands | {RANDOM_SETS: random, "": shlex.join(["fegear", *self.argv])}
 
 
-def _of(report: Progress, case: str, what: str, done: int, total: int) -> None:
-    report(f"{case}: {what}", done, total)
+def _of(report: Progress, case: str, stage: str, done: int, total: int) -> None:
+    report(f"{case}: {stage}", done, total)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -216,10 +218,10 @@ class ValidationResult(StudyResult):
     def outside(self) -> list[tuple[str, Mapping[str, Any]]]:
         """Cases and verdicts outside their tolerances."""
         return [
-            (case["case"], each)
+            (case["case"], verdict)
             for case in self.values["cases"]
-            for each in case["verdicts"]
-            if not each["within"]
+            for verdict in case["verdicts"]
+            if not verdict["within"]
         ]
 
     @property
@@ -245,9 +247,9 @@ class ValidationResult(StudyResult):
     def table(self) -> Table:
         """A row for every verdict."""
         rows = [
-            {"case": case["case"], **each}
+            {"case": case["case"], **verdict}
             for case in self.values["cases"]
-            for each in case["verdicts"]
+            for verdict in case["verdicts"]
         ]
         names = tuple(rows[0]) if rows else ("case",)
         return Table(names, lambda: [[*row.values()] for row in rows])
@@ -256,8 +258,8 @@ class ValidationResult(StudyResult):
         sets, cases = self.values["random_sets"], self.values["cases"]
         if sets:
             yield RowTable(sets["rows"], SETS, "Random gear sets", ("set", "verdict"))
-            kept, count = sets["kept"], sets["of"]
-            yield f"{kept} of {count} random gear sets keep what is promised"
+            passed, count = sets["kept"], sets["of"]
+            yield f"{passed} of {count} random gear sets keep what is promised"
         if cases:
             rows = [
                 {"case": c["case"], **model} for c in cases for model in c["models"]
@@ -274,7 +276,7 @@ class ValidationResult(StudyResult):
             yield f"{len(outside)} outside, see {table}"
         elif outside:
             yield "Outside"
-            yield from (failed_line(*each) for each in outside)
+            yield from (failed_line(*failure) for failure in outside)
         else:
             yield "All are within."
 

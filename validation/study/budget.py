@@ -75,9 +75,11 @@ class BudgetRow:
     @property
     def worst(self) -> float:
         """Largest of what a tolerance is asked of, of those that are there."""
-        asked = [name for name, quantity in QUANTITIES.items() if quantity.relative]
-        found = [self.largest(name) for name in asked if self.measured[name]]
-        return max(found, default=nan)
+        relative_names = [
+            name for name, quantity in QUANTITIES.items() if quantity.relative
+        ]
+        errors = [self.largest(name) for name in relative_names if self.measured[name]]
+        return max(errors, default=nan)
 
 
 @dataclass(frozen=True)
@@ -105,13 +107,15 @@ class Budget:
         From the row to the coupled model, on the mean of the places that both have; NaN
         where there is none. Distances that fall are negative.
         """
-        whole = next(each for each in self.rows if each.model == COUPLED_MODEL)
-        found = {}
+        coupled_row = next(
+            candidate for candidate in self.rows if candidate.model == COUPLED_MODEL
+        )
+        mean_changes = {}
         for name, places in row.measured.items():
-            ends = whole.measured[name]
+            ends = coupled_row.measured[name]
             changes = [ends[at] - places[at] for at in places if at in ends]
-            found[name] = sum(changes) / len(changes) if changes else nan
-        return found
+            mean_changes[name] = sum(changes) / len(changes) if changes else nan
+        return mean_changes
 
 
 def budget_of(result: CaseResult) -> Budget | None:
@@ -129,9 +133,9 @@ def budget_of(result: CaseResult) -> Budget | None:
 
 def budget(case: Case, store: Path, report: Progress = silent) -> Budget:
     """Run what the store does not hold yet, and compare; case : of `budget_case`."""
-    found = budget_of(run_case(case, store, report))
-    assert found is not None
-    return found
+    case_budget = budget_of(run_case(case, store, report))
+    assert case_budget is not None
+    return case_budget
 
 
 def budget_case(
@@ -168,7 +172,7 @@ def _row(result: CaseResult, model: str) -> BudgetRow:
     return BudgetRow(model, measured, unmatched, result.per_speed_s(model))
 
 
-def _placed(reference: Run, found: Run) -> Iterator[tuple[str, str, float]]:
+def _placed(reference: Run, model_run: Run) -> Iterator[tuple[str, str, float]]:
     """Metrics with places that all models share: each peak and jump has its own."""
-    for where, (name, place, value) in measures(reference, found):
+    for where, (name, place, value) in measures(reference, model_run):
         yield name, f"{where}, {place}" if name in OF_FEATURES else where, value

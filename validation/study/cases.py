@@ -208,11 +208,11 @@ def load_case(name_or_path: str) -> Case:
 
     Raises InputError, in one line that names file, field, value and what is allowed.
     """
-    known = case_names()
-    if name_or_path in known:
+    names = case_names()
+    if name_or_path in names:
         text = read_text(FOLDER / f"{name_or_path}.toml")
         return read_case(text, f"case {name_or_path}")
-    path = path_of(name_or_path, "case", known)
+    path = path_of(name_or_path, "case", names)
     return read_case(read_text(path), str(path))
 
 
@@ -233,10 +233,10 @@ def read_case(text: str, source: str = "case") -> Case:
         )
     for wave in case.wave:
         if wave.torque_Nm not in case.torques_Nm:
-            known = ", ".join(f"{torque:g}" for torque in case.torques_Nm)
+            allowed = ", ".join(f"{torque:g}" for torque in case.torques_Nm)
             raise InputError(
                 f"{source}: wave.torque_Nm = {wave.torque_Nm:g}; must be one of "
-                f"torques_Nm, {known}"
+                f"torques_Nm, {allowed}"
             )
     return case
 

@@ -111,10 +111,10 @@ def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
     """What the gears have and the closed forms have not."""
     problem = solved.result.problem
     for gear, role in zip(solved.gears, ("driver", "driven"), strict=True):
-        for place in ("tip", "root"):
-            if getattr(problem, f"{role}_{place}_relief"):
+        for end in ("tip", "root"):
+            if getattr(problem, f"{role}_{end}_relief"):
                 yield (
-                    f'gear "{gear.name}" has {place} relief, which the closed forms '
+                    f'gear "{gear.name}" has {end} relief, which the closed forms '
                     "leave out"
                 )
         if any(gear.pitch_errors):

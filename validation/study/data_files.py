@@ -91,8 +91,8 @@ class DataFile(Generic[T]):
         where, key = self._place(loc)
         before = f"{where}, " if where else ""
         if kind == "unexpected_keyword_argument":
-            known = [field.name for field in fields(self._class_of(loc))]
-            return f"{before}unknown key {key}{nearest(key, known)}"
+            field_names = [field.name for field in fields(self._class_of(loc))]
+            return f"{before}unknown key {key}{nearest(key, field_names)}"
         if kind == "union_tag_invalid":
             tag, allowed = item["ctx"]["tag"], item["ctx"]["expected_tags"]
             return f"{key}, kind = {shown(tag)}; must be one of {allowed}"
@@ -107,8 +107,8 @@ class DataFile(Generic[T]):
         return f"{before}{key} = {shown(item['input'])}; {phrase}"
 
     def _class_of(self, loc: Sequence[int | str]) -> Any:
-        found = self.tables.get(str(loc[0]), self.content)
-        return found[str(loc[2])] if isinstance(found, Mapping) else found
+        table = self.tables.get(str(loc[0]), self.content)
+        return table[str(loc[2])] if isinstance(table, Mapping) else table
 
     def _place(self, loc: Sequence[int | str]) -> tuple[str, str]:
         """('metric 2', 'allowed') of an error's location."""

@@ -235,7 +235,7 @@ def curve_measures(
             f"curves must be of one mesh and direction, got {reference.mesh} "
             f"{reference.direction} and {model.mesh} {model.direction}"
         )
-    whole = model.complete and reference.complete
+    is_complete = model.complete and reference.complete
     for name, zones in (
         ("rms_distance", []),
         ("off_jump_distance", jump_zones(reference, model)),
@@ -243,13 +243,13 @@ def curve_measures(
         distance = curve_distance(reference, model, zones)
         counted = f"{distance.speeds} speeds"
         counted += f", {distance.left_out} left out" if distance.left_out else ""
-        yield name, counted, distance.value if whole else math.nan
+        yield name, counted, distance.value if is_complete else math.nan
     yield from _peak_measures(reference.peaks, model.peaks)
     yield from _jump_measures(reference, model)
     lost = largest(model.contact_loss) - largest(reference.contact_loss)
-    yield "contact_loss", "", lost if whole else math.nan
+    yield "contact_loss", "", lost if is_complete else math.nan
     force = ratio_less_1(largest(reference.force_peak), largest(model.force_peak))
-    yield "peak_force", "", force if whole else math.nan
+    yield "peak_force", "", force if is_complete else math.nan
 
 
 def friction_effect(with_friction: MeasuredCurve, without: MeasuredCurve) -> float:
@@ -265,10 +265,10 @@ def _peak_measures(
 ) -> Iterator[Measured]:
     here, there = ([peak.frequency for peak in side] for side in (reference, model))
     for i, j in sorted(matched(here, there)):
-        place = f"peak at {here[i]:g} Hz"
+        label = f"peak at {here[i]:g} Hz"
         amplitude = ratio_less_1(reference[i].dte_rms, model[j].dte_rms)
-        yield "peak_amplitude", place, amplitude
-        yield "peak_frequency", place, ratio_less_1(here[i], there[j])
+        yield "peak_amplitude", label, amplitude
+        yield "peak_frequency", label, ratio_less_1(here[i], there[j])
     yield "peaks_unmatched", _listed(here, there), float(unmatched(here, there))
 
 
@@ -401,8 +401,11 @@ def static_measures(reference: Statics, model: Statics) -> Iterator[Measured]:
     yield "mean_stiffness", "", mean
     yield "stiffness_variation", "", model.variation - reference.variation
     pitches = math.ceil(reference.position[-1])
-    known = np.interp(
+    reference_deflection = np.interp(
         model.position, reference.position, reference.deflection, period=pitches
     )
-    vibrations = (each - each.mean() for each in (known, model.deflection))
+    vibrations = (
+        deflection - deflection.mean()
+        for deflection in (reference_deflection, model.deflection)
+    )
     yield "static_deflection", "", relative_distance(*vibrations)

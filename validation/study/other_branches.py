@@ -41,19 +41,19 @@ def speeds_on_other_branches(
 
     reference, model : curves of all meshes and directions, each
     """
-    own, known = _of(model, direction), _of(reference, direction)
-    common = _common([*own, *known])
-    errors = _errors(known, own, common)
+    model_curves, reference_curves = _of(model, direction), _of(reference, direction)
+    common = _common([*model_curves, *reference_curves])
+    errors = _errors(reference_curves, model_curves, common)
     reached = np.zeros(common.size, bool)
     opposite = "down" if direction == "up" else "up"
     for one, other in (
-        (known, _of(model, opposite)),
-        (_of(reference, opposite), own),
+        (reference_curves, _of(model, opposite)),
+        (_of(reference, opposite), model_curves),
     ):
         if one and other:
             reached |= _errors(one, other, common) <= SAME_MOTION
     differ = np.zeros(common.size, bool)
-    for a, b in zip(known, own, strict=True):
+    for a, b in zip(reference_curves, model_curves, strict=True):
         if a.period_multiple is not None and b.period_multiple is not None:
             differ |= _at(a, a.period_multiple, common) != _at(
                 b, b.period_multiple, common
@@ -79,26 +79,26 @@ def without_speeds(curve: MeasuredCurve, speeds: Array) -> MeasuredCurve:
         curve,
         **arrays,
         period_multiple=None,
-        jumps=tuple(each for each in curve.jumps if not is_apart(each)),
-        peaks=tuple(each for each in curve.peaks if not is_apart(each)),
+        jumps=tuple(jump for jump in curve.jumps if not is_apart(jump)),
+        peaks=tuple(peak for peak in curve.peaks if not is_apart(peak)),
     )
 
 
 def advice(common: Array, others: Array) -> str:
     """`12 of 171 speeds, 1600 to 1700 Hz, are on another branch; ...` smaller steps."""
     step = float(np.diff(common).min()) if common.size > 1 else 0.0
-    words = (
+    text = (
         f"{others.size} of {common.size} speeds, {others[0]:g} to {others[-1]:g} Hz, "
         "are on another branch of coexisting motions"
     )
     if step > 0.0:
-        words += f"; steps of {0.5 * step:g} Hz may lead both onto one"
-    return words
+        text += f"; steps of {0.5 * step:g} Hz may lead both onto one"
+    return text
 
 
 def _of(curves: Sequence[MeasuredCurve], direction: str) -> list[MeasuredCurve]:
-    own = [curve for curve in curves if curve.direction == direction]
-    return sorted(own, key=lambda curve: curve.mesh)
+    same_direction = [curve for curve in curves if curve.direction == direction]
+    return sorted(same_direction, key=lambda curve: curve.mesh)
 
 
 def _common(curves: Sequence[MeasuredCurve]) -> Array:
@@ -129,5 +129,5 @@ def _at(curve: MeasuredCurve, values: NDArray, speeds: Array) -> Array:
     """Values of a curve at speeds (s,), NaN where it lacks them."""
     places = np.searchsorted(curve.frequency, speeds)
     places = np.minimum(places, curve.frequency.size - 1)
-    known = curve.frequency[places] == speeds
-    return np.where(known, values[places], np.nan)
+    present = curve.frequency[places] == speeds
+    return np.where(present, values[places], np.nan)

@@ -45,12 +45,14 @@ def _natural(run: Run, near: float) -> float:
 
 def _of_curve(run: Run, near: float, mesh: str, direction: str, kind: str) -> float:
     """Frequency of a peak, or of the last speed before a jump [Hz]."""
-    found: list[float] = []
+    frequencies: list[float] = []
     for curve in run.curves:
         if (curve.mesh, curve.direction) == (int(mesh), direction):
-            found += [peak.frequency for peak in curve.peaks if kind == "peak"]
-            found += [jump.frequency_from for jump in curve.jumps if kind == "jump"]
-    return nearest(found, near)
+            frequencies += [peak.frequency for peak in curve.peaks if kind == "peak"]
+            frequencies += [
+                jump.frequency_from for jump in curve.jumps if kind == "jump"
+            ]
+    return nearest(frequencies, near)
 
 
 def _of_cycle(run: Run, near: float, mesh: str, number: str, name: str) -> float:

@@ -58,10 +58,10 @@ class Run:
     cost: Cost
 
 
-def contents(task: RunSpec, found: RunResult) -> dict[str, str]:
+def contents(task: RunSpec, solution: RunResult) -> dict[str, str]:
     """Texts of the files by name, the result last."""
-    system = found.system
-    pairs = [(task.torque, branch) for branch in found.branches]
+    system = solution.system
+    pairs = [(task.torque, branch) for branch in solution.branches]
     label = task.case.fidelity if task.model is None else str(task.model.number)
     header = {"gear set": task.gear_set.name, "source": task.source}
     result = {
@@ -69,30 +69,30 @@ def contents(task: RunSpec, found: RunResult) -> dict[str, str]:
         "torque_Nm": task.torque,
         "machine": machine(),
         "natural_Hz": [f for f in system.resonances_Hz.tolist() if f > 0.0],
-        "warnings": list(found.warnings),
-        "cost": asdict(found.cost),
-        "curves": features(found.branches),
-        "statics": [{"mesh": s.mesh, "force_N": s.force} for s in found.statics],
+        "warnings": list(solution.warnings),
+        "cost": asdict(solution.cost),
+        "curves": features(solution.branches),
+        "statics": [{"mesh": s.mesh, "force_N": s.force} for s in solution.statics],
         "waves": [
             {name: value for name, value in vars(w).items() if name != "force"}
-            for w in found.cycles
+            for w in solution.cycles
         ],
     }
     texts = {
         SWEEP: format_sweep(sweep_table(pairs, label, header)),
-        STATICS: _statics_csv(found.statics),
-        WAVES: _cycles_csv(found.cycles),
+        STATICS: _statics_csv(solution.statics),
+        WAVES: _cycles_csv(solution.cycles),
     }
     return with_digests(task.inputs, texts, result)
 
 
 def features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
     """Jumps and peaks of every mesh of every branch, as plain values."""
-    found: list[dict[str, Any]] = []
+    entries: list[dict[str, Any]] = []
     for branch, other in zip(branches, opposites(branches), strict=True):
         jumps, peaks = find_jumps(branch, other), find_peaks(branch)
         meshes = len(branch.system.excitations) if len(branch.frequency_Hz) else 0
-        found += [
+        entries += [
             {
                 "direction": branch.direction,
                 "mesh": mesh,
@@ -102,7 +102,7 @@ def features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
             }
             for mesh in range(1, meshes + 1)
         ]
-    return found
+    return entries
 
 
 def _statics_csv(statics: Sequence[Statics]) -> str:
@@ -142,7 +142,9 @@ def read_run(task: RunSpec, directory: Path, reused: bool) -> Run | None:
         directory=directory,
         reused=reused,
         table=table,
-        curves=tuple(_read_curve(each, table) for each in result["curves"]),
+        curves=tuple(
+            _read_curve(curve_features, table) for curve_features in result["curves"]
+        ),
         statics=tuple(_read_statics(result["statics"], _rows(texts[STATICS]))),
         cycles=tuple(_read_cycles(result["waves"], _rows(texts[WAVES]))),
         machine=result["machine"],
@@ -153,8 +155,8 @@ def read_run(task: RunSpec, directory: Path, reused: bool) -> Run | None:
 
 
 def _read_curve(features: Mapping[str, Any], table: SweepTable) -> MeasuredCurve:
-    own = (features["direction"], features["mesh"])
-    rows = [row for row in table.rows if (row.direction, row.mesh) == own]
+    key = (features["direction"], features["mesh"])
+    rows = [row for row in table.rows if (row.direction, row.mesh) == key]
     rows.sort(key=lambda row: row.mesh_frequency_Hz)
     columns = {
         "frequency": "mesh_frequency_Hz",
@@ -175,16 +177,16 @@ def _read_curve(features: Mapping[str, Any], table: SweepTable) -> MeasuredCurve
 
 def _read_statics(entries: Sequence[Any], rows: Rows) -> Iterator[Statics]:
     for entry in entries:
-        own = [row[1:] for row in rows if int(row[0]) == entry["mesh"]]
-        position, deflection, friction, single = np.array(own, float).T
+        statics_rows = [row[1:] for row in rows if int(row[0]) == entry["mesh"]]
+        position, deflection, friction, single = np.array(statics_rows, float).T
         force = entry["force_N"]
         yield Statics(entry["mesh"], force, position, deflection, friction, single == 1)
 
 
 def _read_cycles(entries: Sequence[Any], rows: Rows) -> Iterator[ForceCycle]:
     for i, entry in enumerate(entries):
-        own = rows[i * CYCLE_POINTS : (i + 1) * CYCLE_POINTS]
-        force = np.array([float(row[3]) for row in own])
+        cycle_rows = rows[i * CYCLE_POINTS : (i + 1) * CYCLE_POINTS]
+        force = np.array([float(row[3]) for row in cycle_rows])
         yield ForceCycle(force=force, **entry)
 
 

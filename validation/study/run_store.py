@@ -31,11 +31,11 @@ def with_digests(
     inputs: Mapping[str, str], texts: Mapping[str, str], result: Mapping[str, Any]
 ) -> dict[str, str]:
     """Texts by the name of their file, the result last."""
-    whole = {INPUTS: inputs_text(inputs)} | dict(texts)
+    contents = {INPUTS: inputs_text(inputs)} | dict(texts)
     values = dict(result)
-    values[FILES] = {name: _sha256(text.encode()) for name, text in whole.items()}
+    values[FILES] = {name: _sha256(text.encode()) for name, text in contents.items()}
     values[SEAL] = digest(values)
-    return whole | {RESULT: json.dumps(values, indent=2) + "\n"}
+    return contents | {RESULT: json.dumps(values, indent=2) + "\n"}
 
 
 def begin_run(directory: Path, inputs: Mapping[str, str], names: Sequence[str]) -> None:
@@ -61,8 +61,8 @@ def read_verified(
     Raises InputError where files are there and cannot be read.
     """
     names = (INPUTS, *names, RESULT)
-    found = {name: _read(directory / name) for name in names}
-    data = {name: read for name, read in found.items() if read is not None}
+    contents = {name: _read(directory / name) for name in names}
+    data = {name: read for name, read in contents.items() if read is not None}
     if len(data) < len(names) or data[INPUTS] != inputs_text(inputs).encode():
         return None
     try:

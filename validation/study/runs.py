@@ -81,8 +81,8 @@ class CaseResult:
     @property
     def judged(self) -> tuple[Run, ...]:
         """Runs without those that only the error budget needs."""
-        known = FE, FE_FRICTIONLESS, *self.models
-        return tuple(run for run in self.runs if run.source in known)
+        sources = FE, FE_FRICTIONLESS, *self.models
+        return tuple(run for run in self.runs if run.source in sources)
 
     def of(self, source: str) -> list[Run]:
         return [run for run in self.runs if run.source == source]
@@ -113,8 +113,10 @@ def run_case(case: Case, store: Path, report: Progress = silent) -> CaseResult:
     runs = []
     for task in tasks:
         kind = "fe" if task.model is None else task.model.excitation
-        own = excitations.setdefault(kind, Excitations(StiffnessSource(kind=kind)))
-        runs.append(_found_or_made(task, store, own, report))
+        kind_excitations = excitations.setdefault(
+            kind, Excitations(StiffnessSource(kind=kind))
+        )
+        runs.append(_read_or_run(task, store, kind_excitations, report))
     return CaseResult(case, tuple(runs), tuple(case_verdicts(case, runs)))
 
 
@@ -162,8 +164,8 @@ def texts_of(task: RunSpec) -> dict[str, str]:
     """The files of a run by name, made without a checkpoint."""
     kind = "fe" if task.model is None else task.model.excitation
     excitations = Excitations(StiffnessSource(kind=kind))
-    found = solve_task(task, None, excitations, silent)
-    return contents(task, found)
+    solution = solve_task(task, None, excitations, silent)
+    return contents(task, solution)
 
 
 def warnings_of(result: CaseResult) -> Iterator[str]:
@@ -182,17 +184,21 @@ def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
     references = {run.torque: run for run in runs if run.source == FE}
     judged = {model.name for model in case.model}
     for run in (run for run in runs if run.source in judged):
-        found = list(measures(references[run.torque], run))
-        found += _friction_measures(case, runs, run) if EFFECT in tolerances else []
-        for where, (name, place, value) in found:
+        measured = list(measures(references[run.torque], run))
+        measured += _friction_measures(case, runs, run) if EFFECT in tolerances else []
+        for where, (name, place, value) in measured:
             if name in tolerances:
                 entry = tolerances[name]
                 at = ", ".join(filter(None, (where, place)))
-                given = name, run.source, at, value, entry.allowed, entry.reason
-                yield with_cause(verdict(*given), references[run.torque], run, where)
+                arguments = name, run.source, at, value, entry.allowed, entry.reason
+                yield with_cause(
+                    verdict(*arguments), references[run.torque], run, where
+                )
 
 
-def with_cause(found: Verdict, reference: Run, run: Run, where: str) -> Verdict:
+def with_cause(
+    metric_verdict: Verdict, reference: Run, run: Run, where: str
+) -> Verdict:
     """The verdict, outside of what is allowed with its cause.
 
     The model is on another branch if the value is within without the speeds at which
@@ -200,17 +206,22 @@ def with_cause(found: Verdict, reference: Run, run: Run, where: str) -> Verdict:
 
     where : of the curve, `100 N m, up, mesh 1`
     """
-    if found.within or found.metric not in OF_CURVES:
-        return found
-    for known, own in zip(reference.curves, run.curves, strict=True):
-        if where == f"{run.torque:g} N m, {own.direction}, mesh {own.mesh}":
-            words = cause(found, (known, own), reference.curves, run.curves)
-            return replace(found, cause=words)
-    return found
+    if metric_verdict.within or metric_verdict.metric not in OF_CURVES:
+        return metric_verdict
+    for fe_curve, model_curve in zip(reference.curves, run.curves, strict=True):
+        if (
+            where
+            == f"{run.torque:g} N m, {model_curve.direction}, mesh {model_curve.mesh}"
+        ):
+            cause_text = cause(
+                metric_verdict, (fe_curve, model_curve), reference.curves, run.curves
+            )
+            return replace(metric_verdict, cause=cause_text)
+    return metric_verdict
 
 
 def cause(
-    found: Verdict,
+    metric_verdict: Verdict,
     curves: tuple[MeasuredCurve, MeasuredCurve],
     reference: Sequence[MeasuredCurve],
     model: Sequence[MeasuredCurve],
@@ -222,68 +233,71 @@ def cause(
     common, others = speeds_on_other_branches(reference, model, curves[1].direction)
     if not others.size:
         return OFF
-    words = advice(common, others)
+    summary = advice(common, others)
     if others.size > MAX_SHARE * common.size:
-        return f"not known: {words}"
+        return f"not known: {summary}"
     remaining = curve_measures(*(without_speeds(curve, others) for curve in curves))
-    values = [value for name, _, value in remaining if name == found.metric]
-    if all(abs(value) <= found.allowed for value in values):
-        return f"another branch: {words}"
-    return f"{OFF}; besides, {words}"
+    values = [value for name, _, value in remaining if name == metric_verdict.metric]
+    if all(abs(value) <= metric_verdict.allowed for value in values):
+        return f"another branch: {summary}"
+    return f"{OFF}; besides, {summary}"
 
 
 def _friction_measures(
-    case: Case, runs: Sequence[Run], found: Run
+    case: Case, runs: Sequence[Run], model_run: Run
 ) -> Iterator[tuple[str, Measured]]:
     """What friction does to a model less what it does to the finite elements."""
-    (model,) = (each for each in case.model if each.name == found.source)
+    (model,) = (
+        candidate for candidate in case.model if candidate.name == model_run.source
+    )
     if not model.friction:
         return
     names = FE, FE_FRICTIONLESS, model.frictionless.name
-    beside = {run.source: run for run in runs if run.torque == found.torque}
-    others = (beside[name].curves for name in names)
-    for fe, fe_plain, plain, own in zip(*others, found.curves, strict=True):
-        where = f"{found.torque:g} N m, {own.direction}, mesh {own.mesh}"
-        effect = friction_effect(own, plain) - friction_effect(fe, fe_plain)
+    runs_by_source = {run.source: run for run in runs if run.torque == model_run.torque}
+    others = (runs_by_source[name].curves for name in names)
+    for fe, fe_plain, plain, model_curve in zip(*others, model_run.curves, strict=True):
+        curve = f"{model_curve.direction}, mesh {model_curve.mesh}"
+        where = f"{model_run.torque:g} N m, {curve}"
+        effect = friction_effect(model_curve, plain) - friction_effect(fe, fe_plain)
         yield where, (EFFECT, "", effect)
 
 
-def measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
+def measures(reference: Run, model_run: Run) -> Iterator[tuple[str, Measured]]:
     """All metrics of a run, each with where it was taken, `100 N m, up, mesh 1`."""
-    for where, each in _measures(reference, found):
-        yield f"{found.torque:g} N m, {where}", each
+    for where, metric in _measures(reference, model_run):
+        yield f"{model_run.torque:g} N m, {where}", metric
 
 
-def _measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
-    for fe_curve, curve in zip(reference.curves, found.curves, strict=True):
+def _measures(reference: Run, model_run: Run) -> Iterator[tuple[str, Measured]]:
+    for fe_curve, curve in zip(reference.curves, model_run.curves, strict=True):
         where = f"{curve.direction}, mesh {curve.mesh}"
-        yield from ((where, each) for each in curve_measures(fe_curve, curve))
-    for fe_cycle, cycle in zip(reference.cycles, found.cycles, strict=True):
+        yield from ((where, metric) for metric in curve_measures(fe_curve, curve))
+    for fe_cycle, cycle in zip(reference.cycles, model_run.cycles, strict=True):
         where = f"{cycle.label}, mesh {cycle.mesh}"
-        yield from ((where, each) for each in cycle_measures(fe_cycle, cycle))
-    for fe_statics, statics in zip(reference.statics, found.statics, strict=True):
+        yield from ((where, metric) for metric in cycle_measures(fe_cycle, cycle))
+    for fe_statics, statics in zip(reference.statics, model_run.statics, strict=True):
         where = f"mesh {statics.mesh}"
-        yield from ((where, each) for each in static_measures(fe_statics, statics))
+        yield from ((where, metric) for metric in static_measures(fe_statics, statics))
 
 
-def _found_or_made(
+def _read_or_run(
     task: RunSpec, store: Path, excitations: Excitations, report: Progress
 ) -> Run:
     directory = make_directory(store / task.directory_name)
-    found = read_run(task, directory, reused=True)
-    if found is not None:
+    stored = read_run(task, directory, reused=True)
+    if stored is not None:
         if (directory / CHECKPOINT).exists():
             _remove_checkpoint(task, directory)
-        return found
+        return stored
     if task.model is not None:  # soon made, at worst by two processes alike
-        return _made(task, directory, None, excitations, report)
+        return _run_task(task, directory, None, excitations, report)
     with _checkpoint(task, directory) as checkpoint:
         # the process that had the checkpoint until now may have made the run
-        found = read_run(task, directory, reused=True)
-        return found or _made(task, directory, checkpoint, excitations, report)
+        stored = read_run(task, directory, reused=True)
+        return stored or _run_task(task, directory, checkpoint, excitations, report)
 
 
-def _made(
+def _run_task(
     task: RunSpec,
     directory: Path,
     checkpoint: Checkpoint | None,
@@ -291,12 +305,12 @@ def _made(
     report: Progress,
 ) -> Run:
     begin_run(directory, task.inputs, NAMES)
-    found = solve_task(task, checkpoint, excitations, report)
-    write_texts(directory, contents(task, found))
-    made = read_run(task, directory, reused=False)
-    if made is None:
+    solution = solve_task(task, checkpoint, excitations, report)
+    write_texts(directory, contents(task, solution))
+    stored = read_run(task, directory, reused=False)
+    if stored is None:
         raise InputError(f"{directory}: was changed while the run was made; run again")
-    return made
+    return stored
 
 
 @contextmanager

@@ -91,28 +91,28 @@ class RunResult:
 class SpeedCount:
     """Reports how many speeds are done, and at which one the motion settles.
 
-    found : speeds that a checkpoint holds, which are passed without integrating
+    stored : speeds that a checkpoint holds, which are passed without integrating
     """
 
     report: Progress
-    what: str
+    label: str
     total: int
-    found: int
+    stored: int
     done: int = 0
     running: float = math.nan
 
     @property
     def integrated(self) -> int:
-        return self.done - self.found
+        return self.done - self.stored
 
     def passed(self) -> None:
         self.done += 1
-        self.report(self.what, self.done, self.total)
+        self.report(self.label, self.done, self.total)
 
     def watch(self, frequency: float, period: int) -> None:
         if frequency != self.running:
             self.running = frequency
-            self.report(f"{self.what}, {frequency:g} Hz", self.done, self.total)
+            self.report(f"{self.label}, {frequency:g} Hz", self.done, self.total)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,15 +127,15 @@ class Integrator:
     checkpoint: Checkpoint | None
 
     def progress(
-        self, report: Progress, what: str, total: int, branches: Sequence[str]
+        self, report: Progress, label: str, total: int, branches: Sequence[str]
     ) -> SpeedCount:
         """Progress over so many speeds in branches, by their names in the
         checkpoint.
         """
         if self.checkpoint is None:
-            return SpeedCount(report, what, total, 0)
-        found = sum(len(self.checkpoint.finished(name)) for name in branches)
-        return SpeedCount(report, what, total, found)
+            return SpeedCount(report, label, total, 0)
+        stored_count = sum(len(self.checkpoint.finished(name)) for name in branches)
+        return SpeedCount(report, label, total, stored_count)
 
     def sweep(
         self,
@@ -145,11 +145,15 @@ class Integrator:
         progress: SpeedCount,
     ) -> Branch:
         """Through speeds [Hz]; name : of the branch in the checkpoint."""
-        kept = self.checkpoint is not None  # only those of finite elements are
-        known = StoredBranch(Records(self.checkpoint, name)) if kept else None
+        has_checkpoint = (
+            self.checkpoint is not None
+        )  # only those of finite elements are
+        stored = (
+            StoredBranch(Records(self.checkpoint, name)) if has_checkpoint else None
+        )
         return sweep_branch(
             *(self.stepper, speeds, direction, self.settings),
-            store=known,
+            store=stored,
             observer=Observer(progress.passed, progress.watch),
         )
 
@@ -160,8 +164,8 @@ class Integrator:
         if not math.isfinite(periods):
             return 0
         if isinstance(stepper, ImplicitStepper):
-            each = steps_per_cycle(stepper.model, frequency, self.settings)
-            return round(periods * each)
+            cycle_steps = steps_per_cycle(stepper.model, frequency, self.settings)
+            return round(periods * cycle_steps)
         system = stepper.system
         steps = steps_per_period(system, frequency, self.settings)
         grid = system.samples(steps)[0]
@@ -194,7 +198,7 @@ def solve_task(
     ready = time.perf_counter()
     branches, cycles, integrated = _integrate(task, integrator, report)
     end = time.perf_counter()
-    responses = [each for branch in branches for each in branch.responses]
+    responses = [response for branch in branches for response in branch.responses]
     cost = Cost(
         prepare_s=ready - begin,
         march_s=end - ready,
@@ -220,10 +224,10 @@ def mesh_statics(
     force = torque / gear_set.meshes[mesh].pair.driver.base_radius
     if task.model is None:
         return _element_statics(task, excitations, mesh, torque, force)
-    pitches, each = error_periods(gear_set)[mesh], CYCLE_POINTS
+    pitches, positions = error_periods(gear_set)[mesh], CYCLE_POINTS
     if pitches > 1:
-        each = excitations.source.statics_of(gear_set, mesh).positions
-    position = np.arange(pitches * each) / each
+        positions = excitations.source.statics_of(gear_set, mesh).positions
+    position = np.arange(pitches * positions) / positions
     if system.has_friction:
         free = excitations.of(gear_set, mesh, torque, 1)
         return _rubbed_statics(system, free, mesh, force, position)
@@ -288,8 +292,8 @@ def _coupled_deflection(
         for cycle in range(pitches)
     ]
     grid = len(cycles[0])
-    place = np.arange(pitches * grid) / grid + system.train.meshes[mesh].phase
-    position = np.mod(place, float(pitches))
+    phase = np.arange(pitches * grid) / grid + system.train.meshes[mesh].phase
+    position = np.mod(phase, float(pitches))
     order = np.argsort(position)
     return position[order], np.concatenate(cycles)[order]
 
@@ -376,8 +380,8 @@ def _integrate(
     ]
     cycles, integrated = [], progress.integrated
     for number, single in enumerate(task.single_speeds, start=1):
-        name, what = f"wave-{number}", f"{_name(task)}, wave {number}"
-        progress = integrator.progress(report, what, len(approach(single)), [name])
+        name, stage = f"wave-{number}", f"{_name(task)}, wave {number}"
+        progress = integrator.progress(report, stage, len(approach(single)), [name])
         cycles += _cycles_at(single, integrator, name, progress)
         integrated += progress.integrated
     return branches, cycles, integrated

@@ -32,24 +32,27 @@ def digest_of(*modules: str) -> str:
 
 def sources_of(*modules: str) -> set[Path]:
     """Files of modules, of all that they import, and the data that these read."""
-    found: set[Path] = set()
+    paths: set[Path] = set()
     waiting = [path for name in modules for path in _files_of(name)]
     while waiting:
         path = waiting.pop()
-        if path in found:
+        if path in paths:
             continue
-        found |= {path, *(data for part in DATA for data in path.parent.glob(part))}
-        waiting += [each for name in _imported(path) for each in _files_of(name)]
-    return found
+        paths |= {path, *(data for part in DATA for data in path.parent.glob(part))}
+        waiting += [file for name in _imported(path) for file in _files_of(name)]
+    return paths
 
 
 @cache
 def _imported(path: Path) -> tuple[str, ...]:
     """Names of modules that a file imports, and of what it takes of them."""
-    found: list[str] = []
+    module_names: list[str] = []
     for module, names in IMPORT.findall(path.read_text("utf-8")):
-        found += [module, *(f"{module}.{name}" for name in re.findall(r"\w+", names))]
-    return tuple(found)
+        module_names += [
+            module,
+            *(f"{module}.{name}" for name in re.findall(r"\w+", names)),
+        ]
+    return tuple(module_names)
 
 
 def _files_of(name: str) -> Iterator[Path]:
@@ -58,8 +61,8 @@ def _files_of(name: str) -> Iterator[Path]:
     drawn = any(part in DRAWING or part.endswith("_figure") for part in parts)
     if parts[0] not in OWN or drawn or name.startswith(SHOWN):
         return
-    place = ROOT.joinpath(*parts)
+    base_path = ROOT.joinpath(*parts)
     packages = (ROOT.joinpath(*parts[:n], "__init__.py") for n in range(1, len(parts)))
-    for path in (*packages, place.with_suffix(".py"), place / "__init__.py"):
+    for path in (*packages, base_path.with_suffix(".py"), base_path / "__init__.py"):
         if path.is_file():
             yield path

@@ -80,10 +80,12 @@ class RunSpec:
             settings = repr((self.elements, DynamicSettings()))
             return common | {"source": FE, "settings": settings}
         source = StiffnessSource(kind=model.excitation)
-        words = {"model": repr(model.number), "excitation": repr(source)}
-        words |= {"without": ", ".join(model.without)} if model.without else {}
-        words |= {"friction": repr((self.friction, model.bending))}
-        return common | {"source": "lumped", "settings": repr(Settings())} | words
+        lumped_inputs = {"model": repr(model.number), "excitation": repr(source)}
+        lumped_inputs |= {"without": ", ".join(model.without)} if model.without else {}
+        lumped_inputs |= {"friction": repr((self.friction, model.bending))}
+        return (
+            common | {"source": "lumped", "settings": repr(Settings())} | lumped_inputs
+        )
 
     @property
     def elements(self) -> FiniteElements:

@@ -55,7 +55,7 @@ def _points(x: Array, y: Array) -> tuple[tuple[float, float], ...]:
 
 
 def clatter(part: ClatterPart, scene: NoScene, report: Progress) -> PartResult:
-    """Found: the range of the play that is used, impacts on both of its edges, and
+    """Values: the range of the play that is used, impacts on both of its edges, and
     the largest Lyapunov exponent of the wheel."""
     report("clatter", 0, 1)
     gearbox = load_gearbox(part.gearbox).gearbox

@@ -44,7 +44,7 @@ class EccentricPart(Part):
     pressure_angle_deg: Degrees = 20.0
 
     @property
-    def words(self) -> list[str]:
+    def argv(self) -> list[str]:
         """Words of the command."""
         sizes = {
             "radius": RADIUS_MM,
@@ -82,18 +82,18 @@ class WheelsPart(EccentricPart):
         if self.distance is not None:
             return ()
         teeth = [] if self.teeth is None else ["--teeth", str(self.teeth)]
-        return [*self.words, *teeth, "-o", "wheels.csv"]
+        return [*self.argv, *teeth, "-o", "wheels.csv"]
 
 
 def wheels(part: WheelsPart, scene: NoScene, report: Progress) -> PartResult:
-    """Found: distances over the radius, the angle by which the driven curve stays
+    """Values: distances over the radius, the angle by which the driven curve stays
     open, the largest pressure angle, and of teeth their module and contact ratio."""
     report("wheels", 0, 1)
     sizes = RADIUS_MM, RADIUS_MM * part.eccentricity, part.ratio
     gearing = Gearing(*sizes, part.pressure_angle_deg, part.teeth)
     pair, summary = gearing.pair, gearing.summary
     distance = part.distance or pair.center_distance
-    found = {
+    values = {
         "center_distance": distance,
         "burmester": summary["burmester_center_distance_mm"] / RADIUS_MM,
         "open_angle_deg": abs(math.degrees(pair.closing_error(distance))),
@@ -102,11 +102,11 @@ def wheels(part: WheelsPart, scene: NoScene, report: Progress) -> PartResult:
     }
     for name in ("least_contact_ratio", "largest_contact_ratio"):
         if name in summary:
-            found[name] = summary[name]
+            values[name] = summary[name]
     if part.teeth is not None:
-        found["module"] = summary["module_mm"] / RADIUS_MM
+        values["module"] = summary["module_mm"] / RADIUS_MM
     curves = tuple(_curves(part, gearing, distance))
-    return PartResult(curves, {name: (value,) for name, value in found.items()})
+    return PartResult(curves, {name: (value,) for name, value in values.items()})
 
 
 def _curves(part: WheelsPart, gearing: Gearing, distance: float) -> Iterator[Curve]:
@@ -142,11 +142,11 @@ class TorquePart(EccentricPart):
     kind: Literal["eccentric_torque"] = "eccentric_torque"
 
     def command(self, scene: NoScene) -> Sequence[str]:
-        return [*self.words, "--plot", "wheels.png"]
+        return [*self.argv, "--plot", "wheels.png"]
 
 
 def torque(part: TorquePart, scene: NoScene, report: Progress) -> PartResult:
-    """Found: the largest and the least; the mean of torque times speed."""
+    """Values: the largest and the least; the mean of torque times speed."""
     report("torque", 0, 1)
     pair = EccentricPair(1.0, part.eccentricity, part.ratio)
     angle = np.linspace(0.0, 2.0 * math.pi, POINTS)
@@ -155,10 +155,10 @@ def torque(part: TorquePart, scene: NoScene, report: Progress) -> PartResult:
     middle = 0.5 * (ratio[1:] + ratio[:-1])
     power = float(middle @ np.diff(pair.driven_turn(angle))) / (2.0 * math.pi)
     label = f"eccentricity {part.eccentricity:g}"
-    found = {"largest": float(ratio.max()), "least": float(ratio.min())}
-    found["mean_power"] = power
+    values = {"largest": float(ratio.max()), "least": float(ratio.min())}
+    values["mean_power"] = power
     curve = Curve("line", tuple(rows), label=label)
-    return PartResult((curve,), {name: (value,) for name, value in found.items()})
+    return PartResult((curve,), {name: (value,) for name, value in values.items()})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,9 +175,9 @@ class LimitsPart(Part):
 
 
 def limits(part: LimitsPart, scene: NoScene, report: Progress) -> PartResult:
-    """Found of ratioN.atANGLE, in pitch radii."""
+    """Values of ratioN.atANGLE, in pitch radii."""
     curves: list[Curve] = []
-    found: dict[str, tuple[Value, ...]] = {}
+    values: dict[str, tuple[Value, ...]] = {}
     for done, ratio in enumerate(part.ratios):
         report("ratios", done, len(part.ratios))
         rows = [
@@ -185,5 +185,5 @@ def limits(part: LimitsPart, scene: NoScene, report: Progress) -> PartResult:
             for angle in part.angles_deg
         ]
         curves.append(Curve("line", tuple(rows), label=f"ratio {ratio}"))
-        found |= {f"ratio{ratio}.at{angle:g}": (e,) for angle, e in rows}
-    return PartResult(tuple(curves), found)
+        values |= {f"ratio{ratio}.at{angle:g}": (e,) for angle, e in rows}
+    return PartResult(tuple(curves), values)

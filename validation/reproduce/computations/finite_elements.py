@@ -40,14 +40,14 @@ class ElementsPart(Part):
     def command(self, scene: Scene) -> Sequence[str]:
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
         speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
-        words = ["dynamics", *scene.element_words, *scene.coefficient_words]
-        return [*words, "--speeds", speeds, *one]
+        argv = ["dynamics", *scene.element_words, *scene.coefficient_words]
+        return [*argv, "--speeds", speeds, *one]
 
 
 def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found as of a sweep of a lumped model."""
+    """Values as of a sweep of a lumped model."""
     speeds = [scene.unit_Hz * value for value in parsed_speeds(part.speeds)]
-    asked = Dynamics(
+    study = Dynamics(
         gear_set=GearSetRef.of(scene.gear_set),
         torque=(scene.torque,),
         speeds=tuple(speeds),
@@ -55,7 +55,7 @@ def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
         translations=scene.translations,
         direction=part.directions[0] if len(part.directions) == 1 else "both",
     )
-    result = run(asked, progress=report)
+    result = run(study, progress=report)
     swept = [branch for _, branch in result.found]
     require_finished(swept)
     return swept_result(scene, swept)
@@ -67,5 +67,5 @@ def element_stepper(
     """Stepper of the fidelity that the program selects for speeds [Hz]."""
     reference = replace(scene, friction=0.0).system
     elements = FiniteElements(friction=scene.friction)
-    given = reference, speeds, elements, settings, excitations_of(scene.source)
-    return prepare(scene.gear_set, scene.torque, *given).stepper
+    inputs = reference, speeds, elements, settings, excitations_of(scene.source)
+    return prepare(scene.gear_set, scene.torque, *inputs).stepper

@@ -39,14 +39,14 @@ class FreeMotionsPart(Part):
 
 
 def free_motions(part: FreeMotionsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of speedN., speeds counted from 1:
+    """Values of speedN., speeds counted from 1:
 
     largest : deflection, over the one at the start
     growth : of the largest deflection over the second half, per common period
     multiplier : largest one of Floquet, by the series of Peano and Baker
     """
     varying = periodic_system(scene.system)
-    curves, found = [], {}
+    curves, quantities = [], {}
     values = parsed_speeds(part.speeds)
     for number, value in enumerate(values, start=1):
         report("motions", number - 1, len(values))
@@ -56,11 +56,11 @@ def free_motions(part: FreeMotionsPart, scene: Scene, report: Progress) -> PartR
         points = tuple(zip(time.tolist(), deflection.tolist(), strict=True))
         curves.append(Curve("line", points, mesh=1, panel=label))
         start = f"speed{number}."
-        found[f"{start}largest"] = (float(np.abs(deflection).max()),)
-        found[f"{start}growth"] = (_growth(deflection),)
+        quantities[f"{start}largest"] = (float(np.abs(deflection).max()),)
+        quantities[f"{start}growth"] = (_growth(deflection),)
         multiplier = float(largest_multiplier(varying, speed)[0])
-        found[f"{start}multiplier"] = (multiplier,)
-    return PartResult(tuple(curves), found)
+        quantities[f"{start}multiplier"] = (multiplier,)
+    return PartResult(tuple(curves), quantities)
 
 
 def _motion(

@@ -40,7 +40,7 @@ from validation.reproduce.scene import Scene
 from validation.study.data_files import Number, Speeds, parsed_speeds
 
 Frequency = Annotated[Number, Field(gt=0.0, lt=1e6)]
-Found = dict[str, tuple[float, ...]]
+PartValues = dict[str, tuple[float, ...]]
 NAMES = {FOLD: "fold", DOUBLING: "doubling", CROSSING: "crossing", TORUS: "torus"}
 GAP = (math.nan, math.nan)
 SWEPT = (  # what sweeps find
@@ -81,13 +81,13 @@ class BranchesPart(Part):
 
 
 def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are frequencies of bifurcations and the largest motions.
+    """Frequencies of bifurcations and the largest motions.
 
     periodN counts the branches alone whose motions repeat after N common periods.
     """
     unit = scene.unit_Hz
     low, high = (unit * value for value in part.between)
-    asked = Branches(
+    study = Branches(
         gear_set=GearSetRef.of(scene.gear_set),
         torque=scene.torque,
         speeds=(low, high),
@@ -98,7 +98,7 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
             starts=part.starts,
         ),
     )
-    result = run(asked, progress=report)
+    result = run(study, progress=report)
     if not result.complete:
         raise KeyboardInterrupt
     curves = [
@@ -110,20 +110,24 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
         for mesh in scene.meshes
         for stable in (True, False)
     ]
-    found: Found = dict.fromkeys(NAMES.values(), ())
+    values: PartValues = dict.fromkeys(NAMES.values(), ())
     for branch in result.branches:
         for point in branch.bifurcations:
-            found[NAMES[point.kind]] += (point.place / unit,)
-    found |= _largest(result.branches, scene, "")
+            values[NAMES[point.kind]] += (point.place / unit,)
+    values |= _largest(result.branches, scene, "")
     for multiple in {branch.multiple for branch in result.branches}:
-        own = [branch for branch in result.branches if branch.multiple == multiple]
-        found |= _largest(own, scene, f"period{multiple}.")
-        speeds = [point.frequency / unit for b in own for point in b.points]
-        found[f"period{multiple}.span"] = (min(speeds), max(speeds))
-    return PartResult(tuple(curve for curve in curves if curve.points), found)
+        same_period = [
+            branch for branch in result.branches if branch.multiple == multiple
+        ]
+        values |= _largest(same_period, scene, f"period{multiple}.")
+        speeds = [point.frequency / unit for b in same_period for point in b.points]
+        values[f"period{multiple}.span"] = (min(speeds), max(speeds))
+    return PartResult(tuple(curve for curve in curves if curve.points), values)
 
 
-def _largest(branches: Sequence[PeriodicBranch], scene: Scene, start: str) -> Found:
+def _largest(
+    branches: Sequence[PeriodicBranch], scene: Scene, start: str
+) -> PartValues:
     return {
         f"{start}mesh{mesh}.largest": (
             max(scene.shown(p.figures, mesh) for b in branches for p in b.points),
@@ -168,26 +172,26 @@ class SweepPart(Part):
         speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
         waves = scene.kept_harmonics("--harmonics")
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
-        how = [*scene.friction_words(), *waves, "--speeds", speeds, *one]
-        return ["sweep", *scene.argv, *how]
+        options = [*scene.friction_words(), *waves, "--speeds", speeds, *one]
+        return ["sweep", *scene.argv, *options]
 
 
 def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are frequencies, of jumps the last one before them, and largest values.
+    """Values are frequencies, of jumps the last one before them, and largest values.
 
     aperiodic, subharmonic : first and last speed at which a motion does not repeat, or
         repeats after more than one common period
     """
     unit = scene.unit_Hz
     speeds = [unit * value for value in parsed_speeds(part.speeds)]
-    asked = Sweep(
+    study = Sweep(
         gear_set=GearSetRef.of(scene.gear_set),
         torque=(scene.torque,),
         speeds=tuple(speeds),
         model=scene.model,
         direction=part.direction,
     )
-    result = run(asked, progress=report)
+    result = run(study, progress=report)
     swept = [branch for _, branch in result.found]
     require_finished(swept)
     return swept_result(scene, swept, part.style)
@@ -196,8 +200,8 @@ def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
 def speeds_in_Hz(text: str, unit: float) -> str:
     """`A:B:STEP` and numbers in a unit [Hz], as a command takes them."""
     return ",".join(
-        ":".join(f"{unit * float(value):.6g}" for value in each.split(":"))
-        for each in text.split(",")
+        ":".join(f"{unit * float(value):.6g}" for value in span.split(":"))
+        for span in text.split(",")
     )
 
 
@@ -212,7 +216,7 @@ def swept_result(
     scene: Scene, swept: Sequence[Branch], style: Style | None = None
 ) -> PartResult:
     """Curves and figures of branches of responses, one for each direction."""
-    found: Found = {}
+    values: PartValues = {}
     curves = []
     for branch, other in zip(swept, opposites(list(swept)), strict=True):
         direction = branch.direction
@@ -220,26 +224,26 @@ def swept_result(
         jumps, peaks = find_jumps(branch, other), find_peaks(branch)
         for mesh in scene.meshes:
             points = [
-                (each.frequency / scene.unit_Hz, scene.shown(each, mesh))
-                for each in branch.responses
+                (response.frequency / scene.unit_Hz, scene.shown(response, mesh))
+                for response in branch.responses
             ]
             label = direction if len(swept) > 1 else ""
             curves.append(Curve(look, tuple(points), mesh, label=label))
             start = f"{direction}.mesh{mesh}"
-            found[f"{start}.largest"] = (max(value for _, value in points),)
+            values[f"{start}.largest"] = (max(value for _, value in points),)
             lost = max(float(r.contact_loss[mesh - 1]) for r in branch.responses)
-            found[f"{start}.contact_loss"] = (lost,)
-            found[f"{start}.jump"] = tuple(
+            values[f"{start}.contact_loss"] = (lost,)
+            values[f"{start}.jump"] = tuple(
                 j.frequency_from / scene.unit_Hz for j in jumps if j.mesh == mesh
             )
-            found[f"{start}.peak"] = tuple(
+            values[f"{start}.peak"] = tuple(
                 p.frequency / scene.unit_Hz for p in peaks if p.mesh == mesh
             )
-        found |= _other_motions(branch, scene.unit_Hz)
-    return PartResult(tuple(curves), found)
+        values |= _other_motions(branch, scene.unit_Hz)
+    return PartResult(tuple(curves), values)
 
 
-def _other_motions(branch: Branch, unit: float) -> Found:
+def _other_motions(branch: Branch, unit: float) -> PartValues:
     """Spans of speeds with motions that do not repeat after one common period."""
     kinds: Mapping[str, list[float]] = {
         "aperiodic": [
@@ -277,19 +281,19 @@ class TheoryPart(Part):
 
 
 def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of modeN.ORDER., order of its frequency over that of the first mesh.
+    """Values of modeN.ORDER., order of its frequency over that of the first mesh.
 
     contact_lost, unstable : both ends; optimal_relief : of each tip, eq. 2.28 [um]
     """
     report("closed forms", 0, 1)
-    asked = Theory(
+    study = Theory(
         gear_set=GearSetRef.of(scene.gear_set), torque=scene.torque, model=scene.model
     )
-    result = run(asked)
+    result = run(study)
     unit = scene.unit_Hz
     low, high = part.between
     shown = [p for p in result.found if low <= p.resonance.at / unit <= high]
-    curves, found = [], Found()
+    curves, values = [], PartValues()
     for mesh in scene.meshes:
         looks: tuple[tuple[bool, Style], ...] = ((True, "points"), (False, "pale"))
         for stable, style in looks:
@@ -301,12 +305,12 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
             ]
             curves.append(Curve(style, tuple(points), mesh))
     for prediction in result.found:
-        found |= _figures(prediction, scene)
-    for each in result.summary["meshes"]:
-        if each["optimal_tip_relief_m"] is not None:
-            relief = 1e6 * each["optimal_tip_relief_m"]
-            found[f"mesh{each['mesh']}.optimal_relief"] = (relief,)
-    return PartResult(tuple(curve for curve in curves if curve.points), found)
+        values |= _figures(prediction, scene)
+    for mesh_summary in result.summary["meshes"]:
+        if mesh_summary["optimal_tip_relief_m"] is not None:
+            relief = 1e6 * mesh_summary["optimal_tip_relief_m"]
+            values[f"mesh{mesh_summary['mesh']}.optimal_relief"] = (relief,)
+    return PartResult(tuple(curve for curve in curves if curve.points), values)
 
 
 def _vibrations(

@@ -46,28 +46,28 @@ class ForcesPart(Part):
             return ()
         unit = scene.unit_Hz
         waves = scene.kept_harmonics("--harmonics")
-        how = [*scene.friction_words(), *waves]
-        words = ["motion", *scene.argv, *how, "--speed", f"{unit * self.at:.6g}"]
+        options = [*scene.friction_words(), *waves]
+        argv = ["motion", *scene.argv, *options, "--speed", f"{unit * self.at:.6g}"]
         if self.from_speed is not None:
-            words += ["--from-speed", f"{unit * self.from_speed:.6g}"]
-        return words
+            argv += ["--from-speed", f"{unit * self.from_speed:.6g}"]
+        return argv
 
 
 def forces(part: ForcesPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are the largest and the mean force, and the time without contact."""
+    """Largest and mean force, and the time without contact."""
     motion = _motion(part, scene, report)
     history, response = motion.history, motion.response
-    curves, found = [], {}
+    curves, values = [], {}
     for mesh, rate in zip(scene.meshes, scene.system.train.mesh_rates, strict=True):
         force = history.force[:, mesh - 1]
         shown = force_cycle(history, mesh - 1, 1.0 / (response.frequency * float(rate)))
         points = zip(CYCLE.tolist(), shown.tolist(), strict=True)
         curves.append(Curve("line", tuple(points), mesh))
         mean = np.trapezoid(force, history.time) / np.ptp(history.time)
-        found[f"mesh{mesh}.force_peak"] = (float(force.max()),)
-        found[f"mesh{mesh}.force_mean"] = (float(mean),)
-        found[f"mesh{mesh}.contact_loss"] = (float(response.contact_loss[mesh - 1]),)
-    return PartResult(tuple(curves), found)
+        values[f"mesh{mesh}.force_peak"] = (float(force.max()),)
+        values[f"mesh{mesh}.force_mean"] = (float(mean),)
+        values[f"mesh{mesh}.contact_loss"] = (float(response.contact_loss[mesh - 1]),)
+    return PartResult(tuple(curves), values)
 
 
 def _motion(part: ForcesPart, scene: Scene, report: Progress) -> TimeHistory:

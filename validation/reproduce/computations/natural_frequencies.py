@@ -30,13 +30,13 @@ class ModesPart(Part):
 
 
 def modes(part: ModesPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are those of all modes, in the unit of the figure."""
+    """Natural frequencies of all modes, in the unit of the figure."""
     report("modes", 0, 1)
     system = scene.system
-    found = tuple(float(f) / scene.unit_Hz for f in system.modes.frequency_Hz)
-    points = tuple((float(i), f) for i, f in enumerate(found, start=1))
+    frequencies = tuple(float(f) / scene.unit_Hz for f in system.modes.frequency_Hz)
+    points = tuple((float(i), f) for i, f in enumerate(frequencies, start=1))
     curve = Curve("dots", points)
-    return PartResult((curve,), {"natural": found})
+    return PartResult((curve,), {"natural": frequencies})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,15 +57,15 @@ class ModeEnergiesPart(Part):
 
 
 def mode_energies(part: ModeEnergiesPart, scene: Scene, report: Progress) -> PartResult:
-    """Found is the logarithm of the stiffness at which modes are least of one place.
+    """Logarithm of the stiffness at which modes are least of one place.
 
     That is where the largest shares of the modes have the smallest mean.
     """
-    places = np.linspace(np.log10(part.low), np.log10(part.high), part.count)
+    exponents = np.linspace(np.log10(part.low), np.log10(part.high), part.count)
     shares = []
-    for done, place in enumerate(places):
+    for done, exponent in enumerate(exponents):
         report("modes", done, part.count)
-        modes = scene.changed({part.key: float(10.0**place)}).system.modes
+        modes = scene.changed({part.key: float(10.0**exponent)}).system.modes
         meshes = modes.mesh_energy[:, modes.frequency_Hz > 0.0][:, -MODES:]
         shares.append(np.vstack([meshes, 1.0 - meshes.sum(axis=0)]))
     table = np.array(shares)  # (count, springs, modes)
@@ -73,12 +73,12 @@ def mode_energies(part: ModeEnergiesPart, scene: Scene, report: Progress) -> Par
     curves = tuple(
         Curve(
             "line",
-            tuple(zip(places.tolist(), table[:, i, k].tolist(), strict=True)),
+            tuple(zip(exponents.tolist(), table[:, i, k].tolist(), strict=True)),
             panel=f"strain energy in {name}",
             label=f"mode {k + 1}",
         )
         for i, name in enumerate(names)
         for k in range(MODES)
     )
-    least = places[table.max(axis=1).mean(axis=1).argmin()]
+    least = exponents[table.max(axis=1).mean(axis=1).argmin()]
     return PartResult(curves, {"most_coupled": (float(least),)})

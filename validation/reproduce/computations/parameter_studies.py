@@ -104,7 +104,7 @@ def _extremes(
     if np.isnan(values).all():
         return
     places = points if len(over) > 1 else [point[0] for point in points]
-    grid = values.reshape([each.count for each in over])
+    grid = values.reshape([axis.count for axis in over])
     height = float(np.nanmax(grid) - np.nanmin(grid))
     for number in range(len(over)):
         change = np.fmax.reduce(grid, number) - np.fmin.reduce(grid, number)
@@ -169,8 +169,8 @@ class MapPart(Part):
 
     def command(self, scene: Scene) -> Sequence[str]:
         moves = scene.delay is not None and any("ratio" in o.key for o in self.over)
-        own = DELAY, LEAD, CONTACT_RATIO
-        if self.at is None or moves or any(o.key in own for o in self.over):
+        scene_keys = DELAY, LEAD, CONTACT_RATIO
+        if self.at is None or moves or any(o.key in scene_keys for o in self.over):
             return ()
         axes = [f"{o.key}={o.low:g}:{o.high:g}:{o.count}" for o in self.over]
         over = [word for axis in axes for word in ("--over", axis)]
@@ -186,14 +186,14 @@ def parameter_map(part: MapPart, scene: Scene, report: Progress) -> PartResult:
     names = [axis.name for axis in axes]
     points = list(itertools.product(*(axis.values for axis in axes)))
     grid = ParameterMap(axes, len(scene.gear_set.meshes), {})
-    found = run_map(
+    solved_map = run_map(
         grid,
         lambda point: scene.changed(dict(zip(names, point, strict=True))).system,
         part.evaluation(scene.unit_Hz),
         partial(in_threads, report=partial(report, "map")),
     )
     values = {
-        mesh: MICRO * found.on_grid("dte_rms_m", mesh - 1).ravel()
+        mesh: MICRO * solved_map.on_grid("dte_rms_m", mesh - 1).ravel()
         for mesh in scene.meshes
     }
     return _studied(part.over, points, values)
@@ -203,13 +203,13 @@ def _studied(
     over: Sequence[Over], points: Sequence[Point], values: Mapping[int, Array]
 ) -> PartResult:
     """Curves and extremes of every mesh."""
-    curves = [_curve(points, each, mesh) for mesh, each in values.items()]
-    found = {
+    curves = [_curve(points, mesh_values, mesh) for mesh, mesh_values in values.items()]
+    extremes = {
         f"mesh{mesh}.{name}": value
-        for mesh, each in values.items()
-        for name, value in _extremes(over, points, each)
+        for mesh, mesh_values in values.items()
+        for name, value in _extremes(over, points, mesh_values)
     }
-    return PartResult(tuple(curves), found)
+    return PartResult(tuple(curves), extremes)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -251,8 +251,8 @@ def theory_map(part: TheoryMapPart, scene: Scene, report: Progress) -> PartResul
 
 def resonance_of(scene: Scene, mode: int, order: str) -> Resonance:
     """Resonance of a mode counted from 1."""
-    known = parametric_system(scene.system)
-    return resonance(known, scene.place_of(mode), Fraction(order))
+    system = parametric_system(scene.system)
+    return resonance(system, scene.place_of(mode), Fraction(order))
 
 
 def _amplitude(near: Resonance, at_peak: bool) -> float:
@@ -296,31 +296,31 @@ def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResu
     values = part.over.values
     scenes = [scene.changed({part.over.key: value}) for value in values]
     systems = []
-    for done, each in enumerate(scenes):
+    for done, variant in enumerate(scenes):
         report("closed forms", done, len(values))
-        systems.append(parametric_system(each.system))
+        systems.append(parametric_system(variant.system))
     curves = []
-    found: dict[str, tuple[Value, ...]] = {}
+    quantities: dict[str, tuple[Value, ...]] = {}
     for mode, order in part.resonances:
-        place = scenes[0].place_of(mode)
-        near = [resonance(system, place, Fraction(order)) for system in systems]
+        mode_index = scenes[0].place_of(mode)
+        near = [resonance(system, mode_index, Fraction(order)) for system in systems]
         half = Fraction(order).denominator == 2
-        sizes = np.array([_indicator(each, half) for each in near])
+        sizes = np.array([_indicator(mode_resonance, half) for mode_resonance in near])
         panel = "subharmonics, |p|" if half else "2 |v f| of the leading mesh [um]"
         label = f"mode {mode}, {ORDERS.get(order, order)}"
         points = tuple(zip(values, sizes.tolist(), strict=True))
         curves.append(Curve("line", points, panel=panel, label=label))
         start = f"mode{mode}.{order}."
         rows = _extremes([part.over], [(value,) for value in values], sizes)
-        found |= {start + name: value for name, value in rows}
+        quantities |= {start + name: value for name, value in rows}
         if half:
             limit = 2.0 * scene.system.train.damping_ratio
-            found[f"{start}limit"] = _crossings(values, sizes - limit)
-            found[f"{start}unstable_part"] = (float((sizes > limit).mean()),)
+            quantities[f"{start}limit"] = _crossings(values, sizes - limit)
+            quantities[f"{start}unstable_part"] = (float((sizes > limit).mean()),)
             ends = ((values[0], limit), (values[-1], limit))
             label = "twice the damping ratio"
             curves.append(Curve("dotted", ends, panel=panel, label=label))
-    return PartResult(tuple(curves), found)
+    return PartResult(tuple(curves), quantities)
 
 
 ORDERS = {"1": "fundamental", "1/2": "subharmonic", "2": "second harmonic"}
@@ -361,18 +361,20 @@ class WidthPart(Part):
 
 
 def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of the points: how far they are off a straight line, over their height.
+    """Values of the points: how far they are off a straight line, over their height.
 
     gone : value of the figure at which closed forms give no interval
     """
     unit, values = scene.unit_Hz, part.over.values
     speeds = [unit * value for value in parsed_speeds(part.band)]
     scenes = [scene.changed({part.over.key: value}) for value in values]
-    found_near = [resonance_of(each, part.mode, part.order) for each in scenes]
-    swept = sweep_all([each.system for each in scenes], speeds, ["down"], report=report)
+    resonances = [resonance_of(variant, part.mode, part.order) for variant in scenes]
+    swept = sweep_all(
+        [variant.system for variant in scenes], speeds, ["down"], report=report
+    )
     require_finished(swept)
     points, margins = [], []
-    for near, branch in zip(found_near, swept, strict=True):
+    for near, branch in zip(resonances, swept, strict=True):
         margins.append(abs(near.parametric) / near.damping_ratio - 2.0)
         ends = instability_interval(near)
         grown = [
@@ -383,10 +385,10 @@ def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
         ]
         if ends and len(grown) >= MIN_VALUES:
             points.append(((ends[1] - ends[0]) / unit, MICRO * float(max(grown))))
-    found = {"gone": _crossings(values, np.array(margins))}
+    quantities = {"gone": _crossings(values, np.array(margins))}
     if len(points) > 2:
         x, y = np.array(sorted(points)).T
         line = np.polyval(np.polyfit(x, y, 1), x)
-        found["off_line"] = (float(np.abs(y - line).max() / np.ptp(y)),)
+        quantities["off_line"] = (float(np.abs(y - line).max() / np.ptp(y)),)
     curve = Curve("circles", tuple(points))
-    return PartResult((curve,), found)
+    return PartResult((curve,), quantities)

@@ -74,15 +74,15 @@ def _figures(scene: MachineScene) -> list[str]:
         "machine.stiffness": "--kappa",
         "machine.restitution": "--restitution",
     }
-    given = [(names[key], value) for key, value in scene.overrides.items()]
-    return [word for name, value in given for word in (name, f"{value:g}")]
+    options = [(names[key], value) for key, value in scene.overrides.items()]
+    return [word for name, value in options for word in (name, f"{value:g}")]
 
 
 def _cells(part: BasinsPart) -> Array:
     """Times and speeds at the centres of cells (c, 2)."""
-    place = (np.arange(part.grid) + 0.5) / part.grid
+    fraction = (np.arange(part.grid) + 0.5) / part.grid
     times, speeds = (
-        low + place * (high - low) for low, high in (part.times, part.velocity)
+        low + fraction * (high - low) for low, high in (part.times, part.velocity)
     )
     return np.stack(np.meshgrid(times, speeds), axis=-1).reshape(-1, 2)
 
@@ -91,27 +91,31 @@ def _settled(
     machine: Machine, part: BasinsPart, cells: Array
 ) -> tuple[tuple[RattleAttractor, ...], Numbers]:
     settled = iterate_map_points(machine, cells, part.iterations)
-    found = classify_attractors(machine, part.iterations, settled, only_settled=False)
-    return found[:2]
+    classification = classify_attractors(
+        machine, part.iterations, settled, only_settled=False
+    )
+    return classification[:2]
 
 
 def basins(part: BasinsPart, scene: MachineScene, report: Progress) -> PartResult:
-    """Found are parts of the cells that lead to motions of a name, and their number."""
+    """Parts of the cells that lead to motions of a name, and their number."""
     report("basins", 0, 1)
     cells = _cells(part)
     attractors, which = _settled(scene.machine, part, cells)
     curves, values = [], dict[str, tuple[float, ...]]()
     for number in range(-1, len(attractors)):
-        own = cells[which == number]
+        basin_cells = cells[which == number]
         name = attractors[number].name if number >= 0 else "not clear"
-        if len(own):
-            curves.append(Curve("cells", _points(own), label=name))
-    for name in {COUNT.sub("", each.name) for each in attractors}:
-        own_numbers = [
-            i for i, each in enumerate(attractors) if COUNT.sub("", each.name) == name
+        if len(basin_cells):
+            curves.append(Curve("cells", _points(basin_cells), label=name))
+    for name in {COUNT.sub("", attractor.name) for attractor in attractors}:
+        numbers = [
+            i
+            for i, attractor in enumerate(attractors)
+            if COUNT.sub("", attractor.name) == name
         ]
-        values[f"fraction.{name}"] = (float(np.mean(np.isin(which, own_numbers))),)
-        values[f"number.{name}"] = (float(len(own_numbers)),)
+        values[f"fraction.{name}"] = (float(np.mean(np.isin(which, numbers))),)
+        values[f"number.{name}"] = (float(len(numbers)),)
     if part.marks:
         curves += _marks(scene.machine, attractors)
     return PartResult(tuple(curves), values)
@@ -120,12 +124,12 @@ def basins(part: BasinsPart, scene: MachineScene, report: Progress) -> PartResul
 def _marks(machine: Machine, attractors: Sequence[RattleAttractor]) -> list[Curve]:
     """Departures of periodic motions, and a chaotic one followed for a while."""
     marks, chaos = [], []
-    for each in attractors:
-        if each.period:
-            if each.name != QUIET:
-                marks.append(np.array([each.point]))
-        elif each.name.startswith(CHAOTIC):
-            path = follow(machine, each.point, 1500)[:, :2]
+    for attractor in attractors:
+        if attractor.period:
+            if attractor.name != QUIET:
+                marks.append(np.array([attractor.point]))
+        elif attractor.name.startswith(CHAOTIC):
+            path = follow(machine, attractor.point, 1500)[:, :2]
             chaos.append(np.stack([path[:, 0] % 1.0, path[:, 1]], axis=1))
     curves = (
         [Curve("points", _points(np.vstack(chaos)), label="chaos")] if chaos else []
@@ -172,7 +176,7 @@ class BoundariesPart(Part):
 def boundaries(
     part: BoundariesPart, scene: MachineScene, report: Progress
 ) -> PartResult:
-    """Found are times and speeds of orbits, and the highest speed of grazing.
+    """Times and speeds of orbits, and the highest speed of grazing.
 
     boundary : part of points on the manifolds next to which departures settle to
         different motions on both sides
@@ -191,10 +195,10 @@ def boundaries(
         if orbit.name not in part.orbits:
             continue
         report(f"manifolds of {orbit.name}", 0, 1)
-        for each in grow_manifolds(machine, orbit, True, part.length, Fineness()):
+        for manifold in grow_manifolds(machine, orbit, True, part.length, Fineness()):
             label = f"stable manifold of {orbit.name}"
-            curves.append(_shown(part, each.curve.points, label))
-            parted += _parts_basins(machine, each.curve.points)
+            curves.append(_shown(part, manifold.curve.points, label))
+            parted += _parts_basins(machine, manifold.curve.points)
     if parted:
         values["boundary"] = (float(np.mean(parted)),)
     if part.locate:
@@ -207,18 +211,18 @@ def _located(
 ) -> list[Curve]:
     curves = []
     for kind in ("stable", "unstable"):
-        own = [o for o in orbits if o.stable == (kind == "stable")]
-        if own:
-            points = np.array([orbit.departures[0] for orbit in own])
+        group = [o for o in orbits if o.stable == (kind == "stable")]
+        if group:
+            points = np.array([orbit.departures[0] for orbit in group])
             style: Literal["crosses", "circles"] = (
                 "crosses" if kind == "stable" else "circles"
             )
             curves.append(Curve(style, _points(points), label=f"{kind} orbits"))
     for name in {orbit.name for orbit in orbits}:
-        own = [orbit for orbit in orbits if orbit.name == name]
-        values[f"time.{name}"] = tuple(o.departures[0][0] for o in own)
-        values[f"speed.{name}"] = tuple(o.departures[0][1] for o in own)
-        sizes = (max(map(abs, o.multipliers)) for o in own)
+        group = [orbit for orbit in orbits if orbit.name == name]
+        values[f"time.{name}"] = tuple(o.departures[0][0] for o in group)
+        values[f"speed.{name}"] = tuple(o.departures[0][1] for o in group)
+        sizes = (max(map(abs, o.multipliers)) for o in group)
         values[f"largest.{name}"] = tuple(float(size) for size in sizes)
     return curves
 
@@ -267,17 +271,19 @@ class LimitPart(Part):
 
 
 def limit(part: LimitPart, scene: MachineScene, report: Progress) -> PartResult:
-    """Found are the last part, whether parts fall throughout, and the power of the
+    """The last part, whether parts fall throughout, and the power of the
     stiffness by which they do."""
-    asked = BasinsPart(grid=part.grid, velocity=part.velocity)
-    cells = _cells(asked)
-    impact = _quiet(*_settled(scene.machine, asked, cells))
+    basins_part = BasinsPart(grid=part.grid, velocity=part.velocity)
+    cells = _cells(basins_part)
+    impact = _quiet(*_settled(scene.machine, basins_part, cells))
     points = []
     for done, exponent in enumerate(part.exponents):
         report("stiffness", done, len(part.exponents))
         machine = replace(scene.machine, stiffness=10.0**exponent)
-        apart = float(np.mean(_quiet(*_settled(machine, asked, cells)) != impact))
-        points.append((float(exponent), apart))
+        disagreement = float(
+            np.mean(_quiet(*_settled(machine, basins_part, cells)) != impact)
+        )
+        points.append((float(exponent), disagreement))
     x, y = np.array(points).T
     slope = np.polyfit(x, np.log10(np.maximum(y, 1e-12)), 1)[0]
     values: Mapping[str, tuple[float, ...]] = {
@@ -290,5 +296,5 @@ def limit(part: LimitPart, scene: MachineScene, report: Progress) -> PartResult:
 
 
 def _quiet(attractors: Sequence[RattleAttractor], which: Numbers) -> NDArray[np.bool_]:
-    quiet = [i for i, each in enumerate(attractors) if each.name == QUIET]
+    quiet = [i for i, attractor in enumerate(attractors) if attractor.name == QUIET]
     return np.isin(which, quiet)

@@ -41,8 +41,11 @@ class Over:
         ends = np.array([self.low, self.high])
         if self.logarithm:
             ends = np.log10(ends)
-        for place in np.linspace(ends[0], ends[1], self.count):
-            yield float(place), float(10.0**place if self.logarithm else place)
+        for coordinate in np.linspace(ends[0], ends[1], self.count):
+            yield (
+                float(coordinate),
+                float(10.0**coordinate if self.logarithm else coordinate),
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +79,7 @@ class QuietPart(Part):
 
 
 def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:
-    """Found are extremes, where they are, and what the machine itself has.
+    """Extremes, where they are, and what the machine itself has.
 
     closed : the critical eccentricity of the machine itself in closed form
     trend : 1 where it rises throughout, -1 where it falls, 0 where it does neither
@@ -88,7 +91,7 @@ def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:
         points.append((place, _shown(part, assembly)))
         drawn.append((place, _scaled(part, assembly, points[-1][1])))
     x, y = np.array(points).T
-    found: Mapping[str, float] = {
+    values: Mapping[str, float] = {
         "own": _shown(part, scene.assembly),
         "closed": critical_by_receptances(scene.assembly),
         "least": float(y.min()),
@@ -100,7 +103,7 @@ def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:
     lines = tuple(_lines(part, scene, np.array(drawn)))
     label = "with the absorber" if lines else ""
     curves = Curve(part.style, tuple(drawn), label=label), *lines
-    return PartResult(curves, {name: (value,) for name, value in found.items()})
+    return PartResult(curves, {name: (value,) for name, value in values.items()})
 
 
 def _lines(part: QuietPart, scene: MachineScene, drawn: Array) -> Iterator[Curve]:

@@ -45,22 +45,21 @@ class MotionsPart(Part):
 
 
 def motions(part: MotionsPart, scene: MachineScene, report: Progress) -> PartResult:
-    """Found are noise levels [rad^2 per turn^3] of motions that rattle, and how many
-    are quiet."""
+    """Noise levels [rad^2 per turn^3] of motions that rattle; how many are quiet."""
     report("motions", 0, 1)
     scene = replace(scene, name=part.machine or scene.name)
-    found, times = _run(part, scene.assembly)
+    runs, times = _run(part, scene.assembly)
     if part.panels:
-        curves = _histories(part, found, times, scene.assembly)
+        curves = _histories(part, runs, times, scene.assembly)
     else:
-        levels = [(float(i), each.noise) for i, each in enumerate(found)]
+        levels = [(float(i), run.noise) for i, run in enumerate(runs)]
         curves = (Curve("dots", tuple(levels)),)
-    loud = np.array([each.noise for each in found if not each.is_quiet])
+    loud = np.array([run.noise for run in runs if not run.is_quiet])
     values: Mapping[str, float] = {
         "least": float(loud.min()),
         "median": float(np.median(loud)),
         "largest": float(loud.max()),
-        "quiet": float(sum(each.is_quiet for each in found)),
+        "quiet": float(sum(run.is_quiet for run in runs)),
     }
     return PartResult(curves, {name: (value,) for name, value in values.items()})
 
@@ -84,14 +83,14 @@ def _run(part: MotionsPart, assembly: Assembly) -> tuple[list[AssemblyRun], np.n
 
 def _histories(
     part: MotionsPart,
-    found: Sequence[AssemblyRun],
+    runs: Sequence[AssemblyRun],
     times: np.ndarray,
     assembly: Assembly,
 ) -> tuple[Curve, ...]:
     play = assembly.machine.half_backlash
     curves = []
     for panel in part.panels:
-        motion, letter = found[panel], chr(ord("a") + panel)
+        motion, letter = runs[panel], chr(ord("a") + panel)
         name = f"({letter}) noise {motion.noise:.3g}"
         points = np.stack([times - times[0], motion.rotation], axis=1)
         shown = tuple((float(t), float(x)) for t, x in points)

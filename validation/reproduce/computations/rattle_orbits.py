@@ -139,10 +139,10 @@ class SettledRattlePart(Part):
 def orbit_branches(
     part: OrbitBranchesPart, scene: MachineScene, report: Progress
 ) -> PartResult:
-    """Stable stretches in full, unstable ones dashed; found are bifurcations."""
+    """Stable stretches in full, unstable ones dashed; the values are bifurcations."""
     search = part.search(part.runs)
     result = find_bifurcations(scene.machine, search, report=report)
-    found: dict[str, list[float]] = defaultdict(list)
+    parameters: dict[str, list[float]] = defaultdict(list)
     curves = []
     if len(result.settled):
         points = tuple((value, speed) for value, _, speed in result.settled.tolist())
@@ -150,19 +150,19 @@ def orbit_branches(
     for branch in result.branches:
         name = branch.itinerary.name
         for point in branch.bifurcations:
-            found[f"{point.kind} of {name}"].append(point.parameter)
+            parameters[f"{point.kind} of {name}"].append(point.parameter)
         if not part.names or name in part.names:
             curves += _speeds(branch)
-    return PartResult(tuple(curves), {k: tuple(v) for k, v in found.items()})
+    return PartResult(tuple(curves), {k: tuple(v) for k, v in parameters.items()})
 
 
 def _speeds(branch: OrbitBranch) -> Iterator[Curve]:
     for stable, points in stability_segments(branch.points):
-        for place in range(branch.itinerary.upper):
+        for flight in range(branch.itinerary.upper):
             yield Curve(
                 "line" if stable else "dashed",
                 (
-                    *((p.parameter, p.departures[place][1]) for p in points),
+                    *((p.parameter, p.departures[flight][1]) for p in points),
                     LABEL_DISTANCE,
                 ),
                 label=branch.itinerary.name,
@@ -178,7 +178,7 @@ def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> Par
         names=part.names,
     )
     every = find_existence(scene.machine, plane, report=report)
-    found: dict[str, list[float]] = defaultdict(list)
+    coordinates: dict[str, list[float]] = defaultdict(list)
     curves, grazing = [], {c.itinerary.name for c in every if c.kind == GRAZING}
     for curve in every:
         name, flank = curve.itinerary.name, ""
@@ -194,9 +194,9 @@ def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> Par
         curves.append(Curve(style, points, label=f"{curve.kind} of {name}{flank}"))
         for point in curve.points:
             if point.kind == "grazing fold":
-                found[f"{point.kind} of {name}.first"].append(point.first)
-                found[f"{point.kind} of {name}.second"].append(point.second)
-    return PartResult(tuple(curves), {k: tuple(v) for k, v in found.items()})
+                coordinates[f"{point.kind} of {name}.first"].append(point.first)
+                coordinates[f"{point.kind} of {name}.second"].append(point.second)
+    return PartResult(tuple(curves), {k: tuple(v) for k, v in coordinates.items()})
 
 
 def _flank(machine: Machine, plane: Plane, grazing: BifurcationCurve) -> str:
@@ -213,18 +213,22 @@ def _flank(machine: Machine, plane: Plane, grazing: BifurcationCurve) -> str:
 def orbit_motions(
     part: OrbitMotionsPart, scene: MachineScene, report: Progress
 ) -> PartResult:
-    """Found is 1 where a motion is there, and where it is stable, else 0."""
+    """Values are 1 where a motion is there, and where it is stable, else 0."""
     machine = scene.machine
     orbits = find_orbits(machine, 1, (0.0, part.highest))
     curves: list[Curve] = []
-    found: dict[str, tuple[float, ...]] = {}
+    values: dict[str, tuple[float, ...]] = {}
     for name in part.names:
-        own = sorted((o for o in orbits if o.name == name), key=lambda o: not o.stable)
-        found[f"{name} is there"] = (float(bool(own)),)
-        found[f"{name} is stable"] = (float(bool(own) and own[0].stable),)
-        if own:
-            curves += _history(machine, own[0].departures[0], part.turns, name)
-    return PartResult(tuple(curves), found)
+        named_orbits = sorted(
+            (o for o in orbits if o.name == name), key=lambda o: not o.stable
+        )
+        values[f"{name} is there"] = (float(bool(named_orbits)),)
+        values[f"{name} is stable"] = (
+            float(bool(named_orbits) and named_orbits[0].stable),
+        )
+        if named_orbits:
+            curves += _history(machine, named_orbits[0].departures[0], part.turns, name)
+    return PartResult(tuple(curves), values)
 
 
 def _history(
@@ -246,7 +250,7 @@ def _history(
 def settled_rattle(
     part: SettledRattlePart, scene: MachineScene, report: Progress
 ) -> PartResult:
-    """Found is how many starts settle to each kind, and how many kinds there are."""
+    """Count the starts that settle to each kind, and the kinds."""
     machine = scene.machine
     random = np.random.default_rng(0)
     starts = random.uniform((0.0, 0.0), (1.0, part.highest), (part.starts, 2))
@@ -256,17 +260,17 @@ def settled_rattle(
     naming = AttractorClassifier(machine, part.iterations)
     numbers = naming.sort(settled)[0].tolist()
     curves: list[Curve] = []
-    found: dict[str, float] = {QUIET: 0.0, CHAOTIC: 0.0}
+    counts: dict[str, float] = {QUIET: 0.0, CHAOTIC: 0.0}
     for number, attractor in enumerate(naming.found):
         name = attractor.name
-        panel = name if name not in found or not found[name] else f"{name}, another"
-        found[name] = found.get(name, 0.0) + numbers.count(number)
+        panel = name if name not in counts or not counts[name] else f"{name}, another"
+        counts[name] = counts.get(name, 0.0) + numbers.count(number)
         if name == QUIET:
             curves += _quiet(machine, part.turns)
         else:
             curves += _history(machine, attractor.point, part.turns, panel)
-    found["kinds"] = float(len(naming.found))
-    return PartResult(tuple(curves), {k: (v,) for k, v in found.items()})
+    counts["kinds"] = float(len(naming.found))
+    return PartResult(tuple(curves), {k: (v,) for k, v in counts.items()})
 
 
 def _quiet(machine: Machine, turns: int) -> Iterator[Curve]:

@@ -46,24 +46,24 @@ class SawtoothPart(Part):
 
 
 def sawtooth(part: SawtoothPart, scene: NoScene, report: Progress) -> PartResult:
-    """Found of stepN., steps counted from 1: errors at the first and last count, the
+    """Values of stepN., steps counted from 1: errors at the first and last count, the
     least of all, and atCOUNT."""
     report("errors", 0, 1)
-    curves, found = [], {}
+    curves, values = [], {}
     for number, step in enumerate(part.steps, start=1):
         errors = _errors(part, step)
         points = zip(part.counts, np.log10(errors).tolist(), strict=True)
         rows = tuple((float(count), error) for count, error in points)
         curves.append(Curve("line", rows, label=f"h = {step:g}"))
         start = f"step{number}."
-        found[f"{start}first"] = (errors[0],)
-        found[f"{start}last"] = (errors[-1],)
-        found[f"{start}least"] = (min(errors),)
-        found |= {
+        values[f"{start}first"] = (errors[0],)
+        values[f"{start}last"] = (errors[-1],)
+        values[f"{start}least"] = (min(errors),)
+        values |= {
             f"{start}at{count}": (error,)
             for count, error in zip(part.counts, errors, strict=True)
         }
-    return PartResult(tuple(curves), found)
+    return PartResult(tuple(curves), values)
 
 
 def _errors(part: SawtoothPart, step: float) -> Sequence[float]:

@@ -41,13 +41,13 @@ class AttractorsPart(Part):
             return ()
         values = (scene.unit_Hz * value for value in parsed_speeds(self.speeds))
         over = "mesh_frequency_Hz=" + ",".join(f"{value:.6g}" for value in values)
-        words = ["bifurcations", *scene.argv, *scene.kept_harmonics("--harmonics")]
-        how = ["--direction", self.direction, "--sections", str(self.sections)]
-        return [*words, "--over", over, *how]
+        argv = ["bifurcations", *scene.argv, *scene.kept_harmonics("--harmonics")]
+        options = ["--direction", self.direction, "--sections", str(self.sections)]
+        return [*argv, "--over", over, *options]
 
 
 def attractors(part: AttractorsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are the first and last speed of chaos and of motions of two periods.
+    """First and last speed of chaos and of motions of two periods.
 
     exponent : largest of Lyapunov per period of the first mesh, of all speeds
     """
@@ -59,16 +59,18 @@ def attractors(part: AttractorsPart, scene: Scene, report: Progress) -> PartResu
         observer=reporting(report, len(speeds)),
     )
     pairs = list(zip(branch.values, branch.attractors, strict=True))
-    found = {
-        "chaotic": _span(v / unit for v, each in pairs if each.kind == Kind.CHAOTIC),
-        "doubled": _span(v / unit for v, each in pairs if each.multiple == 2),
-        "exponent": (max(each.exponent for _, each in pairs),),
+    values = {
+        "chaotic": _span(
+            v / unit for v, attractor in pairs if attractor.kind == Kind.CHAOTIC
+        ),
+        "doubled": _span(v / unit for v, attractor in pairs if attractor.multiple == 2),
+        "exponent": (max(attractor.exponent for _, attractor in pairs),),
     }
     curves = [
         Curve("points", tuple(_points(part, branch, unit, mesh - 1)), mesh)
         for mesh in scene.meshes
     ]
-    return PartResult(tuple(curves), found)
+    return PartResult(tuple(curves), values)
 
 
 def _span(speeds: Iterator[float]) -> tuple[float, ...]:
@@ -86,6 +88,6 @@ def _points(
         ):
             yield 1e6 * float(deflection), 1e3 * float(rate)
         return
-    for value, each in zip(branch.values, branch.attractors, strict=True):
-        for deflection in each.deflection[:, mesh]:
+    for value, attractor in zip(branch.values, branch.attractors, strict=True):
+        for deflection in attractor.deflection[:, mesh]:
             yield value / unit, 1e6 * float(deflection)

@@ -46,7 +46,7 @@ class SpectraPart(Part):
 
 
 def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of speedN., speeds counted from 1:
+    """Values of speedN., speeds counted from 1:
 
     peaks : frequencies of peaks above a twentieth of the highest, in the unit of the
         figure; highest : that of the highest one; lowest : of all, the first
@@ -65,7 +65,7 @@ def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
     if not complete:
         raise DivergedError(responses[-1].frequency, responses[-1].settling_time)
     curves: list[Curve] = []
-    found: dict[str, tuple[float, ...]] = {}
+    quantities: dict[str, tuple[float, ...]] = {}
     for number, (value, response) in enumerate(
         zip(values, responses, strict=True), start=1
     ):
@@ -85,8 +85,10 @@ def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
                 ("highest", [1 + amplitude[1:].argmax()]),
                 ("lowest", _peaks(amplitude, LOW)[:1]),
             ):
-                found[f"{start}.{name}"] = tuple((frequency[places] / unit).tolist())
-    return PartResult(tuple(curves), found)
+                quantities[f"{start}.{name}"] = tuple(
+                    (frequency[places] / unit).tolist()
+                )
+    return PartResult(tuple(curves), quantities)
 
 
 def _stepper(

@@ -43,9 +43,9 @@ class StabilityPart(Part):
 
     def command(self, scene: Scene) -> Sequence[str]:
         low, high, step = (scene.unit_Hz * float(v) for v in self.speeds.split(":"))
-        words = ["stability", *scene.argv, *scene.friction_words([self.over.key])]
+        argv = ["stability", *scene.argv, *scene.friction_words([self.over.key])]
         speeds = f"{low:.6g}:{high:.6g}:{step:.6g}"
-        return [*words, "--over", self._over_words(scene), "--speeds", speeds]
+        return [*argv, "--over", self._over_words(scene), "--speeds", speeds]
 
     def _over_words(self, scene: Scene) -> str:
         over = self.over
@@ -57,7 +57,7 @@ class StabilityPart(Part):
 
 
 def stability(part: StabilityPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of valueN.COMBINATION., values counted from 1, in the unit of the figure:
+    """Values of valueN.COMBINATION., values counted from 1, in the unit of the figure:
 
     low, high, width : of the widest interval of that name
     expected_low, expected_high, expected_width : of perturbation
@@ -70,13 +70,13 @@ def stability(part: StabilityPart, scene: Scene, report: Progress) -> PartResult
         report("values", done, part.over.count)
         system = scene.changed({part.over.key: value}).system
         columns.append(_column(part, periodic_system(system), speeds))
-    found: dict[str, tuple[float, ...]] = {
+    values: dict[str, tuple[float, ...]] = {
         f"value{number}.{name}": (frequency / unit,)
         for number, column in enumerate(columns, start=1)
         for name, frequency in _figures(column)
     }
-    found |= _widest(part.over.values, columns)
-    return PartResult(tuple(_curves(part, columns, unit)), found)
+    values |= _widest(part.over.values, columns)
+    return PartResult(tuple(_curves(part, columns, unit)), values)
 
 
 def _column(
@@ -84,22 +84,25 @@ def _column(
 ) -> StabilityScan:
     if part.traced:
         return scan_stability(varying, speeds)
-    known = combinations(varying, (speeds[0], speeds[-1]))
-    return StabilityScan(np.empty(0), (), tuple(known))
+    expected = combinations(varying, (speeds[0], speeds[-1]))
+    return StabilityScan(np.empty(0), (), tuple(expected))
 
 
 def _figures(column: StabilityScan) -> Iterator[tuple[str, float]]:
-    for kind in {each.kind for each in column.intervals}:
-        own = [each for each in column.intervals if each.kind == kind]
-        widest = max(own, key=lambda each: each.high - each.low)
+    for kind in {interval.kind for interval in column.intervals}:
+        intervals = [interval for interval in column.intervals if interval.kind == kind]
+        widest = max(intervals, key=lambda interval: interval.high - interval.low)
         yield f"{kind}.low", widest.low
         yield f"{kind}.high", widest.high
         yield f"{kind}.width", widest.high - widest.low
-    for each in column.expected:
-        if each.unstable:
-            yield f"{each.name}.expected_low", each.low
-            yield f"{each.name}.expected_high", each.high
-            yield f"{each.name}.expected_width", each.high - each.low
+    for combination in column.expected:
+        if combination.unstable:
+            yield f"{combination.name}.expected_low", combination.low
+            yield f"{combination.name}.expected_high", combination.high
+            yield (
+                f"{combination.name}.expected_width",
+                combination.high - combination.low,
+            )
 
 
 def _widest(
@@ -108,10 +111,13 @@ def _widest(
     """Values of the parameter at which the intervals of a name are widest."""
     widest: dict[str, tuple[float, float]] = {}
     for value, column in zip(values, columns, strict=True):
-        own = [(each.kind, each.low, each.high) for each in column.intervals]
+        intervals = [
+            (interval.kind, interval.low, interval.high)
+            for interval in column.intervals
+        ]
         near = [c for c in column.expected if c.unstable]
-        own += [(f"{c.name}.expected", c.low, c.high) for c in near]
-        for name, low, high in own:
+        intervals += [(f"{c.name}.expected", c.low, c.high) for c in near]
+        for name, low, high in intervals:
             key = f"{name}_widest_at" if "." in name else f"{name}.widest_at"
             widest[key] = max(widest.get(key, (0.0, value)), (high - low, value))
     return {key: (value,) for key, (_, value) in widest.items()}
@@ -123,17 +129,17 @@ def _curves(
     """Traced edges as dots; those of perturbation on lines, for each combination."""
     names = {c.name for column in columns for c in column.expected}
     for panel in part.only or ("",):
-        own = [panel] if panel else sorted(names)
+        panel_names = [panel] if panel else sorted(names)
         dots = [
             (value, edge / unit)
             for value, column in zip(part.over.values, columns, strict=True)
-            for each in column.intervals
-            if not panel or each.kind == panel
-            for edge in (each.low, each.high)
+            for interval in column.intervals
+            if not panel or interval.kind == panel
+            for edge in (interval.low, interval.high)
         ]
         if part.traced:
             yield Curve("dots", tuple(dots), panel=panel, label="multipliers")
-        lines = tuple(_expected_lines(part.over.values, columns, own, unit))
+        lines = tuple(_expected_lines(part.over.values, columns, panel_names, unit))
         style: Style = "line" if part.traced else "dotted"
         yield Curve(style, lines, panel=panel, label="perturbation")
 
@@ -152,5 +158,9 @@ def _expected_lines(
 
 
 def _edge(column: StabilityScan, name: str, edge: str) -> float:
-    own = [getattr(each, edge) for each in column.expected if each.name == name]
-    return float(own[0]) if own else np.nan
+    edges = [
+        getattr(combination, edge)
+        for combination in column.expected
+        if combination.name == name
+    ]
+    return float(edges[0]) if edges else np.nan

@@ -37,7 +37,7 @@ class ToothPairsPart(Part):
 
 
 def tooth_pairs(part: ToothPairsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of the pair in recess or approach:
+    """Values of the pair in recess or approach:
 
     first, last : values where it comes into its half of the path and leaves it
     double_first, double_last : where double contact starts and ends
@@ -50,10 +50,10 @@ def tooth_pairs(part: ToothPairsPart, scene: Scene, report: Progress) -> PartRes
         values = stiffness / scene.system.excitations[0].mean_stiffness
     touching = stiffness > 0.0
     double = touching.all(axis=0)
-    curves, found = [], {}
+    curves, quantities = [], {}
     for number, side in enumerate(ahead):
-        own = np.where(touching[number], values[number], np.nan)
-        points = tuple(zip(x.tolist(), own.tolist(), strict=True))
+        in_contact = np.where(touching[number], values[number], np.nan)
+        points = tuple(zip(x.tolist(), in_contact.tolist(), strict=True))
         curves.append(Curve("line", points, mesh=1, label=IN_WORDS[side]))
         here, both = values[number, touching[number]], values[number, double]
         name = "approach" if side < 0 else "recess"
@@ -61,8 +61,8 @@ def tooth_pairs(part: ToothPairsPart, scene: Scene, report: Progress) -> PartRes
             *(("first", here[0]), ("last", here[-1])),
             *(("double_first", both[0]), ("double_last", both[-1])),
         ):
-            found[f"{name}.{key}"] = (float(value),)
-    return PartResult(tuple(curves), found)
+            quantities[f"{name}.{key}"] = (float(value),)
+    return PartResult(tuple(curves), quantities)
 
 
 def _pairs(scene: Scene, x: Array) -> tuple[tuple[Array, Array], Sequence[int]]:
@@ -96,24 +96,24 @@ class FrictionDeflectionPart(Part):
     def command(self, scene: Scene) -> Sequence[str]:
         if not self.elements or scene.edits:
             return ()
-        how = ["--torque", f"{scene.torque:g}", "--friction", f"{scene.friction:g}"]
+        options = ["--torque", f"{scene.torque:g}", "--friction", f"{scene.friction:g}"]
         positions = ["--positions", str(scene.source.positions)]
-        return ["stiffness", scene.set_name, *how, *positions]
+        return ["stiffness", scene.set_name, *options, *positions]
 
 
 def friction_deflection(
     part: FrictionDeflectionPart, scene: Scene, report: Progress
 ) -> PartResult:
-    """Found are means over single contact in recess and approach, and the RMS over
+    """Means over single contact in recess and approach, and the RMS over
     double contact [um]."""
     report("deflection", 0, 1)
     x, change, single = (_by_elements if part.elements else _by_pairs)(scene)
     points = tuple(zip(x.tolist(), (1e6 * change).tolist(), strict=True))
-    found = {}
+    values = {}
     for name, half in (("recess", x < 0.5), ("approach", x > 0.5)):
-        found[f"single.{name}"] = (1e6 * float(change[single & half].mean()),)
-    found["double"] = (1e6 * float(np.sqrt((change[~single] ** 2).mean())),)
-    return PartResult((Curve("line", points, mesh=1),), found)
+        values[f"single.{name}"] = (1e6 * float(change[single & half].mean()),)
+    values["double"] = (1e6 * float(np.sqrt((change[~single] ** 2).mean())),)
+    return PartResult((Curve("line", points, mesh=1),), values)
 
 
 def _by_elements(scene: Scene) -> tuple[Array, Array, NDArray[np.bool_]]:
@@ -156,19 +156,19 @@ class HarmonicsPart(Part):
 
 
 def harmonics(part: HarmonicsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of orderN.: amplitudes at the first and last value, and extremes."""
+    """Values of orderN.: amplitudes at the first and last value, and extremes."""
     values = part.over.values
     sizes = np.array(list(_amplitudes(part, scene, report)))
-    curves, found = [], {}
-    for number, own in enumerate(sizes.T, start=1):
-        points = tuple(zip(values, own.tolist(), strict=True))
+    curves, quantities = [], {}
+    for number, amplitudes in enumerate(sizes.T, start=1):
+        points = tuple(zip(values, amplitudes.tolist(), strict=True))
         curves.append(Curve("line", points, mesh=1, label=f"s = {number}"))
         for name, value in (
-            *(("first", own[0]), ("last", own[-1])),
-            *(("largest", own.max()), ("least", own.min())),
+            *(("first", amplitudes[0]), ("last", amplitudes[-1])),
+            *(("largest", amplitudes.max()), ("least", amplitudes.min())),
         ):
-            found[f"order{number}.{name}"] = (float(value),)
-    return PartResult(tuple(curves), found)
+            quantities[f"order{number}.{name}"] = (float(value),)
+    return PartResult(tuple(curves), quantities)
 
 
 def _amplitudes(part: HarmonicsPart, scene: Scene, report: Progress) -> Iterator[Array]:
