@@ -246,12 +246,12 @@ class BranchFinder:
         """
         at, times = motion.parameter, branch.problem.multiple
         balance, frequency = branch.problem.at(at)
-        for found in self.found:
-            if times % found.multiple:
+        for existing in self.found:
+            if times % existing.multiple:
                 continue
-            for near in self._motions_of(found, at):
-                own, _ = self.balance(found.multiple, at)
-                x = own.lengthened(near.x, times // found.multiple)
+            for crossing in self._motions_of(existing, at):
+                existing_balance, _ = self.balance(existing.multiple, at)
+                x = existing_balance.lengthened(crossing.x, times // existing.multiple)
                 for periods in range(times):
                     shifted = balance.delayed(x, periods, frequency)
                     if (
@@ -298,8 +298,8 @@ class BranchFinder:
         )
 
     def _double(self, parent: PeriodicBranch, point: BranchPoint, number: int) -> None:
-        branch, own = (self._branch(n * parent.multiple) for n in (2, 1))
-        x = own.problem.at(point.parameter)[0].lengthened(point.x, 2)
+        branch, single_period = (self._branch(n * parent.multiple) for n in (2, 1))
+        x = single_period.problem.at(point.parameter)[0].lengthened(point.x, 2)
         try:
             start = branch.branch_switch(x, point.parameter, ASIDE)
         except NoSolution:
@@ -351,15 +351,15 @@ class BranchFinder:
             located_point(motions, point)
             for point in with_bifurcations(branch, followed)
         )
-        found = PeriodicBranch(
+        new_branch = PeriodicBranch(
             motions.multiple, points, origin, followed.reason, followed.closed
         )
         if self._is_duplicate(branch, points):
             return
         points = tuple(self._drop_doubling_artefacts(motions.multiple, points))
-        found = replace(found, points=points, error=_error(motions, points))
-        self.keep(found)
-        self.found.append(found)
+        new_branch = replace(new_branch, points=points, error=_error(motions, points))
+        self.keep(new_branch)
+        self.found.append(new_branch)
 
     def _drop_doubling_artefacts(
         self, multiple: int, points: tuple[BranchPoint, ...]
@@ -387,11 +387,11 @@ class BranchFinder:
     ) -> bool:
         """Whether a branch that is found passes through most of some points."""
         probes = [points[round(part * (len(points) - 1))] for part in PROBED]
-        known = 0
+        matches = 0
         for point in probes:
             motion = Point(point.x, point.parameter, np.zeros(point.x.size + 1))
-            known += self._is_known(branch, motion)
-        return 2 * known > len(probes)
+            matches += self._is_known(branch, motion)
+        return 2 * matches > len(probes)
 
     def _one_way(
         self, branch: Continuation[PeriodicProblem], start: Point

@@ -69,12 +69,12 @@ def axis_label(name: str) -> str:
     """Label of an axis from its name, such as `mesh 1, tip relief, magnitude [um]`."""
     *path, last = name.split(".")
     quantity, _, unit = last.rpartition("_")
-    known = {"um", "mm", "deg", "Nm", "GPa", "kg", "pitches", "m"}
-    if unit in known and quantity:
+    units = {"um", "mm", "deg", "Nm", "GPa", "kg", "pitches", "m"}
+    if unit in units and quantity:
         last = f"{quantity.replace('_', ' ')} [{'N m' if unit == 'Nm' else unit}]"
     else:
         last = last.replace("_", " ")
-    words = [step.replace("_", " ") for step in path]
-    if len(words) > 1 and words[0] in ("mesh", "gear", "shaft"):
-        words = [f"{words[0]} {words[1]}", *words[2:]]
-    return ", ".join([*words, last])
+    labels = [step.replace("_", " ") for step in path]
+    if len(labels) > 1 and labels[0] in ("mesh", "gear", "shaft"):
+        labels = [f"{labels[0]} {labels[1]}", *labels[2:]]
+    return ", ".join([*labels, last])

@@ -72,13 +72,13 @@ class SpectraOverSpeed:
     @property
     def speeds(self) -> list[float]:
         """Frequencies of the first mesh [Hz]."""
-        return [each.speed for each in self.lines]
+        return [lines.speed for lines in self.lines]
 
     def harmonic(self, order: int, mesh: int) -> Array:
         """Amplitudes (speeds,) [m] at a multiple of a mesh's frequency."""
-        places = [int(order * self.rates[mesh] * each.periods) for each in self.lines]
-        found = zip(places, self.lines, strict=True)
-        return np.array([lines.amplitude[place, mesh] for place, lines in found])
+        rows = [int(order * self.rates[mesh] * lines.periods) for lines in self.lines]
+        row_lines = zip(rows, self.lines, strict=True)
+        return np.array([lines.amplitude[place, mesh] for place, lines in row_lines])
 
     def seen(self, mesh: int) -> Iterator[tuple[float, float, float]]:
         """Speed [Hz], order and amplitude [m] of a mesh's lines that are not faint."""
@@ -91,7 +91,7 @@ class SpectraOverSpeed:
 
     def largest(self, mesh: int) -> float:
         """Largest amplitude of a mesh [m]."""
-        return max(float(each.amplitude[1:, mesh].max()) for each in self.lines)
+        return max(float(lines.amplitude[1:, mesh].max()) for lines in self.lines)
 
 
 def spectra_over_speed(
@@ -116,11 +116,11 @@ def spectra_over_speed(
 
 def spectra_rows(found: Sequence[SpectraOverSpeed]) -> Iterator[tuple[Any, ...]]:
     """Cells of COLUMNS for every line of every mesh and speed."""
-    for each in found:
-        for mesh, rate in enumerate(each.rates):
-            for speed, order, amplitude in each.seen(mesh):
-                place = each.torque_Nm, each.branch.direction, speed, mesh + 1
-                yield (*place, order * float(rate) * speed, order, amplitude)
+    for spectra in found:
+        for mesh, rate in enumerate(spectra.rates):
+            for speed, order, amplitude in spectra.seen(mesh):
+                labels = spectra.torque_Nm, spectra.branch.direction, speed, mesh + 1
+                yield (*labels, order * float(rate) * speed, order, amplitude)
 
 
 def draw_waterfall(found: Sequence[SpectraOverSpeed], title: str = "") -> Figure:
@@ -128,17 +128,17 @@ def draw_waterfall(found: Sequence[SpectraOverSpeed], title: str = "") -> Figure
     meshes = len(found[0].branch.system.excitations)
     size = 2.0 + 6.0 * len(found), 1.0 + 6.5 * meshes
     figure, rows = panels(2 * meshes, len(found), size=size, heights=(3, 2) * meshes)
-    for column, each in enumerate(found):
+    for column, spectra in enumerate(found):
         for mesh in range(meshes):
             lines, harmonics = (rows[2 * mesh + i][column] for i in range(2))
             largest = 1e6 * max(REST, *(other.largest(mesh) for other in found))
-            _draw_lines(lines, each, mesh, largest)
-            _draw_harmonics(harmonics, each, mesh)
+            _draw_lines(lines, spectra, mesh, largest)
+            _draw_harmonics(harmonics, spectra, mesh)
             harmonics.set_ylim(0.0, 1.05 * largest)
             lines.sharex(harmonics)
             lines.set_title(
-                f"mesh {mesh + 1}, {each.torque_Nm:g} N m, speed "
-                f"{'rising' if each.branch.direction == 'up' else 'falling'}",
+                f"mesh {mesh + 1}, {spectra.torque_Nm:g} N m, speed "
+                f"{'rising' if spectra.branch.direction == 'up' else 'falling'}",
                 fontsize=10,
                 pad=16.0,
             )

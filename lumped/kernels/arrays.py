@@ -19,10 +19,10 @@ PERIOD, MULTIPLE, STREAK = range(3)  # of Convergence.counts
 
 def in_row_order(record: R) -> R:
     """A record whose arrays have C order: kernels are compiled again for any other."""
-    kept: Any = record
-    return kept._make(
+    named_tuple: Any = record
+    return named_tuple._make(
         np.ascontiguousarray(value) if isinstance(value, np.ndarray) else value
-        for value in kept
+        for value in named_tuple
     )
 
 

@@ -122,11 +122,13 @@ def _named(
     half = np.maximum(0.5 * (known.high - known.low), 1e-12 * speeds[:, None])
     # inside several intervals, the one with the nearest middle, per half width
     far = np.where(away <= half, away / half, 1.0 + (away - half) / speeds[:, None])
-    found = fits.any(axis=1)
+    is_named = fits.any(axis=1)
     names = np.full(speeds.size, "", "U64")
-    if found.any():
-        names[found] = known.names[np.where(fits, far, np.inf)[found].argmin(axis=1)]
-    for number in np.flatnonzero(~found).tolist():
+    if is_named.any():
+        names[is_named] = known.names[
+            np.where(fits, far, np.inf)[is_named].argmin(axis=1)
+        ]
+    for number in np.flatnonzero(~is_named).tolist():
         hertz = known.angular / (2.0 * np.pi * speeds[number])
         names[number] = _name_by_order(
             int(one[number, 0]), int(other[number, 0]), hertz

@@ -151,8 +151,8 @@ def run_map(
 ) -> ParameterMap:
     """Compute a map with all points; see `Points`."""
     parts = Points(parameter_map, build, evaluate)
-    found = compute(parts)
-    cells = {point: _read(found[name]) for name, point in parts.points.items()}
+    arrays = compute(parts)
+    cells = {point: _read(arrays[name]) for name, point in parts.points.items()}
     return replace(parameter_map, cells=cells)
 
 
@@ -189,6 +189,6 @@ def map_rows(found: ParameterMap) -> Iterator[tuple[Any, ...]]:
     """Rows, one for each point and mesh, with the points in the order of the grid."""
     for point in found.points:
         cell = found.cells[point]
-        each = zip(cell.values, cell.multiples, strict=True)
-        for mesh, (values, multiple) in enumerate(each, start=1):
+        meshes = zip(cell.values, cell.multiples, strict=True)
+        for mesh, (values, multiple) in enumerate(meshes, start=1):
             yield *map(float, point), mesh, *values, multiple, cell.status

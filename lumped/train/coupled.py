@@ -174,8 +174,8 @@ class CoupledContacts:
         if self.solved is None or self.kept is None:
             return self
         without = tuple(name for name in self.without if name != "modes")
-        kept = np.ones_like(self.kept)
-        return replace(self, modes=self.solved, kept=kept, without=without)
+        retained = np.ones_like(self.kept)
+        return replace(self, modes=self.solved, kept=retained, without=without)
 
     @property
     def of_equal_teeth(self) -> CoupledContacts:
@@ -343,7 +343,7 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
     facing = gap < MAX_FACING_GAP
     faces = np.where(facing, np.arange(len(mesh_of)), len(mesh_of))
     faces = np.sort(faces)[:, : facing.sum(axis=1).max()]
-    found = ContactGrid(
+    step_grid = ContactGrid(
         place=place,
         part=part,
         turn=turn,
@@ -355,7 +355,7 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
         facing=facing,
         faces=np.where(faces < len(mesh_of), faces, -1),
     )
-    return in_row_order(found)
+    return in_row_order(step_grid)
 
 
 def coupled_steps(
@@ -435,24 +435,24 @@ def static_transmission_error(
 
     Raises ArithmeticError if no equilibrium is found.
     """
-    own = np.flatnonzero(found.mesh_of == mesh)
-    contacts, none = found.contacts, np.zeros((own.size, len(found.rows[0]), 1))
-    gap, errors = contacts.gap[own], contacts.errors[own]
+    of_mesh = np.flatnonzero(found.mesh_of == mesh)
+    contacts, none = found.contacts, np.zeros((of_mesh.size, len(found.rows[0]), 1))
+    gap, errors = contacts.gap[of_mesh], contacts.errors[of_mesh]
     if errors.size:
         gap = gap + errors[:, [cycle % errors.shape[1]]]
     alone = replace(
         found,
-        mesh_of=np.zeros(own.size, np.int64),
-        rows=found.penetration_rate[own][:, :, None],
+        mesh_of=np.zeros(of_mesh.size, np.int64),
+        rows=found.penetration_rate[of_mesh][:, :, None],
         inertia_rows=none,
         work=np.zeros((1, 1)),
         modes=None,
         contacts=contacts._replace(
-            first=np.array([0, own.size]),
+            first=np.array([0, of_mesh.size]),
             gap=gap,
             knots=contacts.knots[[mesh]],
-            load_curve=contacts.load_curve[own],
-            normal_compliance=contacts.normal_compliance[:, own][:, :, own],
+            load_curve=contacts.load_curve[of_mesh],
+            normal_compliance=contacts.normal_compliance[:, of_mesh][:, :, of_mesh],
         ),
     )
     one = np.ones(1)
@@ -534,10 +534,10 @@ def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     np.fill_diagonal(others, False)
     shared = np.einsum("pcd,pd->pc", compliance * others, loaded.load)
     carries = loaded.load > 0.0
-    own = np.divide(shared, loaded.load, np.zeros_like(shared), where=carries)
+    mutual = np.divide(shared, loaded.load, np.zeros_like(shared), where=carries)
     compliance[:, others] = 0.0
     every = np.arange(system.mesh_of.size)
-    compliance[:, every, every] += own
+    compliance[:, every, every] += mutual
     # pairs that are kept apart by others at rest stay apart
     gap = system.contacts.gap + np.where(carries, 0.0, shared).T
     return system.contacts._replace(normal_compliance=compliance, gap=gap)
@@ -603,14 +603,14 @@ def _closing(system: CoupledSystem, start: Array) -> Array:
     contacts, first = system.contacts, system.contacts.first
     gaps = np.empty((contacts.gap.shape[1], len(first) - 1))
     for m, side in enumerate(np.where(system.shapes @ start < 0.0, -1.0, 1.0)):
-        own = slice(first[m], first[m + 1])
-        facing = contacts.gap[own][contacts.side[own] == side]
+        of_mesh = slice(first[m], first[m + 1])
+        facing = contacts.gap[of_mesh][contacts.side[of_mesh] == side]
         gaps[:, m] = side * facing.min(axis=0) if len(facing) else 0.0
     # bodies need not deflect for it: use only coordinates that loads move
-    moved = start != 0.0 if start.any() else np.ones(start.size, bool)
-    found = np.zeros((len(gaps), start.size))
-    found[:, moved] = gaps @ np.linalg.pinv(system.shapes[:, moved]).T
-    return found
+    is_loaded = start != 0.0 if start.any() else np.ones(start.size, bool)
+    coordinates = np.zeros((len(gaps), start.size))
+    coordinates[:, is_loaded] = gaps @ np.linalg.pinv(system.shapes[:, is_loaded]).T
+    return coordinates
 
 
 def _linearise(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:

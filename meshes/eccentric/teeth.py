@@ -281,19 +281,19 @@ class ToothedPair:
 
 def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
     """Raise GeometryError if involutes cannot exist on the pitch curves."""
-    found = feasibility(pair, pressure_angle)
-    limit = floored(1e3 * found.largest_eccentricity)
-    degrees = math.degrees(found.largest_pressure_angle)
-    if not found.feasible and degrees < MIN_ANGLE:
+    outcome = feasibility(pair, pressure_angle)
+    limit = floored(1e3 * outcome.largest_eccentricity)
+    degrees = math.degrees(outcome.largest_pressure_angle)
+    if not outcome.feasible and degrees < MIN_ANGLE:
         raise GeometryError(
             "eccentricity",
-            f"{1e3 * pair.eccentricity:g} mm; {found.reason}: below {limit} mm is "
+            f"{1e3 * pair.eccentricity:g} mm; {outcome.reason}: below {limit} mm is "
             "needed with this pressure angle",
         )
-    if not found.feasible:
+    if not outcome.feasible:
         raise GeometryError(
             "pressure_angle",
-            f"{math.degrees(pressure_angle):g} deg; {found.reason}: below "
+            f"{math.degrees(pressure_angle):g} deg; {outcome.reason}: below "
             f"{floored(degrees)} deg is needed with this eccentricity, or an "
             f"eccentricity below {limit} mm",
         )

@@ -84,15 +84,15 @@ def terms_needed(angle, error):
 @compiled
 def largest(own, step):
     """Largest sum of a row of |K| on a piece (d + 1, n, n)."""
-    found = 0.0
+    norm = 0.0
     for i in range(own.shape[1]):
         total, power = 0.0, 1.0
         for d in range(own.shape[0]):
             for j in range(own.shape[2]):
                 total += abs(own[d, i, j]) * power
             power *= step
-        found = max(found, total)
-    return found
+        norm = max(norm, total)
+    return norm
 
 
 @compiled
@@ -116,11 +116,11 @@ def shift(own, start, h, shifted):
 @inlined
 def pull(own, terms, j, i, c):
     """Term j of K q, row i and column c."""
-    found = 0.0
+    total = 0.0
     for d in range(min(own.shape[0], j + 1)):
         for r in range(own.shape[1]):
-            found += own[d, i, r] * terms[j - d, r, c]
-    return found
+            total += own[d, i, r] * terms[j - d, r, c]
+    return total
 
 
 @compiled
