@@ -187,7 +187,7 @@ def with_body_modes(
         every = replace(reference, contacts=replace(contacts, modes=modes))
         kept = inertia.choose(own_band(every))
     return replace(
-        contacts, modes=modes.only(kept), solved=modes, inertia=inertia, kept=kept
+        contacts, modes=modes.only(kept), solved=modes, inertia=inertia, retained=kept
     )
 
 

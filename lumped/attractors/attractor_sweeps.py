@@ -218,9 +218,9 @@ class _AttractorRecorder:
         return solution
 
     def _attractor(
-        self, stepper: Stepper, found: tuple[Response, Any, Any], watch: Watch
+        self, stepper: Stepper, solution: tuple[Response, Any, Any], watch: Watch
     ) -> Attractor:
-        response, _, steps = found
+        response, _, steps = solution
         return find_attractor(
             *(stepper.system, response, steps, self.sections),
             partial(watch, response.frequency),

@@ -230,10 +230,8 @@ class HarmonicBalance:
         coefficients = np.zeros(longer.shape)
         coefficients[0] = series[0]
         orders = times * np.arange(1, H + 1)
-        coefficients[orders], coefficients[longer.series.order + orders] = (
-            series[1 : H + 1],
-            series[H + 1 :],
-        )
+        coefficients[orders] = series[1 : H + 1]
+        coefficients[longer.series.order + orders] = series[H + 1 :]
         return coefficients.ravel()
 
     def delayed(self, x: Array, periods: int, frequency: float) -> Array:

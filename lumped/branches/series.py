@@ -36,10 +36,8 @@ class Series:
         H = self.order
         turn = 2.0 * math.pi / self.length * np.arange(1, H + 1)[:, None]
         derivative = np.zeros_like(x)
-        derivative[1 : H + 1], derivative[H + 1 :] = (
-            turn * x[H + 1 :],
-            -turn * x[1 : H + 1],
-        )
+        derivative[1 : H + 1] = turn * x[H + 1 :]
+        derivative[H + 1 :] = -turn * x[1 : H + 1]
         return derivative
 
     def waves(self, x: Array) -> Complex:

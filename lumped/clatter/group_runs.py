@@ -55,11 +55,11 @@ class GroupRun:
         plays = [(owner.name, play) for owner, play in self.group.plays]
         tooth_impacts = self.impacts.play == plays.index((wheel.name, TEETH))
         turns = self.impacts.time[tooth_impacts] / self.group.excitation.period
-        return (
-            turns % 1.0,
+        speed, edge = (
             self.impacts.speed[tooth_impacts],
             self.impacts.edge[tooth_impacts],
         )
+        return turns % 1.0, speed, edge
 
 
 def run_events(

@@ -150,11 +150,8 @@ def _own_waves(
         variation = variations[number[k]]
         if variation is not None:
             cosine, sine = math.sin(variation.phase), math.cos(variation.phase)
-            waves[:, k] = (
-                variation.order,
-                variation.amplitude * cosine,
-                variation.amplitude * sine,
-            )
+            size = variation.amplitude
+            waves[:, k] = variation.order, size * cosine, size * sine
     return waves[0], waves[1], waves[2]
 
 

@@ -78,11 +78,8 @@ def map_exponent(
         rows = _advance(group, name, reference, edge, 1)
         if not len(rows) or not len(_advance(group, name, other, edge, 1)):
             return math.nan
-        edge, shift, kick = (
-            int(rows[0, 1]),
-            other.time - reference.time,
-            other.v - reference.v,
-        )
+        edge, kick = int(rows[0, 1]), other.v - reference.v
+        shift = other.time - reference.time
         separation = math.hypot(shift, float(np.linalg.norm(scale * kick)))
         if separation == 0.0:
             return -math.inf

@@ -57,7 +57,7 @@ def superharmonic(
     return replace(first_order, driven_by=driven)
 
 
-def with_superharmonic(system: ParametricSystem, known: Resonance) -> Resonance:
+def with_superharmonic(system: ParametricSystem, first_order: Resonance) -> Resonance:
     """Return the resonance with its drives of first and second order together."""
-    second = superharmonic(system, known.mode, known.order)
-    return replace(known, driven_by=known.driven_by + second.driven_by)
+    second = superharmonic(system, first_order.mode, first_order.order)
+    return replace(first_order, driven_by=first_order.driven_by + second.driven_by)

@@ -113,11 +113,11 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def require_arguments(
-    function: Callable[..., Any], given: Mapping[str, object]
+    function: Callable[..., Any], arguments: Mapping[str, object]
 ) -> None:
     """Require that arguments, given by name, match the types of a function."""
     kinds = _arguments(function)
-    for name, value in given.items():
+    for name, value in arguments.items():
         require_kind(name, value, kinds[name])
 
 
@@ -211,12 +211,9 @@ def _words(kind: Any) -> str:
         return _listed(arguments)
     if origin is tuple:
         members = [_words(a) for a in arguments if a is not Ellipsis]
-        many = Ellipsis in arguments
-        return (
-            f"a tuple, each {members[0]}"
-            if many
-            else f"a tuple of {', '.join(members)}"
-        )
+        if Ellipsis in arguments:
+            return f"a tuple, each {members[0]}"
+        return f"a tuple of {', '.join(members)}"
     if origin is Sequence:
         return f"a list, each {_words(arguments[0])}"
     return WORDS.get(kind, f"a {getattr(kind, '__name__', kind)}")

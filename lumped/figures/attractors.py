@@ -63,16 +63,9 @@ def _draw_sections(axes: Axes, branch: AttractorBranch, m: int) -> None:
 def _handles(branches: Sequence[AttractorBranch]) -> list[Any]:
     from matplotlib.lines import Line2D
 
+    dot: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4}
     return [
-        Line2D(
-            [],
-            [],
-            ls="",
-            marker="o",
-            ms=4,
-            color=color_of(NUMBERS[direction]),
-            label=text,
-        )
+        Line2D([], [], **dot, color=color_of(NUMBERS[direction]), label=text)
         for direction, text in (("up", "rising values"), ("down", "falling values"))
         if any(branch.direction == direction for branch in branches)
     ]

@@ -86,7 +86,7 @@ def carry_linear(steps, motion):
     """The linear part through a step, under the forces that are known."""
     propagator, head = steps.propagator, motion.head[0]
     size, a = motion.state.size, motion.state.size // 2
-    inputs, state = motion.known, motion.state
+    inputs, state = motion.inputs, motion.state
     for i in range(size):
         inputs[i] = state[i]
         state[i] = 0.0

@@ -72,7 +72,7 @@ def set_displacement(changes):
 @compiled_part
 def carry_changes(steps, head, changes):
     """The linear part through a step, under the forces that are known."""
-    carry, state, inputs = steps.propagator.carry, changes.state, changes.known
+    carry, state, inputs = steps.propagator.carry, changes.state, changes.inputs
     size, count = state.shape
     for i in range(size):
         for k in range(count):

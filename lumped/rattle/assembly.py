@@ -262,11 +262,8 @@ class _Builder:
         row, motor = np.zeros(size), np.zeros(size)
         row[self.gear("driving")], row[self.gear("driven")] = 1.0, -1.0
         driving_gear = assembly.driving_gear
-        motor[
-            self.gear("driving")
-            if driving_gear is not None and driving_gear.motor_on_gear
-            else 0
-        ] = 1
+        on_gear = driving_gear is not None and driving_gear.motor_on_gear
+        motor[self.gear("driving") if on_gear else 0] = 1
         mean = motor * TURN * machine.damping * sum(drags)
         mean[:2] -= TURN * machine.damping * np.array(drags)
         return Linear(

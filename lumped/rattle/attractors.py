@@ -116,10 +116,12 @@ def classify_attractors(
         settled = settled._replace(period=period)
     naming = AttractorClassifier(machine, iterations, settings)
     attractor, settled = naming.sort(settled)
-    order = sorted(range(len(naming.found)), key=lambda i: _rank(naming.found[i]))
+    order = sorted(
+        range(len(naming.attractors)), key=lambda i: _rank(naming.attractors[i])
+    )
     place = np.empty(len(order) + 1, np.int64)
     place[order], place[-1] = np.arange(len(order)), -1
-    named = tuple(_numbered([naming.found[i] for i in order]))
+    named = tuple(_numbered([naming.attractors[i] for i in order]))
     return named, place[attractor], settled
 
 
@@ -202,7 +204,7 @@ class AttractorClassifier:
     machine: Machine
     iterations: int
     settings: ClassifierSettings = DEFAULT
-    found: list[RattleAttractor] = field(default_factory=list)
+    attractors: list[RattleAttractor] = field(default_factory=list)
     footprints: dict[int, Footprint] = field(default_factory=dict)  # by attractor
     lasting: bool | None = None  # whether changing motions keep changing, once known
 
@@ -263,7 +265,7 @@ class AttractorClassifier:
         return Settled(*map(np.concatenate, parts))
 
     def _quiet(self) -> int:
-        for number, attractor in enumerate(self.found):
+        for number, attractor in enumerate(self.attractors):
             if attractor.name == QUIET:
                 return number
         return self._add(RattleAttractor(QUIET, 1, (math.nan, 0.0), -math.inf))
@@ -278,7 +280,7 @@ class AttractorClassifier:
         return np.array([find(ends[i]) for i in first])[which.ravel()]
 
     def _known(self, name: str, point: tuple[float, float]) -> int | None:
-        for number, attractor in enumerate(self.found):
+        for number, attractor in enumerate(self.attractors):
             if (
                 attractor.name == name
                 and distance(attractor.point, point) < 10.0 * END_RTOL
@@ -287,8 +289,8 @@ class AttractorClassifier:
         return None
 
     def _add(self, attractor: RattleAttractor) -> int:
-        self.found.append(attractor)
-        return len(self.found) - 1
+        self.attractors.append(attractor)
+        return len(self.attractors) - 1
 
     def _sticking(self, release: Array) -> int:
         motion = sticking_from(self.machine, (float(release[0]), float(release[1])))

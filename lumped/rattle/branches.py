@@ -205,7 +205,7 @@ class OrbitFinder:
     report: Callable[[int, float], None] = lambda number, value: None
 
     def __post_init__(self) -> None:
-        self.found: list[OrbitBranch] = []
+        self.branches: list[OrbitBranch] = []
 
     @cached_property
     def unit(self) -> float:
@@ -240,7 +240,7 @@ class OrbitFinder:
         return any(
             distance(departures[0], departure)
             < MAP_POINT_TOL * (1.0 + departures[0][1])
-            for branch in self.found
+            for branch in self.branches
             if branch.itinerary == orbits.layout.itinerary
             for crossing in orbits_at(branch, point.parameter)
             for departure in crossing.departures
@@ -253,7 +253,7 @@ class OrbitFinder:
         self._add(orbits, followed, origin, doublings)
 
     def _one_way(self, orbits: Orbits, start: Point) -> BranchTrace:
-        number, branch = len(self.found) + 1, orbits.branch()
+        number, branch = len(self.branches) + 1, orbits.branch()
         followed = branch.follow(
             *(start, self.limits, partial(_ends, orbits)),
             lambda value: self.report(number, value),
@@ -279,8 +279,8 @@ class OrbitFinder:
         if not points:
             return
         branch = OrbitBranch(orbits, points, origin, followed.reason)
-        self.found.append(branch)
-        number = len(self.found)
+        self.branches.append(branch)
+        number = len(self.branches)
         if doublings:
             for point in branch.bifurcations:
                 if point.kind == DOUBLING:
@@ -381,8 +381,8 @@ def _tests(
         yield GRAZING, lambda point: orbits.margin(point.x, point.parameter)
 
 
-def orbits_at(found: OrbitBranch, value: float) -> Iterator[OrbitPoint]:
+def orbits_at(branch: OrbitBranch, value: float) -> Iterator[OrbitPoint]:
     """Orbits of a branch at a value of the parameter."""
-    for crossing in found.orbits.branch().crossings(found.points, value):
+    for crossing in branch.orbits.branch().crossings(branch.points, value):
         with suppress(NoSolution):  # the machine is impossible
-            yield orbit_point(found.orbits, crossing)
+            yield orbit_point(branch.orbits, crossing)

@@ -113,7 +113,7 @@ def scan_stability(
 
 
 def _own_speeds(
-    system: PeriodicSystem, known: Sequence[Combination], limits: tuple[float, float]
+    system: PeriodicSystem, expected: Sequence[Combination], limits: tuple[float, float]
 ) -> Array:
     """Speeds between limits [Hz], equal in every window except for its ends.
 
@@ -124,8 +124,8 @@ def _own_speeds(
     even = top * np.exp(
         LOG_SPEED_STEP * np.arange(math.ceil(first), math.floor(last) + 1)
     )
-    parts = [even, np.array([c.at for c in known])]
-    for combination in known:
+    parts = [even, np.array([c.at for c in expected])]
+    for combination in expected:
         width = combination.high - combination.low
         if width < INSIDE * LOG_SPEED_STEP * combination.at:
             share = np.linspace(-BESIDE, 1.0 + BESIDE, INSIDE)
@@ -134,19 +134,23 @@ def _own_speeds(
     return at[(at > limits[0]) & (at < limits[1])]
 
 
-def _changes(found: SpeedSamples) -> Places:
+def _changes(samples: SpeedSamples) -> Places:
     """Indices before a change of the growing modes, if the next speed is too far."""
-    at = found.at
-    changes = np.flatnonzero(found.kinds[1:] != found.kinds[:-1])
+    at = samples.at
+    changes = np.flatnonzero(samples.kinds[1:] != samples.kinds[:-1])
     return changes[at[changes + 1] - at[changes] > EDGE * at[changes]]
 
 
-def _extremes(found: SpeedSamples) -> Places:
+def _extremes(samples: SpeedSamples) -> Places:
     """Indices near which growth may begin or end between samples: maxima of stable
     multipliers and minima of unstable ones."""
-    stable = found.kinds == ""
+    stable = samples.kinds == ""
     sign = np.where(stable, 1.0, -1.0)
-    before, here, after = found.largest[:-2], found.largest[1:-1], found.largest[2:]
+    before, here, after = (
+        samples.largest[:-2],
+        samples.largest[1:-1],
+        samples.largest[2:],
+    )
     inner = sign[1:-1]
     with np.errstate(invalid="ignore"):  # infinite values are no extrema
         rises, falls = inner * (here - before), inner * (here - after)
@@ -156,9 +160,9 @@ def _extremes(found: SpeedSamples) -> Places:
     return np.unique(np.concatenate([place, place + 1]))
 
 
-def _intervals(found: SpeedSamples) -> Iterator[Interval]:
+def _intervals(samples: SpeedSamples) -> Iterator[Interval]:
     """Intervals of successive speeds at which the same modes grow, up to midpoints."""
-    at, largest, kinds = found.at, found.largest, found.kinds
+    at, largest, kinds = samples.at, samples.largest, samples.kinds
     ends = np.flatnonzero(kinds[1:] != kinds[:-1])
     cuts = np.concatenate([[0], ends + 1, [at.size]]).tolist()
     marks = np.concatenate([at[:1], 0.5 * (at[ends] + at[ends + 1]), at[-1:]]).tolist()

@@ -78,9 +78,9 @@ def integrated(system: PeriodicSystem, speed: float, times: Array) -> Array:
         coefficients = system.stiffness[p]
         inside = times[(times > start) & (times <= end)]
 
-        def rate(t: float, y: Array, own: Array = coefficients) -> Array:
+        def rate(t: float, y: Array, piece: Array = coefficients) -> Array:
             q, w = y.reshape(2, n, 2 * n)
-            k = np.einsum("j,jab->ab", t ** np.arange(len(own)), own)
+            k = np.einsum("j,jab->ab", t ** np.arange(len(piece)), piece)
             pull = period * system.damping[:, None] * w + period**2 * (k @ q)
             return np.stack([w, -pull]).ravel()
 

@@ -255,17 +255,17 @@ def table_pitches(table: MeshTable) -> int:
 
 
 def _pairs(
-    table: MeshTable, plain: MeshTable, torque: float, errors: Array, own: bool
+    table: MeshTable, plain: MeshTable, torque: float, errors: Array, use_own: bool
 ) -> tuple[PairExcitation, ...]:
     """Springs of all pairs; a pair's waves continue those of the pair before it.
 
-    own : whether pairs that carry load have the stiffness of `table`
+    use_own : whether pairs that carry load have the stiffness of `table`
     """
     for mesh_table in (plain, table):
         _require_whole_path(mesh_table)
     stiffness = _by_pair(plain, STIFFNESS, torque)
     gap = _by_pair(table, "gap_m", torque)
-    if own and table is not plain:
+    if use_own and table is not plain:
         stiffness, gap = _with_loads_at_rest(table, stiffness, gap, torque)
     unknown = np.full(table.position.size, np.nan)
     gap = {k: gap.get(k, unknown) for k in stiffness}

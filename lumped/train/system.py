@@ -208,12 +208,8 @@ class LumpedSystem:
             else:
                 contacts = self.contacts.of_equal_teeth
                 force = reference.force
-                transmission_error = static_transmission_error(contacts, mesh, force)[
-                    :-1
-                ]
-                check = compare_at_rest(
-                    mesh, transmission_error, reference.transmission_error
-                )
+                error = static_transmission_error(contacts, mesh, force)[:-1]
+                check = compare_at_rest(mesh, error, reference.transmission_error)
             if check is not None:
                 checks.append(check)
         return tuple(checks)
@@ -392,11 +388,8 @@ class LumpedSystem:
     def _require_memory(self, steps: int) -> None:
         if self.fits_memory(steps):
             return
-        quantity, teeth, ways = (
-            "excitation",
-            "",
-            "higher speeds or simpler tooth ratios",
-        )
+        quantity, teeth = "excitation", ""
+        ways = "higher speeds or simpler tooth ratios"
         if self.repetitions > 1:
             quantity, teeth = "motion", " and tooth pairs with pitch errors"
             ways = "pitch errors of fewer gears or that repeat sooner, higher speeds"
@@ -404,6 +397,6 @@ class LumpedSystem:
         raise TrainError(
             f"{self.common_period[0]} periods of the first mesh, after which all "
             f"meshes{teeth} repeat, of {steps:.3g} steps each: "
-            f"{self._bytes(steps) / 1e9:.3g} GB of {quantity}, more than a run should hold "
-            f"in memory; allowed are {ways}"
+            f"{self._bytes(steps) / 1e9:.3g} GB of {quantity}, more than a run "
+            f"should hold in memory; allowed are {ways}"
         )

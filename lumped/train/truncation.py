@@ -58,19 +58,19 @@ class TruncationModel:
     energy: Array
     resonance_damping: float
 
-    def largest_error(self, kept: Mask, band: tuple[float, float]) -> float:
+    def largest_error(self, retained: Mask, band: tuple[float, float]) -> float:
         """Largest relative error of the mesh compliance in a band of speeds [Hz].
 
-        kept : (b,) modes that are not left out
+        retained : (b,) modes that are not left out
         """
-        return self._error(self._parts(band), ~kept)
+        return self._error(self._parts(band), ~retained)
 
-    def flank_bound(self, kept: Mask, band: tuple[float, float]) -> float:
+    def flank_bound(self, retained: Mask, band: tuple[float, float]) -> float:
         """Relative error of amplitudes on the flanks of resonances in a band of speeds.
 
-        kept : (b,) modes that are not left out
+        retained : (b,) modes that are not left out
         """
-        return self._flank_error(self._flanks(band), ~kept)
+        return self._flank_error(self._flanks(band), ~retained)
 
     def choose(self, band: tuple[float, float], allowed: float = ALLOWED) -> Mask:
         """Mask (b,) of the modes to retain, so that the others change no more than

@@ -299,10 +299,10 @@ def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
         )
 
 
-def require_teeth(wheel: ToothedWheel, name: str, given: int) -> None:
+def require_teeth(wheel: ToothedWheel, name: str, driver_teeth: int) -> None:
     """Raise GeometryError if teeth are undercut or pointed.
 
-    given : number of teeth of the driver
+    driver_teeth : number of teeth of the driver
     """
     rack = wheel.rack
     sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)
@@ -311,13 +311,13 @@ def require_teeth(wheel: ToothedWheel, name: str, given: int) -> None:
         arc = wheel.place(side)[:, None] + side * reach
         curvature = wheel.curve.frames(arc / wheel.curve.radius).curvature
         if not (sin - reach * cos * curvature > 0.0).all():
-            got = f"{given}; teeth of the {name} are undercut, more teeth"
+            got = f"{driver_teeth}; teeth of the {name} are undercut, more teeth"
             raise GeometryError("teeth", f"{got} or a larger pressure angle are needed")
     thickness = wheel.tips[LEADING][1] - wheel.tips[TRAILING][1]
     if not thickness.min() > MIN_TIP * rack.module:
         raise GeometryError(
             "teeth",
-            f"{given}; teeth of the {name} are pointed, their tips thinner than "
+            f"{driver_teeth}; teeth of the {name} are pointed, their tips thinner than "
             f"{MIN_TIP:g} modules; more teeth, a smaller pressure angle or addendum "
             "are needed",
         )

@@ -63,7 +63,7 @@ def with_modes(system, count):
     kept = np.isin(
         contacts.inertia.families, np.unique(contacts.inertia.families)[:count]
     )
-    contacts = replace(contacts, modes=contacts.solved.only(kept), kept=kept)
+    contacts = replace(contacts, modes=contacts.solved.only(kept), retained=kept)
     return replace(system, contacts=contacts)
 
 

@@ -133,10 +133,8 @@ def advance(m, t, flight, rippled):
     """
     x, w, a, jerk, transient, value, horizon = flight
     transient_jerk = m.growth * abs(transient) * m.damping * m.damping
-    most, snap = (
-        transient_jerk + m.free_jerk,
-        transient_jerk * abs(m.damping) + m.free_snap,
-    )
+    most = transient_jerk + m.free_jerk
+    snap = transient_jerk * abs(m.damping) + m.free_snap
     side = -1.0 if w < 0.0 or (w == 0.0 and a < 0.0) else 1.0
     ahead, behind = max(m.play - side * x, 0.0), max(m.play + side * x, 0.0)
     horizon = min(horizon, 2.0 * time_to_bound(ahead, side * w, side * a))

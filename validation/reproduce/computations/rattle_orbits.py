@@ -257,7 +257,7 @@ def settled_rattle(
     numbers = naming.sort(settled)[0].tolist()
     curves: list[Curve] = []
     found: dict[str, float] = {QUIET: 0.0, CHAOTIC: 0.0}
-    for number, attractor in enumerate(naming.found):
+    for number, attractor in enumerate(naming.attractors):
         name = attractor.name
         panel = name if name not in found or not found[name] else f"{name}, another"
         found[name] = found.get(name, 0.0) + numbers.count(number)
@@ -265,7 +265,7 @@ def settled_rattle(
             curves += _quiet(machine, part.turns)
         else:
             curves += _history(machine, attractor.point, part.turns, panel)
-    found["kinds"] = float(len(naming.found))
+    found["kinds"] = float(len(naming.attractors))
     return PartResult(tuple(curves), {k: (v,) for k, v in found.items()})
 
 
