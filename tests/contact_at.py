@@ -82,7 +82,7 @@ def _one_side(
     rows, cells = solve_drive_side(problem, teeth, gaps, position - whole, approach)
     width = problem.face_width
     mu = problem.friction * cells.sliding_sign
-    arm = cells.lever[..., 0] - mu * cells.lever[..., 2]
+    arm = cells.moment_arms[..., 0] - mu * cells.moment_arms[..., 2]
     load = cells.load * width
     slope = np.where(load.any(axis=1), rows.slope * width, 0.0)
     return Instants(teeth, (load * arm).sum(axis=1), slope, load, cells.pressure)

@@ -81,7 +81,7 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
         bases=(ResumedOutputs if study.resumes else Outputs,),
         namespace={
             "endings": study.endings,
-            "beside": study.checkpoint_beside,
+            "checkpoint_beside": study.checkpoint_beside,
             "folder": study.folder,
         },
         frozen=True,
@@ -132,7 +132,10 @@ def _found(asked: Study, workers: Any, outputs: Any) -> tuple[Any, Mapping[str, 
     from fegear.files.store import NO_CHECKPOINT
     from fegear.studies.running import run
 
-    keeping, computed = outputs.keeping if asked.resumes else NO_CHECKPOINT, False
+    keeping, computed = (
+        outputs.checkpoint_options if asked.resumes else NO_CHECKPOINT,
+        False,
+    )
     try:
         with named_as_options(group_of(asked)), outputs.progress() as report:
 
@@ -175,7 +178,7 @@ def _end(found: Any, outputs: Any) -> None:
     """Exit code 1 after a failure, 130 after Ctrl-C; files are written by then."""
     if found.complete:
         return
-    place = getattr(outputs, found.study.kept_beside)
+    place = getattr(outputs, found.study.checkpoint_beside)
     written = place is not None and not found.empty
     rows = f"finished {'parts' if found.study.folder else 'rows'} are in {place}"
     if found.failure:

@@ -55,14 +55,14 @@ def solve_active(C, nodes, kind, given, active, q):
     matrix = np.empty((n, n + 2))  # preload and closing on the right
     for i in range(n):
         matrix[i, n] = nodes.gap[chosen[i]]
-        matrix[i, n + 1] = nodes.closing[chosen[i]]
+        matrix[i, n + 1] = nodes.penetration_rate[chosen[i]]
         for j in range(n):
             matrix[i, j] = C[chosen[i], chosen[j]]
     eliminate(matrix, n, n + 2)
     slope, preload = 0.0, 0.0
     for i in range(n):
-        preload += nodes.arm[chosen[i]] * matrix[i, n]
-        slope += nodes.arm[chosen[i]] * matrix[i, n + 1]
+        preload += nodes.effective_arm[chosen[i]] * matrix[i, n]
+        slope += nodes.effective_arm[chosen[i]] * matrix[i, n + 1]
     d = given if kind == STE else (given + preload) / slope
     for i in range(n):
         q[chosen[i]] = d * matrix[i, n + 1] - matrix[i, n]
@@ -76,7 +76,10 @@ def require_contact(nodes, active):
     for i in range(active.size):
         if active[i]:
             return
-        if nodes.gap[i] / nodes.closing[i] < nodes.gap[best] / nodes.closing[best]:
+        if (
+            nodes.gap[i] / nodes.penetration_rate[i]
+            < nodes.gap[best] / nodes.penetration_rate[best]
+        ):
             best = i
     active[best] = True
 
@@ -97,7 +100,7 @@ def exchange(C, nodes, q, d, active, one_only):
             if wrong and top > 0.0:
                 residual = max(residual, -q[i] / top)
         else:
-            opening = nodes.gap[i] - d * nodes.closing[i]
+            opening = nodes.gap[i] - d * nodes.penetration_rate[i]
             for j in range(n):
                 if was[j]:
                     opening += C[i, j] * q[j]

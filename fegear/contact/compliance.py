@@ -22,12 +22,12 @@ NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 #   master : gear whose flank carries the nodes, 0 driver or 1 driven
 #   crossings : roll lengths where unmodified flanks of the master and of its mate
 #       would cross the line of action [m], the driver turned ahead on its base circle
-#       by `turned` [m], 0 without relief
+#       by `driver_advance` [m], 0 without relief
 #   arc, opposite : arc lengths of the closest point on the master and its mate [m]
-#   far : the master's arc length of the first node; step : node spacing [m]
+#   first_arc : the master's arc length of the first node; step : node spacing [m]
 #   least_gap : transmission error that closes the pair [m]
 #   sliding_sign : +1 before the pitch point, -1 behind it, 0 on it
-#   lever : arms of the normal force about driver and driven centre, then of the
+#   moment_arms : arms of the normal force about driver and driven centre, then of the
 #       friction force [m]
 #   first, weights : table stencils at the support points, by gear
 PATCH = np.dtype(
@@ -35,14 +35,14 @@ PATCH = np.dtype(
         ("present", "?"),
         ("master", "i8"),
         ("crossings", "f8", (2,)),
-        ("turned", "f8"),
+        ("driver_advance", "f8"),
         ("arc", "f8"),
         ("opposite", "f8"),
-        ("far", "f8"),
+        ("first_arc", "f8"),
         ("step", "f8"),
         ("least_gap", "f8"),
         ("sliding_sign", "f8"),
-        ("lever", "f8", (4,)),
+        ("moment_arms", "f8", (4,)),
         ("first", "i8", (2, SUPPORT)),
         ("weights", "f8", (2, SUPPORT, STENCIL)),
     ],

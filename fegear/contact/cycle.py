@@ -48,7 +48,7 @@ ROW = np.dtype(
 # Per (torque, position, pair).
 #   load : normal line load [N/m];  gap : ste that closes the pair [m]
 #   pressure : largest nodal pressure [Pa];  bending : friction-bending ratio
-#   sliding_sign, lever : as in PATCH
+#   sliding_sign, moment_arms : as in PATCH
 #   arc : of the load's centre, or of the closest point, on driver and driven [m]
 CELL = np.dtype(
     [
@@ -57,7 +57,7 @@ CELL = np.dtype(
         ("pressure", "f8"),
         ("bending", "f8"),
         ("sliding_sign", "f8"),
-        ("lever", "f8", (4,)),
+        ("moment_arms", "f8", (4,)),
         ("arc", "f8", (2,)),
     ],
     align=True,
@@ -225,8 +225,8 @@ def solve_chosen(constants, teeth, kind, given, work, chosen, row):
         for i in range(size):
             at = p * size + i
             gap[at] = work.nodes[chosen[p], i].gap
-            closing[at] = patch.lever[0] / base_radius
-            arm[at] = patch.lever[0] - mu * patch.lever[2]
+            closing[at] = patch.moment_arms[0] / base_radius
+            arm[at] = patch.moment_arms[0] - mu * patch.moment_arms[2]
             active[at] = work.in_contact[chosen[p], i]
     conditions = NodeConditions(gap, closing, arm)
     ste, slope, residual, status, sweeps = solve_contact(
@@ -251,7 +251,7 @@ def store(constants, work, chosen, cells):
         cells[k].gap = patch.least_gap
         cells[k].sliding_sign = patch.sliding_sign
         for a in range(4):
-            cells[k].lever[a] = patch.lever[a]
+            cells[k].moment_arms[a] = patch.moment_arms[a]
         cells[k].arc[patch.master] = patch.arc
         cells[k].arc[1 - patch.master] = patch.opposite
     for p in range(chosen.size):
@@ -268,7 +268,7 @@ def store_pair(constants, patch, nodes, q, cell):
     for i in range(q.size):
         nodes[i].force = q[i]
         cell.load += q[i]
-        own += q[i] * (patch.far - i * patch.step)
+        own += q[i] * (patch.first_arc - i * patch.step)
         opposite += q[i] * nodes[i].opposite
         if i < q.size - 1:
             peak = max(peak, q[i])

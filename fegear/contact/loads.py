@@ -51,7 +51,7 @@ def patch_loads(
 def patch_load(problem: ContactProblem, solved: KernelResult, pair: int) -> PatchLoad:
     """Load of pair number `pair` at the last position of a kernel's result."""
     patch, nodes = solved.patches[pair], solved.nodes[pair]
-    own = patch.far - patch.step * np.arange(len(nodes))
+    own = patch.first_arc - patch.step * np.arange(len(nodes))
     arcs = [own, nodes.opposite.copy()]
     driver, driven = arcs if patch.master == 0 else arcs[::-1]
     force, mu = nodes.force.copy(), problem.friction * patch.sliding_sign

@@ -74,7 +74,9 @@ def pair_laws(
     none = np.zeros((place.size, candidates.size))
     _, cells = solve_drive_side(problem, candidates, none, place, np.zeros(place.size))
     penetration = reach * np.linspace(0.0, 1.0, CELLS + 1) ** 2
-    closing = cells.lever[..., 0] / problem.pair.driver.base_radius  # penetration / ste
+    closing = (
+        cells.moment_arms[..., 0] / problem.pair.driver.base_radius
+    )  # penetration / ste
     facing = cells.gap < FAR_GAP
     gap = np.where(facing, cells.gap * closing, FAR_GAP)
     kept = np.flatnonzero(gap.min(axis=0) < REACH * reach)
@@ -95,7 +97,7 @@ def pair_laws(
     return PairLoadCurves(
         teeth=-teeth if back else teeth,
         gap=gap[:, kept],
-        moment_arms=cells.lever[:, kept],
+        moment_arms=cells.moment_arms[:, kept],
         arc=arc,
         sliding=cells.sliding_sign[:, kept],
         penetration=penetration,

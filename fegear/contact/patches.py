@@ -71,7 +71,7 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
 @compiled_part
 def turn_driver(mesh, patch, s1, turned):
     """Put the driver a way `turned` [m] ahead of where unmodified flanks touch."""
-    patch.turned = turned
+    patch.driver_advance = turned
     crossings = s1 + turned, mesh.line - s1
     patch.crossings[0] = crossings[patch.master]
     patch.crossings[1] = crossings[1 - patch.master]
@@ -112,7 +112,9 @@ def set_contact(mesh, flanks, patch, off_path, extra_gap):
         s, turn, normal = patch.crossings[0], 0.0, 0.0
     set_levers(mesh, flanks, patch, s, turn, normal)
     gap = normal_gap(flanks, patch, gap)
-    patch.least_gap = patch.turned + (gap + extra_gap) / closing_rate(flanks, patch)
+    patch.least_gap = patch.driver_advance + (gap + extra_gap) / closing_rate(
+        flanks, patch
+    )
 
 
 @compiled_part
@@ -125,24 +127,24 @@ def set_levers(mesh, flanks, patch, s, turn, normal):
     m = patch.master
     bases = flanks[0].base_radius + flanks[1].base_radius
     c, sn = math.cos(turn - normal), math.sin(turn - normal)
-    patch.lever[m] = flanks[m].base_radius * c + s * sn
-    patch.lever[2 + m] = s * c - flanks[m].base_radius * sn
+    patch.moment_arms[m] = flanks[m].base_radius * c + s * sn
+    patch.moment_arms[2 + m] = s * c - flanks[m].base_radius * sn
     c, sn = math.cos(normal), math.sin(normal)
-    patch.lever[1 - m] = bases * c - mesh.line * sn - patch.lever[m]
-    patch.lever[3 - m] = mesh.line * c + bases * sn - patch.lever[2 + m]
+    patch.moment_arms[1 - m] = bases * c - mesh.line * sn - patch.moment_arms[m]
+    patch.moment_arms[3 - m] = mesh.line * c + bases * sn - patch.moment_arms[2 + m]
 
 
 @compiled_part
 def closing_rate(flanks, patch):
     """Contact approach per transmission error."""
-    return patch.lever[0] / flanks[0].base_radius
+    return patch.moment_arms[0] / flanks[0].base_radius
 
 
 @compiled_part
 def normal_gap(flanks, patch, gap):
     """Convert a gap on the slave's base circle to one along the common normal."""
     slave = 1 - patch.master
-    return gap * patch.lever[slave] / flanks[slave].base_radius
+    return gap * patch.moment_arms[slave] / flanks[slave].base_radius
 
 
 @compiled_part
@@ -153,9 +155,9 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
     master, slave = flanks[m], flanks[1 - m]
     count = constants.tables.shape[3]
     near, far = max(0.0, patch.arc - half_width), patch.arc + half_width
-    patch.far = far
+    patch.first_arc = far
     patch.step = (far - near) / (nodes.size - 1)
-    before = extra_gap + patch.turned * closing_rate(flanks, patch)
+    before = extra_gap + patch.driver_advance * closing_rate(flanks, patch)
     for i in range(nodes.size):
         s = roll_of_arc(master, far - i * patch.step)
         gap, s_slave, _ = separation(master, slave, line, crossings, s)

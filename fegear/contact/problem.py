@@ -432,7 +432,7 @@ def _collect(
     width = problem.face_width
     load = cells.load * width
     mu = problem.friction * cells.sliding_sign
-    arm = cells.lever[..., 1] - mu * cells.lever[..., 3]
+    arm = cells.moment_arms[..., 1] - mu * cells.moment_arms[..., 3]
     return ContactCycle(
         torque=torque,
         position=position,
@@ -446,7 +446,7 @@ def _collect(
         pressure=cells.pressure,
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),
         arc=cells.arc,
-        closing=cells.lever[..., 0] / problem.pair.driver.base_radius,
+        closing=cells.moment_arms[..., 0] / problem.pair.driver.base_radius,
         driven_torque=(load * arm).sum(axis=2),
         residual=rows.residual,
     )

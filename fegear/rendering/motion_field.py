@@ -79,4 +79,4 @@ def _solve_pair(
         )
     patch = solved.patches[0]
     mu = problem.friction * patch.sliding_sign
-    return float(patch.lever[0] - mu * patch.lever[2]), solved
+    return float(patch.moment_arms[0] - mu * patch.moment_arms[2]), solved

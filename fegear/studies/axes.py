@@ -77,13 +77,13 @@ def written_limits(values: tuple[float, ...]) -> str:
 
 def axis_setting(text: str) -> Any:
     """A setting of one axis that must be given."""
-    how: dict[str, Any] = {"read": parsed_axis, "write": written_axis}
+    how: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
     return setting(MISSING, text, metavar="KEY=A:B:N", **how)
 
 
 def axes_setting(text: str) -> Any:
     """A setting of one or two axes that must be given."""
-    how: dict[str, Any] = {"read": parsed_axis, "write": written_axis}
+    how: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
     return setting(MISSING, text, metavar="KEY=A:B:N", several=True, **how)
 
 

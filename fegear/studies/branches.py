@@ -133,7 +133,7 @@ class Branches(
         "this or --over. [default: none]",
         SPEEDS,
         metavar="A:B",
-        read=limits,
+        parse=limits,
         write=written_limits,
     )
     over: Axis | None = setting(
@@ -141,7 +141,7 @@ class Branches(
         "Follow branches over this parameter at one speed instead: a key of the "
         "gear set, torque_Nm or damping_ratio, from A to B. [default: none]",
         metavar="KEY=A:B",
-        read=limits_axis,
+        parse=limits_axis,
         write=written_limits_axis,
     )
     at: float | None = setting(

@@ -43,7 +43,7 @@ def limits(name: str, text: str = SPEEDS) -> Any:
     def write(values: tuple[float, float]) -> str:
         return f"{values[0]!r}:{values[1]!r}"
 
-    return setting(None, text, metavar="A:B", read=read, write=write)
+    return setting(None, text, metavar="A:B", parse=read, write=write)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,11 +78,11 @@ class LoadParameters:
         """The machine with these figures."""
         from fegear.rattle.machines import load_machine
 
-        overrides = {k: v for k, v in self.given.items() if v is not None}
+        overrides = {k: v for k, v in self.overrides.items() if v is not None}
         return load_machine(name, overrides)
 
     @property
-    def given(self) -> dict[str, float | None]:
+    def overrides(self) -> dict[str, float | None]:
         """Values by the names of the machine's parameters."""
         return {
             "damping": self.delta,
@@ -110,7 +110,7 @@ class MotionParameters(LoadParameters):
     @property
     def overrides(self) -> dict[str, float | None]:
         own = {"half_backlash": self.beta, "restitution": self.restitution}
-        return super().given | own
+        return super().overrides | own
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -56,7 +56,7 @@ class Manifolds(
     orbit: str = setting(
         "",
         "Saddles of this motion only, such as P(1,1,0). [default: all]",
-        read=lambda words: words.replace(" ", ""),
+        parse=lambda words: words.replace(" ", ""),
     )
     departures: int = setting(
         1,

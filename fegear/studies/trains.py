@@ -150,7 +150,7 @@ def speeds_setting(
         return found
 
     how: dict[str, Any] = {"metavar": "A:B:STEP", "write": written_speeds}
-    return setting(default, text, allowed, read=read, **how | words)
+    return setting(default, text, allowed, parse=read, **how | words)
 
 
 def torque_setting() -> Any:
@@ -514,7 +514,7 @@ def refuse_edits(
     tables : whether mesh tables are given
     """
     known = options_of(group_of(study))
-    for key in study.gear_set.changes:
+    for key in study.gear_set.overrides:
         name, replaced = key.rpartition(".")[2], REPLACED.get(key, "")
         reason = ""
         if own.get(replaced) not in (None, ()):
@@ -532,7 +532,7 @@ def refuse_edits(
         elif tables and "_relief" in key:
             reason = f"{display_name(study, 'table')} has the teeth with their relief"
         if reason:
-            raise study.gear_set.refused(key, reason)
+            raise study.gear_set.rejection(key, reason)
 
 
 def train_warnings(

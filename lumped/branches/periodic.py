@@ -87,7 +87,7 @@ class BranchSettings:
     def __post_init__(self) -> None:
         require_between("harmonics", self.harmonics, 1, 200)
         require_between("step", self.step, 0, 1, above=True)
-        require_between("most_step", self.max_step, 0, 10, above=True)
+        require_between("max_step", self.max_step, 0, 10, above=True)
         require_between("points", self.points, 2, 1_000_000)
         require_between("sweep_points", self.sweep_points, 2, 100_000)
         require_between("period_multiple", self.period_multiple, 1, 64)

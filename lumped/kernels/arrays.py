@@ -329,7 +329,7 @@ class CoupledSteps(NamedTuple):
     what moves in it [m/N]
     penetration [m], load [N] (c,) of an instant; ratio (c,) of the penetration to that
     without new forces, at the step before, 0 where it is not known
-    goes_on (1,) whether a motion goes on from where these steps were left, after force
+    continues (1,) whether a motion goes on from where these steps ended, after force
     (4, n) at the last nodes
     """
 

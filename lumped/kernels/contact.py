@@ -36,7 +36,7 @@ def load_at(problem, c, penetration):
     if not penetration > 0.0:
         return 0.0 * penetration, 0.0  # NaN stays NaN
     m, side, cell = problem.mesh_of[c], problem.reversed[c], problem.cell[c]
-    knots, law, cells = problem.knots, problem.law, problem.knots.shape[1] - 1
+    knots, law, cells = problem.knots, problem.load_curve, problem.knots.shape[1] - 1
     reach, place, part = knots[m, cells], problem.place[m], problem.part[m]
     while cell < cells - 1 and penetration >= knots[m, cell + 1]:
         cell += 1
@@ -127,7 +127,7 @@ def contact_problem(contacts, mesh_of, where):
     """The equations for meshes at `where`; what changes in a step is not set yet."""
     count = mesh_of.size
     return PenetrationProblem(
-        *(contacts.knots, contacts.law, where.place, where.part, mesh_of),
+        *(contacts.knots, contacts.load_curve, where.place, where.part, mesh_of),
         *(np.zeros(count, np.int64), np.empty(count), np.zeros(count)),
         *(np.zeros(count, np.int64), np.empty(count, np.int64)),
         *(np.empty((count, count)), np.empty((6, count)), np.empty(count, np.int64)),

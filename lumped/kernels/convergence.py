@@ -93,9 +93,9 @@ def section_distance(check, one, two, three, second):
 @inlined
 def set_error_bound(check, steps):
     """Noise of steps of a fixed size in a period, from the size of deflection."""
-    for m in range(check.noise.size):
+    for m in range(check.error_bound.size):
         size = max(abs(check.limits[0, m]), abs(check.limits[1, m]))
-        check.noise[m] = EPSILON * steps * size
+        check.error_bound[m] = EPSILON * steps * size
 
 
 @inlined
@@ -103,7 +103,7 @@ def largest_part(check):
     """Noise of a period over the range of deflection, of the worst mesh."""
     largest = 0.0
     for m in range(check.scale.size):
-        largest = max(largest, check.noise[m] / check.scale[m])
+        largest = max(largest, check.error_bound[m] / check.scale[m])
     return largest
 
 
@@ -176,7 +176,7 @@ def close_section(check, q, v):
     counts[STREAK] = (
         counts[STREAK] + 1 if multiple > 0 and multiple == counts[MULTIPLE] else 0
     )
-    if lost and check.at_once:
+    if lost and check.accept_immediately:
         counts[STREAK] = max(MIN_STREAK, multiple + 1)
     counts[MULTIPLE] = multiple
     return settled(check)

@@ -354,7 +354,7 @@ def settle_motion(system, steps, limit, state, check, most):
     count = steps.h.size
     whole, s = steps.grid.gap.shape[0], np.empty(system.offset.size)
     set_state(steps, motion, q, v)
-    if steps.goes_on[0]:
+    if steps.continues[0]:
         recall(steps, motion)
     else:
         start(system, steps, 0, motion, changes)

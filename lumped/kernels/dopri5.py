@@ -380,7 +380,7 @@ def settle_dopri5(system, excitation, rules, rounds, state, check, most):
             error += part
             if status != FINISHED:
                 return NOT_FINITE, (number + time / length) / count, False
-        set_error_bound(system, error, check.noise)
+        set_error_bound(system, error, check.error_bound)
         if close_section(check, state[0], state[1]):
             return FINISHED, 0.0, True
     return FINISHED, 0.0, False

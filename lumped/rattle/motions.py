@@ -155,7 +155,7 @@ class AssemblyIntegrator:
             "rates": np.zeros(2 * n, complex),
             "vectors": np.zeros((2 * n, 2 * n), complex),
             "inverse": np.zeros((2 * n, 2 * n), complex),
-            "watched": np.zeros(2 * n, complex),
+            "event_row": np.zeros(2 * n, complex),
         }
         used = 2 * n - 2
         arrays["rates"][:used] = rates
@@ -166,7 +166,7 @@ class AssemblyIntegrator:
             linear.mass @ displacements * rates**2
             + linear.damping @ displacements * rates
         )
-        arrays["watched"][:used] = (
+        arrays["event_row"][:used] = (
             -row @ (force + linear.stiffness @ displacements) / (row @ row)
         )
         mean = linear.respond(0.0, linear.mean, -side * machine.half_backlash).real
@@ -177,7 +177,7 @@ class AssemblyIntegrator:
             offset=np.concatenate([mean[:-1], np.zeros(n)]),
             drift=np.zeros(2 * n),
             **self._waves(turn[:-1], ripple[:-1]),
-            event_row=arrays["watched"],
+            event_row=arrays["event_row"],
             forced=(complex(turn[-1]), complex(ripple[-1])),
             steady=(float(mean[-1]), 0.0),
         )

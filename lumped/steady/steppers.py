@@ -120,7 +120,7 @@ class FixedStepper(LumpedStepper):
         while True:
             left = most - (check.period - before)
             if self.system.contacts is not None:
-                steps.goes_on[0] = on or check.period > before
+                steps.continues[0] = on or check.period > before
             status, part, settled = self._kernels.settle_motion(
                 arrays, steps, self.system.limit, state, check, min(few, left)
             )

@@ -411,7 +411,7 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
         "penetration": np.zeros(count),
         "ratio": np.zeros(count),
         "load": np.zeros(count),
-        "goes_on": np.zeros(1, np.int64),
+        "continues": np.zeros(1, np.int64),
         "force": np.zeros((4, system.load.size)),
         "problem": problem,
     }

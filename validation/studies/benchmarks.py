@@ -218,7 +218,7 @@ class LumpedBenchmark(
 
     @property
     def usual_output(self) -> str | None:
-        return None if self.stress else super().usual_output
+        return None if self.stress else super().default_output
 
     @property
     def files(self) -> Sequence[str]:

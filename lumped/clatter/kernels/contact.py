@@ -21,13 +21,13 @@ def evaluate_plays(box, work, t, q, v):
     e, e1, e2, e3, _ = excite(box, t)
     for p in range(box.ratios.size):
         s, s1, s2, s3 = drive(box, p, t, (e, e1, e2, e3))
-        for i in range(box.push.size):
+        for i in range(box.drag_acceleration.size):
             row = box.rows[p, i]
-            a = box.push[i] - box.fading[i] * v[i]
+            a = box.drag_acceleration[i] - box.damping_rate[i] * v[i]
             s += row * q[i]
             s1 += row * v[i]
             s2 += row * a
-            s3 -= row * box.fading[i] * a
+            s3 -= row * box.damping_rate[i] * a
         work.s[p, 0], work.s[p, 1], work.s[p, 2], work.s[p, 3] = s, s1, s2, s3
 
 
@@ -55,7 +55,7 @@ def gather_closed(box, work, fastest, event, side):
 def snap_to_edge(box, work, q, p, side):
     """Put a contact onto its edge, to round-off."""
     edge = box.high[p] if side > 0 else box.low[p]
-    i = box.turning[p]
+    i = box.roundoff_coordinate[p]
     q[i] += (edge - work.s[p, 0]) / box.rows[p, i]
 
 
@@ -115,14 +115,14 @@ def project_speeds(box, work, v, count):
     solve_basis(work.delassus, work.b, work.z, work.basis, count, work.eliminated)
     for i in range(count):
         p = work.contact[i]
-        for c in range(box.push.size):
-            v[c] -= work.side[i] * box.yielding[c] * box.rows[p, c] * work.z[i]
+        for c in range(box.drag_acceleration.size):
+            v[c] -= work.side[i] * box.inverse_mass[c] * box.rows[p, c] * work.z[i]
 
 
 @compiled_part
 def project_held(box, work, t, q, v, held):
     """Put held contacts onto their edges and take their speeds, to round-off."""
-    for i in range(box.push.size):
+    for i in range(box.drag_acceleration.size):
         work.locked[i] = 0
     for p in range(held.size):
         if held[p] != 0 and box.wall[p] >= 0:
@@ -135,8 +135,8 @@ def project_held(box, work, t, q, v, held):
             continue
         edge = box.high[p] if held[p] > 0 else box.low[p]
         s, s1, _, _ = drive(box, p, t, (e, e1, e2, e3))
-        coordinate = box.turning[p]
-        for i in range(box.push.size):
+        coordinate = box.roundoff_coordinate[p]
+        for i in range(box.drag_acceleration.size):
             s += box.rows[p, i] * q[i]
             s1 += box.rows[p, i] * v[i]
         q[coordinate] += (edge - s) / box.rows[p, coordinate]
@@ -159,14 +159,14 @@ def couple(box, work, held):
         solve_basis(work.delassus, work.b, work.z, work.basis, count, work.eliminated)
         for i in range(count):
             work.inverse[i, k] = work.z[i]
-    for c in range(box.push.size):
+    for c in range(box.drag_acceleration.size):
         work.pull[c] = 0.0
         for k in range(count):
             value = 0.0
             for i in range(count):
                 row = box.rows[work.contact[i], c]
-                value += box.yielding[c] * row * work.inverse[i, k]
-            work.lift[c, k] = value
+                value += box.inverse_mass[c] * row * work.inverse[i, k]
+            work.contact_acceleration[c, k] = value
             work.pull[c] += abs(value) * box.snap[work.contact[k]]
 
 
@@ -182,21 +182,23 @@ def held_count(held):
 def expand(box, work, count, t, v):
     """Derivatives of the held coordinates in `work.x`, from the first on."""
     derive_drives(box, t, work.contact, count, work.e, work.drives)
-    n = box.push.size
+    n = box.drag_acceleration.size
     for i in range(n):
         work.x[1, i] = v[i]
     for m in range(2, TERMS):
         for i in range(n):
-            push = box.push[i] if m == 2 else 0.0
-            work.x[m, i] = push - box.fading[i] * work.x[m - 1, i]
+            push = box.drag_acceleration[i] if m == 2 else 0.0
+            work.x[m, i] = push - box.damping_rate[i] * work.x[m - 1, i]
         for k in range(count):
             p = work.contact[k]
             value = work.drives[k, m]
             for i in range(n):
-                push = box.push[i] if m == 2 else 0.0
-                value += box.rows[p, i] * (push - box.fading[i] * work.x[m - 1, i])
+                push = box.drag_acceleration[i] if m == 2 else 0.0
+                value += box.rows[p, i] * (
+                    push - box.damping_rate[i] * work.x[m - 1, i]
+                )
             for i in range(n):
-                work.x[m, i] -= work.lift[i, k] * value
+                work.x[m, i] -= work.contact_acceleration[i, k] * value
 
 
 @compiled_part
@@ -207,20 +209,20 @@ def bound_held(box, work, count, horizon):
     Coordinates that no held contact moves fly on their own.
     """
     size, pull, fastest = 0.0, 0.0, 0.0
-    for i in range(box.push.size):
+    for i in range(box.drag_acceleration.size):
         work.a[i], work.j[i] = work.x[2, i], work.x[3, i]
         if is_coupled(work, count, i):
-            size += work.j[i] ** 2 / box.yielding[i]
-            pull += work.pull[i] ** 2 / box.yielding[i]
-            fastest = max(fastest, box.fading[i])
+            size += work.j[i] ** 2 / box.inverse_mass[i]
+            pull += work.pull[i] ** 2 / box.inverse_mass[i]
+            fastest = max(fastest, box.damping_rate[i])
     most = math.sqrt(size) + math.sqrt(pull) * horizon
-    for i in range(box.push.size):
-        root = math.sqrt(box.yielding[i])
-        work.most_j[i] = root * most
-        work.most_k[i] = root * (fastest * most + math.sqrt(pull))
+    for i in range(box.drag_acceleration.size):
+        root = math.sqrt(box.inverse_mass[i])
+        work.max_j[i] = root * most
+        work.max_k[i] = root * (fastest * most + math.sqrt(pull))
         if not is_coupled(work, count, i):
-            work.most_j[i] = abs(work.j[i])
-            work.most_k[i] = box.fading[i] * abs(work.j[i])
+            work.max_j[i] = abs(work.j[i])
+            work.max_k[i] = box.damping_rate[i] * abs(work.j[i])
 
 
 @inlined
@@ -228,7 +230,7 @@ def is_coupled(work, count, i):
     """Whether forces of held contacts move a coordinate."""
     most = 0.0
     for k in range(count):
-        most = max(most, abs(work.lift[i, k]))
+        most = max(most, abs(work.contact_acceleration[i, k]))
     return most > 0.0
 
 
@@ -239,11 +241,13 @@ def force_of(box, work, held, count, k):
     for m in range(count):
         p, g = work.contact[m], work.inverse[k, m]
         value, slope, bend = work.drives[m, 2], work.drives[m, 3], box.snap[p]
-        for i in range(box.push.size):
+        for i in range(box.drag_acceleration.size):
             row = box.rows[p, i]
-            value += row * (box.push[i] - box.fading[i] * work.x[1, i])
-            slope -= row * box.fading[i] * work.x[2, i]
-            bend += abs(row) * box.fading[i] * work.most_j[i]
+            value += row * (
+                box.drag_acceleration[i] - box.damping_rate[i] * work.x[1, i]
+            )
+            slope -= row * box.damping_rate[i] * work.x[2, i]
+            bend += abs(row) * box.damping_rate[i] * work.max_j[i]
         force += g * value
         rate += g * slope
         most += abs(g) * bend
@@ -254,7 +258,7 @@ def force_of(box, work, held, count, k):
 @compiled_part
 def slide(box, work, q, v, h):
     """A step of the held coordinates, by their series."""
-    for i in range(box.push.size):
+    for i in range(box.drag_acceleration.size):
         # both by Horner's rule: sum x_m h^m / m!, and of its derivative
         speed, shift = 0.0, 0.0
         for m in range(TERMS - 1, 0, -1):

@@ -53,24 +53,24 @@ def phi_functions(z):
 @inlined
 def fly(box, work, q, v, h):
     """A step of coordinates that fly, in closed form."""
-    for i in range(box.push.size):
+    for i in range(box.drag_acceleration.size):
         if work.locked[i] == 0:
-            z = box.fading[i] * h
+            z = box.damping_rate[i] * h
             first, second = phi_functions(z)
             speed = v[i]
-            q[i] += h * (speed * first + box.push[i] * h * second)
-            v[i] = speed * (1.0 - z * first) + box.push[i] * h * first
+            q[i] += h * (speed * first + box.drag_acceleration[i] * h * second)
+            v[i] = speed * (1.0 - z * first) + box.drag_acceleration[i] * h * first
 
 
 @inlined
 def derive_flight(box, work, v):
     """Derivatives of coordinates that fly and their largest values from now on."""
-    for i in range(box.push.size):
+    for i in range(box.drag_acceleration.size):
         loose = 1.0 - work.locked[i]
-        a = (box.push[i] - box.fading[i] * v[i]) * loose
-        work.a[i], work.j[i] = a, -box.fading[i] * a
-        work.most_j[i] = box.fading[i] * abs(a)
-        work.most_k[i] = box.fading[i] * work.most_j[i]
+        a = (box.drag_acceleration[i] - box.damping_rate[i] * v[i]) * loose
+        work.a[i], work.j[i] = a, -box.damping_rate[i] * a
+        work.max_j[i] = box.damping_rate[i] * abs(a)
+        work.max_k[i] = box.damping_rate[i] * work.max_j[i]
 
 
 @inlined
@@ -84,15 +84,15 @@ def derive_plays(box, work, t, e, q, v, held, horizon):
             continue
         s, s1, s2, s3 = drive(box, p, t, e)
         most, snap = box.jerk[p], box.snap[p]
-        for i in range(box.push.size):
+        for i in range(box.drag_acceleration.size):
             row = box.rows[p, i]
             if row != 0.0:
                 s += row * q[i]
                 s1 += row * v[i]
                 s2 += row * work.a[i]
                 s3 += row * work.j[i]
-                most += abs(row) * work.most_j[i]
-                snap += abs(row) * work.most_k[i]
+                most += abs(row) * work.max_j[i]
+                snap += abs(row) * work.max_k[i]
         work.s[p, 0], work.s[p, 1], work.s[p, 2], work.s[p, 3] = s, s1, s2, s3
         work.bounds[p, 0], work.bounds[p, 1] = most, snap
         left = work.leaving[p]
@@ -202,27 +202,27 @@ def resolve_impact(box, work, t, q, v, event, edge):
     """The impact of all closed contacts at an instant; its outcome.
 
     That is ALONE where no other play was closed, AGAIN, or -1 where it is not found.
-    `work.met`, `work.total` and `work.lost` are of the plays that were struck.
+    `approach_speed`, `impulse` and `dissipated` of `work` are of the plays struck.
     """
     evaluate_plays(box, work, t, q, v)
     count = gather_closed(box, work, box.rest, event, edge)
     for i in range(count):
         snap_to_edge(box, work, q, work.contact[i], work.side[i])
     for p in range(box.ratios.size):
-        work.met[p], work.total[p], work.lost[p] = 0.0, 0.0, 0.0
+        work.approach_speed[p], work.impulse[p], work.dissipated[p] = 0.0, 0.0, 0.0
     speed = edge * work.s[event, 1]
     if count > 1 or speed <= box.rest or other_closed(box, work, event):
         return AGAIN if strike_again(box, work, t, q, v, count) else -1
     mobility = 0.0
-    for c in range(box.push.size):
-        mobility += box.rows[event, c] ** 2 * box.yielding[c]
+    for c in range(box.drag_acceleration.size):
+        mobility += box.rows[event, c] ** 2 * box.inverse_mass[c]
     bounce = box.restitution[event]
     impulse = (1.0 + bounce) * speed / mobility
-    for c in range(box.push.size):
-        v[c] -= edge * box.yielding[c] * box.rows[event, c] * impulse
-    work.met[event], work.total[event] = speed, impulse
+    for c in range(box.drag_acceleration.size):
+        v[c] -= edge * box.inverse_mass[c] * box.rows[event, c] * impulse
+    work.approach_speed[event], work.impulse[event] = speed, impulse
     work.edge[event] = edge
-    work.lost[event] = 0.5 * (1.0 - bounce) * speed * impulse
+    work.dissipated[event] = 0.5 * (1.0 - bounce) * speed * impulse
     return ALONE
 
 
@@ -239,7 +239,7 @@ def other_closed(box, work, event):
 @inlined
 def has_separated(box, work, event):
     """Whether a contact that was struck alone parts again, at more than no speed."""
-    return box.restitution[event] * work.met[event] > 2.0 * box.rest
+    return box.restitution[event] * work.approach_speed[event] > 2.0 * box.rest
 
 
 @compiled_part
@@ -249,8 +249,8 @@ def strike_again(box, work, t, q, v, count):
     A light body between two others may be struck without end. So many impacts leave
     no speed, for they lose it by their restitution: then none bounces.
     """
-    for number in range(box.most_hits + 1):
-        endless = number == box.most_hits
+    for number in range(box.max_impacts + 1):
+        endless = number == box.max_impacts
         if endless:
             count = gather_closed(box, work, math.inf, -1, 0)
         if not impact(box, work, v, count, not endless):
@@ -261,9 +261,12 @@ def strike_again(box, work, t, q, v, count):
         evaluate_plays(box, work, t, q, v)
         for i in range(count):
             p, side, approach = work.contact[i], work.side[i], work.approach[i]
-            work.edge[p], work.met[p] = side, max(work.met[p], approach)
-            work.total[p] += work.z[i]
-            work.lost[p] += 0.5 * work.z[i] * (approach + side * work.s[p, 1])
+            work.edge[p], work.approach_speed[p] = (
+                side,
+                max(work.approach_speed[p], approach),
+            )
+            work.impulse[p] += work.z[i]
+            work.dissipated[p] += 0.5 * work.z[i] * (approach + side * work.s[p, 1])
         count = gather_closed(box, work, box.rest, -1, 0)
         fastest = 0.0
         for i in range(count):
@@ -277,11 +280,14 @@ def strike_again(box, work, t, q, v, count):
 def record(box, work, whole, t, records, taken):
     """Rows of the plays that were struck at a speed; how many rows there are."""
     for p in range(box.ratios.size):
-        if work.met[p] > box.rest and work.total[p] > 0.0:
+        if work.approach_speed[p] > box.rest and work.impulse[p] > 0.0:
             records[taken, 0], records[taken, 1] = whole, t
             records[taken, 2], records[taken, 3] = p, work.edge[p]
-            records[taken, 4], records[taken, 5] = work.met[p], work.total[p]
-            records[taken, 6] = work.lost[p]
+            records[taken, 4], records[taken, 5] = (
+                work.approach_speed[p],
+                work.impulse[p],
+            )
+            records[taken, 6] = work.dissipated[p]
             taken += 1
     return taken
 

@@ -79,14 +79,14 @@ def solve_lcp(g, b, z, basis, count, rows):
 @compiled_part
 def fill_delassus(box, work, count):
     """G of the contacts in `work`, by rows of gaps: -1 times the side of the play's."""
-    n = box.push.size
+    n = box.drag_acceleration.size
     for i in range(count):
         for k in range(i, count):
             value = 0.0
             for c in range(n):
                 value += (
                     box.rows[work.contact[i], c]
-                    * box.yielding[c]
+                    * box.inverse_mass[c]
                     * box.rows[work.contact[k], c]
                 )
             value *= work.side[i] * work.side[k]
@@ -115,6 +115,6 @@ def impact(box, work, v, count, bounces):
     for i in range(count):
         p = work.contact[i]
         if work.z[i] > 0.0:
-            for c in range(box.push.size):
-                v[c] -= work.side[i] * box.yielding[c] * box.rows[p, c] * work.z[i]
+            for c in range(box.drag_acceleration.size):
+                v[c] -= work.side[i] * box.inverse_mass[c] * box.rows[p, c] * work.z[i]
     return is_solved

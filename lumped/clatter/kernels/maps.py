@@ -33,7 +33,7 @@ def turn(box, v, h):
     """The wheel's part of s and of its speed, after a time h: the right of eq. (8)."""
     shift, rate = 0.0, 0.0
     for i in range(v.size):
-        z, push = box.fading[i] * h, box.push[i]
+        z, push = box.damping_rate[i] * h, box.drag_acceleration[i]
         first, second = 1.0 - z / 2.0 + z * z / 6.0 - z**3 / 24.0, 0.5 - z / 6.0
         second += z * z / 24.0 - z**3 / 120.0
         if z > 1e-3:
@@ -59,7 +59,9 @@ def next_root(box, t, v, edge):
         size = math.hypot(box.cosines[m], box.sines[m])
         most += abs(box.ratios[0]) * size * (TURN * box.orders[m]) ** 2
     for i in range(v.size):
-        most += abs(box.rows[0, i] * (box.push[i] - box.fading[i] * v[i]))
+        most += abs(
+            box.rows[0, i] * (box.drag_acceleration[i] - box.damping_rate[i] * v[i])
+        )
     start = high if edge > 0 else low
     begin, _ = displace(box, t)
     h = 0.0
@@ -86,7 +88,7 @@ def follow_implicit(box, t, v, edge, out):
     """
     mobility = 0.0
     for i in range(v.size):
-        mobility += box.rows[0, i] ** 2 * box.yielding[i]
+        mobility += box.rows[0, i] ** 2 * box.inverse_mass[i]
     for k in range(out.shape[0]):
         h, edge, speed = next_root(box, t, v, edge)
         if not math.isfinite(h) or edge * speed <= box.rest:
@@ -94,11 +96,15 @@ def follow_implicit(box, t, v, edge, out):
         t += h
         impulse = (1.0 + box.restitution[0]) * edge * speed / mobility
         for i in range(v.size):
-            d = box.fading[i]
+            d = box.damping_rate[i]
             lost = -math.expm1(-d * h)
-            gain = box.push[i] / d * lost if d > 0.0 else box.push[i] * h
+            gain = (
+                box.drag_acceleration[i] / d * lost
+                if d > 0.0
+                else box.drag_acceleration[i] * h
+            )
             v[i] += gain - v[i] * lost
-            v[i] -= edge * box.yielding[i] * box.rows[0, i] * impulse
+            v[i] -= edge * box.inverse_mass[i] * box.rows[0, i] * impulse
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = t, edge, edge * speed, impulse
     return out.shape[0]
 
@@ -113,7 +119,7 @@ def follow_fermi(box, t, v, edge, out):
     play, eps = box.high[0] - box.low[0], box.restitution[0]
     mobility, j = 0.0, 0.0
     for i in range(v.size):
-        mobility += box.rows[0, i] ** 2 * box.yielding[i]
+        mobility += box.rows[0, i] ** 2 * box.inverse_mass[i]
         j -= box.rows[0, i] * v[i]  # the speed Q'
     for k in range(out.shape[0]):
         t += play / abs(j)
@@ -123,7 +129,7 @@ def follow_fermi(box, t, v, edge, out):
             return k
         impulse = (1.0 + eps) * approach / mobility
         for i in range(v.size):
-            v[i] -= edge * box.yielding[i] * box.rows[0, i] * impulse
+            v[i] -= edge * box.inverse_mass[i] * box.rows[0, i] * impulse
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = t, edge, approach, impulse
         j = -eps * j + (1.0 + eps) * e1
     return out.shape[0]

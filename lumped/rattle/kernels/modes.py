@@ -106,7 +106,7 @@ def event_function(m, amplitudes, tau, t):
     jerk = TURN**3 * abs(one) + rate**3 * abs(two)
     for j in range(amplitudes.size):
         r = m.rates[j]
-        now = m.watched[j] * amplitudes[j] * np.exp(r * tau)
+        now = m.event_row[j] * amplitudes[j] * np.exp(r * tau)
         x += now.real
         w += (r * now).real
         a += (r * r * now).real
@@ -188,7 +188,7 @@ def comes_to_rest(s, state, t, side, w, amplitudes):
     steady, one, two = side * m.steady[0], abs(m.forced[0]), abs(m.forced[1])
     change, slope = one + two, TURN * (one + m.order * two)
     for j in range(amplitudes.size):
-        part = abs(m.watched[j] * amplitudes[j])
+        part = abs(m.event_row[j] * amplitudes[j])
         change += part
         slope += abs(m.rates[j]) * part
     least = steady - change

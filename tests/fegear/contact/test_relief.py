@@ -120,7 +120,7 @@ def test_levers_are_those_of_the_common_normal(unmodified, kinds):
     step, pitch = 1e-4, problem.pair.base_pitch
     bases = problem.pair.driver.base_radius, problem.pair.driven.base_radius
     for n, k in np.argwhere(cells.gap < CLOSE):
-        place, own = POSITIONS[n] + teeth[k], cells.lever[n, k]
+        place, own = POSITIONS[n] + teeth[k], cells.moment_arms[n, k]
         slope = (exact(place + step) - exact(place - step)) / (2.0 * step * pitch)
         rates = own[0] / bases[0] * (1.0 + slope), own[1] / bases[1]
         assert rates[0] == pytest.approx(rates[1], abs=2e-5)

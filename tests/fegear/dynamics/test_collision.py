@@ -70,7 +70,7 @@ def free_energy(model, motion):
 
 def contact_energy(model, touch):
     """Of the pairs' laws and of the compliance between pairs [J]."""
-    knots, law = model.contacts.knots[0], model.contacts.law
+    knots, law = model.contacts.knots[0], model.contacts.load_curve
     squeeze, load = touch[kernel.PENETRATION], touch[kernel.LOAD]
     total = 0.5 * load @ model.contacts.normal_compliance[0] @ load
     for c, depth in enumerate(squeeze):

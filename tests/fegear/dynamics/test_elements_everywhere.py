@@ -51,7 +51,7 @@ def arrays(stepper):
     model = stepper.model
     found = {
         "mean stiffness": model.reference.modes.mean_stiffness,
-        "laws": model.contacts.law[..., 1:],
+        "laws": model.contacts.load_curve[..., 1:],
         "compliance": model.contacts.normal_compliance,
         "elastic frequencies": np.sqrt(model.modal.rigidity),
     }

@@ -129,7 +129,7 @@ def test_flanks_yield_by_what_closes_the_gap(name, position, request):
     gears = {role: loaded_sectors(scene, role, position) for role in ROLES}
     for load in gears["driver"][0]:
         pair = list(solved.teeth).index(load.tooth)
-        lever = solved.patches[pair].lever[0] / problem.pair.driver.base_radius
+        lever = solved.patches[pair].moment_arms[0] / problem.pair.driver.base_radius
         closed = ste * lever - solved.nodes[pair].gap
         yielding = np.zeros(len(load.normal))
         for role, sign in (("driver", 1), ("driven", -1)):

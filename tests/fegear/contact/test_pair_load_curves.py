@@ -66,7 +66,7 @@ def together(laws, problem, approach):
         law = PchipInterpolator(laws.penetration, laws.load[n, :, NOMINAL], axis=1)
         drag = problem.friction * laws.sliding[n]
         compliance = laws.normal[n] + laws.tangential[n] * drag
-        closing = laws.lever[n, :, 0] / problem.pair.driver.base_radius
+        closing = laws.moment_arms[n, :, 0] / problem.pair.driver.base_radius
         free = depth * closing - laws.gap[n]
 
         def load(squeeze, law=law):
@@ -151,7 +151,7 @@ def test_back_side_is_the_drive_side_of_the_mirrored_mesh(cases, case):
     back = pair_laws(problem, POSITION, REACH, back=True)
     mirror = pair_laws(problem, back_side_position(problem.pair, POSITION), REACH)
     order = [list(mirror.teeth).index(-tooth) for tooth in back.teeth]
-    for name in ("gap", "lever", "arc", "load", "pressure"):
+    for name in ("gap", "moment_arms", "arc", "load", "pressure"):
         one, other = getattr(back, name), getattr(mirror, name)[:, order]
         np.testing.assert_array_equal(one, other, err_msg=name)
     # the same laws are passed through, in another order
