@@ -52,8 +52,8 @@ def write_triangles(
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in FORMATS:
-        known = " or ".join(FORMATS)
-        raise ValueError(f"file name must end in {known}, got {path.name!r}")
+        extensions = " or ".join(FORMATS)
+        raise ValueError(f"file name must end in {extensions}, got {path.name!r}")
     data, groups = {kind: [part]}, {}
     if ending == ".msh":
         data |= {"gmsh:physical": [part + 1], "gmsh:geometrical": [part + 1]}

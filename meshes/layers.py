@@ -49,7 +49,7 @@ def body_layers(
     angles = np.linspace(half_angle, 0.0, 2 * columns + 1)
     points = polar(r[:, None], angles[None, :]).reshape(-1, 2)
     at = np.arange(len(points)).reshape(len(r), len(angles))
-    i, j = (2 * each.ravel() for each in np.mgrid[:layers, :columns])
+    i, j = (2 * indices.ravel() for indices in np.mgrid[:layers, :columns])
 
     def node(down: int, across: int) -> NDArray[np.int64]:
         return at[i + down, j + across]

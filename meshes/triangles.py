@@ -35,8 +35,8 @@ def draw_chain(
     point = first or draw_point(gmsh, vertices[0], lengths[0])
     lines = []
     for number, (xy, edge) in enumerate(zip(vertices[1:], lengths, strict=True), 1):
-        known = last if number == len(lengths) else None
-        end = known or draw_point(gmsh, xy, edge)
+        existing = last if number == len(lengths) else None
+        end = existing or draw_point(gmsh, xy, edge)
         lines.append(geo.addLine(point, end))
         geo.mesh.setTransfiniteCurve(lines[-1], 2)
         point = end
@@ -60,7 +60,7 @@ def make_triangles(
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0 if growth else 1)
     gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0 if growth else 1)
     if growth:
-        _grow_sizes(gmsh, [tag for own in lines.values() for tag in own], growth)
+        _grow_sizes(gmsh, [tag for chain in lines.values() for tag in chain], growth)
     gmsh.option.setNumber("Mesh.Algorithm", 6)
     gmsh.model.mesh.generate(2)
     gmsh.model.mesh.setOrder(2)

@@ -191,7 +191,7 @@ def with_body_modes(
         modes=modes.only(retained),
         solved=modes,
         inertia=inertia,
-        kept=retained,
+        retained=retained,
     )
 
 

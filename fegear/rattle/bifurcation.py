@@ -171,4 +171,4 @@ def follow_branches(
         for turns, upper, lower, time, speed in orbits.tolist():
             itinerary = Itinerary(int(turns), int(upper), int(lower))
             finder.from_departure(itinerary, (time, speed), value)
-    return tuple(finder.found)
+    return tuple(finder.branches)

@@ -238,7 +238,9 @@ class Branches(
 
         def watch(place: int, value: float) -> None:
             done = round(100.0 * (value - low) / (high - low))
-            job.report(f"branch {place + 1}, {finder.family.words(value)}", done, 100)
+            job.report(
+                f"branch {place + 1}, {finder.family.label_of(value)}", done, 100
+            )
 
         finder = BranchFinder(
             self.family,
@@ -250,9 +252,9 @@ class Branches(
         )
         try:
             finder.find(low)
-            return BranchesResult(self, tuple(finder.found), complete=True)
+            return BranchesResult(self, tuple(finder.branches), complete=True)
         except (Stopped, KeyboardInterrupt):
-            return BranchesResult(self, tuple(finder.found), complete=False)
+            return BranchesResult(self, tuple(finder.branches), complete=False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

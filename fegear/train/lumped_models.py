@@ -206,7 +206,7 @@ def lumped_system(
     require_physical(gear_set, torque, system)
     contacts = coupled_contacts(
         *(gear_set, torque, system, contact_source, model.without),
-        retained=like.contacts.kept if like is not None and like.contacts else None,
+        retained=like.contacts.retained if like is not None and like.contacts else None,
     )
     return replace(system, contacts=contacts)
 
@@ -546,9 +546,9 @@ def _bodies_left_out(
 ) -> tuple[TruncationModel, NDArray[np.bool_]] | None:
     """All body modes of the coupled model, and those that it has."""
     contacts = system.contacts
-    if contacts is None or contacts.inertia is None or contacts.kept is None:
+    if contacts is None or contacts.inertia is None or contacts.retained is None:
         return None
-    return contacts.inertia, contacts.kept & (contacts.bodies.count > 0)
+    return contacts.inertia, contacts.retained & (contacts.bodies.count > 0)
 
 
 def body_entries(system: LumpedSystem, speeds: Sequence[float]) -> dict[str, str]:

@@ -80,23 +80,25 @@ class AttractorBranch:
     @property
     def intervals(self) -> tuple[AttractorInterval, ...]:
         """Successive values at which the motion has one name."""
-        found: list[AttractorInterval] = []
+        intervals: list[AttractorInterval] = []
         before: Attractor | None = None
         jumps = find_jumps(self.attractors)
         for value, attractor, jump in zip(
             self.values, self.attractors, jumps, strict=True
         ):
-            begins = "" if before is None else named_change(before, attractor)
-            begins = JUMP if jump else begins
-            goes_on = before is not None and before.name == attractor.name
-            if goes_on and not jump:
-                largest = float(np.fmax(found[-1].exponent, attractor.exponent))
-                found[-1] = replace(found[-1], last=value, exponent=largest)
+            transition = "" if before is None else named_change(before, attractor)
+            transition = JUMP if jump else transition
+            continues = before is not None and before.name == attractor.name
+            if continues and not jump:
+                largest = float(np.fmax(intervals[-1].exponent, attractor.exponent))
+                intervals[-1] = replace(intervals[-1], last=value, exponent=largest)
             else:
                 name, exponent = attractor.name, attractor.exponent
-                found.append(AttractorInterval(value, value, name, begins, exponent))
+                intervals.append(
+                    AttractorInterval(value, value, name, transition, exponent)
+                )
             before = attractor
-        return tuple(found)
+        return tuple(intervals)
 
 
 def find_jumps(attractors: Sequence[Attractor]) -> list[bool]:
@@ -106,11 +108,15 @@ def find_jumps(attractors: Sequence[Attractor]) -> list[bool]:
     on both sides, which there must be. Where a period doubles, points part from each
     other but not from their mean.
     """
-    apart = [_distance(*pair) for pair in pairwise(attractors)]
-    beside = [math.nan, *apart, math.nan]
+    distances = [_distance(*pair) for pair in pairwise(attractors)]
+    padded = [math.nan, *distances, math.nan]
     return [False] * len(attractors[:1]) + [
-        own > MIN_JUMP and own > STRONG * one and own > STRONG * two
-        for one, own, two in zip(beside, apart, beside[2:], strict=False)
+        distance > MIN_JUMP
+        and distance > STRONG * previous
+        and distance > STRONG * following
+        for previous, distance, following in zip(
+            padded, distances, padded[2:], strict=False
+        )
     ]
 
 
@@ -118,9 +124,9 @@ def _distance(before: Attractor, after: Attractor) -> float:
     """Between means of sections, over the largest deflection; NaN without a period."""
     if not (before.multiple and after.multiple) or not before.deflection.size:
         return math.nan
-    means = [each.deflection.mean(axis=0) for each in (before, after)]
-    every = np.concatenate([before.deflection, after.deflection])
-    return float(np.abs(means[0] - means[1]).max() / np.abs(every).max())
+    means = [attractor.deflection.mean(axis=0) for attractor in (before, after)]
+    deflections = np.concatenate([before.deflection, after.deflection])
+    return float(np.abs(means[0] - means[1]).max() / np.abs(deflections).max())
 
 
 def named_change(before: Attractor, after: Attractor) -> str:
@@ -172,9 +178,9 @@ class _AttractorRecorder:
     def finished(self) -> list[Response]:
         if self.store is None:
             return []
-        known = self.store.finished()
-        self.attractors = [attractor for _, attractor in known]
-        return [response for response, _ in known]
+        records = self.store.finished()
+        self.attractors = [attractor for _, attractor in records]
+        return [response for response, _ in records]
 
     def settle(
         self,
@@ -190,29 +196,31 @@ class _AttractorRecorder:
         One that seems to repeat but is unstable on finer steps leaves there; one that
         does not repeat though changes shrink may have been chaotic for a while.
         """
-        found = confirm_steady_state(stepper, frequency, settings, state, before, watch)
-        attractor = self._attractor(stepper, found, watch)
+        solution = confirm_steady_state(
+            stepper, frequency, settings, state, before, watch
+        )
+        attractor = self._attractor(stepper, solution, watch)
         if attractor.kind == Kind.UNSETTLED or unstable(attractor):
-            response, _, steps = found
+            response, _, steps = solution
             longer = replace(
                 refined(stepper.system, steps, stepper.system.common_period[0]),
                 max_periods=steps.max_periods or LONG,
             )
-            again = steady_state(
+            rerun = steady_state(
                 *(stepper, frequency, longer, response.state, frequency, watch)
             )
-            found = *again, longer
-            attractor = self._attractor(stepper, found, watch)
+            solution = *rerun, longer
+            attractor = self._attractor(stepper, solution, watch)
         if unstable(attractor):
-            found = aperiodic(found[0]), *found[1:]
-            attractor = self._attractor(stepper, found, watch)
+            solution = aperiodic(solution[0]), *solution[1:]
+            attractor = self._attractor(stepper, solution, watch)
         self.attractors.append(attractor)
-        return found
+        return solution
 
     def _attractor(
-        self, stepper: Stepper, found: tuple[Response, Any, Any], watch: Watch
+        self, stepper: Stepper, solution: tuple[Response, Any, Any], watch: Watch
     ) -> Attractor:
-        response, _, steps = found
+        response, _, steps = solution
         return find_attractor(
             *(stepper.system, response, steps, self.sections),
             partial(watch, response.frequency),
@@ -244,7 +252,7 @@ def sweep_attractors(
     # no figures are shown that more windows would measure
     settings = replace(settings or Settings(), windows=1)
     ordered = in_order(values, direction)
-    found = _AttractorRecorder(sections or SectionSettings(), store)
+    recorder = _AttractorRecorder(sections or SectionSettings(), store)
 
     def station(value: float) -> SweepPoint:
         system, frequency = system_at(value)
@@ -252,10 +260,10 @@ def sweep_attractors(
 
     responses, complete = continue_sweep(
         *(ordered, station, settings),
-        settle=found.settle,
-        store=found,
+        settle=recorder.settle,
+        store=recorder,
         observer=observer,
         stop=stop,
     )
-    passed = tuple(ordered[: len(responses)])
-    return AttractorBranch(direction, passed, tuple(found.attractors), complete)
+    visited = tuple(ordered[: len(responses)])
+    return AttractorBranch(direction, visited, tuple(recorder.attractors), complete)

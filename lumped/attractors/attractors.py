@@ -203,11 +203,11 @@ def _by_harmonic_balance(
         if not has_half_period(branch, point):
             break
         multiple //= 2
-    found = branch_point(motions, point)
-    apart = np.abs(found.figures["dte_rms"] - response.dte_rms).max()
-    if apart > RMS_RTOL * response.dte_rms.max() or not found.stable:
+    orbit = branch_point(motions, point)
+    rms_error = np.abs(orbit.figures["dte_rms"] - response.dte_rms).max()
+    if rms_error > RMS_RTOL * response.dte_rms.max() or not orbit.stable:
         return None
-    return multiple, math.log(found.largest) / (multiple * length)
+    return multiple, math.log(orbit.largest) / (multiple * length)
 
 
 def _by_monodromy(system: LumpedSystem, response: Response, at: Speed) -> Attractor:

@@ -155,21 +155,21 @@ class HarmonicBalance:
 
         series, sampled = self.series, self.forces.sampled
         weight = pieces.length[:, None] * WEIGHTS / self.length
-        kept = pieces.whole >= 0
-        times = pieces.start[~kept, None] + pieces.length[~kept, None] * POINTS
+        uncut = pieces.whole >= 0
+        times = pieces.start[~uncut, None] + pieces.length[~uncut, None] * POINTS
         extra = series.basis(times.ravel(), 2 * series.order)
 
         def means(values: Array) -> Array:
             flat = values.reshape(*values.shape[:2], -1) * weight[..., None]
-            whole = np.zeros((len(sampled.times), 3, flat.shape[-1]))
-            whole[pieces.whole[kept]] = flat[kept]
-            found = sampled.twice.T @ whole.reshape(-1, flat.shape[-1])
-            found += extra.T @ flat[~kept].reshape(-1, flat.shape[-1])
-            return found.reshape(len(found), *values.shape[2:])
+            on_grid = np.zeros((len(sampled.times), 3, flat.shape[-1]))
+            on_grid[pieces.whole[uncut]] = flat[uncut]
+            coefficients = sampled.twice.T @ on_grid.reshape(-1, flat.shape[-1])
+            coefficients += extra.T @ flat[~uncut].reshape(-1, flat.shape[-1])
+            return coefficients.reshape(len(coefficients), *values.shape[2:])
 
         twice, H = 2 * series.order, series.order
-        own = [*range(H + 1), *range(twice + 1, twice + H + 1)]
-        force = 2.0 * means(pieces.force)[own]
+        low_orders = [*range(H + 1), *range(twice + 1, twice + H + 1)]
+        force = 2.0 * means(pieces.force)[low_orders]
         force[0] *= 0.5
         return force, means(pieces.slope)
 
@@ -207,8 +207,10 @@ class HarmonicBalance:
         from lumped.kernels import orbit as kernel
 
         stepper = FixedStepper(self.system)
-        given: tuple[Any, Any] = stepper.driven(Speed(response.frequency, settings))
-        arrays, steps = given
+        kernel_args: tuple[Any, Any] = stepper.driven(
+            Speed(response.frequency, settings)
+        )
+        arrays, steps = kernel_args
         out = np.empty((response.multiple * steps.h.size + 1, *response.state.shape))
         kernel.trace(arrays, steps, np.array(response.state), out)
         times = np.concatenate([[0.0], np.cumsum(np.tile(steps.h, response.multiple))])
@@ -225,11 +227,12 @@ class HarmonicBalance:
         """Unknowns x as those of `repeated(times)`."""
         series, H = x.reshape(self.shape), self.series.order
         longer = self.repeated(times)
-        found = np.zeros(longer.shape)
-        found[0] = series[0]
-        at = times * np.arange(1, H + 1)
-        found[at], found[longer.series.order + at] = series[1 : H + 1], series[H + 1 :]
-        return found.ravel()
+        coefficients = np.zeros(longer.shape)
+        coefficients[0] = series[0]
+        orders = times * np.arange(1, H + 1)
+        coefficients[orders] = series[1 : H + 1]
+        coefficients[longer.series.order + orders] = series[H + 1 :]
+        return coefficients.ravel()
 
     def delayed(self, x: Array, periods: int, frequency: float) -> Array:
         """Unknowns x of the motion so many common periods later."""

@@ -131,10 +131,12 @@ def locate_bifurcation(
         multipliers = np.linalg.eigvals(shooting.monodromy(now))
         return test(np.asarray(multipliers, complex))
 
-    found = shooting.value(shooting.onto(start + root(error) * tangent, matrix))
-    if not abs(found - value) <= MAX_SHIFT * shooting.unit:
+    critical_value = shooting.value(
+        shooting.onto(start + root(error) * tangent, matrix)
+    )
+    if not abs(critical_value - value) <= MAX_SHIFT * shooting.unit:
         raise NoSolution("shooting found another bifurcation")
-    return found
+    return critical_value
 
 
 def root(function: Callable[[float], float]) -> float:

@@ -45,7 +45,7 @@ class Family(Protocol):
     def at(self, value: float) -> tuple[LumpedSystem, float]:
         """The system and the mesh frequency of its first mesh [Hz]."""
 
-    def words(self, value: float) -> str:
+    def label_of(self, value: float) -> str:
         """A value of the parameter, with its name or unit."""
 
 
@@ -67,7 +67,7 @@ class SpeedFamily:
     def at(self, value: float) -> tuple[LumpedSystem, float]:
         return self.system, value
 
-    def words(self, value: float) -> str:
+    def label_of(self, value: float) -> str:
         return f"{value:.6g} Hz"
 
 
@@ -103,7 +103,7 @@ class ParameterFamily:
     def at(self, value: float) -> tuple[LumpedSystem, float]:
         return self._kept(value), self.frequency
 
-    def words(self, value: float) -> str:
+    def label_of(self, value: float) -> str:
         return f"{self.name} = {value:.6g}"
 
 

@@ -135,7 +135,7 @@ class BranchFinder:
     report: Callable[[int, float], None] = lambda number, value: None
     finished: list[PeriodicBranch] = field(default_factory=list)
     keep: Callable[[PeriodicBranch], None] = lambda branch: None
-    found: list[PeriodicBranch] = field(default_factory=list)
+    branches: list[PeriodicBranch] = field(default_factory=list)
     doubled: int = 0  # of those found, the doublings of which were followed
 
     def find(self, value: float) -> None:
@@ -166,8 +166,8 @@ class BranchFinder:
                 "torque = 0; branches are followed in units of the deflection under "
                 "the load, another one is needed"
             )
-        self.report(len(self.found), value)
-        response, at = respond(system, frequency), self.family.words(value)
+        self.report(len(self.branches), value)
+        response, at = respond(system, frequency), self.family.label_of(value)
         if response.status != Status.PERIODIC:
             raise ArithmeticError(
                 f"the motion at {at} is {response.status}, it was not seen to repeat: "
@@ -180,7 +180,7 @@ class BranchFinder:
         directions: tuple[Direction, ...] = ("up", "down")
         for direction in directions:
             for value, response in self._sweep(direction):
-                at = self.family.words(value)
+                at = self.family.label_of(value)
                 origin = f"from a sweep {direction} at {at}"
                 self._from_settled(value, response, origin)
 
@@ -192,7 +192,7 @@ class BranchFinder:
         random = np.random.default_rng(0)
         for _ in range(self.settings.starts):
             value = float(random.uniform(*self.limits))
-            self.report(len(self.found), value)
+            self.report(len(self.branches), value)
             system, frequency = self.family.at(value)
             rest, turn = system.static_state[0], 2.0 * math.pi * frequency
             spread = (
@@ -202,7 +202,7 @@ class BranchFinder:
             )
             state = np.stack([rest + spread[0], turn * spread[1]])
             response = respond(system, frequency, state=state)
-            at = self.family.words(value)
+            at = self.family.label_of(value)
             self._from_settled(value, response, f"from a random state at {at}")
 
     def _from_settled(self, value: float, response: Response, origin: str) -> None:
@@ -218,7 +218,7 @@ class BranchFinder:
 
         def station(value: float) -> SweepPoint:
             system, frequency = self.family.at(value)
-            self.report(len(self.found), value)
+            self.report(len(self.branches), value)
             return stepper_of(system, settings), frequency
 
         passed = values if direction == "up" else values[::-1]
@@ -246,12 +246,12 @@ class BranchFinder:
         """
         at, times = motion.parameter, branch.problem.multiple
         balance, frequency = branch.problem.at(at)
-        for found in self.found:
-            if times % found.multiple:
+        for existing in self.branches:
+            if times % existing.multiple:
                 continue
-            for near in self._motions_of(found, at):
-                own, _ = self.balance(found.multiple, at)
-                x = own.lengthened(near.x, times // found.multiple)
+            for crossing in self._motions_of(existing, at):
+                existing_balance, _ = self.balance(existing.multiple, at)
+                x = existing_balance.lengthened(crossing.x, times // existing.multiple)
                 for periods in range(times):
                     shifted = balance.delayed(x, periods, frequency)
                     if (
@@ -269,19 +269,19 @@ class BranchFinder:
         """The unknowns near x that solve the equations there; raises NoSolution."""
         return self._branch(multiple).at(x, value).x
 
-    def motions_at(self, found: PeriodicBranch, value: float) -> Iterator[BranchPoint]:
+    def motions_at(self, branch: PeriodicBranch, value: float) -> Iterator[BranchPoint]:
         """The motions of a branch at a value of the parameter."""
-        motions = self._branch(found.multiple).problem
-        for point in self._motions_of(found, value):
+        motions = self._branch(branch.multiple).problem
+        for point in self._motions_of(branch, value):
             yield branch_point(motions, point)
 
-    def _motions_of(self, found: PeriodicBranch, value: float) -> Iterator[Point]:
-        return self._branch(found.multiple).crossings(found.points, value)
+    def _motions_of(self, branch: PeriodicBranch, value: float) -> Iterator[Point]:
+        return self._branch(branch.multiple).crossings(branch.points, value)
 
     def doublings(self) -> None:
         """Branches of twice the period that set out from those that are found."""
-        while self.doubled < len(self.found):
-            branch = self.found[self.doubled]
+        while self.doubled < len(self.branches):
+            branch = self.branches[self.doubled]
             if 2 * branch.multiple <= self.settings.period_multiple:
                 for point in branch.bifurcations:
                     if point.kind == DOUBLING and not self._ends_at(point, branch):
@@ -292,21 +292,21 @@ class BranchFinder:
         """Whether a branch of twice the period has come back to its parent there."""
         return any(
             abs(end.parameter - point.parameter) < DOUBLING_TOL * self.family.unit
-            for branch in self.found
+            for branch in self.branches
             if branch.multiple == 2 * parent.multiple
             for end in (branch.points[0], branch.points[-1])
         )
 
     def _double(self, parent: PeriodicBranch, point: BranchPoint, number: int) -> None:
-        branch, own = (self._branch(n * parent.multiple) for n in (2, 1))
-        x = own.problem.at(point.parameter)[0].lengthened(point.x, 2)
+        branch, single_period = (self._branch(n * parent.multiple) for n in (2, 1))
+        x = single_period.problem.at(point.parameter)[0].lengthened(point.x, 2)
         try:
             start = branch.branch_switch(x, point.parameter, ASIDE)
         except NoSolution:
             return
         if has_half_period(branch, start) or self._is_known(branch, start):
             return
-        at = self.family.words(point.best_parameter)
+        at = self.family.label_of(point.best_parameter)
         self._follow(branch, start, f"period doubling of branch {number + 1} at {at}")
 
     @cached_property
@@ -342,7 +342,7 @@ class BranchFinder:
         inside : whether the branch goes on to both sides of the point
         """
         if self.finished and self.finished[0].origin == origin:
-            self.found.append(self.finished.pop(0))
+            self.branches.append(self.finished.pop(0))
             return
         motions = branch.problem
         one_way = partial(self._one_way, branch)
@@ -351,15 +351,15 @@ class BranchFinder:
             located_point(motions, point)
             for point in with_bifurcations(branch, followed)
         )
-        found = PeriodicBranch(
+        new_branch = PeriodicBranch(
             motions.multiple, points, origin, followed.reason, followed.closed
         )
         if self._is_duplicate(branch, points):
             return
         points = tuple(self._drop_doubling_artefacts(motions.multiple, points))
-        found = replace(found, points=points, error=_error(motions, points))
-        self.keep(found)
-        self.found.append(found)
+        new_branch = replace(new_branch, points=points, error=_error(motions, points))
+        self.keep(new_branch)
+        self.branches.append(new_branch)
 
     def _drop_doubling_artefacts(
         self, multiple: int, points: tuple[BranchPoint, ...]
@@ -370,7 +370,7 @@ class BranchFinder:
         """
         seams = [
             point.parameter
-            for branch in self.found
+            for branch in self.branches
             if multiple == 2 * branch.multiple
             for point in branch.bifurcations
             if point.kind == DOUBLING
@@ -387,16 +387,16 @@ class BranchFinder:
     ) -> bool:
         """Whether a branch that is found passes through most of some points."""
         probes = [points[round(part * (len(points) - 1))] for part in PROBED]
-        known = 0
+        matches = 0
         for point in probes:
             motion = Point(point.x, point.parameter, np.zeros(point.x.size + 1))
-            known += self._is_known(branch, motion)
-        return 2 * known > len(probes)
+            matches += self._is_known(branch, motion)
+        return 2 * matches > len(probes)
 
     def _one_way(
         self, branch: Continuation[PeriodicProblem], start: Point
     ) -> BranchTrace:
-        motions, number = branch.problem, len(self.found)
+        motions, number = branch.problem, len(self.branches)
         followed = branch.follow(
             start,
             self.limits,

@@ -83,8 +83,8 @@ def with_bifurcations(
     """The points of a branch, and between them those where something changes."""
     motions, unit = branch.problem, branch.steps.unit
     folds: list[float] = []
-    known = list(_with_points_between(branch, followed.points))
-    for (a, here), (b, there) in pairwise(known):
+    computed = list(_with_points_between(branch, followed.points))
+    for (a, here), (b, there) in pairwise(computed):
         yield here
         for kind, test in _tests(motions, (a, here), (b, there)):
             try:
@@ -97,7 +97,7 @@ def with_bifurcations(
             elif kind == CROSSING and any(abs(f - at) < ONE * unit for f in folds):
                 continue  # the multiplier of the fold, a hair beside it
             yield replace(branch_point(motions, between), kind=kind)
-    yield known[-1][1]
+    yield computed[-1][1]
 
 
 def _with_points_between(

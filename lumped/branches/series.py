@@ -35,17 +35,18 @@ class Series:
         """Series of the derivative by time in periods of the first mesh."""
         H = self.order
         turn = 2.0 * math.pi / self.length * np.arange(1, H + 1)[:, None]
-        found = np.zeros_like(x)
-        found[1 : H + 1], found[H + 1 :] = turn * x[H + 1 :], -turn * x[1 : H + 1]
-        return found
+        derivative = np.zeros_like(x)
+        derivative[1 : H + 1] = turn * x[H + 1 :]
+        derivative[H + 1 :] = -turn * x[1 : H + 1]
+        return derivative
 
     def waves(self, x: Array) -> Complex:
         """Complex amplitudes (H + 1, d), of which a series is the real part."""
         H = self.order
-        found = np.zeros((H + 1, *x.shape[1:]), complex)
-        found[0] = x[0]
-        found[1:] = x[1 : H + 1] - 1j * x[H + 1 :]
-        return found
+        amplitudes = np.zeros((H + 1, *x.shape[1:]), complex)
+        amplitudes[0] = x[0]
+        amplitudes[1:] = x[1 : H + 1] - 1j * x[H + 1 :]
+        return amplitudes
 
     def of_waves(self, waves: Complex) -> Array:
         return np.concatenate([waves.real, -waves[1:].imag])
@@ -90,10 +91,10 @@ class Series:
         H = self.order
         turn = 2.0 * math.pi / self.length * periods * np.arange(1, H + 1)[:, None]
         cosines, sines = x[1 : H + 1], x[H + 1 :]
-        found = x.copy()
-        found[1 : H + 1] = np.cos(turn) * cosines + np.sin(turn) * sines
-        found[H + 1 :] = np.cos(turn) * sines - np.sin(turn) * cosines
-        return found
+        series = x.copy()
+        series[1 : H + 1] = np.cos(turn) * cosines + np.sin(turn) * sines
+        series[H + 1 :] = np.cos(turn) * sines - np.sin(turn) * cosines
+        return series
 
 
 @dataclass(frozen=True, eq=False)

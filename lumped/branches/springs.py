@@ -101,11 +101,13 @@ class SpringForces:
         """Corners, hand-overs and ends of paths of contact of a period, and even parts
         between them."""
         excitation = self.system.excitation
-        own, length = self.system.train.common_period[0], self.series.length
+        mesh_period, length = self.system.train.common_period[0], self.series.length
         # a path that ends within a piece would make its quadrature depend on where
         # contact cuts it, which the Jacobian does not know
         stops = np.union1d(excitation.pieces.stops, excitation.breaks())
-        marks = (own * np.arange(length // own)[:, None] + stops).ravel()
+        marks = (
+            mesh_period * np.arange(length // mesh_period)[:, None] + stops
+        ).ravel()
         marks = np.concatenate([[0.0], marks, [float(length)]])
         marks = marks[np.append(np.diff(marks) > 1e-9, True)]
         parts = [
@@ -147,8 +149,10 @@ class SpringForces:
         count = kernel.set_pieces(self.arrays, orbit, self.grid, self._room)
         if not count:
             raise ArithmeticError("contacts change too often in a period")
-        found = ContactPieces(*(part[:count].copy() for part in self._room))
-        return found._replace(slope=found.slope[..., None] * np.eye(self.count))
+        contact_pieces = ContactPieces(*(part[:count].copy() for part in self._room))
+        return contact_pieces._replace(
+            slope=contact_pieces.slope[..., None] * np.eye(self.count)
+        )
 
     def _smooth_pieces(self, x: Array, steepness: float) -> ContactPieces:
         """Pieces of contact that closes by tanh: no change of contact divides them."""
@@ -157,8 +161,8 @@ class SpringForces:
         s = self.sampled.values(x)[:, 1:4, meshes]
         elastic = s - grid.gap[:, 1:4]
         drive, back = (
-            _closing(each, steepness)
-            for each in (elastic, -elastic - self.arrays.backlash[meshes])
+            _closing(overlap, steepness)
+            for overlap in (elastic, -elastic - self.arrays.backlash[meshes])
         )
         stiffness = grid.stiffness[:, 1:4]
         force = np.add.reduceat(stiffness * (drive[0] - back[0]), first[:-1], axis=2)
@@ -175,8 +179,8 @@ class SpringForces:
         """Stiffness of the modes (..., n, n) where meshes have slopes (..., d, d)."""
         shapes = self.arrays.shapes
         excess = slope - self.stiffness
-        own: Array = np.diag(self.arrays.rigidity)
-        return own + shapes.T @ excess @ shapes
+        stiffness: Array = np.diag(self.arrays.rigidity)
+        return stiffness + shapes.T @ excess @ shapes
 
     def modes(self, x: Complex, force: Complex, omega: Array) -> Complex:
         """Modal displacements (h, n) of a motion with its forces, waves (h, d) each."""
@@ -194,8 +198,8 @@ class SpringForces:
         rate = self.sampled.values(self.series.slope(x)) * frequency
         columns: dict[str, list[Array]] = {}
         for m in range(self.count):
-            own = slice(arrays.first_pair[m], arrays.first_pair[m + 1])
-            waves = grid.stiffness[..., own], grid.gap[..., own]
+            pairs = slice(arrays.first_pair[m], arrays.first_pair[m + 1])
+            waves = grid.stiffness[..., pairs], grid.gap[..., pairs]
             for name, values in _contact(s[..., m], *waves, arrays.backlash[m]).items():
                 columns.setdefault(name, []).append(values)
         joined = {name: np.stack(parts, axis=-1) for name, parts in columns.items()}
@@ -221,10 +225,10 @@ class SpringForces:
 
 def _closing(overlap: Array, steepness: float) -> tuple[Array, Array]:
     """Overlap of flanks that close by tanh, and its slope; none where it is -inf."""
-    known = np.maximum(overlap, -1e3 / steepness)
-    turn = np.tanh(steepness * known)
+    clipped = np.maximum(overlap, -1e3 / steepness)
+    turn = np.tanh(steepness * clipped)
     part = 0.5 * (1.0 + turn)
-    return part * known, part + 0.5 * steepness * known * (1.0 - turn**2)
+    return part * clipped, part + 0.5 * steepness * clipped * (1.0 - turn**2)
 
 
 def _contact(

@@ -30,21 +30,21 @@ def lyapunov_exponent(group: WheelGroup, start: State, periods: int) -> float:
     if math.isfinite(group.excitation.lasts):
         return math.nan
     period, rows = group.excitation.period, group.rows
-    play = np.array([each.play for each in group.freedoms])
+    play = np.array([freedom.play for freedom in group.freedoms])
     scale = np.concatenate([play, play])
     state, other = start.copy(), start.copy()
     other.q = other.q + NEIGHBOUR * np.linalg.solve(rows, -0.5 * play)
     total, first = 0.0, round(start.time)
     for number in range(1, periods + 1):
-        for each in (state, other):
-            for _ in simulate(group, each, (first + number) * period):
+        for trajectory in (state, other):
+            for _ in simulate(group, trajectory, (first + number) * period):
                 pass
-        apart = _coordinates(group, other) - _coordinates(group, state)
-        size = float(np.linalg.norm(apart / scale))
+        separation = _coordinates(group, other) - _coordinates(group, state)
+        size = float(np.linalg.norm(separation / scale))
         if size <= MET * NEIGHBOUR:
             return -math.inf
         total += math.log(size / NEIGHBOUR)
-        shift = apart * (NEIGHBOUR / size)
+        shift = separation * (NEIGHBOUR / size)
         n = play.size
         other = state.copy()
         other.q = state.q + np.linalg.solve(rows, shift[:n])
@@ -87,5 +87,7 @@ def correlation_dimension(phase: Array, speed: Array) -> tuple[float, float]:
     x, y = np.log(radii[inside]), np.log(part[inside])
     slope = np.polyfit(x, y, 1)[0]
     thirds = zip(np.array_split(x, 3), np.array_split(y, 3), strict=True)
-    error = max(abs(np.polyfit(own, of, 1)[0] - slope) for own, of in thirds)
+    error = max(
+        abs(np.polyfit(third_x, third_y, 1)[0] - slope) for third_x, third_y in thirds
+    )
     return (math.nan, math.nan) if error > UNSURE else (float(slope), float(error))

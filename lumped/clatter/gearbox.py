@@ -173,18 +173,18 @@ class LooseWheel:
     variation: Variation | None = None
 
     def __post_init__(self) -> None:
-        play, own = self.rotation.play, self.variation
-        if own is not None and abs(own.amplitude) >= play:
+        play, variation = self.rotation.play, self.variation
+        if variation is not None and abs(variation.amplitude) >= play:
             raise ValueError(
                 f"amplitude of a variation must be below the play, {play:g} m, got "
-                f"{own.amplitude:g}"
+                f"{variation.amplitude:g}"
             )
 
     @property
     def freedoms(self) -> dict[str, Freedom]:
         """Coordinates by play, in their order."""
         every = {TEETH: self.rotation, AXIAL: self.axial, RADIAL: self.radial}
-        return {name: each for name, each in every.items() if each is not None}
+        return {name: freedom for name, freedom in every.items() if freedom is not None}
 
     def direction(self, helix_angle: float, ratio: float = 1.0) -> Array:
         """Displacement w along the line of action of a mesh per coordinate."""

@@ -52,10 +52,14 @@ class GroupRun:
 
     def teeth(self, wheel: LooseWheel) -> tuple[Array, Array, Array]:
         """Phases in periods, speeds and edges of impacts of a wheel's teeth."""
-        plays = [(each.name, play) for each, play in self.group.plays]
-        own = self.impacts.play == plays.index((wheel.name, TEETH))
-        turns = self.impacts.time[own] / self.group.excitation.period
-        return turns % 1.0, self.impacts.speed[own], self.impacts.edge[own]
+        plays = [(owner.name, play) for owner, play in self.group.plays]
+        tooth_impacts = self.impacts.play == plays.index((wheel.name, TEETH))
+        turns = self.impacts.time[tooth_impacts] / self.group.excitation.period
+        speed, edge = (
+            self.impacts.speed[tooth_impacts],
+            self.impacts.edge[tooth_impacts],
+        )
+        return turns % 1.0, speed, edge
 
 
 def run_events(
@@ -105,11 +109,11 @@ def run_map(
             break
         parts.append(part)
         count += len(part)
-    found = joined(parts)
-    cut = _first(found, min(int(np.sum(found.time <= seconds)), most))
-    whole = len(cut) < min(len(found), most)
-    lasts = seconds if whole else float(cut.time[-1])
-    return GroupRun(group, cut, lasts, state, int(found.edge[-1]))
+    impacts = joined(parts)
+    cut = _first(impacts, min(int(np.sum(impacts.time <= seconds)), most))
+    is_complete = len(cut) < min(len(impacts), most)
+    lasts = seconds if is_complete else float(cut.time[-1])
+    return GroupRun(group, cut, lasts, state, int(impacts.edge[-1]))
 
 
 def _first_of_teeth(group: WheelGroup, state: State, seconds: float) -> Impacts:

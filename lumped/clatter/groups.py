@@ -84,16 +84,16 @@ class WheelGroup:
     def widths(self, times: Array) -> Array:
         """Widths (t, p) of the plays at times [s]."""
         turns = 2.0 * math.pi * np.asarray(times) / self.excitation.period
-        width = np.tile([each.play for each in self.freedoms], (turns.size, 1))
-        for number, each in enumerate(self.variations):
-            if each is not None:
-                width[:, number] += each.at(turns)
+        width = np.tile([freedom.play for freedom in self.freedoms], (turns.size, 1))
+        for number, variation in enumerate(self.variations):
+            if variation is not None:
+                width[:, number] += variation.at(turns)
         return width
 
     @cached_property
     def box(self) -> GroupArrays:
         freedoms, period, masses = self.freedoms, self.excitation.period, self.masses
-        varying = [each is not None for each in self.variations]
+        varying = [variation is not None for variation in self.variations]
         # a play whose width varies counts as two: its upper edge and its lower one
         number = np.repeat(np.arange(len(freedoms)), np.where(varying, 2, 1))
         lower = np.append(False, number[1:] == number[:-1])
@@ -102,17 +102,17 @@ class WheelGroup:
         own_turn = 2.0 * math.pi * own_order
         own_size = np.hypot(own_cosine, own_sine)
         teeth = np.array([name == TEETH for _, name in self.plays])[number]
-        play = np.array([each.play for each in freedoms])[number]
+        play = np.array([freedom.play for freedom in freedoms])[number]
         orders, cosines, sines, pieces = _waves(self.excitation)
         jerk, snap = _largest(orders, cosines, sines, pieces)
         ratios = self.ratios[number]
-        fading = np.array([each.damping for each in freedoms]) / masses * period
+        fading = np.array([freedom.damping for freedom in freedoms]) / masses * period
         fastest = 2.0 * math.pi * max([*orders, *own_order, 0.0])
         fastest = max(fastest, fading.max())
-        restitution = np.array([each.restitution for each in freedoms])
+        restitution = np.array([freedom.restitution for freedom in freedoms])
         near = CLOSED * float(np.finfo(float).eps) * _reach(self)
         return GroupArrays(
-            drag_acceleration=np.array([each.drag for each in freedoms])
+            drag_acceleration=np.array([freedom.drag for freedom in freedoms])
             / masses
             * period**2,
             damping_rate=fading,
@@ -147,10 +147,11 @@ def _own_waves(
     """Orders, cosines and sines of the waves of lower edges, by play."""
     waves, variations = np.zeros((3, number.size)), group.variations
     for k in np.flatnonzero(lower):
-        own = variations[number[k]]
-        if own is not None:
-            cosine, sine = math.sin(own.phase), math.cos(own.phase)
-            waves[:, k] = own.order, own.amplitude * cosine, own.amplitude * sine
+        variation = variations[number[k]]
+        if variation is not None:
+            cosine, sine = math.sin(variation.phase), math.cos(variation.phase)
+            size = variation.amplitude
+            waves[:, k] = variation.order, size * cosine, size * sine
     return waves[0], waves[1], waves[2]
 
 
@@ -160,12 +161,14 @@ def _reach(group: WheelGroup) -> float:
     e = float(np.abs(group.excitation.at(times)).max())
     most: dict[str, float] = {}
     for wheel in group.wheels:
-        moved = abs(wheel.ratio) * e
+        displacement = abs(wheel.ratio) * e
         if wheel.driver is not None:  # its shifts count in full
-            moved = max(abs(wheel.ratio), 1.0) * most[wheel.driver]
-        own = wheel.variation.amplitude if wheel.variation is not None else 0.0
-        plays = abs(own) + sum(each.play for each in wheel.freedoms.values())
-        most[wheel.name] = moved + plays
+            displacement = max(abs(wheel.ratio), 1.0) * most[wheel.driver]
+        amplitude = wheel.variation.amplitude if wheel.variation is not None else 0.0
+        plays = abs(amplitude) + sum(
+            freedom.play for freedom in wheel.freedoms.values()
+        )
+        most[wheel.name] = displacement + plays
     return max(most.values())
 
 
@@ -226,5 +229,5 @@ def _largest(
         first, fourth = 6.0 * pieces[:, 4], 24.0 * pieces[:, 5]
         last = first + fourth * spans
         return float(np.abs([first, last]).max()), float(np.abs(fourth).max())
-    size, own = np.hypot(cosines, sines), 2.0 * math.pi * orders
-    return float(np.sum(size * own**3)), float(np.sum(size * own**4))
+    size, angular = np.hypot(cosines, sines), 2.0 * math.pi * orders
+    return float(np.sum(size * angular**3)), float(np.sum(size * angular**4))

@@ -69,24 +69,25 @@ def map_exponent(
     """
     require_mapped(group)
     scale = np.abs(group.box.rows[0]) / (group.box.high[0] - group.box.low[0])
-    own, other = state.copy(), state.copy()
+    reference, other = state.copy(), state.copy()
     other.clock[1] += NEIGHBOUR
     total = 0.0
     for number in range(-SETTLE, count):
-        other.clock[0] -= own.clock[0]  # so that round-off of times stays small
-        own.clock[0] = 0.0
-        rows = _advance(group, name, own, edge, 1)
+        other.clock[0] -= reference.clock[0]  # so that round-off of times stays small
+        reference.clock[0] = 0.0
+        rows = _advance(group, name, reference, edge, 1)
         if not len(rows) or not len(_advance(group, name, other, edge, 1)):
             return math.nan
-        edge, shift, kick = int(rows[0, 1]), other.time - own.time, other.v - own.v
-        apart = math.hypot(shift, float(np.linalg.norm(scale * kick)))
-        if apart == 0.0:
+        edge, kick = int(rows[0, 1]), other.v - reference.v
+        shift = other.time - reference.time
+        separation = math.hypot(shift, float(np.linalg.norm(scale * kick)))
+        if separation == 0.0:
             return -math.inf
         if number >= 0:
-            total += math.log(apart / NEIGHBOUR)
-        other = own.copy()
-        other.clock[1] += shift * NEIGHBOUR / apart
-        other.v += kick * NEIGHBOUR / apart
+            total += math.log(separation / NEIGHBOUR)
+        other = reference.copy()
+        other.clock[1] += shift * NEIGHBOUR / separation
+        other.v += kick * NEIGHBOUR / separation
     return total / count
 
 

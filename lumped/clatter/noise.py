@@ -29,16 +29,16 @@ class PlayNoise:
 
 def noise_of(group: WheelGroup, impacts: Impacts, seconds: float) -> list[PlayNoise]:
     """Noise of each play of a group, over a time [s]."""
-    found = []
+    noises = []
     for number, (wheel, name) in enumerate(group.plays):
-        own = impacts.play == number
-        speed = impacts.speed[own]
-        found.append(
+        of_play = impacts.play == number
+        speed = impacts.speed[of_play]
+        noises.append(
             PlayNoise(
-                *(wheel.name, name, int(own.sum())),
+                *(wheel.name, name, int(of_play.sum())),
                 level=float(np.sum(speed**2)) / seconds,
-                power=float(np.sum(impacts.lost[own])) / seconds,
+                power=float(np.sum(impacts.lost[of_play])) / seconds,
                 fastest=float(speed.max(initial=0.0)),
             )
         )
-    return found
+    return noises

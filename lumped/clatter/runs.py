@@ -42,7 +42,7 @@ class State:
         return float(self.clock.sum())
 
     def copy(self) -> State:
-        return State(*(each.copy() for each in vars(self).values()))
+        return State(*(array.copy() for array in vars(self).values()))
 
 
 def centred_state(group: WheelGroup) -> State:
@@ -126,7 +126,7 @@ def _impacts(records: Array, box: GroupArrays, period: float) -> Impacts:
 
 
 def joined(parts: list[Impacts]) -> Impacts:
-    names = [each.name for each in fields(Impacts)]
+    names = [column.name for column in fields(Impacts)]
     return Impacts(*(np.concatenate([getattr(p, n) for p in parts]) for n in names))
 
 

@@ -84,11 +84,11 @@ def steady_vibrations(
     modulus of f / alpha + p without the phase between the two.
     """
     lost = lost_stiffness(resonance, amplitude)
-    found = [
+    vibrations = [
         _vibration(resonance, amplitude, lost, x)
         for x in sorted(_detunings(resonance, amplitude), reverse=True)
     ]
-    return tuple(each for each in found if each is not None)
+    return tuple(vibration for vibration in vibrations if vibration is not None)
 
 
 def _detunings(resonance: Resonance, amplitude: float) -> list[float]:
@@ -178,15 +178,15 @@ def peak(resonance: Resonance) -> SteadyVibration:
     Raises ValueError if there is no peak or the peak is not finite.
     """
     amplitude, x = _peak(resonance)
-    found = None
+    vibration = None
     if math.isfinite(amplitude):
         lost = lost_stiffness(resonance, amplitude)
-        found = _vibration(resonance, amplitude, lost, x)
-    if found is None:
+        vibration = _vibration(resonance, amplitude, lost, x)
+    if vibration is None:
         raise ValueError(
             f"parametric must be below 2 damping ratios, got {resonance.parametric:.3g}"
         )
-    return found
+    return vibration
 
 
 def transition_frequencies(resonance: Resonance, mesh: int) -> tuple[float, ...]:
@@ -200,7 +200,9 @@ def transition_frequencies(resonance: Resonance, mesh: int) -> tuple[float, ...]
     amplitude = float(contact_loss_amplitude(resonance)[mesh])
     if math.isinf(amplitude):
         return ()
-    return tuple(each.frequency for each in steady_vibrations(resonance, amplitude))
+    return tuple(
+        vibration.frequency for vibration in steady_vibrations(resonance, amplitude)
+    )
 
 
 def instability_interval(resonance: Resonance) -> tuple[float, float] | None:

@@ -89,14 +89,14 @@ def phase_extremes(by_mesh: ArrayLike, mesh: int, harmonic: int) -> PhaseExtreme
     harmonic : harmonic of the mesh that produces its drive, 2 for a second harmonic
     """
     drives = np.asarray(by_mesh, complex)
-    own, others = complex(drives[mesh]), complex(drives.sum() - drives[mesh])
+    drive, others = complex(drives[mesh]), complex(drives.sum() - drives[mesh])
     if harmonic < 1:
         raise ValueError(f"harmonic must be 1 or more, got {harmonic}")
     # a delay of x cycles turns the own drive by -2 pi harmonic x
-    lead = float(np.angle(own) - np.angle(others)) / (2.0 * math.pi)
+    lead = float(np.angle(drive) - np.angle(others)) / (2.0 * math.pi)
     return PhaseExtremes(
-        largest=abs(others) + abs(own),
-        least=abs(abs(others) - abs(own)),
+        largest=abs(others) + abs(drive),
+        least=abs(abs(others) - abs(drive)),
         at_largest=lead % 1.0 / harmonic,
         at_least=(lead + 0.5) % 1.0 / harmonic,
         times=harmonic,

@@ -63,17 +63,17 @@ def _combinations(system: ParametricSystem, resonance: Resonance) -> Iterator[st
     By the same averaging, both modes grow if s w is near w_r + w_l, for
     |s w - w_r - w_l| < (w_r + w_l) sqrt(|p_rl|^2 - 4 zeta^2) / 2.
     """
-    own = resonance.mode
+    mode = resonance.mode
     for other, order in product(range(system.modes), system.orders):
-        total = system.frequency[own] + system.frequency[other]
-        shapes = system.shapes[:, own] * system.shapes[:, other]
+        total = system.frequency[mode] + system.frequency[other]
+        shapes = system.shapes[:, mode] * system.shapes[:, other]
         p = abs((system.stiffness * shapes * harmonics_at(system, order)).sum())
         width = p**2 - 4.0 * system.damping_ratio**2
         gap = abs(float(order) * resonance.at - total) / total
-        if other != own and width > 0.0 and gap < 0.5 * math.sqrt(width):
+        if other != mode and width > 0.0 and gap < 0.5 * math.sqrt(width):
             yield (
                 f"{float(order):.4g} times the mesh frequency is near the sum of the "
-                f"modes at {system.frequency[own]:.5g} and "
+                f"modes at {system.frequency[mode]:.5g} and "
                 f"{system.frequency[other]:.5g}, which grow together"
             )
 

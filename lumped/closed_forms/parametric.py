@@ -68,13 +68,13 @@ class ParametricSystem:
     def __post_init__(self) -> None:
         m, n = np.shape(self.shapes)
         h = np.shape(self.stiffness_harmonics)[-1]
-        wanted = {"frequency": (n,), "stiffness_harmonics": (m, h)}
-        wanted |= dict.fromkeys(("stiffness", "deflection", "elastic"), (m,))
-        wanted |= {"gap_harmonics": (m, h), "rates": (m,), "backlash": (m,)}
-        for name, shape in wanted.items():
-            found = np.shape(getattr(self, name))
-            if found != shape:
-                raise ValueError(f"{name} must have shape {shape}, got {found}")
+        required = {"frequency": (n,), "stiffness_harmonics": (m, h)}
+        required |= dict.fromkeys(("stiffness", "deflection", "elastic"), (m,))
+        required |= {"gap_harmonics": (m, h), "rates": (m,), "backlash": (m,)}
+        for name, shape in required.items():
+            actual = np.shape(getattr(self, name))
+            if actual != shape:
+                raise ValueError(f"{name} must have shape {shape}, got {actual}")
         for name in ("shapes", "deflection", "stiffness_harmonics", "gap_harmonics"):
             if not np.isfinite(getattr(self, name)).all():
                 raise ValueError(f"{name} must be finite")

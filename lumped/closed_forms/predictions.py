@@ -56,9 +56,9 @@ def predictions(system: ParametricSystem) -> tuple[Prediction, ...]:
     All modes with part of their strain energy in the meshes are included. The drive of
     second harmonics includes that of two first harmonics together, see `superharmonic`.
     """
-    found = [_predict(system, mode, order) for mode, order in _resonances(system)]
-    driven = [p for p in found if p.resonance.drive or p.resonance.parametric]
-    return tuple(sorted(driven, key=lambda each: each.resonance.at))
+    candidates = [_predict(system, mode, order) for mode, order in _resonances(system)]
+    driven = [p for p in candidates if p.resonance.drive or p.resonance.parametric]
+    return tuple(sorted(driven, key=lambda prediction: prediction.resonance.at))
 
 
 def _resonances(system: ParametricSystem) -> Iterator[tuple[int, Fraction]]:

@@ -46,18 +46,18 @@ def superharmonic(
     second order, is neglected.
     """
     h = Fraction(order)
-    known = resonance(system, mode, h)
+    first_order = resonance(system, mode, h)
     driven = np.zeros(system.stiffness.size, complex)
     for s in (sign * order for order in system.orders for sign in (1, -1)):
         motion = h - s
         if motion != 0 and abs(motion) != h:
-            y = forced_vibration(system, motion, known.at)
+            y = forced_vibration(system, motion, first_order.at)
             driven += harmonics_at(system, s) * y
-    driven *= system.stiffness * known.shapes
-    return replace(known, driven_by=driven)
+    driven *= system.stiffness * first_order.shapes
+    return replace(first_order, driven_by=driven)
 
 
-def with_superharmonic(system: ParametricSystem, known: Resonance) -> Resonance:
+def with_superharmonic(system: ParametricSystem, first_order: Resonance) -> Resonance:
     """Return the resonance with its drives of first and second order together."""
-    second = superharmonic(system, known.mode, known.order)
-    return replace(known, driven_by=known.driven_by + second.driven_by)
+    second = superharmonic(system, first_order.mode, first_order.order)
+    return replace(first_order, driven_by=first_order.driven_by + second.driven_by)

@@ -105,19 +105,19 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
-        given = signature(function).bind(*args, **kwargs).arguments
-        require_arguments(function, given)
+        arguments = signature(function).bind(*args, **kwargs).arguments
+        require_arguments(function, arguments)
         return function(*args, **kwargs)
 
     return run
 
 
 def require_arguments(
-    function: Callable[..., Any], given: Mapping[str, object]
+    function: Callable[..., Any], arguments: Mapping[str, object]
 ) -> None:
     """Require that arguments, given by name, match the types of a function."""
     kinds = _arguments(function)
-    for name, value in given.items():
+    for name, value in arguments.items():
         require_kind(name, value, kinds[name])
 
 
@@ -149,7 +149,7 @@ def shortened(text: str, longest: int = LONGEST) -> str:
 @lru_cache(maxsize=256)
 def _kinds(kind: Any) -> dict[str, Any]:
     hints = get_type_hints(kind)
-    return {each.name: hints[each.name] for each in fields(kind)}
+    return {entry.name: hints[entry.name] for entry in fields(kind)}
 
 
 @lru_cache(maxsize=256)
@@ -167,13 +167,15 @@ def _fits(value: object, kind: Any) -> bool:
         return simple[kind](value)
     origin, arguments = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
-        return any(_fits(value, each) for each in arguments)
+        return any(_fits(value, member) for member in arguments)
     if origin is Literal:
-        return any(_is(value, each) for each in arguments)
+        return any(_is(value, choice) for choice in arguments)
     if origin is tuple:
         return isinstance(value, tuple) and _fit_in_turn(value, arguments)
     if origin is Sequence:
-        return _is_several(value) and all(_fits(each, *arguments) for each in value)
+        return _is_several(value) and all(
+            _fits(element, *arguments) for element in value
+        )
     plain = origin or kind
     checked = isinstance(plain, type) and plain is not Any and not _is_protocol(plain)
     return isinstance(value, plain) if checked else True
@@ -208,9 +210,10 @@ def _words(kind: Any) -> str:
     if origin is Literal:
         return _listed(arguments)
     if origin is tuple:
-        each = [_words(a) for a in arguments if a is not Ellipsis]
-        many = Ellipsis in arguments
-        return f"a tuple, each {each[0]}" if many else f"a tuple of {', '.join(each)}"
+        members = [_words(a) for a in arguments if a is not Ellipsis]
+        if Ellipsis in arguments:
+            return f"a tuple, each {members[0]}"
+        return f"a tuple of {', '.join(members)}"
     if origin is Sequence:
         return f"a list, each {_words(arguments[0])}"
     return WORDS.get(kind, f"a {getattr(kind, '__name__', kind)}")

@@ -64,14 +64,14 @@ def kernel_cache(folder: Path) -> Path | None:
 def _called(folder: Path) -> set[Path]:
     """Other folders from which the kernels of a folder import."""
     top = folder.parents[len(_package(folder)) - 1]
-    found = set()
+    folders = set()
     for path in folder.glob("*.py"):
         text = path.read_text(encoding="utf-8")
         if "from lumped.common.compiled import" in text:
-            found |= {
+            folders |= {
                 top.joinpath(*name.split(".")[:-1]) for name in IMPORTED.findall(text)
             }
-    return found - {folder, Path(__file__).parent}
+    return folders - {folder, Path(__file__).parent}
 
 
 def _package(folder: Path) -> list[str]:

@@ -7,5 +7,5 @@ from collections.abc import Callable
 Progress = Callable[[str, int, int], None]  # (what, done, of how many)
 
 
-def silent(what: str, done: int, total: int) -> None:
+def silent(label: str, done: int, total: int) -> None:
     """Ignore the progress."""

@@ -97,8 +97,8 @@ def run_tasks(
             collect(0)
         except BaseException as error:
             stop.set()
-            kept = isinstance(error, KeyboardInterrupt | Stopped)
-            unfinished = [f for f in list(running) if not f.cancel() and kept]
+            is_interrupt = isinstance(error, KeyboardInterrupt | Stopped)
+            unfinished = [f for f in list(running) if not f.cancel() and is_interrupt]
             for future in unfinished:
                 with suppress(Stopped):
                     take(running[future], future.result())
@@ -112,14 +112,14 @@ def in_threads(
 
     report : function called with the number of parts done and their total number
     """
-    found = dict[str, Arrays]()
+    results = dict[str, Arrays]()
 
     def store_result(name: str, arrays: Arrays) -> None:
-        found[name] = arrays
-        report(len(found), len(parts))
+        results[name] = arrays
+        report(len(results), len(parts))
 
     run_tasks(parts.items(), store_result, threading.Event())
-    return found
+    return results
 
 
 @contextmanager
@@ -133,8 +133,8 @@ def _executor(workers: int | Cluster | None) -> Iterator[tuple[Executor, int]]:
     try:
         from distributed import Client, LocalCluster
     except ModuleNotFoundError:
-        words = "a cluster needs dask.distributed: pip install 'fegear[cluster]'"
-        raise NoClusterError(words) from None
+        message = "a cluster needs dask.distributed: pip install 'fegear[cluster]'"
+        raise NoClusterError(message) from None
     if workers.scheduler:
         try:
             client = Client(workers.scheduler, timeout=PATIENCE)

@@ -297,9 +297,9 @@ class Continuation(Generic[P]):
     def middle(self, before: Point, after: Point) -> Point:
         """The point of the arc between two, half way; raises NoSolution."""
         a, b = (self.scaled(point.x, point.parameter) for point in (before, after))
-        apart = float(np.linalg.norm(b - a))
-        found, _ = self.solve(0.5 * (a + b), (b - a) / apart, apart)
-        return found
+        chord = float(np.linalg.norm(b - a))
+        midpoint, _ = self.solve(0.5 * (a + b), (b - a) / chord, chord)
+        return midpoint
 
     def between(
         self, before: Point, after: Point, test: Callable[[Point], float]
@@ -312,14 +312,14 @@ class Continuation(Generic[P]):
 
         a, b = (self.scaled(point.x, point.parameter) for point in (before, after))
         row = (b - a) / np.linalg.norm(b - a)
-        found = {0.0: before, 1.0: after}
+        points = {0.0: before, 1.0: after}
 
         def value(part: float) -> float:
-            if part not in found:
-                found[part], _ = self.solve(a + part * (b - a), row)
-            return test(found[part])
+            if part not in points:
+                points[part], _ = self.solve(a + part * (b - a), row)
+            return test(points[part])
 
         try:
-            return found[brentq(value, 0.0, 1.0, xtol=NEAR_ENOUGH)]
+            return points[brentq(value, 0.0, 1.0, xtol=NEAR_ENOUGH)]
         except ValueError as error:  # no change of sign, or not a number
             raise NoSolution(str(error)) from None

@@ -36,9 +36,9 @@ def stability_segments(points: Sequence[P]) -> Iterator[tuple[bool, list[P]]]:
     """Stretches of equal stability; each goes on to the first point of the next."""
     last: list[P] = []
     for stable, group in groupby(points, lambda point: point.stable):
-        own = list(group)
-        yield stable, last + own
-        last = own[-1:]
+        segment = list(group)
+        yield stable, last + segment
+        last = segment[-1:]
 
 
 def multiplier_test(multipliers: Multipliers, at: float) -> float:

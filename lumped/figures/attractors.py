@@ -27,7 +27,9 @@ def draw_attractors(
 
     label : label of the parameter
     """
-    meshes = max(each.deflection.shape[1] for b in branches for each in b.attractors)
+    meshes = max(
+        attractor.deflection.shape[1] for b in branches for attractor in b.attractors
+    )
     heights = (*[2.2] * meshes, 1.3)
     size = (9.0, 3.0 + 3.0 * meshes)
     figure, rows = panels(meshes + 1, size=size, heights=heights, share=True)
@@ -50,8 +52,8 @@ def draw_attractors(
 
 
 def _draw_sections(axes: Axes, branch: AttractorBranch, m: int) -> None:
-    points = [each.deflection[:, m] for each in branch.attractors]
-    values = np.repeat(branch.values, [each.size for each in points])
+    points = [attractor.deflection[:, m] for attractor in branch.attractors]
+    values = np.repeat(branch.values, [section.size for section in points])
     size = next((size for most, size in DOTS if values.size < most), DENSE)
     color = color_of(NUMBERS[branch.direction])
     errors = 1e6 * np.concatenate(points)
@@ -61,10 +63,9 @@ def _draw_sections(axes: Axes, branch: AttractorBranch, m: int) -> None:
 def _handles(branches: Sequence[AttractorBranch]) -> list[Any]:
     from matplotlib.lines import Line2D
 
+    dot: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4}
     return [
-        Line2D(
-            [], [], ls="", marker="o", ms=4, color=color_of(NUMBERS[each]), label=word
-        )
-        for each, word in (("up", "rising values"), ("down", "falling values"))
-        if any(branch.direction == each for branch in branches)
+        Line2D([], [], **dot, color=color_of(NUMBERS[direction]), label=text)
+        for direction, text in (("up", "rising values"), ("down", "falling values"))
+        if any(branch.direction == direction for branch in branches)
     ]

@@ -26,23 +26,25 @@ LABELS = {
 def sample_plays(group: WheelGroup, start: State, times: Array) -> Array:
     """Plays (t, p) of a group at increasing times [s] from a start [m]."""
     state, rows, ratios = start.copy(), group.rows, group.ratios
-    found = np.empty((times.size, ratios.size))
+    samples = np.empty((times.size, ratios.size))
     waves = group.excitation.at(times)
     for number, time in enumerate(times):
         for _ in simulate(group, state, float(time)):
             pass
-        found[number] = ratios * waves[number] + rows @ state.q
-    return found
+        samples[number] = ratios * waves[number] + rows @ state.q
+    return samples
 
 
 def draw_motion(
     group: WheelGroup, wheel: LooseWheel, start: State, times: Array, title: str
 ) -> Figure:
     """Plot every play of a wheel over time, between its edges."""
-    own = [i for i, (each, _) in enumerate(group.plays) if each is wheel]
+    indices = [i for i, (owner, _) in enumerate(group.plays) if owner is wheel]
     plays, widths = 1e3 * sample_plays(group, start, times), 1e3 * group.widths(times)
-    figure, axes = panels(len(own), size=(9.0, 1.0 + 2.2 * len(own)), share=True)
-    for row, number in enumerate(own):
+    figure, axes = panels(
+        len(indices), size=(9.0, 1.0 + 2.2 * len(indices)), share=True
+    )
+    for row, number in enumerate(indices):
         name = group.plays[number][1]
         (panel,) = axes[row]
         for edge in (0.0 * times, -widths[:, number]):
@@ -58,13 +60,13 @@ def draw_attractor(phase: Array, speed: Array, edge: Array, title: str) -> Figur
     """Plot impacts of teeth: excitation phase [periods] and approach speed [m/s]."""
     figure, axes = panels(1, size=(8.0, 5.5))
     panel = axes[0][0]
-    for number, (side, words) in enumerate(((1, "upper edge"), (-1, "lower edge"))):
-        own = edge == side
+    for number, (side, label) in enumerate(((1, "upper edge"), (-1, "lower edge"))):
+        at_edge = edge == side
         panel.plot(
-            *(phase[own], speed[own], "."),
+            *(phase[at_edge], speed[at_edge], "."),
             color=color_of(number),
-            markersize=1.5 if own.sum() > 500 else 5.0,
-            label=words,
+            markersize=1.5 if at_edge.sum() > 500 else 5.0,
+            label=label,
             rasterized=True,
         )
     panel.set(xlim=(0.0, 1.0), xlabel="phase of impact [periods of the excitation]")

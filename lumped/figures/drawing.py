@@ -50,14 +50,14 @@ def panels(
 def draw_title(figure: Figure, title: str) -> None:
     """Draw a title above a plot, with line breaks to fit the width."""
     letters = int(LETTERS * figure.get_figwidth())
-    lines = [each for line in title.splitlines() for each in wrap(line, letters)]
+    lines = [part for line in title.splitlines() for part in wrap(line, letters)]
     figure.suptitle("\n".join(lines), fontsize=11)
 
 
 def draw_legend(figure: Figure, handles: Iterable[Any], columns: int) -> None:
     """Draw a legend below all panels, with fewer columns if they do not fit."""
     entries = list(handles)
-    lengths = [len(str(each.get_label())) for each in entries]
+    lengths = [len(str(handle.get_label())) for handle in entries]
     while columns > 1 and _legend_width(lengths, columns) > figure.get_figwidth():
         columns -= 1
     figure.legend(

@@ -17,27 +17,29 @@ LEVELS = 14
 LOST = 1e-3  # fraction of the cycle above which contact counts as lost
 
 
-def draw_map(found: ParameterMap, title: str = "") -> Figure:
+def draw_map(parameter_map: ParameterMap, title: str = "") -> Figure:
     """Plot the RMS of the DTE [um] for each mesh; loss of contact is hatched."""
-    figure, (row,) = panels(1, found.meshes, size=(5.4 * found.meshes, 5.0))
+    figure, (row,) = panels(
+        1, parameter_map.meshes, size=(5.4 * parameter_map.meshes, 5.0)
+    )
     for mesh, axes in enumerate(row):
-        if len(found.axes) == 2:
-            _draw_contours(axes, found, mesh)
+        if len(parameter_map.axes) == 2:
+            _draw_contours(axes, parameter_map, mesh)
         else:
-            _draw_curve(axes, found, mesh)
+            _draw_curve(axes, parameter_map, mesh)
         axes.set_title(f"mesh {mesh + 1}", fontsize=10)
     draw_title(figure, title)
     return figure
 
 
-def _draw_contours(axes: Axes, found: ParameterMap, mesh: int) -> None:
+def _draw_contours(axes: Axes, parameter_map: ParameterMap, mesh: int) -> None:
     from matplotlib.patches import Patch
 
     axes.grid(False)
-    one, two = found.axes
+    one, two = parameter_map.axes
     x, y = np.array(one.values), np.array(two.values)
-    rms = 1e6 * found.on_grid("dte_rms_m", mesh).T
-    lost = found.on_grid("contact_loss_fraction", mesh).T
+    rms = 1e6 * parameter_map.on_grid("dte_rms_m", mesh).T
+    lost = parameter_map.on_grid("contact_loss_fraction", mesh).T
     if min(x.size, y.size) < 2 or np.isnan(rms).all():
         axes.text(0.5, 0.5, "no contours", transform=axes.transAxes, ha="center")
         return
@@ -53,10 +55,10 @@ def _draw_contours(axes: Axes, found: ParameterMap, mesh: int) -> None:
     axes.set_ylabel(axis_label(two.name))
 
 
-def _draw_curve(axes: Axes, found: ParameterMap, mesh: int) -> None:
-    axis = found.axes[0]
-    rms = 1e6 * found.on_grid("dte_rms_m", mesh)
-    lost = found.on_grid("contact_loss_fraction", mesh) > LOST
+def _draw_curve(axes: Axes, parameter_map: ParameterMap, mesh: int) -> None:
+    axis = parameter_map.axes[0]
+    rms = 1e6 * parameter_map.on_grid("dte_rms_m", mesh)
+    lost = parameter_map.on_grid("contact_loss_fraction", mesh) > LOST
     axes.plot(axis.values, rms, "o-", markersize=4)
     axes.plot(np.array(axis.values)[lost], rms[lost], "s", label="contact is lost")
     if lost.any():
@@ -69,12 +71,12 @@ def axis_label(name: str) -> str:
     """Label of an axis from its name, such as `mesh 1, tip relief, magnitude [um]`."""
     *path, last = name.split(".")
     quantity, _, unit = last.rpartition("_")
-    known = {"um", "mm", "deg", "Nm", "GPa", "kg", "pitches", "m"}
-    if unit in known and quantity:
+    units = {"um", "mm", "deg", "Nm", "GPa", "kg", "pitches", "m"}
+    if unit in units and quantity:
         last = f"{quantity.replace('_', ' ')} [{'N m' if unit == 'Nm' else unit}]"
     else:
         last = last.replace("_", " ")
-    words = [step.replace("_", " ") for step in path]
-    if len(words) > 1 and words[0] in ("mesh", "gear", "shaft"):
-        words = [f"{words[0]} {words[1]}", *words[2:]]
-    return ", ".join([*words, last])
+    labels = [step.replace("_", " ") for step in path]
+    if len(labels) > 1 and labels[0] in ("mesh", "gear", "shaft"):
+        labels = [f"{labels[0]} {labels[1]}", *labels[2:]]
+    return ", ".join([*labels, last])

@@ -49,12 +49,12 @@ def color_of_motion(name: str, away: int = 0) -> Color:
 
     if name == QUIET:
         return to_rgb(NIGHT)
-    if (found := ORBIT.match(name)) is not None:
-        turns, upper, lower, copy = found.groups()
+    if (match := ORBIT.match(name)) is not None:
+        turns, upper, lower, copy = match.groups()
         number, begin = _number(int(turns), int(upper), int(lower)) + away, 0.47
         saturation, value = TONES[number % len(TONES)]
-    elif (found := STICKING.match(name)) is not None:
-        turns, copy = found.groups()
+    elif (match := STICKING.match(name)) is not None:
+        turns, copy = match.groups()
         number = away + (int(turns) if turns.isdigit() else 0)
         (saturation, value), begin = AT_REST, 0.7
     else:
@@ -166,10 +166,10 @@ def draw_curves(
     labels = list(dict.fromkeys(label for label, _ in curves))
     for label, curve in curves:
         color = palette[labels.index(label) % len(palette)]
-        known = label in {handle.get_label() for handle in handles}
+        is_labelled = label in {handle.get_label() for handle in handles}
         axes.plot(*_open(curve).T, "-", color=color, lw=0.8)
         patch = Patch(facecolor=color, edgecolor="black", lw=0.5, label=label)
-        handles += [] if known else [patch]
+        handles += [] if is_labelled else [patch]
     for time, speed in marks:
         axes.plot(time, speed, "P", color="white", mec="black", ms=7)
     _label(axes, velocity)
@@ -193,18 +193,18 @@ def draw_noise(noise: NoiseSample, title: str) -> Figure:
     part = (np.arange(order.size) + 1.0) / len(noise.level)
     axes.step(noise.level[order], part, color="black", lw=0.8, where="post")
     for number in range(-1, len(noise.attractors)):
-        own = noise.motion[order] == number
+        selected = noise.motion[order] == number
         color = GREY if number < 0 else color_of_motion(noise.attractors[number].name)
         label = "not identified" if number < 0 else noise.attractors[number].name
-        if own.any():
-            levels = noise.level[order][own]
-            axes.plot(levels, part[own], ".", color=color, ms=4, label=label)
+        if selected.any():
+            levels = noise.level[order][selected]
+            axes.plot(levels, part[selected], ".", color=color, ms=4, label=label)
     axes.set_xlabel("noise level: squared speeds of impacts [rad² per turn³]")
     axes.set_ylabel("part of the runs that are less loud")
     axes.set_ylim(0.0, 1.02)
     if not order.size:
-        words = "no attractor identified"
-        axes.text(0.5, 0.5, words, ha="center", transform=axes.transAxes)
+        message = "no attractor identified"
+        axes.text(0.5, 0.5, message, ha="center", transform=axes.transAxes)
     draw_legend(figure, axes.get_legend_handles_labels()[0][:MAX_NAMED], 4)
     draw_title(figure, title)
     return figure
@@ -218,12 +218,12 @@ def axis_labels(machine: Machine, *without: str) -> str:
     law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
     if machine.is_impact and "restitution" not in without:
         law += f" with restitution {machine.restitution:g}"
-    words = {
+    labels = {
         "damping": f"damping {machine.damping:g}",
         "eccentricity": f"eccentricity {machine.eccentricity:g} rad",
         "half_backlash": f"half backlash {machine.half_backlash:g} rad",
         "stiffness": law,
     }
     if machine.ripple:
-        words["ripple"] = f"ripple {machine.ripple:g} of order {machine.ripple_order}"
-    return ", ".join(text for name, text in words.items() if name not in without)
+        labels["ripple"] = f"ripple {machine.ripple:g} of order {machine.ripple_order}"
+    return ", ".join(text for name, text in labels.items() if name not in without)

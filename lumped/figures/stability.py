@@ -36,8 +36,10 @@ def draw_chart(
     figure, ((axes,),) = panels(1, size=(9.0, 7.0))
     spans: dict[str, float] = {}
     for column in columns:
-        for each in column.intervals:
-            spans[each.kind] = spans.get(each.kind, 0.0) + each.high - each.low
+        for interval in column.intervals:
+            spans[interval.kind] = (
+                spans.get(interval.kind, 0.0) + interval.high - interval.low
+            )
     widest = sorted(spans, key=lambda kind: -spans[kind])
     named = dict(zip(widest, COLORS, strict=False))
     handles: list[Any] = []
@@ -71,18 +73,18 @@ def _fill(
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.patches import Patch
 
-    own = [[i for i in c.intervals if i.kind == kind] for c in columns]
+    intervals = [[i for i in c.intervals if i.kind == kind] for c in columns]
     areas = [
         [(x, one.low), (y, two.low), (y, two.high), (x, one.high)]
-        for (x, left), (y, right) in pairwise(zip(values, own, strict=True))
+        for (x, left), (y, right) in pairwise(zip(values, intervals, strict=True))
         for one in left
         for two in right
         if one.low <= two.high and two.low <= one.high
     ]
     lines = [
-        [(x, each.low), (x, each.high)]
-        for x, column in zip(values, own, strict=True)
-        for each in column
+        [(x, interval.low), (x, interval.high)]
+        for x, column in zip(values, intervals, strict=True)
+        for interval in column
     ]
     look: dict[str, Any] = {"color": color, "lw": 1.0, "zorder": 2}
     axes.add_collection(PolyCollection(areas, **look))
@@ -94,10 +96,10 @@ def _draw_expected(
     axes: Axes, values: Sequence[float], columns: Sequence[StabilityScan]
 ) -> list[Any]:
     pairs = [
-        (each.name, value, each.low, each.high)
+        (combination.name, value, combination.low, combination.high)
         for value, column in zip(values, columns, strict=True)
-        for each in column.expected
-        if each.unstable
+        for combination in column.expected
+        if combination.unstable
     ]
     lines: list[Any] = []
     for _, group in groupby(sorted(pairs), key=lambda pair: pair[0]):

@@ -80,7 +80,7 @@ def _opposite(curve: ResponseCurve, curves: Sequence[ResponseCurve]) -> Branch |
 
     Finite elements and the lumped model compared with them refer to the same system.
     """
-    same = [each.branch for each in curves if each.name == curve.name]
+    same = [other.branch for other in curves if other.name == curve.name]
     return opposites([curve.branch, *same])[0]
 
 

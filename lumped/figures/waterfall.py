@@ -72,13 +72,13 @@ class SpectraOverSpeed:
     @property
     def speeds(self) -> list[float]:
         """Frequencies of the first mesh [Hz]."""
-        return [each.speed for each in self.lines]
+        return [lines.speed for lines in self.lines]
 
     def harmonic(self, order: int, mesh: int) -> Array:
         """Amplitudes (speeds,) [m] at a multiple of a mesh's frequency."""
-        places = [int(order * self.rates[mesh] * each.periods) for each in self.lines]
-        found = zip(places, self.lines, strict=True)
-        return np.array([lines.amplitude[place, mesh] for place, lines in found])
+        rows = [int(order * self.rates[mesh] * lines.periods) for lines in self.lines]
+        row_lines = zip(rows, self.lines, strict=True)
+        return np.array([lines.amplitude[place, mesh] for place, lines in row_lines])
 
     def seen(self, mesh: int) -> Iterator[tuple[float, float, float]]:
         """Speed [Hz], order and amplitude [m] of a mesh's lines that are not faint."""
@@ -91,7 +91,7 @@ class SpectraOverSpeed:
 
     def largest(self, mesh: int) -> float:
         """Largest amplitude of a mesh [m]."""
-        return max(float(each.amplitude[1:, mesh].max()) for each in self.lines)
+        return max(float(lines.amplitude[1:, mesh].max()) for lines in self.lines)
 
 
 def spectra_over_speed(
@@ -114,31 +114,31 @@ def spectra_over_speed(
     return SpectraOverSpeed(torque, branch, tuple(lines))
 
 
-def spectra_rows(found: Sequence[SpectraOverSpeed]) -> Iterator[tuple[Any, ...]]:
+def spectra_rows(branches: Sequence[SpectraOverSpeed]) -> Iterator[tuple[Any, ...]]:
     """Cells of COLUMNS for every line of every mesh and speed."""
-    for each in found:
-        for mesh, rate in enumerate(each.rates):
-            for speed, order, amplitude in each.seen(mesh):
-                place = each.torque_Nm, each.branch.direction, speed, mesh + 1
-                yield (*place, order * float(rate) * speed, order, amplitude)
+    for spectra in branches:
+        for mesh, rate in enumerate(spectra.rates):
+            for speed, order, amplitude in spectra.seen(mesh):
+                labels = spectra.torque_Nm, spectra.branch.direction, speed, mesh + 1
+                yield (*labels, order * float(rate) * speed, order, amplitude)
 
 
-def draw_waterfall(found: Sequence[SpectraOverSpeed], title: str = "") -> Figure:
+def draw_waterfall(branches: Sequence[SpectraOverSpeed], title: str = "") -> Figure:
     """Plot lines and harmonics of each mesh over speed, with a column per branch."""
-    meshes = len(found[0].branch.system.excitations)
-    size = 2.0 + 6.0 * len(found), 1.0 + 6.5 * meshes
-    figure, rows = panels(2 * meshes, len(found), size=size, heights=(3, 2) * meshes)
-    for column, each in enumerate(found):
+    meshes = len(branches[0].branch.system.excitations)
+    size = 2.0 + 6.0 * len(branches), 1.0 + 6.5 * meshes
+    figure, rows = panels(2 * meshes, len(branches), size=size, heights=(3, 2) * meshes)
+    for column, spectra in enumerate(branches):
         for mesh in range(meshes):
             lines, harmonics = (rows[2 * mesh + i][column] for i in range(2))
-            largest = 1e6 * max(REST, *(other.largest(mesh) for other in found))
-            _draw_lines(lines, each, mesh, largest)
-            _draw_harmonics(harmonics, each, mesh)
+            largest = 1e6 * max(REST, *(other.largest(mesh) for other in branches))
+            _draw_lines(lines, spectra, mesh, largest)
+            _draw_harmonics(harmonics, spectra, mesh)
             harmonics.set_ylim(0.0, 1.05 * largest)
             lines.sharex(harmonics)
             lines.set_title(
-                f"mesh {mesh + 1}, {each.torque_Nm:g} N m, speed "
-                f"{'rising' if each.branch.direction == 'up' else 'falling'}",
+                f"mesh {mesh + 1}, {spectra.torque_Nm:g} N m, speed "
+                f"{'rising' if spectra.branch.direction == 'up' else 'falling'}",
                 fontsize=10,
                 pad=16.0,
             )
@@ -147,19 +147,21 @@ def draw_waterfall(found: Sequence[SpectraOverSpeed], title: str = "") -> Figure
     return figure
 
 
-def _draw_lines(axes: Axes, each: SpectraOverSpeed, mesh: int, largest: float) -> None:
+def _draw_lines(
+    axes: Axes, spectra: SpectraOverSpeed, mesh: int, largest: float
+) -> None:
     """Draw lines at their speed and frequency, with mesh-frequency multiples as rays.
 
     largest : largest amplitude of the colour scale [um]
     """
     from matplotlib.colors import LogNorm
 
-    system, rate = each.branch.system, float(each.rates[mesh])
+    system, rate = spectra.branch.system, float(spectra.rates[mesh])
     highest = ABOVE * float(system.resonances_Hz.max())
-    _draw_rays(axes, rate, each.speeds, highest)
+    _draw_rays(axes, rate, spectra.speeds, highest)
     for natural in system.resonances_Hz:
         axes.axhline(natural, color="tab:red", lw=0.8, ls="--")
-    speed, order, amplitude = np.array(list(each.seen(mesh))).reshape(-1, 3).T
+    speed, order, amplitude = np.array(list(spectra.seen(mesh))).reshape(-1, 3).T
     rising = amplitude.argsort()  # the largest on top
     shown = axes.scatter(
         speed[rising],
@@ -195,11 +197,11 @@ def _draw_rays(
             )
 
 
-def _draw_harmonics(axes: Axes, each: SpectraOverSpeed, mesh: int) -> None:
+def _draw_harmonics(axes: Axes, spectra: SpectraOverSpeed, mesh: int) -> None:
     for order in range(1, SHOWN_HARMONICS + 1):
-        amplitude = 1e6 * each.harmonic(order, mesh)
-        axes.plot(each.speeds, amplitude, color=color_of(order - 1), lw=1.2)
-    first = " of the first mesh" if len(each.branch.system.excitations) > 1 else ""
+        amplitude = 1e6 * spectra.harmonic(order, mesh)
+        axes.plot(spectra.speeds, amplitude, color=color_of(order - 1), lw=1.2)
+    first = " of the first mesh" if len(spectra.branch.system.excitations) > 1 else ""
     axes.set_xlabel(f"mesh frequency{first} [Hz]")
     axes.set_ylabel("amplitude [um]")
 

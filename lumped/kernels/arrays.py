@@ -19,10 +19,10 @@ PERIOD, MULTIPLE, STREAK = range(3)  # of Convergence.counts
 
 def in_row_order(record: R) -> R:
     """A record whose arrays have C order: kernels are compiled again for any other."""
-    kept: Any = record
-    return kept._make(
+    named_tuple: Any = record
+    return named_tuple._make(
         np.ascontiguousarray(value) if isinstance(value, np.ndarray) else value
-        for value in kept
+        for value in named_tuple
     )
 
 
@@ -350,7 +350,7 @@ class CoupledMotion(NamedTuple):
 
     state (2 a,), waves (2, 2, w); force (4, n) on the coordinates at the last four
     nodes, in a ring whose newest is head (1,); q (n,) displacements
-    known (5 a,), begin_state, begin_waves as state and waves : working arrays
+    inputs (5 a,), begin_state, begin_waves as state and waves : working arrays
     """
 
     state: Array
@@ -358,7 +358,7 @@ class CoupledMotion(NamedTuple):
     force: Array
     head: Array
     q: Array
-    known: Array
+    inputs: Array
     begin_state: Array
     begin_waves: Array
 
@@ -367,7 +367,7 @@ class CoupledChanges(NamedTuple):
     """k small changes of a CoupledMotion.
 
     state (2 a, k), waves (2, 2, w, k), force (4, n, k), q (n, k), as of the motion
-    known (5 a, k), begin_state, begin_waves as state and waves, matrix (c, c + k) :
+    inputs (5 a, k), begin_state, begin_waves as state and waves, matrix (c, c + k) :
     working arrays
     """
 
@@ -375,7 +375,7 @@ class CoupledChanges(NamedTuple):
     waves: Array
     force: Array
     q: Array
-    known: Array
+    inputs: Array
     begin_state: Array
     begin_waves: Array
     matrix: Array

@@ -172,13 +172,13 @@ def close_section(check, q, v):
     counts[PERIOD] += 1
     set_section(check, q, v)
     set_scale(check)
-    found, lost = find_multiple(check)
+    multiple, lost = find_multiple(check)
     counts[STREAK] = (
-        counts[STREAK] + 1 if found > 0 and found == counts[MULTIPLE] else 0
+        counts[STREAK] + 1 if multiple > 0 and multiple == counts[MULTIPLE] else 0
     )
     if lost and check.accept_immediately:
-        counts[STREAK] = max(MIN_STREAK, found + 1)
-    counts[MULTIPLE] = found
+        counts[STREAK] = max(MIN_STREAK, multiple + 1)
+    counts[MULTIPLE] = multiple
     return settled(check)
 
 

@@ -86,15 +86,15 @@ def carry_linear(steps, motion):
     """The linear part through a step, under the forces that are known."""
     propagator, head = steps.propagator, motion.head[0]
     size, a = motion.state.size, motion.state.size // 2
-    known, state = motion.known, motion.state
+    inputs, state = motion.inputs, motion.state
     for i in range(size):
-        known[i] = state[i]
+        inputs[i] = state[i]
         state[i] = 0.0
     for back in range(1, SLOTS):
         force, begin = motion.force[(head + SLOTS - back) % SLOTS], (back + 1) * a
         for j in range(a):
-            known[begin + j] = force[j]
-    add_columns(propagator.carry, known, state)
+            inputs[begin + j] = force[j]
+    add_columns(propagator.carry, inputs, state)
     for s in range(2):
         carry_waves(propagator.waves[s], motion, s)
 
@@ -176,10 +176,10 @@ def find_free_penetrations(system, steps, node, motion):
             cycle = grid.turn[i, m] + passed * grid.periods[m]
             x -= system.contacts.errors[c, cycle % system.contacts.errors.shape[1]]
         x += dot(grid.rows[i, c], q, n)
-        before, known = steps.penetration[c], problem.free[c]
+        before, last_free = steps.penetration[c], problem.free[c]
         problem.start[c] = x
-        if before > 0.0 and known > 0.5 * before:
-            ratio, last = before / known, steps.ratio[c]
+        if before > 0.0 and last_free > 0.5 * before:
+            ratio, last = before / last_free, steps.ratio[c]
             steps.ratio[c] = ratio
             if last > 0.0:
                 ratio = max(2.0 * ratio - last, 0.5 * ratio)
@@ -429,27 +429,27 @@ def carry_motion(system, steps, limit, state, angular, sections, growth):
     n, q, v = angular.size, state[0], state[1]
     number, count = state.shape[1] // n - 1, steps.h.size
     motion, changes = new_motion(system), new_changes(system, steps, number)
-    whole, own = steps.grid.gap.shape[0], slice(0, n)
-    set_state(steps, motion, q[own], v[own])
+    whole, base = steps.grid.gap.shape[0], slice(0, n)
+    set_state(steps, motion, q[base], v[base])
     set_changes(steps, changes, state)
     start(system, steps, 0, motion, changes)
     for period in range(growth.size):
         growth[period] = 0.0
         for k in range(count):
             if k == 0:
-                get_state(steps, motion, q[own], v[own])
-                record_row(system, steps, 0, motion, v[own], sections[period])
+                get_state(steps, motion, q[base], v[base])
+                record_row(system, steps, 0, motion, v[base], sections[period])
             node = node_after(k, whole)
             near = advance(system, steps, node, motion)
             if number > 0:
                 advance_changes(steps, node[0], near, motion, changes)
             if (k % RESCALED == 0 or k == count - 1) and number > 0:
-                get_state(steps, motion, q[own], v[own])
+                get_state(steps, motion, q[base], v[base])
                 get_changes(steps, changes, state)
-                if not bounded(q[own], v[own], limit):
+                if not bounded(q[base], v[base], limit):
                     return NOT_FINITE, period
                 growth[period] += normalise_perturbations(changes, state, angular)
-    get_state(steps, motion, q[own], v[own])
+    get_state(steps, motion, q[base], v[base])
     get_changes(steps, changes, state)
     return FINISHED, growth.size
 

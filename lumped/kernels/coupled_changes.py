@@ -42,18 +42,18 @@ def set_changes(steps, changes, state):
     """Take up changes, state (2, n (1 + k)) one after the other behind the motion."""
     rates, (n, count) = steps.propagator.rates, changes.q.shape
     for k in range(count):
-        own = slice((k + 1) * n, (k + 2) * n)
+        block = slice((k + 1) * n, (k + 2) * n)
         begin, waves = changes.begin_state[:, k], changes.begin_waves[..., k]
-        set_variables(rates, state[0, own], state[1, own], begin, waves)
+        set_variables(rates, state[0, block], state[1, block], begin, waves)
 
 
 @compiled_part
 def get_changes(steps, changes, state):
     rates, (n, count) = steps.propagator.rates, changes.q.shape
     for k in range(count):
-        own = slice((k + 1) * n, (k + 2) * n)
+        block = slice((k + 1) * n, (k + 2) * n)
         now, waves = changes.state[:, k], changes.waves[..., k]
-        get_variables(rates, now, waves, state[0, own], state[1, own])
+        get_variables(rates, now, waves, state[0, block], state[1, block])
 
 
 @inlined
@@ -72,20 +72,20 @@ def set_displacement(changes):
 @compiled_part
 def carry_changes(steps, head, changes):
     """The linear part through a step, under the forces that are known."""
-    carry, state, known = steps.propagator.carry, changes.state, changes.known
+    carry, state, inputs = steps.propagator.carry, changes.state, changes.inputs
     size, count = state.shape
     for i in range(size):
         for k in range(count):
-            known[i, k] = state[i, k]
+            inputs[i, k] = state[i, k]
             state[i, k] = 0.0
     for back in range(1, SLOTS):
         force = changes.force[(head + SLOTS - back) % SLOTS]
         begin = (back + 1) * (size // 2)
         for i in range(size // 2):
             for k in range(count):
-                known[begin + i, k] = force[i, k]
+                inputs[begin + i, k] = force[i, k]
     for i in range(size):
-        add_columns(known, carry[:, i], state[i])
+        add_columns(inputs, carry[:, i], state[i])
     for s in range(2):
         factors = steps.propagator.waves[s]
         for p in range(changes.waves.shape[2]):

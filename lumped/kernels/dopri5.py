@@ -213,11 +213,11 @@ def locate_contact_change(system, excitation, frequency, work, time, h, y):
         done = (high - low) * h <= EVENT_TOL_PERIODS or middle <= low or middle >= high
         at = high if done else middle
         set_between(work.slopes, y, step, at, work.probe)
-        found = first_change(system, excitation, work, time + at * h, -1)
+        pair = first_change(system, excitation, work, time + at * h, -1)
         if done:
-            return high, found if found >= 0 else changed
-        if found >= 0:
-            high, changed = middle, found
+            return high, pair if pair >= 0 else changed
+        if pair >= 0:
+            high, changed = middle, pair
         else:
             low = middle
 

@@ -173,21 +173,21 @@ def set_pieces(system, orbit, grid, pieces):
     for i in range(grid.edges.size - 1):
         start, end = grid.edges[i], grid.edges[i + 1]
         set_pitch(orbit.waves, 0.5 * (start + end), 1)
-        found = set_cuts(system, orbit, grid, i, cuts[:MAX_CUTS])
-        if count + found >= pieces.start.size:
+        cut_count = set_cuts(system, orbit, grid, i, cuts[:MAX_CUTS])
+        if count + cut_count >= pieces.start.size:
             return 0
-        cuts[found] = end
-        for part in range(found + 1):
+        cuts[cut_count] = end
+        for part in range(cut_count + 1):
             pieces.start[count], pieces.length[count] = start, cuts[part] - start
-            pieces.whole[count] = -1 if found > 0 else i
-            if found > 0:
+            pieces.whole[count] = -1 if cut_count > 0 else i
+            if cut_count > 0:
                 set_cut_piece(system, orbit, pieces, count, room)
             start = cuts[part]
             count += 1
-        for g in range(3 if found == 0 else 0):
+        for g in range(3 if cut_count == 0 else 0):
             force, slope = pieces.force[count - 1, g], pieces.slope[count - 1, g]
-            given = grid.stiffness[i, g + 1], grid.gap[i, g + 1]
-            set_force(system, given, orbit.deflection[i, g + 1], force, slope)
+            springs = grid.stiffness[i, g + 1], grid.gap[i, g + 1]
+            set_force(system, springs, orbit.deflection[i, g + 1], force, slope)
     return count
 
 

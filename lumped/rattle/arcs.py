@@ -27,16 +27,16 @@ def arcs_of(machine: Machine, path: Array) -> Array:
 
 def linearised(machine: Machine, arcs: Array) -> Array:
     """Matrix (2, 2) that maps a change of time and speed of a departure over arcs."""
-    found = np.empty((2, 2))
-    kernel.linearise(machine.arc_arrays, arcs, len(arcs), found)
-    return found
+    matrix = np.empty((2, 2))
+    kernel.linearise(machine.arc_arrays, arcs, len(arcs), matrix)
+    return matrix
 
 
 def history_of(machine: Machine, arcs: Array, instants: int = 40) -> Array:
     """Times in turns and relative rotations [rad] (n, 2) at instants of each arc."""
-    found = np.empty((len(arcs) * instants, 2))
-    kernel.sample(machine.arc_arrays, arcs, instants, found)
-    return found
+    history = np.empty((len(arcs) * instants, 2))
+    kernel.sample(machine.arc_arrays, arcs, instants, history)
+    return history
 
 
 def margin_of(machine: Machine, arcs: Array) -> float:

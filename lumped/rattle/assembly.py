@@ -55,7 +55,7 @@ class Shafts:
     driven_drag: float = 1.0
 
     def __post_init__(self) -> None:
-        _above(self, *(each.name for each in fields(self)))
+        _above(self, *(entry.name for entry in fields(self)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,10 +166,10 @@ class Assembly:
     @property
     def beside_shafts(self) -> Iterator[tuple[str, Any]]:
         """Parts other than the shafts, by name."""
-        for each in fields(self)[2:]:
-            part = getattr(self, each.name)
+        for entry in fields(self)[2:]:
+            part = getattr(self, entry.name)
             if part is not None:
-                yield each.name, part
+                yield entry.name, part
 
     @property
     def mean_load(self) -> float:
@@ -242,8 +242,10 @@ class _Builder:
 
     def gear(self, side: str) -> int:
         """Index of a gear, or of the shaft to which it is rigidly attached."""
-        own = f"{side} gear"
-        return self.names.index(own if own in self.names else f"{side} shaft")
+        gear_name = f"{side} gear"
+        return self.names.index(
+            gear_name if gear_name in self.names else f"{side} shaft"
+        )
 
     def linear(self) -> Linear:
         assembly, machine = self.assembly, self.assembly.machine
@@ -259,8 +261,9 @@ class _Builder:
         size = len(self.names)
         row, motor = np.zeros(size), np.zeros(size)
         row[self.gear("driving")], row[self.gear("driven")] = 1.0, -1.0
-        own = assembly.driving_gear
-        motor[self.gear("driving") if own is not None and own.motor_on_gear else 0] = 1
+        driving_gear = assembly.driving_gear
+        on_gear = driving_gear is not None and driving_gear.motor_on_gear
+        motor[self.gear("driving") if on_gear else 0] = 1
         mean = motor * TURN * machine.damping * sum(drags)
         mean[:2] -= TURN * machine.damping * np.array(drags)
         return Linear(

@@ -116,10 +116,12 @@ def classify_attractors(
         settled = settled._replace(period=period)
     naming = AttractorClassifier(machine, iterations, settings)
     attractor, settled = naming.sort(settled)
-    order = sorted(range(len(naming.found)), key=lambda i: _rank(naming.found[i]))
+    order = sorted(
+        range(len(naming.attractors)), key=lambda i: _rank(naming.attractors[i])
+    )
     place = np.empty(len(order) + 1, np.int64)
     place[order], place[-1] = np.arange(len(order)), -1
-    named = tuple(_numbered([naming.found[i] for i in order]))
+    named = tuple(_numbered([naming.attractors[i] for i in order]))
     return named, place[attractor], settled
 
 
@@ -133,14 +135,16 @@ def _rank(
 def _numbered(attractors: list[RattleAttractor]) -> Iterator[RattleAttractor]:
     """Attractors with distinct names: chaotic ones numbered, equal names lettered."""
     seen: dict[str, int] = {}
-    for each in attractors:
-        seen[each.name] = number = seen.get(each.name, 0) + 1
-        if each.name == CHAOTIC:
-            yield replace(each, name=f"{CHAOTIC} {number}")
+    for attractor in attractors:
+        seen[attractor.name] = number = seen.get(attractor.name, 0) + 1
+        if attractor.name == CHAOTIC:
+            yield replace(attractor, name=f"{CHAOTIC} {number}")
         elif number > 1:
-            yield replace(each, name=f"{each.name} {chr(ord('a') + number - 1)}")
+            yield replace(
+                attractor, name=f"{attractor.name} {chr(ord('a') + number - 1)}"
+            )
         else:
-            yield each
+            yield attractor
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,8 +188,8 @@ def _cells(points: Array, low: float, high: float) -> tuple[Numbers, Numbers]:
 
 def _update_rows(settled: Settled, rows: Numbers, followed: Settled) -> None:
     """Replace the results of departures by those of following them further."""
-    for known, found in zip(settled, followed, strict=True):
-        known[rows] = found
+    for column, new_rows in zip(settled, followed, strict=True):
+        column[rows] = new_rows
 
 
 def _spread(count: int, most: int) -> Numbers:
@@ -200,7 +204,7 @@ class AttractorClassifier:
     machine: Machine
     iterations: int
     settings: ClassifierSettings = DEFAULT
-    found: list[RattleAttractor] = field(default_factory=list)
+    attractors: list[RattleAttractor] = field(default_factory=list)
     footprints: dict[int, Footprint] = field(default_factory=dict)  # by attractor
     lasting: bool | None = None  # whether changing motions keep changing, once known
 
@@ -216,8 +220,8 @@ class AttractorClassifier:
             if not changing.size:
                 break
             chosen = int(changing.size * (GOLDEN * attempt % 1.0))  # from everywhere
-            found, inside, alone = self._long(settled.end[changing], chosen)
-            number[changing[inside]] = found
+            index, inside, alone = self._long(settled.end[changing], chosen)
+            number[changing[inside]] = index
             _update_rows(settled, changing[chosen : chosen + 1], alone)
             changing = changing[~inside]
         if changing.size:
@@ -237,11 +241,11 @@ class AttractorClassifier:
         if (quiet := settled.period == kernel.MIN_VIBRATION).any():
             number[quiet] = self._quiet()
         for period in np.unique(settled.period[settled.period > 0]):
-            own = settled.period == period
-            number[own] = self._alike(
+            same_period = settled.period == period
+            number[same_period] = self._alike(
                 partial(self._orbit, int(period)),
-                settled.end[own],
-                np.round(settled.end[own] / END_RTOL),
+                settled.end[same_period],
+                np.round(settled.end[same_period] / END_RTOL),
             )
         if (sticking := settled.period == kernel.STICKING).any():
             ends = settled.end[sticking]
@@ -261,8 +265,8 @@ class AttractorClassifier:
         return Settled(*map(np.concatenate, parts))
 
     def _quiet(self) -> int:
-        for number, known in enumerate(self.found):
-            if known.name == QUIET:
+        for number, attractor in enumerate(self.attractors):
+            if attractor.name == QUIET:
                 return number
         return self._add(RattleAttractor(QUIET, 1, (math.nan, 0.0), -math.inf))
 
@@ -276,14 +280,17 @@ class AttractorClassifier:
         return np.array([find(ends[i]) for i in first])[which.ravel()]
 
     def _known(self, name: str, point: tuple[float, float]) -> int | None:
-        for number, known in enumerate(self.found):
-            if known.name == name and distance(known.point, point) < 10.0 * END_RTOL:
+        for number, attractor in enumerate(self.attractors):
+            if (
+                attractor.name == name
+                and distance(attractor.point, point) < 10.0 * END_RTOL
+            ):
                 return number
         return None
 
     def _add(self, attractor: RattleAttractor) -> int:
-        self.found.append(attractor)
-        return len(self.found) - 1
+        self.attractors.append(attractor)
+        return len(self.attractors) - 1
 
     def _sticking(self, release: Array) -> int:
         motion = sticking_from(self.machine, (float(release[0]), float(release[1])))
@@ -321,29 +328,29 @@ class AttractorClassifier:
         """Index of the attractor of one of the departures (c, 2), a mask of those that
         share it, and the settled departure; -1 if the motion has, as far as known,
         neither settled nor become chaotic."""
-        given, start = self.settings, ends[chosen]
-        settled = iterate_map_points(self.machine, start[None], given.long_returns)
+        settings, start = self.settings, ends[chosen]
+        settled = iterate_map_points(self.machine, start[None], settings.long_returns)
         alone = np.zeros(len(ends), bool)
         alone[chosen] = True
         if settled.period[0] == kernel.CHANGING:  # unless it has settled in the end
-            last = iterate_map_points(self.machine, settled.end, given.last_returns)
+            last = iterate_map_points(self.machine, settled.end, settings.last_returns)
             settled = settled._replace(period=last.period, end=last.end)
         lasts = int(settled.returns[0])
         stretches = math.nan
         changes = settled.period[0] == kernel.CHANGING
-        if changes or lasts >= given.lasting * self.iterations:
-            stretches = self._exponent(start, min(given.exponent_returns, lasts))
-        if not stretches > given.min_exponent:
+        if changes or lasts >= settings.lasting * self.iterations:
+            stretches = self._exponent(start, min(settings.exponent_returns, lasts))
+        if not stretches > settings.min_exponent:
             return int(self._clear(settled)[0]), alone, settled
-        here = settled._replace(period=np.array([kernel.CHANGING]), end=start[None])
+        chaotic = settled._replace(period=np.array([kernel.CHANGING]), end=start[None])
         path = follow(self.machine, start, lasts)
         footprint = footprint_of(path)
         inside = footprint.contains(ends) | alone
         if not self._lasts(ends[inside]):
             inside = alone
-        for number, known in self.footprints.items():
-            if known.contains(path).mean() > given.common_part:
-                return number, inside, here
+        for number, existing in self.footprints.items():
+            if existing.contains(path).mean() > settings.common_part:
+                return number, inside, chaotic
         turns = path[-1, 0] - path[0, 0]
         exponent = stretches * lasts / turns
         fastest = int(path[:, 1].argmax())
@@ -351,17 +358,17 @@ class AttractorClassifier:
         settles = 0 if changes else lasts
         number = self._add(RattleAttractor(CHAOTIC, 0, point, exponent, settles))
         self.footprints[number] = footprint
-        return number, inside, here
+        return number, inside, chaotic
 
     def _lasts(self, ends: Array) -> bool:
         """Whether changing motions keep changing. Others are transients, whose
         departures do not show where they lead."""
         if self.lasting is None:
-            given = self.settings
-            some = ends[_spread(len(ends), given.checked_cells)]
-            later = self._settle(some, given.checked_multiple * self.iterations)
+            settings = self.settings
+            some = ends[_spread(len(ends), settings.checked_cells)]
+            later = self._settle(some, settings.checked_multiple * self.iterations)
             part = np.mean(later.period != kernel.CHANGING)
-            self.lasting = bool(part < given.max_settled)
+            self.lasting = bool(part < settings.max_settled)
         return self.lasting
 
     def _exponent(self, point: Array, count: int) -> float:

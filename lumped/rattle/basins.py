@@ -86,11 +86,11 @@ class BasinMap:
         inside = self.attractor[: count * BOX, : count * BOX]
         split = inside.reshape(count, BOX, count, BOX).swapaxes(1, 2)
         boxes = split.reshape(count**2, BOX**2)
-        found = 0.0
+        total = 0.0
         for number in range(-1, len(self.attractors)):
             part = (boxes == number).mean(axis=1)
-            found -= float(np.sum(part * np.log(np.where(part > 0.0, part, 1.0))))
-        return found / count**2
+            total -= float(np.sum(part * np.log(np.where(part > 0.0, part, 1.0))))
+        return total / count**2
 
 
 def settle_tile(
@@ -113,8 +113,8 @@ def settle_grid(
         f"{number}": partial(settle_tile, machine, grid, first, last, iterations)
         for number, (first, last) in enumerate(tiles)
     }
-    found = compute(parts)
-    columns = ([found[name][key] for name in parts] for key in Settled._fields)
+    tile_results = compute(parts)
+    columns = ([tile_results[name][key] for name in parts] for key in Settled._fields)
     return Settled(*map(np.concatenate, columns))
 
 

@@ -205,7 +205,7 @@ class OrbitFinder:
     report: Callable[[int, float], None] = lambda number, value: None
 
     def __post_init__(self) -> None:
-        self.found: list[OrbitBranch] = []
+        self.branches: list[OrbitBranch] = []
 
     @cached_property
     def unit(self) -> float:
@@ -236,13 +236,14 @@ class OrbitFinder:
 
     def _is_known(self, orbits: Orbits, point: Point) -> bool:
         """Whether a branch already found passes through an orbit."""
-        own = orbit_point(orbits, point).departures
+        departures = orbit_point(orbits, point).departures
         return any(
-            distance(own[0], each) < MAP_POINT_TOL * (1.0 + own[0][1])
-            for found in self.found
-            if found.itinerary == orbits.layout.itinerary
-            for near in orbits_at(found, point.parameter)
-            for each in near.departures
+            distance(departures[0], departure)
+            < MAP_POINT_TOL * (1.0 + departures[0][1])
+            for branch in self.branches
+            if branch.itinerary == orbits.layout.itinerary
+            for crossing in orbits_at(branch, point.parameter)
+            for departure in crossing.departures
         )
 
     def _follow(
@@ -252,7 +253,7 @@ class OrbitFinder:
         self._add(orbits, followed, origin, doublings)
 
     def _one_way(self, orbits: Orbits, start: Point) -> BranchTrace:
-        number, branch = len(self.found) + 1, orbits.branch()
+        number, branch = len(self.branches) + 1, orbits.branch()
         followed = branch.follow(
             *(start, self.limits, partial(_ends, orbits)),
             lambda value: self.report(number, value),
@@ -277,11 +278,11 @@ class OrbitFinder:
         points = tuple(_drop_duplicate_folds(_with_bifurcations(orbits, followed)))
         if not points:
             return
-        found = OrbitBranch(orbits, points, origin, followed.reason)
-        self.found.append(found)
-        number = len(self.found)
+        branch = OrbitBranch(orbits, points, origin, followed.reason)
+        self.branches.append(branch)
+        number = len(self.branches)
         if doublings:
-            for point in found.bifurcations:
+            for point in branch.bifurcations:
                 if point.kind == DOUBLING:
                     self._double(orbits, point, number, doublings - 1)
 
@@ -345,9 +346,9 @@ def _with_bifurcations(orbits: Orbits, followed: BranchTrace) -> Iterator[OrbitP
 def _drop_duplicate_folds(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
     """Points without folds that are grazes. Where flanks stop parting, the duration of
     a flight passes through zero, and the branch of the equations turns back."""
-    kept = list(points)
-    grazes = [point.x for point in kept if point.kind == GRAZING]
-    for point in kept:
+    orbit_points = list(points)
+    grazes = [point.x for point in orbit_points if point.kind == GRAZING]
+    for point in orbit_points:
         at_graze = any(np.abs(point.x - x).max() < AT_GRAZE for x in grazes)
         if not (point.kind == FOLD and at_graze):
             yield point
@@ -357,7 +358,7 @@ def _is_physical(point: OrbitPoint) -> bool:
     """Whether a point is neither a pole of a multiplier near a graze nor beyond it."""
     if point.kind == GRAZING:
         return True
-    missed = min(abs(each + 1.0) for each in point.multipliers)
+    missed = min(abs(multiplier + 1.0) for multiplier in point.multipliers)
     return point.margin > 0.0 and (point.kind != DOUBLING or missed < TRUE)
 
 
@@ -368,9 +369,7 @@ def _tests(
     (one, here), (two, there) = before, after
     if one.along * two.along < 0.0:
         yield FOLD, lambda point: point.along
-    signs = [
-        multiplier_test(np.array(each.multipliers), -1.0) for each in (here, there)
-    ]
+    signs = [multiplier_test(np.array(end.multipliers), -1.0) for end in (here, there)]
     if signs[0] * signs[1] < 0.0:
         yield (
             DOUBLING,
@@ -382,8 +381,8 @@ def _tests(
         yield GRAZING, lambda point: orbits.margin(point.x, point.parameter)
 
 
-def orbits_at(found: OrbitBranch, value: float) -> Iterator[OrbitPoint]:
+def orbits_at(branch: OrbitBranch, value: float) -> Iterator[OrbitPoint]:
     """Orbits of a branch at a value of the parameter."""
-    for near in found.orbits.branch().crossings(found.points, value):
+    for crossing in branch.orbits.branch().crossings(branch.points, value):
         with suppress(NoSolution):  # the machine is impossible
-            yield orbit_point(found.orbits, near)
+            yield orbit_point(branch.orbits, crossing)

@@ -77,9 +77,9 @@ def impulse_rattle(motions: AssemblyIntegrator, turns: int = 1) -> ImpulseRattle
     jump = np.concatenate([np.zeros(n), np.linalg.solve(linear.mass, linear.row)])
     # departure relative to the offset, and the impulse: both sides may rotate freely
     matrix = np.column_stack([fade.real - np.eye(2 * n), -jump])
-    found, *_ = np.linalg.lstsq(matrix, -turns * play.drift, rcond=1e-13)
-    departure = play.offset + found[:-1]
-    arrival = departure + found[-1] * jump
+    solution, *_ = np.linalg.lstsq(matrix, -turns * play.drift, rcond=1e-13)
+    departure = play.offset + solution[:-1]
+    arrival = departure + solution[-1] * jump
     leaving, meeting = linear.row @ departure[n:], linear.row @ arrival[n:]
     return ImpulseRattle(
         motions,

@@ -37,24 +37,28 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
     velocity : lowest and highest speed of the starts [rad per turn]; runs that start
         faster than forcing permits would remain transient
     """
-    place = (np.arange(STARTS) + 0.5) / STARTS
+    fractions = (np.arange(STARTS) + 0.5) / STARTS
     low, high = np.minimum(velocity, machine.fastest)
-    speeds = low + place * (high - low)
-    starts = np.stack(np.meshgrid(place, speeds), axis=-1).reshape(-1, 2)
+    speeds = low + fractions * (high - low)
+    starts = np.stack(np.meshgrid(fractions, speeds), axis=-1).reshape(-1, 2)
     iterations = min(settling_returns(machine), MAX_TURNS)
     period, end = _settled(machine, iterations, starts)
     count = np.where((period == CHANGING) | (period == STICKING), KEPT, period)
     lasts = count > 0
     paths = [
-        follow(machine, each, returns)[:, :2]
-        for each, returns in zip(end[lasts], count[lasts].tolist(), strict=True)
+        follow(machine, departure, returns)[:, :2]
+        for departure, returns in zip(end[lasts], count[lasts].tolist(), strict=True)
     ]
-    found = np.vstack([np.empty((0, 2)), *paths])
-    found = found[np.isfinite(found).all(axis=1) & (found[:, 1] > 0.0)]
-    found[:, 0] %= 1.0
-    _, first = np.unique(np.round(found / MAP_POINT_TOL), axis=0, return_index=True)
+    departures = np.vstack([np.empty((0, 2)), *paths])
+    departures = departures[
+        np.isfinite(departures).all(axis=1) & (departures[:, 1] > 0.0)
+    ]
+    departures[:, 0] %= 1.0
+    _, first = np.unique(
+        np.round(departures / MAP_POINT_TOL), axis=0, return_index=True
+    )
     lost = np.full((int(np.sum(period == UNKNOWN)), 2), math.nan)
-    return np.vstack([found[np.sort(first)], lost])
+    return np.vstack([departures[np.sort(first)], lost])
 
 
 def _settled(machine: Machine, iterations: int, starts: Array) -> tuple[Numbers, Array]:

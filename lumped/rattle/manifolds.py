@@ -117,13 +117,13 @@ def grow_manifolds(
 
     length : length in the units of `Fineness`; a branch that ends is shorter
     """
-    found = []
+    manifolds = []
     for departure in orbit.departures:
         for side in (1, -1):
             seed = _seed(machine, orbit, departure, is_stable, side)
             curve = _grown(machine, seed, length, fineness)
-            found.append(Manifold(orbit, departure, is_stable, side, curve))
-    return found
+            manifolds.append(Manifold(orbit, departure, is_stable, side, curve))
+    return manifolds
 
 
 @dataclass(frozen=True, eq=False)

@@ -95,10 +95,10 @@ class AssemblyIntegrator:
         """Motion from a state (2 n,) at `start`; its noise counts from `begin` on."""
         instants = np.empty(0) if times is None else times
         rotation = np.full(instants.size, math.nan)
-        noise, upper, lower, found = kernel.run(
+        noise, upper, lower, is_finished = kernel.run(
             *(self.system, state.copy(), start, begin, end, instants, rotation)
         )
-        level = noise / (end - begin) if found else math.nan
+        level = noise / (end - begin) if is_finished else math.nan
         return AssemblyRun(level, upper, lower, rotation)
 
     def run_all(
@@ -146,35 +146,38 @@ class AssemblyIntegrator:
         n, row = len(linear.names), linear.row
         shapes = null_space(row[None, :])
         reduced = [
-            shapes.T @ each @ shapes
-            for each in (linear.mass, linear.damping, linear.stiffness)
+            shapes.T @ matrix @ shapes
+            for matrix in (linear.mass, linear.damping, linear.stiffness)
         ]
         rates, vectors = _basis(*reduced)
         both = np.kron(np.eye(2), shapes)
-        found = {
+        arrays = {
             "rates": np.zeros(2 * n, complex),
             "vectors": np.zeros((2 * n, 2 * n), complex),
             "inverse": np.zeros((2 * n, 2 * n), complex),
             "event_row": np.zeros(2 * n, complex),
         }
         used = 2 * n - 2
-        found["rates"][:used] = rates
-        found["vectors"][:, :used] = both @ vectors
-        found["inverse"][:used] = np.linalg.inv(vectors) @ both.T
-        moved = shapes @ vectors[: n - 1]
-        force = linear.mass @ moved * rates**2 + linear.damping @ moved * rates
-        found["event_row"][:used] = (
-            -row @ (force + linear.stiffness @ moved) / (row @ row)
+        arrays["rates"][:used] = rates
+        arrays["vectors"][:, :used] = both @ vectors
+        arrays["inverse"][:used] = np.linalg.inv(vectors) @ both.T
+        displacements = shapes @ vectors[: n - 1]
+        force = (
+            linear.mass @ displacements * rates**2
+            + linear.damping @ displacements * rates
+        )
+        arrays["event_row"][:used] = (
+            -row @ (force + linear.stiffness @ displacements) / (row @ row)
         )
         mean = linear.respond(0.0, linear.mean, -side * machine.half_backlash).real
         turn = linear.respond(TURN, np.zeros(n), machine.eccentricity)
         ripple = linear.respond(TURN * machine.ripple_order, linear.ripple)
         return kernel.Regime(
-            *(found["rates"], found["vectors"], found["inverse"], row),
+            *(arrays["rates"], arrays["vectors"], arrays["inverse"], row),
             offset=np.concatenate([mean[:-1], np.zeros(n)]),
             drift=np.zeros(2 * n),
             **self._waves(turn[:-1], ripple[:-1]),
-            event_row=found["event_row"],
+            event_row=arrays["event_row"],
             forced=(complex(turn[-1]), complex(ripple[-1])),
             steady=(float(mean[-1]), 0.0),
         )
@@ -200,11 +203,11 @@ def _modes(linear: Linear, stiffness: Array) -> tuple[Waves, Waves]:
     rates, vectors = np.zeros(2 * n, complex), np.zeros((2 * n, 2 * n), complex)
     used = 0
     for group in _groups(_coupling(linear, stiffness)):
-        own = np.ix_(group, group)
+        block = np.ix_(group, group)
         size = len(group)
         columns = slice(used, used + 2 * size)
         rates[columns], shapes = _basis(
-            linear.mass[own], linear.damping[own], stiffness[own]
+            linear.mass[block], linear.damping[block], stiffness[block]
         )
         places = np.concatenate([group, group + n])
         vectors[places, columns] = shapes
@@ -219,11 +222,11 @@ def _basis(mass: Array, damping: Array, stiffness: Array) -> tuple[Waves, Waves]
     matrix[:size, size:] = np.eye(size)
     matrix[size:, :size] = -np.linalg.solve(mass, stiffness)
     matrix[size:, size:] = -np.linalg.solve(mass, damping)
-    found, shapes = np.linalg.eig(matrix)
+    eigenvalues, shapes = np.linalg.eig(matrix)
     if np.linalg.cond(shapes) > SINGULAR:
         raise ValueError("modes of the parts are no basis; change a parameter slightly")
     # damping dissipates energy: growth is round-off
-    rates = np.minimum(found.real, 0.0) + 1j * found.imag
+    rates = np.minimum(eigenvalues.real, 0.0) + 1j * eigenvalues.imag
     return rates, np.asarray(shapes, np.complex128)
 
 
@@ -245,15 +248,15 @@ def _steady(linear: Linear, stiffness: Array, load: Array) -> tuple[Array, Array
     n = len(load)
     drift, offset = np.zeros(n), np.zeros(n)
     for group in _groups(_coupling(linear, stiffness)):
-        own = np.ix_(group, group)
+        block = np.ix_(group, group)
         # parts without restraint rotate as one, whatever the absorber does
-        held = stiffness[own]
+        held = stiffness[block]
         free = np.abs(held.sum(axis=1)) <= 1e-9 * max(np.abs(held).max(), 1e-300)
         turning = free.astype(float)
-        speed = load[group].sum() / (turning @ linear.damping[own] @ turning)
+        speed = load[group].sum() / (turning @ linear.damping[block] @ turning)
         drift[group] = turning * speed
-        left = load[group] - linear.damping[own] @ drift[group]
-        offset[group] = np.linalg.lstsq(held, left, rcond=1e-13)[0]
+        residual_load = load[group] - linear.damping[block] @ drift[group]
+        offset[group] = np.linalg.lstsq(held, residual_load, rcond=1e-13)[0]
     return drift, offset
 
 

@@ -79,25 +79,25 @@ def measure_noise(
     limits = list(pairwise([*range(0, len(starts), SHARE), len(starts)]))
 
     def compute(done: int, task: Callable[[slice], Result]) -> list[Result]:
-        found: dict[int, Result] = {}
+        results: dict[int, Result] = {}
 
         def store_result(number: int, result: Result) -> None:
-            found[number] = result
-            report(done + len(found), 2 * len(limits))
+            results[number] = result
+            report(done + len(results), 2 * len(limits))
 
-        tasks = ((i, partial(task, slice(*each))) for i, each in enumerate(limits))
+        tasks = ((i, partial(task, slice(*bounds))) for i, bounds in enumerate(limits))
         run_tasks(tasks, store_result, threading.Event())
-        return [found[i] for i in range(len(limits))]
+        return [results[i] for i in range(len(limits))]
 
     shares = compute(
-        0, lambda own: iterate_map_points(machine, starts[own], iterations)
+        0, lambda part: iterate_map_points(machine, starts[part], iterations)
     )
     settled = Settled(*map(np.concatenate, zip(*shares, strict=True)))
     attractors, motion, settled = classify_attractors(machine, iterations, settled)
     period = np.where(motion < 0, UNKNOWN, settled.period)
     meetings = compute(
         len(limits),
-        lambda own: _meetings(machine, period[own], settled.end[own], turns),
+        lambda part: _meetings(machine, period[part], settled.end[part], turns),
     )
     level, impacts = np.concatenate(meetings).T
     return NoiseSample(machine, starts, attractors, motion, level, impacts)
@@ -121,7 +121,7 @@ def measure_noise_of_parts(
     """
     ready = AssemblyIntegrator(assembly)
     machine = assembly.machine
-    found: dict[int, AssemblyRun] = {}
+    runs: dict[int, AssemblyRun] = {}
 
     def run(time: float, speed: float) -> AssemblyRun:
         state = ready.settled(machine.half_backlash, -speed, time)
@@ -129,19 +129,26 @@ def measure_noise_of_parts(
         return ready.run(state, begin, begin + turns, start=time)
 
     def store_result(number: int, motion: AssemblyRun) -> None:
-        found[number] = motion
-        report(len(found), len(starts))
+        runs[number] = motion
+        report(len(runs), len(starts))
 
     tasks = (
         (number, partial(run, float(time), float(speed)))
         for number, (time, speed) in enumerate(starts)
     )
     run_tasks(tasks, store_result, threading.Event())
-    motions = [found[number] for number in range(len(starts))]
-    level = np.array([each.noise for each in motions])
+    motions = [runs[number] for number in range(len(starts))]
+    level = np.array([assembly_run.noise for assembly_run in motions])
     clear = np.isfinite(level)
-    kind = np.array([(each.upper > 0) + (each.lower > 0) for each in motions])
-    impacts = np.array([each.upper + each.lower for each in motions])
+    kind = np.array(
+        [
+            (assembly_run.upper > 0) + (assembly_run.lower > 0)
+            for assembly_run in motions
+        ]
+    )
+    impacts = np.array(
+        [assembly_run.upper + assembly_run.lower for assembly_run in motions]
+    )
     motion = np.full(len(starts), -1)
     seen, motion[clear] = np.unique(kind[clear], return_inverse=True)
     names = [RattleAttractor(KINDS[i], 0, NOWHERE, math.nan) for i in seen]
@@ -157,7 +164,7 @@ def settling_turns(assembly: Assembly) -> float:
     Losses in impacts may end them sooner.
     """
     regimes = AssemblyIntegrator(assembly).system.regimes
-    rates = np.concatenate([each.rates for each in regimes])
+    rates = np.concatenate([regime.rates for regime in regimes])
     scale = np.abs(rates).max()
     slowest = np.min(-rates.real[np.abs(rates) > STILL * scale])
     return math.log(1.0 / FADED) / slowest if slowest > STILL * scale else math.inf
@@ -166,12 +173,12 @@ def settling_turns(assembly: Assembly) -> float:
 def _meetings(machine: Machine, periods: Numbers, ends: Array, turns: int) -> Array:
     """Noise level and impacts per turn (n, 2) of runs in steady state, see `Settled`;
     NaN for runs that are UNKNOWN."""
-    found = np.where((periods == MIN_VIBRATION)[:, None], np.zeros(2), math.nan)
+    noise = np.where((periods == MIN_VIBRATION)[:, None], np.zeros(2), math.nan)
     loud = np.flatnonzero((periods != MIN_VIBRATION) & (periods != UNKNOWN))
     meetings = np.empty((loud.size, 2))
     departures = np.ascontiguousarray(ends[loud])
     kernel.sum_impacts(
         machine.arrays, departures, periods[loud], float(turns), meetings
     )
-    found[loud] = meetings
-    return found
+    noise[loud] = meetings
+    return noise

@@ -67,12 +67,12 @@ def find_orbits(
     velocity : lowest and highest speed of the departures on the grid
     """
     machine = _with_play_in_reach(machine)
-    found: list[Orbit] = []
+    orbits: list[Orbit] = []
     for count in range(1, most_departures + 1):
         for orbit in _from_starts(machine, count, velocity):
-            if not any(_same(orbit, known) for known in found):
-                found.append(orbit)
-    return sorted(found, key=_rank)
+            if not any(_same(orbit, existing) for existing in orbits):
+                orbits.append(orbit)
+    return sorted(orbits, key=_rank)
 
 
 def _with_play_in_reach(machine: Machine) -> Machine:
@@ -110,7 +110,9 @@ def _starts(
     if count == 1 and has_closed_form(limit):  # some repel the closest neighbours
         for turns in range(1, MAX_TURNS + 1):
             both = simple_rattle(limit, turns) + two_sided_rattle(limit, turns)
-            yield from ((each.time, each.velocity) for each in both if each.physical)
+            yield from (
+                (motion.time, motion.velocity) for motion in both if motion.physical
+            )
     for speed in _speeds(machine, low, high):
         yield from (((i + 0.5) / STARTS, speed) for i in range(STARTS))
 
@@ -119,12 +121,12 @@ def _speeds(machine: Machine, low: float, high: float) -> list[float]:
     """Speeds of starts, equally dense at usual speeds however wide the limits are."""
     usual = max(min(default_speed(machine), high), low)
     parts = (np.arange(STARTS) + 0.5) / STARTS
-    found = low + parts * (usual - low) if usual > low else np.empty(0)
+    speeds = low + parts * (usual - low) if usual > low else np.empty(0)
     most = min(high, machine.fastest)
     if most > usual:
         fast = (np.arange(FAST_STARTS) + 0.5) / FAST_STARTS
-        found = np.append(found, usual * (most / usual) ** fast)
-    return [float(speed) for speed in found]
+        speeds = np.append(speeds, usual * (most / usual) ** fast)
+    return [float(speed) for speed in speeds]
 
 
 def _orbit(machine: Machine, at: tuple[float, float], count: int) -> Orbit | None:

@@ -79,13 +79,15 @@ def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
     velocity = drift * turns * machine.damping * r / (1.0 + r)
     first = math.asin(sine) / TURN
     layout = ArcSequence(turns, ONE_FLANK, 0.0 * ONE_FLANK)
-    found = []
+    motions = []
     for time in (first, 0.5 - first):
         starts = np.array([[time], [-velocity]])
         margin = margin_of(machine, layout.arcs(machine, starts))
         in_phase = time == first
-        found.append(SimpleRattle(turns, time % 1.0, velocity, in_phase, None, margin))
-    return found[0], found[1]
+        motions.append(
+            SimpleRattle(turns, time % 1.0, velocity, in_phase, None, margin)
+        )
+    return motions[0], motions[1]
 
 
 def two_sided_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:

@@ -103,8 +103,8 @@ class PermanentContact:
         self, t: NDArray[np.float64], turn: complex, ripple: complex
     ) -> NDArray[np.float64]:
         rate = TURN * self.assembly.machine.ripple_order
-        found = turn * np.exp(1j * TURN * t) + ripple * np.exp(1j * rate * t)
-        return np.asarray(found.real)
+        phasor = turn * np.exp(1j * TURN * t) + ripple * np.exp(1j * rate * t)
+        return np.asarray(phasor.real)
 
     def _least(
         self, of_time: Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -112,14 +112,14 @@ class PermanentContact:
         count = INSTANTS * self.assembly.machine.ripple_order
         t = np.arange(count) / count
         values = of_time(t)
-        at, beside = t[int(np.argmin(values))], 1.0 / count
-        found = minimize_scalar(
+        at, spacing = t[int(np.argmin(values))], 1.0 / count
+        minimum = minimize_scalar(
             lambda t: float(of_time(np.array(t))),
-            bounds=(at - beside, at + beside),
+            bounds=(at - spacing, at + spacing),
             method="bounded",
-            options={"xatol": 1e-6 * beside},
+            options={"xatol": 1e-6 * spacing},
         )
-        return min(float(found.fun), float(values.min()))
+        return min(float(minimum.fun), float(values.min()))
 
 
 def quiet_motion(assembly: Assembly) -> PermanentContact:

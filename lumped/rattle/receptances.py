@@ -50,8 +50,8 @@ def _absorbed(absorber: Absorber) -> complex:
     Without damping it is an inertia of m (r1 + r2)^2 r1 / (r1 - r2).
     """
     m, r1, r2 = absorber.mass, absorber.reach, absorber.path_radius
-    own = m * r2 * (r1 - r2) * TURN**2 + 1j * absorber.damping * r2 * TURN
+    denominator = m * r2 * (r1 - r2) * TURN**2 + 1j * absorber.damping * r2 * TURN
     straight = -m * (r1 + r2) ** 2 * TURN**2
-    if own == 0.0:
+    if denominator == 0.0:
         return complex(math.inf)
-    return straight - (m * r2 * (r1 + r2) * TURN**2) ** 2 / own
+    return straight - (m * r2 * (r1 + r2) * TURN**2) ** 2 / denominator

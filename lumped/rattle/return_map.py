@@ -36,10 +36,10 @@ def iterate_map_points(
 ) -> Settled:
     """Follow departures (c, 2), times and speeds, until they settle."""
     time, speed = np.ascontiguousarray(departures.T)
-    found = np.empty((time.size, 2), np.int64)
+    outcomes = np.empty((time.size, 2), np.int64)
     end = np.empty((time.size, 2))
-    kernel.settle_cells(machine.arrays, time, speed, iterations, early, found, end)
-    return Settled(found[:, 0], found[:, 1], end)
+    kernel.settle_cells(machine.arrays, time, speed, iterations, early, outcomes, end)
+    return Settled(outcomes[:, 0], outcomes[:, 1], end)
 
 
 def settling_returns(machine: Machine) -> int:

@@ -58,12 +58,14 @@ def sticking_from(machine: Machine, release: Release) -> Sticking | None:
 
 def sticking_motions(machine: Machine) -> list[Sticking]:
     """All sticking motions of a machine; releases occur where a flank's load ends."""
-    found: list[Sticking] = []
+    motions: list[Sticking] = []
     for release in _possible_releases(machine):
         motion = sticking_from(machine, release)
-        if motion is not None and not any(_same(motion, each) for each in found):
-            found.append(motion)
-    return sorted(found, key=lambda each: (each.turns, each.point))
+        if motion is not None and not any(
+            _same(motion, existing) for existing in motions
+        ):
+            motions.append(motion)
+    return sorted(motions, key=lambda cycle: (cycle.turns, cycle.point))
 
 
 def _cycle(machine: Machine, release: Release) -> tuple[list[Release], int]:
@@ -75,9 +77,9 @@ def _cycle(machine: Machine, release: Release) -> tuple[list[Release], int]:
         if not math.isfinite(after[0]):
             break
         certain.append(clear)
-        for number, each in enumerate(path):
-            if _alike(each, after):
-                turns = round(after[0] - each[0]) if all(certain[number:]) else 0
+        for number, earlier in enumerate(path):
+            if _alike(earlier, after):
+                turns = round(after[0] - earlier[0]) if all(certain[number:]) else 0
                 return path[number:], turns
         path.append(after)
     return [], 0
@@ -110,14 +112,18 @@ def _possible_releases(machine: Machine) -> Iterator[Release]:
         return
     count = INSTANTS * machine.ripple_order
     for side in (1, -1):
-        known: list[Release] = []
+        releases: list[Release] = []
         for time in np.arange(count) / count:
             later, speed = kernel.release_of(machine.arrays, time, side)
             if not (math.isfinite(later) and later > time):
                 continue
             release = later % 1.0, speed
-            known += [] if any(_alike(release, each) for each in known) else [release]
-        yield from known
+            releases += (
+                []
+                if any(_alike(release, existing) for existing in releases)
+                else [release]
+            )
+        yield from releases
 
 
 def _alike(one: Release, two: Release) -> bool:
@@ -126,7 +132,7 @@ def _alike(one: Release, two: Release) -> bool:
 
 
 def _same(one: Sticking, two: Sticking) -> bool:
-    return any(_alike(one.releases[0], each) for each in two.releases)
+    return any(_alike(one.releases[0], release) for release in two.releases)
 
 
 def _motion(machine: Machine, path: list[Release], turns: int) -> Sticking:
@@ -136,6 +142,6 @@ def _motion(machine: Machine, path: list[Release], turns: int) -> Sticking:
     releases = tuple(sorted(single.values()))
     upper = [(time, 0.0) for time, speed in releases if speed > 0.0]
     if not upper:
-        after = [follow(machine, each, 2)[1, :2] for each in releases]
+        after = [follow(machine, release, 2)[1, :2] for release in releases]
         upper = [(float(time % 1.0), float(speed)) for time, speed in after]
     return Sticking(turns, releases, min(upper))

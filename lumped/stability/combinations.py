@@ -59,8 +59,8 @@ class Combination:
     @property
     def name(self) -> str:
         """Name as in the source, such as `f1 + f3` or `(2 f3) / 2 of mesh 2`."""
-        words = name_of(self.kind, self.first, self.second, self.harmonic)
-        return f"{words} of mesh {self.mesh + 1}" if self.mesh else words
+        label = name_of(self.kind, self.first, self.second, self.harmonic)
+        return f"{label} of mesh {self.mesh + 1}" if self.mesh else label
 
     def comes_near(self, limits: tuple[float, float]) -> bool:
         """Whether it occurs, or is expected to grow, between mesh frequencies [Hz]."""
@@ -72,9 +72,9 @@ class Combination:
 def name_of(kind: Kind, first: int, second: int, harmonic: int) -> str:
     """Name of two modes, from 0, at a multiple of the first mesh's frequency."""
     one, two = first + 1, second + 1
-    words = f"2 f{one}" if kind == "single" else f"f{two} - f{one}"
-    words = f"f{one} + f{two}" if kind == "sum" else words
-    return words if harmonic == 1 else f"({words}) / {harmonic}"
+    label = f"2 f{one}" if kind == "single" else f"f{two} - f{one}"
+    label = f"f{one} + f{two}" if kind == "sum" else label
+    return label if harmonic == 1 else f"({label}) / {harmonic}"
 
 
 def combinations(
@@ -83,8 +83,8 @@ def combinations(
     orders: int = ORDERS,
 ) -> list[Combination]:
     """All combinations near mesh frequencies [Hz], by frequency, excited or not."""
-    found = [c for c in _combinations(system, orders) if c.comes_near(limits)]
-    return sorted(found, key=lambda each: (each.at, each.order))
+    in_range = [c for c in _combinations(system, orders) if c.comes_near(limits)]
+    return sorted(in_range, key=lambda combination: (combination.at, combination.order))
 
 
 def _combinations(system: PeriodicSystem, orders: int) -> Iterator[Combination]:
@@ -93,11 +93,13 @@ def _combinations(system: PeriodicSystem, orders: int) -> Iterator[Combination]:
     for s in system.orders(orders):
         # factor from a frequency of modes to the first mesh's frequency
         per = system.length / (2.0 * math.pi * s)
-        own = np.linalg.solve(right, system.harmonic(s) @ right)
+        coupling = np.linalg.solve(right, system.harmonic(s) @ right)
         harmonic, mesh = system.harmonic_of(s)
         for p, q, sign in _pairs(system.modes):
             at = per * (angular[p] + sign * angular[q])
-            psi = own[p, q] * own[q, p].conjugate() / (angular[p] * angular[q])
+            psi = (
+                coupling[p, q] * coupling[q, p].conjugate() / (angular[p] * angular[q])
+            )
             low, high = math.nan, math.nan
             if abs(psi) >= NONE * angular[p] * angular[q]:
                 low, high = detunings(sign * psi / 4.0, decay[p], decay[q])

@@ -94,26 +94,26 @@ def scan_stability(
     highest = 2.0 * float(system.frequency_Hz.max())
     orders = min(max(ORDERS, math.ceil(highest / limits[0])), MAX_ORDERS)
     every = combinations(system, orders=orders)
-    known = candidates(system, every)
-    own = _own_speeds(system, every, limits)
-    at = np.unique(np.concatenate([grid, own]))
-    found = SpeedSamples(at, *growth(system, at, known, method))
-    on_grid = found.largest[np.searchsorted(at, grid)]
-    for places, rounds in ((_extremes, HALVINGS), (_changes, BISECTIONS)):
+    labels = candidates(system, every)
+    extra_speeds = _own_speeds(system, every, limits)
+    at = np.unique(np.concatenate([grid, extra_speeds]))
+    samples = SpeedSamples(at, *growth(system, at, labels, method))
+    on_grid = samples.largest[np.searchsorted(at, grid)]
+    for find_places, rounds in ((_extremes, HALVINGS), (_changes, BISECTIONS)):
         for _ in range(rounds):
-            left = places(found)
-            if not left.size:
+            indices = find_places(samples)
+            if not indices.size:
                 break
-            between = 0.5 * (found.at[left] + found.at[left + 1])
-            found = found.inserted(
-                left + 1, between, *growth(system, between, known, method)
+            between = 0.5 * (samples.at[indices] + samples.at[indices + 1])
+            samples = samples.inserted(
+                indices + 1, between, *growth(system, between, labels, method)
             )
-    near = tuple(each for each in every if each.comes_near(limits))
-    return StabilityScan(on_grid, tuple(_intervals(found)), near)
+    near = tuple(combination for combination in every if combination.comes_near(limits))
+    return StabilityScan(on_grid, tuple(_intervals(samples)), near)
 
 
 def _own_speeds(
-    system: PeriodicSystem, known: Sequence[Combination], limits: tuple[float, float]
+    system: PeriodicSystem, expected: Sequence[Combination], limits: tuple[float, float]
 ) -> Array:
     """Speeds between limits [Hz], equal in every window except for its ends.
 
@@ -124,41 +124,45 @@ def _own_speeds(
     even = top * np.exp(
         LOG_SPEED_STEP * np.arange(math.ceil(first), math.floor(last) + 1)
     )
-    found = [even, np.array([c.at for c in known])]
-    for each in known:
-        width = each.high - each.low
-        if width < INSIDE * LOG_SPEED_STEP * each.at:
+    parts = [even, np.array([c.at for c in expected])]
+    for combination in expected:
+        width = combination.high - combination.low
+        if width < INSIDE * LOG_SPEED_STEP * combination.at:
             share = np.linspace(-BESIDE, 1.0 + BESIDE, INSIDE)
-            found.append(each.low + width * share)
-    at = np.concatenate(found)
+            parts.append(combination.low + width * share)
+    at = np.concatenate(parts)
     return at[(at > limits[0]) & (at < limits[1])]
 
 
-def _changes(found: SpeedSamples) -> Places:
+def _changes(samples: SpeedSamples) -> Places:
     """Indices before a change of the growing modes, if the next speed is too far."""
-    at = found.at
-    changes = np.flatnonzero(found.kinds[1:] != found.kinds[:-1])
+    at = samples.at
+    changes = np.flatnonzero(samples.kinds[1:] != samples.kinds[:-1])
     return changes[at[changes + 1] - at[changes] > EDGE * at[changes]]
 
 
-def _extremes(found: SpeedSamples) -> Places:
+def _extremes(samples: SpeedSamples) -> Places:
     """Indices near which growth may begin or end between samples: maxima of stable
     multipliers and minima of unstable ones."""
-    stable = found.kinds == ""
+    stable = samples.kinds == ""
     sign = np.where(stable, 1.0, -1.0)
-    before, own, after = found.largest[:-2], found.largest[1:-1], found.largest[2:]
+    before, here, after = (
+        samples.largest[:-2],
+        samples.largest[1:-1],
+        samples.largest[2:],
+    )
     inner = sign[1:-1]
     with np.errstate(invalid="ignore"):  # infinite values are no extrema
-        rises, falls = inner * (own - before), inner * (own - after)
+        rises, falls = inner * (here - before), inner * (here - after)
     top = (rises > ROUND_OFF) & (falls > ROUND_OFF)
     top &= (stable[:-2] == stable[1:-1]) & (stable[2:] == stable[1:-1])
     place = np.flatnonzero(top)
     return np.unique(np.concatenate([place, place + 1]))
 
 
-def _intervals(found: SpeedSamples) -> Iterator[Interval]:
+def _intervals(samples: SpeedSamples) -> Iterator[Interval]:
     """Intervals of successive speeds at which the same modes grow, up to midpoints."""
-    at, largest, kinds = found.at, found.largest, found.kinds
+    at, largest, kinds = samples.at, samples.largest, samples.kinds
     ends = np.flatnonzero(kinds[1:] != kinds[:-1])
     cuts = np.concatenate([[0], ends + 1, [at.size]]).tolist()
     marks = np.concatenate([at[:1], 0.5 * (at[ends] + at[ends + 1]), at[-1:]]).tolist()

@@ -45,20 +45,20 @@ class Candidates:
     into: Array
 
 
-def candidates(system: PeriodicSystem, known: Sequence[Combination]) -> Candidates:
+def candidates(system: PeriodicSystem, expected: Sequence[Combination]) -> Candidates:
     """Candidates for the names of unstable combinations of a system.
 
-    known : combinations of the system
+    expected : combinations of the system
     """
     angular, right = mean_modes(system)
-    at = np.array([c.at for c in known])
-    low, high = np.array([(c.low, c.high) for c in known]).reshape(-1, 2).T
+    at = np.array([c.at for c in expected])
+    low, high = np.array([(c.low, c.high) for c in expected]).reshape(-1, 2).T
     bounded = np.isfinite(low) & np.isfinite(high)
     return Candidates(
-        names=np.array([c.name for c in known], str),
-        first=np.array([c.first for c in known], int),
-        second=np.array([c.second for c in known], int),
-        order=np.array([c.order for c in known]),
+        names=np.array([c.name for c in expected], str),
+        first=np.array([c.first for c in expected], int),
+        second=np.array([c.second for c in expected], int),
+        order=np.array([c.order for c in expected]),
         at=at,
         low=np.where(bounded, low, at),
         high=np.where(bounded, high, at),
@@ -68,7 +68,7 @@ def candidates(system: PeriodicSystem, known: Sequence[Combination]) -> Candidat
 
 
 def growth(
-    system: PeriodicSystem, speeds: Array, known: Candidates, method: Method
+    system: PeriodicSystem, speeds: Array, labels: Candidates, method: Method
 ) -> tuple[Array, Names]:
     """Largest multipliers (f,) at speeds (f,) [Hz], and names of growing modes."""
     scaled, exponent = scaled_transition(system, speeds, method)
@@ -81,26 +81,26 @@ def growth(
     least = np.where(decay > GROWS, GROWS_DAMPED, GROWS)
     if (grows := largest > 1.0 + least).any():
         motion = np.take_along_axis(vectors, worst[..., None], axis=2)[grows, :, 0]
-        energy = _energies(motion, speeds[grows], known)
-        names[grows] = _named(known, energy, multiplier[grows], speeds[grows])
+        energy = _energies(motion, speeds[grows], labels)
+        names[grows] = _named(labels, energy, multiplier[grows], speeds[grows])
     return largest, names
 
 
 def _energies(
-    motion: NDArray[np.complex128], speeds: Array, known: Candidates
+    motion: NDArray[np.complex128], speeds: Array, labels: Candidates
 ) -> Array:
     """Shares (f, n) of modes in the energy of motions (f, 2 n)."""
-    n = known.angular.size
+    n = labels.angular.size
     rates = motion[:, n:] * speeds[:, None]
     energy = (
-        np.abs(motion[:, :n] @ known.into.T * known.angular) ** 2
-        + np.abs(rates @ known.into.T) ** 2
+        np.abs(motion[:, :n] @ labels.into.T * labels.angular) ** 2
+        + np.abs(rates @ labels.into.T) ** 2
     )
     return np.asarray(energy / energy.sum(axis=1, keepdims=True))
 
 
 def _named(
-    known: Candidates,
+    labels: Candidates,
     energy: Array,
     multiplier: NDArray[np.complex128],
     speeds: Array,
@@ -115,19 +115,23 @@ def _named(
     order = np.argsort(-energy, axis=1, kind="stable")
     one = order[:, :1]
     other = np.where(real[:, None], one, order[:, min(1, order.shape[1] - 1), None])
-    fits = known.first == np.minimum(one, other)
-    fits &= known.second == np.maximum(one, other)
-    fits &= np.abs(speeds[:, None] - known.at) * known.order <= REACH * speeds[:, None]
-    away = np.abs(speeds[:, None] - 0.5 * (known.low + known.high))
-    half = np.maximum(0.5 * (known.high - known.low), 1e-12 * speeds[:, None])
+    fits = labels.first == np.minimum(one, other)
+    fits &= labels.second == np.maximum(one, other)
+    fits &= (
+        np.abs(speeds[:, None] - labels.at) * labels.order <= REACH * speeds[:, None]
+    )
+    away = np.abs(speeds[:, None] - 0.5 * (labels.low + labels.high))
+    half = np.maximum(0.5 * (labels.high - labels.low), 1e-12 * speeds[:, None])
     # inside several intervals, the one with the nearest middle, per half width
     far = np.where(away <= half, away / half, 1.0 + (away - half) / speeds[:, None])
-    found = fits.any(axis=1)
+    is_named = fits.any(axis=1)
     names = np.full(speeds.size, "", "U64")
-    if found.any():
-        names[found] = known.names[np.where(fits, far, np.inf)[found].argmin(axis=1)]
-    for number in np.flatnonzero(~found).tolist():
-        hertz = known.angular / (2.0 * np.pi * speeds[number])
+    if is_named.any():
+        names[is_named] = labels.names[
+            np.where(fits, far, np.inf)[is_named].argmin(axis=1)
+        ]
+    for number in np.flatnonzero(~is_named).tolist():
+        hertz = labels.angular / (2.0 * np.pi * speeds[number])
         names[number] = _name_by_order(
             int(one[number, 0]), int(other[number, 0]), hertz
         )

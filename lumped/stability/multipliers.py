@@ -47,16 +47,16 @@ def scaled_transition(
     if not ((speeds > 0.0) & np.isfinite(speeds)).all():
         raise ValueError(f"frequency must be positive, got {speeds.min():g}")
     if method == "integration":
-        found = np.stack([_integrated(system, speed) for speed in speeds])
-        return found, np.zeros(speeds.size)
+        transitions = np.stack([_integrated(system, speed) for speed in speeds])
+        return transitions, np.zeros(speeds.size)
     if method == "exponential":
         system = system.averaged(DIVISIONS)
     from lumped.stability.kernels.transition import set_transitions
 
     out = np.empty((speeds.size, 2 * system.modes, 2 * system.modes))
-    given = np.diff(system.edges), system.stiffness, system.damping, 1.0 / speeds
+    pieces = np.diff(system.edges), system.stiffness, system.damping, 1.0 / speeds
     growth = np.empty(speeds.size)
-    set_transitions(*given, REACH, ERROR, out, growth)
+    set_transitions(*pieces, REACH, ERROR, out, growth)
     return out, growth
 
 
@@ -73,14 +73,14 @@ def integrated(system: PeriodicSystem, speed: float, times: Array) -> Array:
     from scipy.integrate import solve_ivp
 
     n, period = system.modes, 1.0 / speed
-    state, found = np.eye(2 * n), []
+    state, transitions = np.eye(2 * n), []
     for p, (start, end) in enumerate(pairwise(system.edges.tolist())):
-        own = system.stiffness[p]
+        coefficients = system.stiffness[p]
         inside = times[(times > start) & (times <= end)]
 
-        def rate(t: float, y: Array, own: Array = own) -> Array:
+        def rate(t: float, y: Array, piece: Array = coefficients) -> Array:
             q, w = y.reshape(2, n, 2 * n)
-            k = np.einsum("j,jab->ab", t ** np.arange(len(own)), own)
+            k = np.einsum("j,jab->ab", t ** np.arange(len(piece)), piece)
             pull = period * system.damping[:, None] * w + period**2 * (k @ q)
             return np.stack([w, -pull]).ravel()
 
@@ -91,9 +91,9 @@ def integrated(system: PeriodicSystem, speed: float, times: Array) -> Array:
             atol=ACCURACY,
         )
         states = path.y.T.reshape(-1, 2 * n, 2 * n)
-        found.append(states[: inside.size])
+        transitions.append(states[: inside.size])
         state = states[-1]
-    return np.concatenate(found)
+    return np.concatenate(transitions)
 
 
 def multipliers(

@@ -80,12 +80,12 @@ class PeriodicSystem:
         """Orders of harmonics of K over the frequency of the common period, rising, up
         to `count` times the fastest mesh's frequency."""
         highest = count * max(self.rates)
-        found = {
+        orders = {
             s * rate
             for rate in self.rates
             for s in range(1, math.floor(highest / rate) + 1)
         }
-        return sorted(round(float(order) * self.length) for order in found)
+        return sorted(round(float(order) * self.length) for order in orders)
 
     def harmonic_of(self, order: int) -> tuple[int, int]:
         """Harmonic of a mesh that equals a harmonic of the common period's frequency,
@@ -124,16 +124,18 @@ class PeriodicSystem:
     def averaged(self, divisions: int) -> PeriodicSystem:
         """Return the system with mean stiffness on parts of every piece (eq. 4.56)."""
         edges, rows = [], []
-        for start, step, own in zip(
+        for start, step, coefficients in zip(
             self.edges[:-1], np.diff(self.edges), self.stiffness, strict=True
         ):
             ends = step * np.arange(divisions + 1) / divisions
             edges.append(start + ends[:-1])
-            order = np.arange(1, len(own) + 1)
+            order = np.arange(1, len(coefficients) + 1)
             powers = np.diff(ends[:, None] ** order / order, axis=0)
-            rows.append(np.einsum("tj,jab->tab", powers, own) * divisions / step)
-        whole = np.concatenate([*edges, self.edges[-1:]])
-        return replace(self, edges=whole, stiffness=np.concatenate(rows)[:, None])
+            rows.append(
+                np.einsum("tj,jab->tab", powers, coefficients) * divisions / step
+            )
+        all_edges = np.concatenate([*edges, self.edges[-1:]])
+        return replace(self, edges=all_edges, stiffness=np.concatenate(rows)[:, None])
 
 
 def periodic_system(system: LumpedSystem) -> PeriodicSystem:
@@ -142,7 +144,7 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
     Raises ValueError for the coupled model and for tooth pairs that differ.
     """
     _require(system)
-    kept = system.moving
+    moving = system.moving
     modes, arrays = system.modes, system.arrays
     # the stiffness repeats with the meshes, regardless of pitch errors
     length = float(system.train.common_period[0])
@@ -151,10 +153,10 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
     rest = np.diag(arrays.rigidity) - np.einsum(
         "m,mi,mj->ij", arrays.mean_stiffness, v, v
     )
-    found = np.zeros((times.size - 1, DEGREE + 1, n, n))
-    found[:, 0] = rest
+    stiffness = np.zeros((times.size - 1, DEGREE + 1, n, n))
+    stiffness[:, 0] = rest
     rows = friction_rows(system.train, modes.coordinates)
-    at_pitch, _, per_metre = rows.of_shapes(modes.shapes[:, kept])
+    at_pitch, _, per_metre = rows.of_shapes(modes.shapes[:, moving])
     for m, excitation in enumerate(system.excitations):
         phase = system.train.meshes[m].phase % 1.0
         rate = float(system.train.mesh_rates[m])
@@ -167,10 +169,12 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
             arm = pitch * (place + ahead)
             steady = v[m] - slide * (at_pitch[m] + arm[:, None] * per_metre[m])
             growing = -slide * pitch * rate * per_metre[m]
-            found[:, :4] += np.einsum("pd,pi,j->pdij", wave, steady, v[m])
-            found[:, 1:] += np.einsum("pd,i,j->pdij", wave, growing, v[m])
+            stiffness[:, :4] += np.einsum("pd,pi,j->pdij", wave, steady, v[m])
+            stiffness[:, 1:] += np.einsum("pd,i,j->pdij", wave, growing, v[m])
     rates = system.train.mesh_rates
-    return PeriodicSystem(modes.angular[kept], arrays.damping, times, found, rates)
+    return PeriodicSystem(
+        modes.angular[moving], arrays.damping, times, stiffness, rates
+    )
 
 
 def _along(wave: Wave, phase: float, rate: float, times: Array) -> tuple[Array, Array]:
@@ -180,13 +184,13 @@ def _along(wave: Wave, phase: float, rate: float, times: Array) -> tuple[Array, 
     place = phase + rate * start - whole
     piece = np.searchsorted(wave.breaks, phase + rate * middle - whole, "right") - 1
     piece = np.clip(piece, 0, wave.breaks.size - 2)
-    own = wave.shapes[0, piece]
+    cubics = wave.shapes[0, piece]
     shift = place - wave.breaks[piece]
-    out = np.zeros_like(own)
+    out = np.zeros_like(cubics)
     for power in range(4):
         for j in range(power + 1):
             factor = comb(power, j) * shift ** (power - j) * rate**j
-            out[:, j] += own[:, power] * factor
+            out[:, j] += cubics[:, power] * factor
     return out, place
 
 

@@ -181,14 +181,16 @@ def prominent(values: Array) -> list[int]:
 
     A maximum's feet are the lowest values on the way to anything higher.
     """
-    kept = np.flatnonzero(np.isfinite(values))
-    y = values[kept]
+    finite = np.flatnonzero(np.isfinite(values))
+    y = values[finite]
     if y.size < 3 or y.max() < ROUND_OFF:
         return []
     least = PROMINENT * y.max()
     tops = np.flatnonzero((y[1:-1] > y[:-2]) & (y[1:-1] >= y[2:])) + 1
     return [
-        int(kept[i]) for i in tops if y[i] - max(_foot(y[i::-1]), _foot(y[i:])) >= least
+        int(finite[i])
+        for i in tops
+        if y[i] - max(_foot(y[i::-1]), _foot(y[i:])) >= least
     ]
 
 

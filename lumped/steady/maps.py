@@ -121,20 +121,22 @@ class Points(Mapping[str, Callable[[], Arrays]]):
         function, or a `partial` of one
     """
 
-    found: ParameterMap
+    parameter_map: ParameterMap
     build: Callable[[Point], LumpedSystem]
     evaluate: Callable[[LumpedSystem], Cell]
 
     @cached_property
     def points(self) -> dict[str, Point]:
-        return {" ".join(map(repr, point)): point for point in self.found.points}
+        return {
+            " ".join(map(repr, point)): point for point in self.parameter_map.points
+        }
 
     def __getitem__(self, name: str) -> Callable[[], Arrays]:
         try:
             system = self.build(self.points[name])
         except ValueError as error:
-            return partial(_stored, impossible(self.found.meshes, str(error)))
-        return partial(_evaluated, self.evaluate, system, self.found.meshes)
+            return partial(_stored, impossible(self.parameter_map.meshes, str(error)))
+        return partial(_evaluated, self.evaluate, system, self.parameter_map.meshes)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.points)
@@ -151,8 +153,8 @@ def run_map(
 ) -> ParameterMap:
     """Compute a map with all points; see `Points`."""
     parts = Points(parameter_map, build, evaluate)
-    found = compute(parts)
-    cells = {point: _read(found[name]) for name, point in parts.points.items()}
+    arrays = compute(parts)
+    cells = {point: _read(arrays[name]) for name, point in parts.points.items()}
     return replace(parameter_map, cells=cells)
 
 
@@ -179,16 +181,16 @@ def _read(arrays: Arrays) -> Cell:
     return Cell(tuple(map(tuple, values)), tuple(multiples), status)
 
 
-def map_columns(found: ParameterMap) -> tuple[str, ...]:
+def map_columns(parameter_map: ParameterMap) -> tuple[str, ...]:
     """Names of the columns of `map_rows`."""
-    names = (axis.name for axis in found.axes)
+    names = (axis.name for axis in parameter_map.axes)
     return *names, "mesh", *QUANTITIES, "period_multiple", "status"
 
 
-def map_rows(found: ParameterMap) -> Iterator[tuple[Any, ...]]:
+def map_rows(parameter_map: ParameterMap) -> Iterator[tuple[Any, ...]]:
     """Rows, one for each point and mesh, with the points in the order of the grid."""
-    for point in found.points:
-        cell = found.cells[point]
-        each = zip(cell.values, cell.multiples, strict=True)
-        for mesh, (values, multiple) in enumerate(each, start=1):
+    for point in parameter_map.points:
+        cell = parameter_map.cells[point]
+        meshes = zip(cell.values, cell.multiples, strict=True)
+        for mesh, (values, multiple) in enumerate(meshes, start=1):
             yield *map(float, point), mesh, *values, multiple, cell.status

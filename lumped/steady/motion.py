@@ -210,7 +210,7 @@ def wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
         for p in range(pairs.force.shape[1]):
             name = f"mesh{m + 1}_pair{p + 1}"
             columns[f"{name}_force_N"] = pairs.force[:, p].tolist()
-            each = zip(pairs.state[:, p], pairs.in_mesh[:, p], strict=True)
-            states = [int(state) if in_mesh else None for state, in_mesh in each]
+            samples = zip(pairs.state[:, p], pairs.in_mesh[:, p], strict=True)
+            states = [int(state) if in_mesh else None for state, in_mesh in samples]
             columns[f"{name}_state"] = states
     return columns

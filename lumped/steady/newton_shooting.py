@@ -82,9 +82,9 @@ def integrate_or_shoot(
         if more <= cost or math.inf > last > MAX_LAST_CHANGE:
             leap = passed + max(math.ceil(min(more, cost)), 1)
             continue
-        found = shoot_fixed_point(stepper, state, at, check, multiple)
-        if found is not None:
-            return found, True
+        fixed_point = shoot_fixed_point(stepper, state, at, check, multiple)
+        if fixed_point is not None:
+            return fixed_point, True
         leap, on = 2 * passed, False
 
 
@@ -103,16 +103,16 @@ def shoot_fixed_point(
     None."""
     mapping, size = SectionMap(stepper, at, multiple), partial(distance, check)
     try:
-        found = stable_fixed_point(
+        fixed_point = stable_fixed_point(
             mapping, stepper.section_of(state), size, check.tolerance
         )
-        if found is None:
+        if fixed_point is None:
             return None
-        check.counts[MULTIPLE] = mapping.shortest(found, size, check.tolerance)
+        check.counts[MULTIPLE] = mapping.shortest(fixed_point, size, check.tolerance)
     except ArithmeticError:
         return None
     check.counts[PERIOD] += mapping.passed
-    return stepper.state_of(found)
+    return stepper.state_of(fixed_point)
 
 
 @dataclass
@@ -185,20 +185,20 @@ def estimate_decay(check: Convergence) -> tuple[int, float, float]:
     infinity if the change does not decrease."""
     slots, now = check.sections.shape[0], check.period
     back = (now - np.arange(1 + min(slots - 1, now))) % slots
-    sections, found = check.sections[back], (1, math.inf, math.inf)
+    sections, estimate = check.sections[back], (1, math.inf, math.inf)
     for multiple in range(1, min((slots - 1) // 2, now // 2) + 1):
         changes = section_distances(check, np.diff(sections[::multiple], axis=0))
         half = changes.size // 2
         last, first = float(changes[:half].max()), float(changes[half:].max())
         if 0.0 < last < first:
             rate = math.log(first / last) / (half * multiple)
-            left = last / min(rate * multiple, 1.0)
-            more = max(math.log(left / check.tolerance), 0.0) / rate
-            if more < found[1]:
-                found = multiple, more, last
+            remaining = last / min(rate * multiple, 1.0)
+            more = max(math.log(remaining / check.tolerance), 0.0) / rate
+            if more < estimate[1]:
+                estimate = multiple, more, last
             if more < MAX_DECAY_RATIO * now:
                 break
-    return found
+    return estimate
 
 
 def stable_fixed_point(

@@ -79,7 +79,7 @@ def pair_motions(
     h, stiffness, gap = samples[:3]
     rows = np.arange(history.time.size) % h.size
     first = system.arrays.first_pair
-    found = tuple(
+    motions = tuple(
         _spring_motion(
             stiffness[rows][:, :, first[m] : first[m + 1]],
             gap[rows][:, :, first[m] : first[m + 1]],
@@ -90,11 +90,11 @@ def pair_motions(
         for m, mesh in enumerate(system.train.meshes)
     )
     if history.friction is None:
-        return found
+        return motions
     # reversed sliding bends teeth the other way
     normal = np.split(history.friction[:, 0], first[1:-1], axis=1)
-    each = zip(found, normal, strict=True)
-    return tuple(replace(pairs, force=force) for pairs, force in each)
+    with_normal = zip(motions, normal, strict=True)
+    return tuple(replace(pairs, force=force) for pairs, force in with_normal)
 
 
 def _spring_motion(
@@ -138,8 +138,8 @@ def _contact_motion(
     inside = np.minimum(position - low, high - position)
     engaged = inside > 0.0
     # gaps of flanks that do not face each other are out of bounds
-    apart = np.maximum(drive, -mesh.backlash)
-    elastic = np.where(back > 0.0, -mesh.backlash - back, apart)
+    separation = np.maximum(drive, -mesh.backlash)
+    elastic = np.where(back > 0.0, -mesh.backlash - back, separation)
     # a pair that passes the pitch point in a step takes the next place
     places = np.diff(pitch)[:, None] + np.arange(ahead.size)
     elastic_ends, inside_ends = (
@@ -149,8 +149,10 @@ def _contact_motion(
     h = np.diff(history.time)
     conditions = contact_conditions(elastic_ends, inside_ends, h, mesh.backlash)
     used = np.flatnonzero((engaged | (state != 0)).any(axis=0))
-    kept = slice(used[0], used[-1] + 1)
-    return PairMotion(force[:, kept], state[:, kept], engaged[:, kept], conditions)
+    columns = slice(used[0], used[-1] + 1)
+    return PairMotion(
+        force[:, columns], state[:, columns], engaged[:, columns], conditions
+    )
 
 
 def _mesh_cycles(
@@ -173,20 +175,20 @@ def _by_pairs(
 
     shift : (t,) base pitches by which the contacts number a pair further ahead
     """
-    found, recorded = system.contacts, history.contacts
-    assert found is not None
+    contacts, recorded = system.contacts, history.contacts
+    assert contacts is not None
     assert recorded is not None
-    own = np.flatnonzero(found.mesh_of == m)
-    counted = found.pairs[own]
+    of_mesh = np.flatnonzero(contacts.mesh_of == m)
+    counted = contacts.pairs[of_mesh]
     ahead = np.arange(counted.min() - shift.max(), counted.max() - shift.min() + 1)
     pairs = shift[:, None] + ahead
     loads, penetrations = (
         np.zeros((2, *pairs.shape)),
         np.full((2, *pairs.shape), NO_CONTACT_GAP),
     )
-    for c in own:
-        side = int(found.contacts.side[c] < 0.0)
-        rows, places = np.nonzero(pairs == found.pairs[c])
+    for c in of_mesh:
+        side = int(contacts.contacts.side[c] < 0.0)
+        rows, places = np.nonzero(pairs == contacts.pairs[c])
         loads[side, rows, places] = recorded[rows, 0, c]
         penetrations[side, rows, places] = recorded[rows, 1, c]
     return ahead, loads, penetrations
@@ -214,8 +216,8 @@ def contact_conditions(
         kind = _conditions_of(deflected, engaged > 0.0, backlash)
         for i in range(time.size):
             time[i] += ((kind == i).mean(axis=1) * h[rows]).sum()
-    found = zip(CONDITIONS, time / h.sum(), strict=True)
-    return {name: float(part) for name, part in found if part > 0.0}
+    fractions = zip(CONDITIONS, time / h.sum(), strict=True)
+    return {name: float(part) for name, part in fractions if part > 0.0}
 
 
 def _conditions_of(

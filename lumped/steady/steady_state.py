@@ -206,19 +206,19 @@ def confirm_steady_state(
     Returns also the settings that the response and its history were computed with.
     """
     at = None if before is None else before.frequency
-    found = steady_state(stepper, frequency, settings, state, at, watch)
-    while needs_refinement(found[0], before):
-        coarse = found[0]
+    solution = steady_state(stepper, frequency, settings, state, at, watch)
+    while needs_refinement(solution[0], before):
+        coarse = solution[0]
         finer = stepper.refined(frequency, settings, coarse.multiple > 0)
         if finer is None:
             break
         settings = finer
         if stepper.system.contacts is not None and not _jumps(before, coarse):
             state, at = coarse.state, frequency
-        found = steady_state(stepper, frequency, settings, state, at, watch)
-        if same_response(coarse, found[0]):
+        solution = steady_state(stepper, frequency, settings, state, at, watch)
+        if same_response(coarse, solution[0]):
             break
-    return *found, settings
+    return *solution, settings
 
 
 def needs_refinement(response: Response, before: Response | None) -> bool:

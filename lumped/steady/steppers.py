@@ -199,13 +199,13 @@ class FixedStepper(LumpedStepper):
     ) -> Settings | None:
         """Settings with twice the steps, as far as memory permits."""
         fastest = float(max(self.system.train.mesh_rates))
-        known = steps_per_period(self.system, frequency, settings)
-        known = math.ceil(known / fastest - 1e-9)
-        if known >= FINEST:
+        current = steps_per_period(self.system, frequency, settings)
+        current = math.ceil(current / fastest - 1e-9)
+        if current >= FINEST:
             return None
         # springs open within a step: a motion may repeat with the finest steps only
         far = not repeats and self.system.contacts is None
-        steps = FINEST if far else min(2 * known, FINEST)
+        steps = FINEST if far else min(2 * current, FINEST)
         finer = replace(settings, steps=steps)
         needed = steps_per_period(self.system, frequency, finer)
         return finer if self.system.fits_memory(needed) else None
@@ -340,18 +340,18 @@ def slopes(values: Array, step: float) -> Array:
     """Derivative (t, m) of values (t, m) at equal steps, of fourth order inside."""
     if len(values) < 3:
         return np.zeros_like(values)
-    found = np.gradient(values, step, axis=0, edge_order=2)
+    derivative = np.gradient(values, step, axis=0, edge_order=2)
     if len(values) > 4:
         outer, inner = values[4:] - values[:-4], values[3:-1] - values[1:-3]
-        found[2:-2] = (8.0 * inner - outer) / (12.0 * step)
-    return found
+        derivative[2:-2] = (8.0 * inner - outer) / (12.0 * step)
+    return derivative
 
 
 def _of_each(out: Array, mesh_of: NDArray[np.intp], rows: int) -> Array:
     """Recorded rows (t, rows, c) of every contact or pair, from the sixth row on."""
     place = np.arange(mesh_of.size) - np.searchsorted(mesh_of, mesh_of)
-    each = [out[:, 6 + rows * place + i, mesh_of] for i in range(rows)]
-    return np.stack(each, axis=1)
+    quantities = [out[:, 6 + rows * place + i, mesh_of] for i in range(rows)]
+    return np.stack(quantities, axis=1)
 
 
 def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings) -> int:

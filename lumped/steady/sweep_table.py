@@ -110,15 +110,17 @@ def format_sweep(table: SweepTable) -> str:
 
 def parse_sweep(text: str, source: str = "sweep") -> SweepTable:
     """Read CSV text; raises TableError naming `source`, line and column."""
-    found = parse_csv(text, source)
+    csv_table = parse_csv(text, source)
     for name in COLUMNS:
-        if name not in found.names:
+        if name not in csv_table.names:
             raise TableError(f"{source}: column {name} is missing")
-    for name in found.names:
+    for name in csv_table.names:
         if name not in COLUMNS:
             raise TableError(f"{source}: unknown column {name}")
-    rows = tuple(_row(cells, found.names, at) for at, cells in found.rows.items())
-    return SweepTable(rows, found.header)
+    rows = tuple(
+        _row(cells, csv_table.names, at) for at, cells in csv_table.rows.items()
+    )
+    return SweepTable(rows, csv_table.header)
 
 
 def _row(cells: Sequence[str], names: Sequence[str], place: str) -> SweepRow:

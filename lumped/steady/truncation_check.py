@@ -60,7 +60,9 @@ def check_truncation(
 
     watch : as in `lumped.steady.steady_state.steady_state`
     """
-    periodic = [each for each in responses if each.status == Status.PERIODIC]
+    periodic = [
+        response for response in responses if response.status == Status.PERIODIC
+    ]
     if not periodic or not leaves_modes_out(system) or system.contacts is None:
         return ()
     every = replace(system, contacts=system.contacts.with_all_modes)

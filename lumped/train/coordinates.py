@@ -114,18 +114,18 @@ def _springs(
     train: Train, places: dict[tuple[int, str], int], n: int
 ) -> tuple[Array, Array]:
     """Stiffness (springs,) and elongation rows (springs, n)."""
-    found: list[tuple[float, list[tuple[int, float]]]] = []
+    springs: list[tuple[float, list[tuple[int, float]]]] = []
     for i, gear in enumerate(train.gears):
         for axis, stiffness in zip("xy", gear.bearing_stiffness or (), strict=False):
-            found.append((stiffness, [(places[i, axis], 1.0)]))
-        found.append((gear.coupling_stiffness, [(places[i, "rotation"], 1.0)]))
+            springs.append((stiffness, [(places[i, axis], 1.0)]))
+        springs.append((gear.coupling_stiffness, [(places[i, "rotation"], 1.0)]))
     for shaft in train.shafts:
         if shaft.stiffness is not None:
             one, two = (places[gear, "rotation"] for gear in shaft.gears)
-            found.append((shaft.stiffness, [(one, 1.0), (two, -1.0)]))
-    found = [(stiffness, ends) for stiffness, ends in found if stiffness > 0.0]
-    rows = np.zeros((len(found), n))
-    for row, (_, ends) in zip(rows, found, strict=True):
+            springs.append((shaft.stiffness, [(one, 1.0), (two, -1.0)]))
+    springs = [(stiffness, ends) for stiffness, ends in springs if stiffness > 0.0]
+    rows = np.zeros((len(springs), n))
+    for row, (_, ends) in zip(rows, springs, strict=True):
         for place, sign in ends:
             row[place] += sign
-    return np.array([stiffness for stiffness, _ in found]), rows
+    return np.array([stiffness for stiffness, _ in springs]), rows

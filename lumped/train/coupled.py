@@ -96,11 +96,13 @@ class BodyModes:
     def count(self) -> int:
         return self.angular.size
 
-    def only(self, kept: NDArray[np.bool_]) -> BodyModes:
+    def only(self, retained: NDArray[np.bool_]) -> BodyModes:
         """Return a subset of the modes by a mask (b,)."""
-        values = {name: vars(self)[name][kept] for name in OF_EACH}
-        rows = np.ascontiguousarray(self.rows[..., kept])
-        return BodyModes(**values, mass=self.mass[np.ix_(kept, kept)], rows=rows)
+        values = {name: vars(self)[name][retained] for name in OF_EACH}
+        rows = np.ascontiguousarray(self.rows[..., retained])
+        return BodyModes(
+            **values, mass=self.mass[np.ix_(retained, retained)], rows=rows
+        )
 
     @property
     def pairs(self) -> Array:
@@ -150,7 +152,7 @@ class CoupledContacts:
     modes : modes of the bodies as separate coordinates; C, U and W still include them
     solved : all body modes that were solved, of which `modes` are coordinates
     inertia : inertia of all solved body modes, and of the rest of the bodies
-    kept : (b,) mask of the solved modes that are coordinates
+    retained : (b,) mask of the solved modes that are coordinates
     without : those of INGREDIENTS that are left out
     """
 
@@ -165,17 +167,17 @@ class CoupledContacts:
     modes: BodyModes | None = None
     solved: BodyModes | None = None
     inertia: TruncationModel | None = None
-    kept: NDArray[np.bool_] | None = None
+    retained: NDArray[np.bool_] | None = None
     without: tuple[str, ...] = ()
 
     @property
     def with_all_modes(self) -> CoupledContacts:
         """The contacts with all solved body modes as coordinates."""
-        if self.solved is None or self.kept is None:
+        if self.solved is None or self.retained is None:
             return self
         without = tuple(name for name in self.without if name != "modes")
-        kept = np.ones_like(self.kept)
-        return replace(self, modes=self.solved, kept=kept, without=without)
+        retained = np.ones_like(self.retained)
+        return replace(self, modes=self.solved, retained=retained, without=without)
 
     @property
     def of_equal_teeth(self) -> CoupledContacts:
@@ -260,19 +262,19 @@ class LoadedState:
         return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi), shapes
 
 
-def coupled_system(found: CoupledContacts, train: ModalTrain) -> CoupledSystem:
+def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem:
     """System in the form that the kernels take, without the ingredients left out."""
-    if "body" in found.without:
-        nothing = np.zeros_like(found.inertia_rows), np.zeros_like(found.work)
-        found = replace(found, inertia_rows=nothing[0], work=nothing[1])
-    system, hubs = _in_mean_axes(*_with_bodies(found, train), found.bodies.pairs)
+    if "body" in coupled.without:
+        nothing = np.zeros_like(coupled.inertia_rows), np.zeros_like(coupled.work)
+        coupled = replace(coupled, inertia_rows=nothing[0], work=nothing[1])
+    system, hubs = _in_mean_axes(*_with_bodies(coupled, train), coupled.bodies.pairs)
     start = _start(train, system)
     for name, leave_out in LEAVE_OUT.items():
-        if name in found.without:
+        if name in coupled.without:
             # about the state of the model with the ingredients not yet left out
             loaded = loaded_state(system, start)
             system = system._replace(contacts=leave_out(system, loaded))
-    return system._replace(damping=_damping(system, hubs, train, found.bodies))
+    return system._replace(damping=_damping(system, hubs, train, coupled.bodies))
 
 
 def _start(train: ModalTrain, system: CoupledSystem) -> Array:
@@ -283,32 +285,32 @@ def _start(train: ModalTrain, system: CoupledSystem) -> Array:
 
 
 def _with_bodies(
-    found: CoupledContacts, train: ModalTrain
+    coupled: CoupledContacts, train: ModalTrain
 ) -> tuple[CoupledContacts, ModalTrain]:
     """Contacts and springs in the coordinates of hubs and body modes, of unit mass."""
-    bodies, hubs = found.bodies, train.load.size
+    bodies, hubs = coupled.bodies, train.load.size
     E, G, squares = bodies.rows, bodies.coupling, bodies.angular**2
     size, to_unit = hubs + bodies.count, bodies.to_unit
 
     def joined(of_hubs: Array, of_bodies: Array) -> Array:
         return np.concatenate([of_hubs, of_bodies], axis=-1) @ to_unit
 
-    compliance = found.contacts.normal_compliance - np.einsum(
+    compliance = coupled.contacts.normal_compliance - np.einsum(
         "cpb,dpb->pcd", E / squares, E
     )
-    inertial = found.inertia_rows - np.einsum("cpb,bn->cpn", E / squares, G)
+    inertial = coupled.inertia_rows - np.einsum("cpb,bn->cpn", E / squares, G)
     work = np.zeros((size, size))
-    work[:hubs, :hubs] = found.work - (G.T / squares) @ G
+    work[:hubs, :hubs] = coupled.work - (G.T / squares) @ G
     stiffness = np.zeros((size, size))
     stiffness[:hubs, :hubs] = train.stiffness
     stiffness[hubs:, hubs:] = np.diag(squares)
     none = np.zeros(bodies.count)
     contacts = replace(
-        found,
-        rows=joined(found.rows, E),
+        coupled,
+        rows=joined(coupled.rows, E),
         inertia_rows=joined(inertial, np.zeros_like(E)),
         work=to_unit.T @ work @ to_unit,
-        contacts=found.contacts._replace(normal_compliance=compliance),
+        contacts=coupled.contacts._replace(normal_compliance=compliance),
     )
     springs = replace(
         train,
@@ -343,7 +345,7 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
     facing = gap < MAX_FACING_GAP
     faces = np.where(facing, np.arange(len(mesh_of)), len(mesh_of))
     faces = np.sort(faces)[:, : facing.sum(axis=1).max()]
-    found = ContactGrid(
+    step_grid = ContactGrid(
         place=place,
         part=part,
         turn=turn,
@@ -355,7 +357,7 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
         facing=facing,
         faces=np.where(faces < len(mesh_of), faces, -1),
     )
-    return in_row_order(found)
+    return in_row_order(step_grid)
 
 
 def coupled_steps(
@@ -424,7 +426,7 @@ class Hubs:
 
 
 def static_transmission_error(
-    found: CoupledContacts, mesh: int, force: float, cycle: int = 0
+    coupled: CoupledContacts, mesh: int, force: float, cycle: int = 0
 ) -> Array:
     """Driver's rotation times base radius (p + 1,) for a single mesh [m].
 
@@ -435,24 +437,24 @@ def static_transmission_error(
 
     Raises ArithmeticError if no equilibrium is found.
     """
-    own = np.flatnonzero(found.mesh_of == mesh)
-    contacts, none = found.contacts, np.zeros((own.size, len(found.rows[0]), 1))
-    gap, errors = contacts.gap[own], contacts.errors[own]
+    of_mesh = np.flatnonzero(coupled.mesh_of == mesh)
+    contacts, none = coupled.contacts, np.zeros((of_mesh.size, len(coupled.rows[0]), 1))
+    gap, errors = contacts.gap[of_mesh], contacts.errors[of_mesh]
     if errors.size:
         gap = gap + errors[:, [cycle % errors.shape[1]]]
     alone = replace(
-        found,
-        mesh_of=np.zeros(own.size, np.int64),
-        rows=found.penetration_rate[own][:, :, None],
+        coupled,
+        mesh_of=np.zeros(of_mesh.size, np.int64),
+        rows=coupled.penetration_rate[of_mesh][:, :, None],
         inertia_rows=none,
         work=np.zeros((1, 1)),
         modes=None,
         contacts=contacts._replace(
-            first=np.array([0, own.size]),
+            first=np.array([0, of_mesh.size]),
             gap=gap,
             knots=contacts.knots[[mesh]],
-            load_curve=contacts.load_curve[own],
-            normal_compliance=contacts.normal_compliance[:, own][:, :, own],
+            load_curve=contacts.load_curve[of_mesh],
+            normal_compliance=contacts.normal_compliance[:, of_mesh][:, :, of_mesh],
         ),
     )
     one = np.ones(1)
@@ -468,19 +470,19 @@ def static_transmission_error(
 
 
 def _in_mean_axes(
-    found: CoupledContacts, train: ModalTrain, whirl: Array
+    coupled: CoupledContacts, train: ModalTrain, whirl: Array
 ) -> tuple[CoupledSystem, Hubs]:
-    R, U, W, K = found.rows, found.inertia_rows, found.work, train.stiffness
+    R, U, W, K = coupled.rows, coupled.inertia_rows, coupled.work, train.stiffness
     S = np.linalg.inv(np.eye(len(W)) + K @ W)
     P, load = U - R @ W, S @ train.load
     turn = np.eye(len(W)) - W @ S @ K
     hubs = Hubs(turn, P @ turn.T)
     both = np.einsum("cpi,dpi->pcd", U, R)
-    compliance = found.contacts.normal_compliance - both - both.transpose(0, 2, 1)
+    compliance = coupled.contacts.normal_compliance - both - both.transpose(0, 2, 1)
     compliance += np.einsum("cpi,dpi->pcd", R @ W, R)
     compliance -= np.einsum("cpi,dpi->pcd", P @ (S @ K), P)
-    contacts = found.contacts._replace(
-        normal_compliance=compliance, gap=found.contacts.gap + P @ load
+    contacts = coupled.contacts._replace(
+        normal_compliance=compliance, gap=coupled.contacts.gap + P @ load
     )
     system = CoupledSystem(
         stiffness=S @ K,
@@ -490,7 +492,7 @@ def _in_mean_axes(
         shapes=train.shapes @ turn,
         offset=train.shapes @ W @ load,
         rate=train.rate,
-        mesh_of=found.mesh_of,
+        mesh_of=coupled.mesh_of,
         rows=R + P @ S @ K,
         ahead=hubs.hub_compliance @ train.shapes.T,
         contacts=contacts,
@@ -534,10 +536,10 @@ def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     np.fill_diagonal(others, False)
     shared = np.einsum("pcd,pd->pc", compliance * others, loaded.load)
     carries = loaded.load > 0.0
-    own = np.divide(shared, loaded.load, np.zeros_like(shared), where=carries)
+    mutual = np.divide(shared, loaded.load, np.zeros_like(shared), where=carries)
     compliance[:, others] = 0.0
     every = np.arange(system.mesh_of.size)
-    compliance[:, every, every] += own
+    compliance[:, every, every] += mutual
     # pairs that are kept apart by others at rest stay apart
     gap = system.contacts.gap + np.where(carries, 0.0, shared).T
     return system.contacts._replace(normal_compliance=compliance, gap=gap)
@@ -603,14 +605,14 @@ def _closing(system: CoupledSystem, start: Array) -> Array:
     contacts, first = system.contacts, system.contacts.first
     gaps = np.empty((contacts.gap.shape[1], len(first) - 1))
     for m, side in enumerate(np.where(system.shapes @ start < 0.0, -1.0, 1.0)):
-        own = slice(first[m], first[m + 1])
-        facing = contacts.gap[own][contacts.side[own] == side]
+        of_mesh = slice(first[m], first[m + 1])
+        facing = contacts.gap[of_mesh][contacts.side[of_mesh] == side]
         gaps[:, m] = side * facing.min(axis=0) if len(facing) else 0.0
     # bodies need not deflect for it: use only coordinates that loads move
-    moved = start != 0.0 if start.any() else np.ones(start.size, bool)
-    found = np.zeros((len(gaps), start.size))
-    found[:, moved] = gaps @ np.linalg.pinv(system.shapes[:, moved]).T
-    return found
+    is_loaded = start != 0.0 if start.any() else np.ones(start.size, bool)
+    coordinates = np.zeros((len(gaps), start.size))
+    coordinates[:, is_loaded] = gaps @ np.linalg.pinv(system.shapes[:, is_loaded]).T
+    return coordinates
 
 
 def _linearise(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:

@@ -169,7 +169,7 @@ def choose(
     ]
     at_rest = np.array([table[:, 0] for table in tables])
     mesh, speed = np.unravel_index(at_rest.argmax(), at_rest.shape)
-    cutoff, kept, remaining = _lowest_cutoff(
+    cutoff, retained, remaining = _lowest_cutoff(
         [np.sort(modes.frequencies_Hz) for modes, _, _ in meshes],
         [table.max(axis=0) for table in tables],
         tolerance,
@@ -181,7 +181,7 @@ def choose(
         mesh=int(mesh),
         tolerance=tolerance,
         cutoff_Hz=cutoff,
-        retained=kept,
+        retained=retained,
         remaining=remaining,
     )
 
@@ -235,8 +235,8 @@ def _lowest_cutoff(
     counts = [np.searchsorted(f, cutoffs) for f in frequencies]
     worst = np.max([e[n] for e, n in zip(errors, counts, strict=True)], axis=0)
     first = int(np.argmax(worst <= tolerance))  # with all modes the error is 0
-    kept = tuple(int(n[first]) for n in counts)
-    return float(cutoffs[first]), kept, float(worst[first])
+    retained = tuple(int(n[first]) for n in counts)
+    return float(cutoffs[first]), retained, float(worst[first])
 
 
 def _checked_speeds(speeds: ArrayLike) -> Array:

@@ -121,19 +121,19 @@ def excitation_from_table(
         raise ValueError(f"model must be 1, 2 or 3, got {model}")
     pitches = table_pitches(table)
     plain = table if stiffness_table is None else stiffness_table
-    for each in (table, plain):
-        _require_stiff(each)
+    for mesh_table in (table, plain):
+        _require_stiff(mesh_table)
     total = at_torque(plain, "stiffness_N_per_m", torque)
     mean = float(total.mean())
     errors = np.asarray(pitch_errors, float)
     if model == 1 and table.pair_count:
-        own = relief_stiffness == "own"
-        if own and not np.array_equal(table.position, plain.position):
+        use_own = relief_stiffness == "own"
+        if use_own and not np.array_equal(table.position, plain.position):
             raise ValueError(
                 "stiffness_table must have the positions of the table, got "
                 f"{plain.position.size} for {table.position.size}"
             )
-        return MeshExcitation(_pairs(table, plain, torque, errors, own), mean)
+        return MeshExcitation(_pairs(table, plain, torque, errors, use_own), mean)
     if errors.size:
         raise ValueError(
             "pitch_errors are gaps of tooth pairs: model 1 and a table with columns "
@@ -218,19 +218,21 @@ def _require_whole_path(table: MeshTable) -> None:
         quantity: [table[name] for name in pair_names(table, quantity)]
         for quantity in ("stiffness_N_per_m", "load_share", "gap_m")
     }
-    each = table.position.size // pitches
+    per_pitch = table.position.size // pitches
     ways = []
     for i in order:
         carries = columns["stiffness_N_per_m"][i] > 0.0
         # the pair that is k ahead in base pitch n is k + 1 ahead in the next
-        ways.append(np.roll(carries.reshape(-1, pitches, each), -teeth[i], axis=1))
+        ways.append(np.roll(carries.reshape(-1, pitches, per_pitch), -teeth[i], axis=1))
     positive = np.concatenate(ways, axis=2)
     begun = np.maximum.accumulate(positive, axis=2)
     path = begun & np.maximum.accumulate(positive[..., ::-1], axis=2)[..., ::-1]
     for place, i in enumerate(order):
         k, share, gap = (values[i] for values in columns.values())
-        own = np.roll(path[..., place * each : (place + 1) * each], teeth[i], axis=1)
-        needed = own.reshape(k.shape) | (share > 0.0)
+        on_path = np.roll(
+            path[..., place * per_pitch : (place + 1) * per_pitch], teeth[i], axis=1
+        )
+        needed = on_path.reshape(k.shape) | (share > 0.0)
         missing = np.isnan(k) & needed | (share > 0.0) & ~(k > 0.0)
         bad = missing | np.isinf(k) | (k < 0.0)
         _refuse(table, f"pair{i + 1}_stiffness_N_per_m", bad, f"{WHOLE} and positive")
@@ -242,28 +244,28 @@ def table_pitches(table: MeshTable) -> int:
     """Base pitches that a table covers in equal steps; ValueError if it does not."""
     position, size = table.position, table.position.size
     step = float(position[1] - position[0]) if size > 1 else 1.0
-    each = round(1.0 / step)  # positions of a base pitch
-    even = 4 <= each <= size and size % each == 0
-    if not even or np.abs(position - np.arange(size) / each).max() > 1e-6:
+    per_pitch = round(1.0 / step)  # positions of a base pitch
+    even = 4 <= per_pitch <= size and size % per_pitch == 0
+    if not even or np.abs(position - np.arange(size) / per_pitch).max() > 1e-6:
         raise ValueError(
             "a mesh table needs 4 or more equally spaced positions from 0 to below 1, "
             "and as many in each further base pitch"
         )
-    return size // each
+    return size // per_pitch
 
 
 def _pairs(
-    table: MeshTable, plain: MeshTable, torque: float, errors: Array, own: bool
+    table: MeshTable, plain: MeshTable, torque: float, errors: Array, use_own: bool
 ) -> tuple[PairExcitation, ...]:
     """Springs of all pairs; a pair's waves continue those of the pair before it.
 
-    own : whether pairs that carry load have the stiffness of `table`
+    use_own : whether pairs that carry load have the stiffness of `table`
     """
-    for each in (plain, table):
-        _require_whole_path(each)
+    for mesh_table in (plain, table):
+        _require_whole_path(mesh_table)
     stiffness = _by_pair(plain, STIFFNESS, torque)
     gap = _by_pair(table, "gap_m", torque)
-    if own and table is not plain:
+    if use_own and table is not plain:
         stiffness, gap = _with_loads_at_rest(table, stiffness, gap, torque)
     unknown = np.full(table.position.size, np.nan)
     gap = {k: gap.get(k, unknown) for k in stiffness}
@@ -289,16 +291,16 @@ def _with_loads_at_rest(
     """
     _require_finite(table, "ste_m")
     error = at_torque(table, "ste_m", torque)
-    own = _by_pair(table, STIFFNESS, torque)
+    modified = _by_pair(table, STIFFNESS, torque)
     share = _by_pair(table, "load_share", torque)
     none, unknown = np.zeros(error.size), np.full(error.size, np.nan)
     stiffness, gaps = {}, {}
-    for k in sorted({*own, *plain}):
+    for k in sorted({*modified, *plain}):
         carried = np.nan_to_num(share.get(k, none))
         part = np.clip(carried, 0.0, 1.0)
         weight = part * part * (3.0 - 2.0 * part)
         unmodified, closes = plain.get(k, none), gap.get(k, unknown)
-        secant = np.where(carried > 0.0, own.get(k, none), unmodified)
+        secant = np.where(carried > 0.0, modified.get(k, none), unmodified)
         unmodified = np.where(unmodified > 0.0, unmodified, secant)
         stiffness[k] = secant * weight + unmodified * (1.0 - weight)
         load = np.where(carried > 0.0, secant * (error - closes), 0.0)
@@ -340,7 +342,7 @@ def _along_the_path(
     columns : (n,) of the pairs in rising order, over so many base pitches
     """
     if pitches > 1:
-        by_pitch = {k: each.reshape(pitches, -1) for k, each in columns.items()}
+        by_pitch = {k: column.reshape(pitches, -1) for k, column in columns.items()}
         return _along_all_paths(by_pitch, outside)
     path, end = _filled(np.concatenate([*columns.values()]), outside)
     size = next(iter(columns.values())).size

@@ -204,6 +204,7 @@ def torque_shares(
         math.tan(spec.pressure_angle),
     )
     rows = [
-        side_of(each) * (slope + way * (position + each) / radius) for each in ahead
+        side_of(pitches) * (slope + way * (position + pitches) / radius)
+        for pitches in ahead
     ]
     return 1.0 - coefficient * np.array(rows)

@@ -53,8 +53,10 @@ def with_friction(
         excitation.on_steps(bending, times),
         *rows,
         np.array([sliding_rate(train, m) for m in meshes]),
-        np.array([each.sliding == "instantaneous" for each in friction]),
-        np.array([each.transition for each in friction]),
+        np.array(
+            [tooth_friction.sliding == "instantaneous" for tooth_friction in friction]
+        ),
+        np.array([tooth_friction.transition for tooth_friction in friction]),
     )
 
 

@@ -89,15 +89,15 @@ def path_laws(
         idle = np.where(load > 0.0, 0.0, table["ste_m"][rising])
         gap = np.maximum(gap, idle.max(axis=1))
     penetration = table["ste_m"][rising] - gap[:, None]
-    apart: dict[int, Array] = {}
+    compliance: dict[int, Array] = {}
     for i, j in permutations(range(len(teeth)), 2):
         both = ((load[i] > 0.0) & (load[j] > 0.0))[np.argsort(rising)]
         values = _compliance(table, i, j, both, "pairs" not in without)
         penetration[i] -= values * load[j]
-        own = np.zeros((len(teeth), values.size))
-        own[i] = values
+        by_pair = np.zeros((len(teeth), values.size))
+        by_pair[i] = values
         ahead = teeth[j] - teeth[i]
-        apart[ahead] = apart.get(ahead, 0.0) + _along(own, teeth, 0.0)
+        compliance[ahead] = compliance.get(ahead, 0.0) + _along(by_pair, teeth, 0.0)
     knots, loads = _laws(
         _along(penetration, teeth, 0.0), _along(load, teeth, 0.0), table
     )
@@ -106,7 +106,7 @@ def path_laws(
         gap=_along(gap, teeth, FAR_GAP),
         penetration=knots,
         load=loads,
-        compliance=apart,
+        compliance=compliance,
     )
 
 
@@ -172,14 +172,14 @@ def _compliance(
             )
         return np.zeros(table.position.size)
     values = table[name]
-    known = np.isfinite(values)
-    for t, n in np.argwhere(both & ~known):
+    finite = np.isfinite(values)
+    for t, n in np.argwhere(both & ~finite):
         raise ValueError(
             f"{name} is {values[t, n]:g} at {table.torque_Nm[t]:g} N m, position "
             f"{table.position[n]:g}; where both pairs carry it must be a number"
         )
-    total = np.where(known, values, 0.0).sum(axis=0)
-    return np.asarray(total / np.maximum(known.sum(axis=0), 1))
+    total = np.where(finite, values, 0.0).sum(axis=0)
+    return np.asarray(total / np.maximum(finite.sum(axis=0), 1))
 
 
 def _along(values: Array, teeth: list[int], outside: float) -> Array:
@@ -194,10 +194,10 @@ def _laws(penetration: Array, load: Array, table: MeshTable) -> tuple[Array, Arr
     """Penetrations (j,) and loads (s, j) from points (t, s) at rising torques."""
     scale = float(penetration.max(where=load > 0.0, initial=0.0))
     _require_agreement(penetration, load, scale, table)
-    made = (load > 0.0) & (penetration > MIN_LOAD * scale)
+    is_loaded = (load > 0.0) & (penetration > MIN_LOAD * scale)
     points = [
-        (np.log(x[own]), f[own] / x[own])
-        for x, f, own in zip(penetration.T, load.T, made.T, strict=True)
+        (np.log(x[mask]), f[mask] / x[mask])
+        for x, f, mask in zip(penetration.T, load.T, is_loaded.T, strict=True)
     ]
     last = np.array([x.max(initial=-np.inf) for x, _ in points])
     sure = np.flatnonzero(last > np.log(EXTRAPOLATE_FROM * scale))
@@ -211,8 +211,8 @@ def _laws(penetration: Array, load: Array, table: MeshTable) -> tuple[Array, Arr
         points[s] = (np.append(x, end), onward) if x.size else nearest
     knots = BEYOND * scale * np.linspace(0.0, 1.0, CELLS + 1) ** 2
     loads = np.zeros((len(points), knots.size))
-    for s, each in enumerate(points):
-        loads[s, 1:] = knots[1:] * _stiffness(each, hardening, np.log(knots[1:]))
+    for s, curve in enumerate(points):
+        loads[s, 1:] = knots[1:] * _stiffness(curve, hardening, np.log(knots[1:]))
     _refuse_where(np.diff(loads, axis=1).min(axis=1)[None] <= 0.0, table, FALLS)
     return knots, loads
 

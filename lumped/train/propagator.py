@@ -53,11 +53,14 @@ class LinearPart:
     def _modes(self) -> tuple[Complex, Complex, Complex]:
         """Eigenvalues (2 a,), eigenvectors as rows (2 a, 2 a), and their inverse."""
         a = self.standing
-        own, eye = slice(0, a), np.eye(a)
-        stiffness = self.system.stiffness[own, own]
+        standing, eye = slice(0, a), np.eye(a)
+        stiffness = self.system.stiffness[standing, standing]
         stiffness = stiffness + SOFT * self._largest * eye
         matrix = np.block(
-            [[np.zeros((a, a)), eye], [-stiffness, -self.system.damping[own, own]]]
+            [
+                [np.zeros((a, a)), eye],
+                [-stiffness, -self.system.damping[standing, standing]],
+            ]
         )
         values, vectors = np.linalg.eig(matrix)
         return values.astype(complex), vectors.T.astype(complex), np.linalg.inv(vectors)
@@ -73,9 +76,9 @@ class LinearPart:
     @cached_property
     def _wave_rates(self) -> tuple[Array, Array]:
         """Decay (w,) and damped angular frequency (w,) in the frame of the gear."""
-        own = np.arange(self.standing, self.standing + self.waves)
+        indices = np.arange(self.standing, self.standing + self.waves)
         squares, damping = (
-            np.diag(matrix)[own]
+            np.diag(matrix)[indices]
             for matrix in (self.system.stiffness, self.system.damping)
         )
         return 0.5 * damping, np.sqrt(squares - 0.25 * damping**2)
@@ -87,11 +90,11 @@ class LinearPart:
         turn = 2.0 * math.pi * frequency * self.system.whirl
         rates = -decay + 1j * (turn + np.array([[1.0], [-1.0]]) * angular)
         turned = np.concatenate([np.abs(values), angular, angular]) * h
-        found = _factors(np.concatenate([values, *rates]), h, turned)
-        factors = found[:, : values.size]
+        all_factors = _factors(np.concatenate([values, *rates]), h, turned)
+        factors = all_factors[:, : values.size]
         # the map of each variable, and finally of a force, over the step
         matrices = ((inverse.T[None] * factors[:, None]) @ rows).real
-        waves = found[:, values.size :].reshape(5, 2, self.waves)
+        waves = all_factors[:, values.size :].reshape(5, 2, self.waves)
         waves[1:] /= 2j * np.stack([angular, -angular])
         return Propagator(
             carry=np.concatenate([matrices[0], *matrices[2:, self.standing :]]),
@@ -121,15 +124,17 @@ def _factors(rates: Complex, h: float, angle: Array) -> Complex:
 def _moments(z: Complex) -> Complex:
     """Moments int_0^1 e^{z (1 - s)} s^j ds (4, ...) for j = 0 to 3."""
     near = np.where(np.abs(z) < SMALL, z, 0.0)
-    found = np.tensordot(POWERS, np.exp(np.multiply.outer(1.0 - PLACES, near)), axes=1)
+    moments = np.tensordot(
+        POWERS, np.exp(np.multiply.outer(1.0 - PLACES, near)), axes=1
+    )
     far = np.abs(z) >= SMALL
     if far.any():
         moment = (np.exp(z[far]) - 1.0) / z[far]
-        found[0][far] = moment
+        moments[0][far] = moment
         for j in range(1, 4):
             moment = (j * moment - 1.0) / z[far]
-            found[j][far] = moment
-    return np.asarray(found)
+            moments[j][far] = moment
+    return np.asarray(moments)
 
 
 def _parts(values: Complex) -> Array:

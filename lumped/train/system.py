@@ -112,7 +112,7 @@ class LumpedSystem:
     @property
     def has_friction(self) -> bool:
         """Whether teeth have friction."""
-        return any(each.coefficient for each in self.friction)
+        return any(tooth_friction.coefficient for tooth_friction in self.friction)
 
     @cached_property
     def modes(self) -> Modes:
@@ -125,7 +125,10 @@ class LumpedSystem:
         They strain a mesh, or teeth slide in them and the sliding reverses friction.
         """
         taking_part = self._moves_mesh
-        if any(each.sliding == "instantaneous" for each in self.friction):
+        if any(
+            tooth_friction.sliding == "instantaneous"
+            for tooth_friction in self.friction
+        ):
             sliding = sum(np.abs(row).max(axis=0) for row in self._friction_rows)
             by_sliding = sliding > UNTOUCHED * np.max(sliding)
             taking_part = taking_part | (by_sliding & (self.modes.frequency_Hz > 0.0))
@@ -145,14 +148,14 @@ class LumpedSystem:
     @cached_property
     def arrays(self) -> ModalSystem:
         """System in the form that the kernels take."""
-        modes, kept = self.modes, self.moving
-        angular = modes.angular[kept]
+        modes, moving = self.modes, self.moving
+        angular = modes.angular[moving]
         pairs = [len(excitation.pairs) for excitation in self.excitations]
         return ModalSystem(
             rigidity=angular**2,
             damping=2.0 * self.train.damping_ratio * angular,
-            load=modes.shapes[:, kept].T @ modes.coordinates.load,
-            shapes=np.ascontiguousarray(modes.mesh_shapes[:, kept]),
+            load=modes.shapes[:, moving].T @ modes.coordinates.load,
+            shapes=np.ascontiguousarray(modes.mesh_shapes[:, moving]),
             mean_stiffness=modes.mean_stiffness,
             backlash=np.array([mesh.backlash for mesh in self.train.meshes]),
             first_pair=np.concatenate([[0], np.cumsum(pairs)]),
@@ -163,15 +166,15 @@ class LumpedSystem:
         """Coupled model in the form that the kernels take, None for models 1 to 3."""
         if self.contacts is None:
             return None
-        known, shapes = self.arrays, self.arrays.shapes
-        meshes = np.einsum("m,mi,mj->ij", known.mean_stiffness, shapes, shapes)
+        modal, shapes = self.arrays, self.arrays.shapes
+        meshes = np.einsum("m,mi,mj->ij", modal.mean_stiffness, shapes, shapes)
         train = ModalTrain(
-            stiffness=np.diag(known.rigidity) - meshes,
-            damping=known.damping,
-            load=known.load,
+            stiffness=np.diag(modal.rigidity) - meshes,
+            damping=modal.damping,
+            load=modal.load,
             shapes=shapes,
             rate=np.array([float(rate) for rate in self.train.mesh_rates]),
-            start=known.load / known.rigidity,
+            start=modal.load / modal.rigidity,
         )
         return coupled_system(self.contacts, train)
 
@@ -205,8 +208,8 @@ class LumpedSystem:
             else:
                 contacts = self.contacts.of_equal_teeth
                 force = reference.force
-                own = static_transmission_error(contacts, mesh, force)[:-1]
-                check = compare_at_rest(mesh, own, reference.transmission_error)
+                error = static_transmission_error(contacts, mesh, force)[:-1]
+                check = compare_at_rest(mesh, error, reference.transmission_error)
             if check is not None:
                 checks.append(check)
         return tuple(checks)
@@ -260,9 +263,9 @@ class LumpedSystem:
         pairs = squares[:, bodies.count - 2 * w :].reshape(len(squares), 2, w)
         # whichever tooth the pattern of a pair refers to
         squares[:, bodies.count - 2 * w :] = np.tile(pairs.sum(axis=1), 2)
-        each = np.sqrt(squares)
+        magnitudes = np.sqrt(squares)
         mesh_of, meshes = self.contacts.mesh_of, range(len(self.excitations))
-        bent = np.array([each[mesh_of == m].max(axis=0) for m in meshes])
+        bent = np.array([magnitudes[mesh_of == m].max(axis=0) for m in meshes])
         return np.concatenate([self.arrays.shapes, bent], axis=1)
 
     def state_from(self, other: LumpedSystem, state: Array) -> Array:
@@ -272,13 +275,13 @@ class LumpedSystem:
             modes continue if both have the same number of them, else start from rest
         """
         hubs = other.moving.size
-        moved = state[:, :hubs] @ other.modes.shapes[:, other.moving].T
-        momentum = moved * self.modes.coordinates.mass
-        found = np.array(self.static_state)
-        found[:, : self.moving.size] = momentum @ self.modes.shapes[:, self.moving]
-        if found.shape[1] - self.moving.size == state.shape[1] - hubs:
-            found[:, self.moving.size :] = state[:, hubs:]
-        return found
+        displacements = state[:, :hubs] @ other.modes.shapes[:, other.moving].T
+        momentum = displacements * self.modes.coordinates.mass
+        new_state = np.array(self.static_state)
+        new_state[:, : self.moving.size] = momentum @ self.modes.shapes[:, self.moving]
+        if new_state.shape[1] - self.moving.size == state.shape[1] - hubs:
+            new_state[:, self.moving.size :] = state[:, hubs:]
+        return new_state
 
     @cached_property
     def static_deflection(self) -> Array:
@@ -355,8 +358,8 @@ class LumpedSystem:
         samples = self.excitation.samples(times)
         if not self.has_friction:
             return samples
-        kept = (row[:, self.moving] for row in self._friction_rows)
-        rows = FrictionRows(*map(np.ascontiguousarray, kept))
+        modal_rows = (row[:, self.moving] for row in self._friction_rows)
+        rows = FrictionRows(*map(np.ascontiguousarray, modal_rows))
         return with_friction(samples, times, self.excitation, self.friction, rows)
 
     def fits_memory(self, steps: int) -> bool:
@@ -367,32 +370,33 @@ class LumpedSystem:
         """Memory of the excitation on steps, and of the motion over a long period."""
         meshes = len(self.excitations)
         if self.contacts is None:
-            length, each = self.common_period[0], 48 * self.arrays.first_pair[-1]
-            each = 5 * each // 2 if self.has_friction else each
+            length, per_step = self.common_period[0], 48 * self.arrays.first_pair[-1]
+            per_step = 5 * per_step // 2 if self.has_friction else per_step
             contacts = 0
         else:
             contacts, _, n = self.contacts.rows.shape
             n += self.contacts.bodies.count
             # pitch errors are added to steps that repeat with the meshes
             length = self.train.common_period[0]
-            each = 8 * contacts * (2 * contacts + n + meshes + 1)
-        found = int(each) * length * steps
+            per_step = 8 * contacts * (2 * contacts + n + meshes + 1)
+        size = int(per_step) * length * steps
         if self.repetitions > 1:
             motion = MOTION_BYTES * meshes + CONTACT_BYTES * contacts
-            found += motion * self.common_period[0] * steps
-        return found
+            size += motion * self.common_period[0] * steps
+        return size
 
     def _require_memory(self, steps: int) -> None:
         if self.fits_memory(steps):
             return
-        what, teeth, ways = "excitation", "", "higher speeds or simpler tooth ratios"
+        quantity, teeth = "excitation", ""
+        ways = "higher speeds or simpler tooth ratios"
         if self.repetitions > 1:
-            what, teeth = "motion", " and tooth pairs with pitch errors"
+            quantity, teeth = "motion", " and tooth pairs with pitch errors"
             ways = "pitch errors of fewer gears or that repeat sooner, higher speeds"
             ways += " or fewer steps"
         raise TrainError(
             f"{self.common_period[0]} periods of the first mesh, after which all "
             f"meshes{teeth} repeat, of {steps:.3g} steps each: "
-            f"{self._bytes(steps) / 1e9:.3g} GB of {what}, more than a run should hold "
-            f"in memory; allowed are {ways}"
+            f"{self._bytes(steps) / 1e9:.3g} GB of {quantity}, more than a run "
+            f"should hold in memory; allowed are {ways}"
         )

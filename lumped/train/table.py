@@ -98,23 +98,23 @@ def format_table(table: MeshTable) -> str:
 
 def parse_table(text: str, source: str = "table") -> MeshTable:
     """Read CSV text; raises TableError naming `source` and the line."""
-    found = parse_csv(text, source)
+    csv_table = parse_csv(text, source)
     for name in REQUIRED:
-        if name not in found.names:
+        if name not in csv_table.names:
             raise TableError(f"{source}: column {name} is missing")
     data = np.array(
         [
             [
                 _number(cell, f"{place}, column {name}", name in REQUIRED[:2])
-                for cell, name in zip(row, found.names, strict=True)
+                for cell, name in zip(row, csv_table.names, strict=True)
             ]
-            for place, row in found.rows.items()
+            for place, row in csv_table.rows.items()
         ]
     )
     if not len(data):
         raise TableError(f"{source}: no rows")
     try:
-        return _table_from(found.names, data, found.header)
+        return _table_from(csv_table.names, data, csv_table.header)
     except TableError as error:
         raise TableError(f"{source}: {error}") from None
 

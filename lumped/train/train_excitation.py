@@ -36,8 +36,8 @@ class TrainExcitation:
         It is that of the meshes or, if teeth differ, that of the pairs they form.
         """
         rates = self.train.mesh_rates
-        each = (e.period / r for e, r in zip(self.meshes, rates, strict=True))
-        first = math.lcm(*(period.numerator for period in each))
+        periods = (e.period / r for e, r in zip(self.meshes, rates, strict=True))
+        first = math.lcm(*(period.numerator for period in periods))
         return tuple(int(first * rate) for rate in rates)
 
     @property
@@ -54,7 +54,7 @@ class TrainExcitation:
     @cached_property
     def pieces(self) -> Pieces:
         """Excitation in the form that adaptive steps take."""
-        waves = [wave for own in self._waves for wave in own]
+        waves = [wave for mesh_waves in self._waves for wave in mesh_waves]
         sizes = [wave.breaks.size - 1 for wave in waves]
         shapes = [len(wave.shapes) for wave in waves]
         rows = np.cumsum([0] + [n * c for n, c in zip(sizes, shapes, strict=True)])[:-1]
@@ -122,12 +122,12 @@ class TrainExcitation:
         """
         # a constant wave does not broadcast by itself
         shape = np.broadcast_shapes(times.shape, np.shape(rounds))
-        found = np.empty((*shape, len(waves)))
+        values = np.empty((*shape, len(waves)))
         for p, (wave, m) in enumerate(zip(waves, self.mesh_of, strict=True)):
             phase, rate = self._places[m]
             pitch = self._whole[m] + np.asarray(rounds) * self.train.common_period[m]
-            found[..., p] = wave(phase + rate * times, side, pitch)
-        return found
+            values[..., p] = wave(phase + rate * times, side, pitch)
+        return values
 
     def grid(self, steps: int) -> Array:
         """Times (s + 1,) until all meshes repeat, at all corners and even between.
@@ -160,8 +160,8 @@ class TrainExcitation:
         middle = 0.5 * (times[:-1] + times[1:])
         points = ((times[:-1], 1), (middle, 1), (times[1:], -1))
         rounds = np.arange(self.repetitions)[:, None]
-        found = [self._values(waves, t, side, rounds) for t, side in points]
-        return np.stack(found, axis=2).reshape(-1, 3, len(waves))
+        values = [self._values(waves, t, side, rounds) for t, side in points]
+        return np.stack(values, axis=2).reshape(-1, 3, len(waves))
 
     @cached_property
     def _places(self) -> list[tuple[float, float]]:
@@ -179,11 +179,15 @@ class TrainExcitation:
 
     def corners(self) -> Array:
         """Times, until all meshes repeat, at which any excitation has a corner."""
-        return self._times([{c for w in own for c in w.corners} for own in self._waves])
+        return self._times(
+            [{c for w in mesh_waves for c in w.corners} for mesh_waves in self._waves]
+        )
 
     def breaks(self) -> Array:
         """Times, until all meshes repeat, at which an excitation begins a new cubic."""
-        return self._times([{x for w in own for x in w.breaks} for own in self._waves])
+        return self._times(
+            [{x for w in mesh_waves for x in w.breaks} for mesh_waves in self._waves]
+        )
 
     @property
     def _waves(self) -> list[list[Wave]]:
@@ -196,12 +200,14 @@ class TrainExcitation:
     def _times(self, positions: Sequence[Iterable[float]]) -> Array:
         """Times, sorted, at which the meshes are at positions of their cycles."""
         length = self.train.common_period[0]
-        found: set[float] = set()
-        for own, (phase, rate) in zip(positions, self._places, strict=True):
-            for position in own:
+        instants: set[float] = set()
+        for mesh_positions, (phase, rate) in zip(positions, self._places, strict=True):
+            for position in mesh_positions:
                 first = (position - phase) % 1.0
-                found |= {(first + i) / rate for i in range(round(length * rate))}
-        times = np.sort([t for t in found if POSITION_TOL < t < length - POSITION_TOL])
+                instants |= {(first + i) / rate for i in range(round(length * rate))}
+        times = np.sort(
+            [t for t in instants if POSITION_TOL < t < length - POSITION_TOL]
+        )
         return times[np.diff(times, prepend=-1.0) > 1e3 * POSITION_TOL]
 
 

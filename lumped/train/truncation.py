@@ -58,19 +58,19 @@ class TruncationModel:
     energy: Array
     resonance_damping: float
 
-    def largest_error(self, kept: Mask, band: tuple[float, float]) -> float:
+    def largest_error(self, retained: Mask, band: tuple[float, float]) -> float:
         """Largest relative error of the mesh compliance in a band of speeds [Hz].
 
-        kept : (b,) modes that are not left out
+        retained : (b,) modes that are not left out
         """
-        return self._error(self._parts(band), ~kept)
+        return self._error(self._parts(band), ~retained)
 
-    def flank_bound(self, kept: Mask, band: tuple[float, float]) -> float:
+    def flank_bound(self, retained: Mask, band: tuple[float, float]) -> float:
         """Relative error of amplitudes on the flanks of resonances in a band of speeds.
 
-        kept : (b,) modes that are not left out
+        retained : (b,) modes that are not left out
         """
-        return self._flank_error(self._flanks(band), ~kept)
+        return self._flank_error(self._flanks(band), ~retained)
 
     def choose(self, band: tuple[float, float], allowed: float = ALLOWED) -> Mask:
         """Mask (b,) of the modes to retain, so that the others change no more than
@@ -88,9 +88,9 @@ class TruncationModel:
         alone = [error(self.families == n, rest=False) for n in numbers]
         order = numbers[np.argsort(alone, kind="stable")[::-1]]
         for count in range(order.size):
-            kept = np.isin(self.families, order[:count])
-            if error(~kept) <= allowed:
-                return kept
+            retained = np.isin(self.families, order[:count])
+            if error(~retained) <= allowed:
+                return retained
         return np.ones(self.families.size, bool)
 
     def _error(self, parts: list[Array], left: Mask, rest: bool = True) -> float:
@@ -118,15 +118,15 @@ class TruncationModel:
 
     def _excited(self, band: tuple[float, float], damping: float) -> Array:
         """Fraction (r,) of vibration due to resonance, at the most exciting speed."""
-        energy, found = self.energy.sum(axis=0), np.zeros(self.resonances_Hz.size)
+        energy, fraction = self.energy.sum(axis=0), np.zeros(self.resonances_Hz.size)
         for sizes, rate in zip(self._sizes, self.rate, strict=True):
             for order, size in enumerate(sizes[:ORDERS], start=1):
                 speed = self.resonances_Hz / (order * rate)
                 low, high = band[0] * (1.0 - REACH), band[1] * (1.0 + REACH)
                 met = (speed > low) & (speed < high) & (energy >= STRAINED)
                 grown = size * energy / (2.0 * damping)
-                found = np.maximum(found, met * grown / np.hypot(1.0, grown))
-        return found
+                fraction = np.maximum(fraction, met * grown / np.hypot(1.0, grown))
+        return fraction
 
     @property
     def _sizes(self) -> list[Array]:
@@ -136,7 +136,7 @@ class TruncationModel:
         """Change of each mesh's compliance (s, h, b + 1) by each mode and the rest."""
         frequencies = np.append(self.frequencies_Hz, self.rest_Hz)
         ratios = np.append(self.damping_ratio, CRITICAL)
-        found = []
+        parts = []
         meshes = zip(
             self.compliance, self.rest, self.amplitudes, self.rate, strict=True
         )
@@ -144,8 +144,8 @@ class TruncationModel:
             orders = np.arange(1.0, min(len(amplitudes), HARMONICS) + 1.0)
             driven = np.multiply.outer(self._speeds(band), rate * orders)
             part = inertia_part(driven[..., None] / frequencies, ratios)
-            found.append(np.append(share, rest) * part)
-        return found
+            parts.append(np.append(share, rest) * part)
+        return parts
 
     def _speeds(self, band: tuple[float, float]) -> Array:
         """Speeds of a band, including those at which harmonics excite modes."""

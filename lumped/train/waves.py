@@ -206,19 +206,20 @@ def cut_into_pitches(
             for x in (breaks[0], breaks[-1])
             if k + POSITION_TOL < x < k + 1 - POSITION_TOL
         ]
-        own = np.unique(np.concatenate([[k], inner, rim, [k + 1.0]]))
-        middle = 0.5 * (own[:-1] + own[1:])
+        wave_breaks = np.unique(np.concatenate([[k], inner, rim, [k + 1.0]]))
+        middle = 0.5 * (wave_breaks[:-1] + wave_breaks[1:])
         piece = np.searchsorted(ends, middle, "right")
         rows = np.zeros((middle.size, 4))
         rows[:, 0] = outside
-        known = (middle > breaks[0]) & (middle < breaks[-1])
-        rows[known] = shifted_cubics(
-            coefficients[piece[known]], own[:-1][known] - starts[piece[known]]
+        inside = (middle > breaks[0]) & (middle < breaks[-1])
+        rows[inside] = shifted_cubics(
+            coefficients[piece[inside]],
+            wave_breaks[:-1][inside] - starts[piece[inside]],
         )
         near = tuple(
             x - k for x in marks if k - POSITION_TOL <= x < k + 1 - POSITION_TOL
         )
-        waves[k] = Wave(_from_zero_to_one(own - k), rows, near)
+        waves[k] = Wave(_from_zero_to_one(wave_breaks - k), rows, near)
     return waves
 
 
@@ -249,11 +250,11 @@ def line_pieces(points: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
     x = np.array([point[0] for point in points], float)
     y = np.array([point[1] for point in points], float)
     h = np.diff(x)
-    kept = np.flatnonzero(h > POSITION_TOL)
-    slope = np.diff(y)[kept] / h[kept]
+    pieces = np.flatnonzero(h > POSITION_TOL)
+    slope = np.diff(y)[pieces] / h[pieces]
     zero = np.zeros_like(slope)
-    coefficients = np.stack([y[kept], slope, zero, zero], axis=1)
-    return np.append(x[kept], x[-1]), coefficients
+    coefficients = np.stack([y[pieces], slope, zero, zero], axis=1)
+    return np.append(x[pieces], x[-1]), coefficients
 
 
 def from_harmonics(mean: float, coefficients: Iterable[complex]) -> Wave:
@@ -271,7 +272,9 @@ def from_harmonics(mean: float, coefficients: Iterable[complex]) -> Wave:
 
 def _hermite(value: Array, slope: Array, h: float) -> Array:
     """Cubic coefficients from values and slopes at equally spaced points."""
-    values, slopes = (np.stack([each[:-1], each[1:]]) for each in (value, slope))
+    values, slopes = (
+        np.stack([samples[:-1], samples[1:]]) for samples in (value, slope)
+    )
     return _hermite_pieces(values, slopes, np.full(value.size - 1, h))
 
 

@@ -132,12 +132,12 @@ def _least(function: Callable[[ArrayLike], Array]) -> float:
     """Least value over half a lobe; the other half is its mirror image."""
     angle = np.linspace(0.0, math.pi, SAMPLES)
     values = function(angle)
-    place = int(values.argmin())
-    low, high = angle[max(place - 1, 0)], angle[min(place + 1, SAMPLES - 1)]
-    found = minimize_scalar(
+    index = int(values.argmin())
+    low, high = angle[max(index - 1, 0)], angle[min(index + 1, SAMPLES - 1)]
+    minimum = minimize_scalar(
         lambda one: float(function(one)), bounds=(low, high), options={"xatol": 1e-9}
     )
-    return min(float(values[place]), float(found.fun))
+    return min(float(values[index]), float(minimum.fun))
 
 
 def _inside(curve: PitchCurve, pressure_angle: float) -> bool:

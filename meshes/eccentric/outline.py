@@ -64,7 +64,7 @@ def flank_edges(outline: list[Edges]) -> dict[Side, NDArray[np.int64]]:
     def flanks(side: Side) -> NDArray[np.int64]:
         start = f"{_word(side)} flank "
         pieces = zip(outline, numbers, strict=True)
-        return np.stack([own for p, own in pieces if p.name.startswith(start)])
+        return np.stack([edges for p, edges in pieces if p.name.startswith(start)])
 
     return {side: flanks(side) for side in (TRAILING, LEADING)}
 

@@ -140,7 +140,7 @@ class EccentricPair:
         """Points (n, 2) that roll on the driver if the bearings are a distance apart,
         in the driven wheel's frame [m]; closed only at the centre distance."""
         angle = np.asarray(angle, float)
-        terms = _terms(lambda own: self._turning(own, distance))
+        terms = _terms(lambda theta: self._turning(theta, distance))
         turn = terms[0] * angle + _sine_sum(_integrated(terms), angle)
         along = np.stack([-np.cos(turn), np.sin(turn)], axis=-1)
         return (distance - self.driver_radius(angle))[..., None] * along
@@ -180,8 +180,8 @@ class EccentricPair:
         rest = c - rho
         ahead, rate = r - e * np.cos(theta), e * np.sin(theta) / rho
         scale = c / (rho**2 * rest)
-        own = e * np.sin(theta) / r - ahead * rate * (2.0 / rho - 1.0 / rest)
-        return scale * ahead - 1.0 / r, scale * own
+        slope = e * np.sin(theta) / r - ahead * rate * (2.0 / rho - 1.0 / rest)
+        return scale * ahead - 1.0 / r, scale * slope
 
     def _lean(self, angle: ArrayLike) -> Array:
         """Angle of the circle's normal from the line of the bearings [rad]."""

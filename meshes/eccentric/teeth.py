@@ -281,28 +281,28 @@ class ToothedPair:
 
 def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
     """Raise GeometryError if involutes cannot exist on the pitch curves."""
-    found = feasibility(pair, pressure_angle)
-    limit = floored(1e3 * found.largest_eccentricity)
-    degrees = math.degrees(found.largest_pressure_angle)
-    if not found.feasible and degrees < MIN_ANGLE:
+    outcome = feasibility(pair, pressure_angle)
+    limit = floored(1e3 * outcome.largest_eccentricity)
+    degrees = math.degrees(outcome.largest_pressure_angle)
+    if not outcome.feasible and degrees < MIN_ANGLE:
         raise GeometryError(
             "eccentricity",
-            f"{1e3 * pair.eccentricity:g} mm; {found.reason}: below {limit} mm is "
+            f"{1e3 * pair.eccentricity:g} mm; {outcome.reason}: below {limit} mm is "
             "needed with this pressure angle",
         )
-    if not found.feasible:
+    if not outcome.feasible:
         raise GeometryError(
             "pressure_angle",
-            f"{math.degrees(pressure_angle):g} deg; {found.reason}: below "
+            f"{math.degrees(pressure_angle):g} deg; {outcome.reason}: below "
             f"{floored(degrees)} deg is needed with this eccentricity, or an "
             f"eccentricity below {limit} mm",
         )
 
 
-def require_teeth(wheel: ToothedWheel, name: str, given: int) -> None:
+def require_teeth(wheel: ToothedWheel, name: str, driver_teeth: int) -> None:
     """Raise GeometryError if teeth are undercut or pointed.
 
-    given : number of teeth of the driver
+    driver_teeth : number of teeth of the driver
     """
     rack = wheel.rack
     sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)
@@ -311,13 +311,13 @@ def require_teeth(wheel: ToothedWheel, name: str, given: int) -> None:
         arc = wheel.place(side)[:, None] + side * reach
         curvature = wheel.curve.frames(arc / wheel.curve.radius).curvature
         if not (sin - reach * cos * curvature > 0.0).all():
-            got = f"{given}; teeth of the {name} are undercut, more teeth"
+            got = f"{driver_teeth}; teeth of the {name} are undercut, more teeth"
             raise GeometryError("teeth", f"{got} or a larger pressure angle are needed")
     thickness = wheel.tips[LEADING][1] - wheel.tips[TRAILING][1]
     if not thickness.min() > MIN_TIP * rack.module:
         raise GeometryError(
             "teeth",
-            f"{given}; teeth of the {name} are pointed, their tips thinner than "
+            f"{driver_teeth}; teeth of the {name} are pointed, their tips thinner than "
             f"{MIN_TIP:g} modules; more teeth, a smaller pressure angle or addendum "
             "are needed",
         )

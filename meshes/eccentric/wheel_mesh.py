@@ -76,15 +76,19 @@ def wheel_mesh(
         for number, piece in enumerate(outline, 1):
             last = start if number == len(outline) else None
             lines[piece.name], end = draw_chain(gmsh, piece, end, last)
-        around = gmsh.model.geo.addCurveLoop([i for own in lines.values() for i in own])
+        around = gmsh.model.geo.addCurveLoop(
+            [i for tags in lines.values() for i in tags]
+        )
         first = draw_point(gmsh, hole.vertices[0], module)
         lines[BORE_NAME], _ = draw_chain(gmsh, hole, first, first)
         inside = gmsh.model.geo.addCurveLoop(lines[BORE_NAME])
         gmsh.model.geo.addPlaneSurface([around, inside])
         pieces = [*outline, hole]
-        points, triangles, found = make_triangles(gmsh, lines, pieces, edges.growth)
-    bored = found.pop(BORE_NAME)
-    teeth = np.concatenate(list(found.values()))
+        points, triangles, boundaries = make_triangles(
+            gmsh, lines, pieces, edges.growth
+        )
+    bored = boundaries.pop(BORE_NAME)
+    teeth = np.concatenate(list(boundaries.values()))
     flanks = flank_edges(outline)
     if _area(points[teeth[:, 0]]) > 0.0:  # counterclockwise
         teeth = teeth[::-1, [1, 0, 2]]

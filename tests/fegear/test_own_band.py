@@ -63,7 +63,9 @@ def with_modes(system, count):
     mode_mask = np.isin(
         contacts.inertia.families, np.unique(contacts.inertia.families)[:count]
     )
-    contacts = replace(contacts, modes=contacts.solved.only(mode_mask), kept=mode_mask)
+    contacts = replace(
+        contacts, modes=contacts.solved.only(mode_mask), retained=mode_mask
+    )
     return replace(system, contacts=contacts)
 
 

@@ -129,10 +129,10 @@ def test_gmsh_opens_its_files(tmp_path, mesh):
     gmsh = import_gmsh()
     with gmsh_model("opened"):
         gmsh.merge(str(tmp_path / "gear.msh"))
-        _, found, nodes = gmsh.model.mesh.getElements(2)
+        _, tags, nodes = gmsh.model.mesh.getElements(2)
         names = [gmsh.model.getPhysicalName(2, k + 1) for k in range(3)]
-    assert len(found[0]) == 3 * len(mesh.triangles)
-    assert len(nodes[0]) == 6 * len(found[0])
+    assert len(tags[0]) == 3 * len(mesh.triangles)
+    assert len(nodes[0]) == 6 * len(tags[0])
     assert names == ["tooth 1", "tooth 2", "tooth 3"]
 
 

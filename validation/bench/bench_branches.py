@@ -173,7 +173,7 @@ def branch_point(
     start = time.perf_counter()
     finder = followed(system, limits, harmonics)
     seconds = time.perf_counter() - start
-    every = [(branch, point) for branch in finder.found for point in branch.points]
+    every = [(branch, point) for branch in finder.branches for point in branch.points]
     errors = [
         error
         for branch, point in every[:: max(1, len(every) // SAMPLED)]
@@ -250,7 +250,7 @@ def _beside(finder: BranchFinder, branch: Branch, other: Branch) -> SweepCompari
     followed_at = {r.frequency: _is_followed(finder, r) for r in branch.responses}
     places = [
         p.frequency
-        for followed_branch in finder.found
+        for followed_branch in finder.branches
         for p in followed_branch.bifurcations
     ]
     steps = {
@@ -278,7 +278,7 @@ def _from_stable(finder: BranchFinder, response: Response) -> list[float]:
     """How far the nearest stable motion of the branches is; empty without one."""
     distances = [
         float(np.abs(point.figures["dte_rms"] / response.dte_rms - 1.0).max())
-        for branch in finder.found
+        for branch in finder.branches
         if branch.multiple == response.multiple
         for point in finder.motions_at(branch, response.frequency)
         if point.stable
@@ -290,7 +290,7 @@ def stability(finder: BranchFinder, random: np.random.Generator) -> Stability:
     """Random motions are disturbed a little and integrated."""
     every = [
         (branch, point)
-        for branch in finder.found
+        for branch in finder.branches
         for point in branch.points
         if abs(point.largest - 1.0) > MARGIN
     ]

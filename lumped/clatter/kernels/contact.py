@@ -68,7 +68,7 @@ def select_held(box, work, t, q, v, held, released):
     Returns how many plays of teeth hold, -1 where forces are not found.
     """
     evaluate_plays(box, work, t, q, v)
-    count, kept = gather_closed(box, work, box.rest, -1, 0), 0
+    count, candidates = gather_closed(box, work, box.rest, -1, 0), 0
     for i in range(count):
         p, side = work.contact[i], work.side[i]
         if -side * work.s[p, 1] < -2.0 * box.rest:
@@ -76,28 +76,28 @@ def select_held(box, work, t, q, v, held, released):
         if released >= 0 and (p == released or work.leaving[p] == side):
             work.leaving[p] = 2 * side  # one whose force ended at this instant
             continue
-        work.contact[kept], work.side[kept] = p, side
-        kept += 1
+        work.contact[candidates], work.side[candidates] = p, side
+        candidates += 1
     for p in range(held.size):
         held[p] = 0
         work.leaving[p] = work.leaving[p] // 2 if abs(work.leaving[p]) == 2 else 0
-    fill_delassus(box, work, kept)
-    for i in range(kept):
+    fill_delassus(box, work, candidates)
+    for i in range(candidates):
         p, side = work.contact[i], work.side[i]
         work.b[i] = -side * work.s[p, 2]
-    if kept > 0 and not solve_lcp(
-        work.delassus, work.b, work.z, work.basis, kept, work.eliminated
+    if candidates > 0 and not solve_lcp(
+        work.delassus, work.b, work.z, work.basis, candidates, work.eliminated
     ):
         return -1
     teeth = 0
-    for i in range(kept):
+    for i in range(candidates):
         p, side = work.contact[i], work.side[i]
         if work.basis[i] == 1:
             held[p] = side
             teeth += 1 if box.wall[p] < 0 else 0
         else:
             work.leaving[p] = side
-    project_speeds(box, work, v, kept)
+    project_speeds(box, work, v, candidates)
     project_held(box, work, t, q, v, held)
     if teeth > 0:
         couple(box, work, held)
@@ -135,12 +135,12 @@ def project_held(box, work, t, q, v, held):
             continue
         edge = box.high[p] if held[p] > 0 else box.low[p]
         s, s1, _, _ = drive(box, p, t, (e, e1, e2, e3))
-        own = box.roundoff_coordinate[p]
+        coordinate = box.roundoff_coordinate[p]
         for i in range(box.drag_acceleration.size):
             s += box.rows[p, i] * q[i]
             s1 += box.rows[p, i] * v[i]
-        q[own] += (edge - s) / box.rows[p, own]
-        v[own] -= s1 / box.rows[p, own]
+        q[coordinate] += (edge - s) / box.rows[p, coordinate]
+        v[coordinate] -= s1 / box.rows[p, coordinate]
 
 
 @compiled_part

@@ -130,11 +130,11 @@ def next_edge(box, work, held, horizon):
             first = time_to_bound(max(box.high[p] - s, 0.0), s1, s2 + up)
         if work.leaving[p] >= 0:
             second = time_to_bound(max(s - box.low[p], 0.0), -s1, down - s2)
-        own = min(first, second)
-        if own < step:
-            step, event, edge = own, p, 1 if first <= second else -1
-            close = (up + down) * own * own < box.tolerance * edge * s1
-            near = own < box.tolerance or close
+        arrival = min(first, second)
+        if arrival < step:
+            step, event, edge = arrival, p, 1 if first <= second else -1
+            close = (up + down) * arrival * arrival < box.tolerance * edge * s1
+            near = arrival < box.tolerance or close
     return step, event, edge, near
 
 
@@ -144,10 +144,13 @@ def next_release(box, work, held, count, horizon):
     step, event, near = math.inf, -1, False
     for k in range(count):
         force, rate, most = force_of(box, work, held, count, k)
-        own = time_to_bound(max(force, 0.0), -rate, most)
-        if own < step:
-            step, event = own, work.contact[k]
-            near = own < box.tolerance or most * own * own < box.tolerance * -rate
+        duration = time_to_bound(max(force, 0.0), -rate, most)
+        if duration < step:
+            step, event = duration, work.contact[k]
+            near = (
+                duration < box.tolerance
+                or most * duration * duration < box.tolerance * -rate
+            )
     return step, event, near
 
 
@@ -176,9 +179,9 @@ def next_event(box, work, held, teeth, horizon):
     step, event, edge, near = next_edge(box, work, held, horizon)
     if teeth > 0:
         count = held_count(held)
-        own, play, close = next_release(box, work, held, count, horizon)
-        if own < step:
-            step, event, edge, near = own, play, 0, close
+        release_step, play, close = next_release(box, work, held, count, horizon)
+        if release_step < step:
+            step, event, edge, near = release_step, play, 0, close
     return step, event, edge, near and step <= horizon
 
 
@@ -226,11 +229,11 @@ def resolve_impact(box, work, t, q, v, event, edge):
 @inlined
 def other_closed(box, work, event):
     """Whether another play than that of an event is closed, whatever its speed."""
-    found = False
+    is_closed = False
     for p in range(box.ratios.size):
         gap = min(box.high[p] - work.s[p, 0], work.s[p, 0] - box.low[p])
-        found = found or (p != event and gap <= box.near)
-    return found
+        is_closed = is_closed or (p != event and gap <= box.near)
+    return is_closed
 
 
 @inlined

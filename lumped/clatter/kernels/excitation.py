@@ -41,25 +41,25 @@ def excite(box, t):
         return piecewise(box.pieces, t)
     value, rate, bend, jerk = 0.0, 0.0, 0.0, 0.0
     for k in range(box.orders.size):
-        own = TURN * box.orders[k]
+        angular = TURN * box.orders[k]
         c, s = turned(box.orders[k] * t)
         wave = box.cosines[k] * c + box.sines[k] * s
-        speed = own * (box.sines[k] * c - box.cosines[k] * s)
+        speed = angular * (box.sines[k] * c - box.cosines[k] * s)
         value += wave
         rate += speed
-        bend -= own * own * wave
-        jerk -= own * own * speed
+        bend -= angular * angular * wave
+        jerk -= angular * angular * speed
     return value, rate, bend, jerk, math.inf
 
 
 @inlined
 def edge_wave(box, p, t):
     """The wave of a play's own edge and three derivatives."""
-    own = TURN * box.own_order[p]
+    angular = TURN * box.own_order[p]
     c, s = turned(box.own_order[p] * t)
     value = box.own_cosine[p] * c + box.own_sine[p] * s
-    rate = own * (box.own_sine[p] * c - box.own_cosine[p] * s)
-    return value, rate, -own * own * value, -own * own * rate
+    rate = angular * (box.own_sine[p] * c - box.own_cosine[p] * s)
+    return value, rate, -angular * angular * value, -angular * angular * rate
 
 
 @inlined
@@ -83,13 +83,13 @@ def derive(box, t, out):
         out[4] = 24.0 * box.pieces[piece_at(box.pieces, t), 5]
         return
     for k in range(box.orders.size):
-        own = TURN * box.orders[k]
+        angular = TURN * box.orders[k]
         c, s = turned(box.orders[k] * t)
         wave = box.cosines[k] * c + box.sines[k] * s
-        speed = own * (box.sines[k] * c - box.cosines[k] * s)
+        speed = angular * (box.sines[k] * c - box.cosines[k] * s)
         for m in range(out.size):
             out[m] += wave
-            wave, speed = speed, -own * own * wave
+            wave, speed = speed, -angular * angular * wave
 
 
 @compiled_part
@@ -101,8 +101,8 @@ def derive_drives(box, t, plays, count, e, out):
         for m in range(e.size):
             out[k, m] = box.ratios[p] * e[m]
         if box.own_order[p] > 0.0:
-            own = TURN * box.own_order[p]
+            angular = TURN * box.own_order[p]
             wave, speed, _, _ = edge_wave(box, p, t)
             for m in range(e.size):
                 out[k, m] += wave
-                wave, speed = speed, -own * own * wave
+                wave, speed = speed, -angular * angular * wave

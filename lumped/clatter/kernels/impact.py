@@ -109,10 +109,12 @@ def impact(box, work, v, count, bounces):
             bounce = box.restitution[p] if speed < -box.rest else 0.0
             speed = (1.0 + bounce) * min(speed, 0.0)
         work.b[i] = speed
-    found = solve_lcp(work.delassus, work.b, work.z, work.basis, count, work.eliminated)
+    is_solved = solve_lcp(
+        work.delassus, work.b, work.z, work.basis, count, work.eliminated
+    )
     for i in range(count):
         p = work.contact[i]
         if work.z[i] > 0.0:
             for c in range(box.drag_acceleration.size):
                 v[c] -= work.side[i] * box.inverse_mass[c] * box.rows[p, c] * work.z[i]
-    return found
+    return is_solved

@@ -77,14 +77,14 @@ def forced_derivatives(order, part, t, rippled):
     rate = TURN * (part[1] * c - part[0] * s)
     bend, jerk = -TURN * TURN * value, -TURN * TURN * rate
     if rippled:
-        own = TURN * order
+        angular = TURN * order
         c, s = turned(order * t)
         fast = part[2] * c + part[3] * s
-        fast_rate = own * (part[3] * c - part[2] * s)
+        fast_rate = angular * (part[3] * c - part[2] * s)
         value += fast
         rate += fast_rate
-        bend -= own * own * fast
-        jerk -= own * own * fast_rate
+        bend -= angular * angular * fast
+        jerk -= angular * angular * fast_rate
     return value, rate, bend, jerk
 
 
@@ -132,8 +132,9 @@ def advance(m, t, flight, rippled):
     ENDED)
     """
     x, w, a, jerk, transient, value, horizon = flight
-    own = m.growth * abs(transient) * m.damping * m.damping
-    most, snap = own + m.free_jerk, own * abs(m.damping) + m.free_snap
+    transient_jerk = m.growth * abs(transient) * m.damping * m.damping
+    most = transient_jerk + m.free_jerk
+    snap = transient_jerk * abs(m.damping) + m.free_snap
     side = -1.0 if w < 0.0 or (w == 0.0 and a < 0.0) else 1.0
     ahead, behind = max(m.play - side * x, 0.0), max(m.play + side * x, 0.0)
     horizon = min(horizon, 2.0 * time_to_bound(ahead, side * w, side * a))
@@ -194,7 +195,7 @@ def contact_phase(m, t, w, side):
     """
     rippled = m.pressed[2] != 0.0 or m.pressed[3] != 0.0
     value, rate, bend, _ = forced_derivatives(m.order, m.pressed, t, rippled)
-    half, own = 0.5 * m.damping, math.sqrt(m.stiffness)
+    half, angular = 0.5 * m.damping, math.sqrt(m.stiffness)
     turn = math.sqrt(m.stiffness - half * half)
     mean = side * m.offset
     a = -(mean + side * value)
@@ -202,11 +203,11 @@ def contact_phase(m, t, w, side):
     size = math.hypot(a, b)
     tau, into, speed, fade = 0.0, 0.0, side * w, 1.0
     swung, swing_rate = a, turn * b - half * a
-    horizon = math.sqrt(6.0) / own  # an oscillation's first step to its end
+    horizon = math.sqrt(6.0) / angular  # an oscillation's first step to its end
     for _ in range(MAX_STEPS):
         if mean - size * fade > m.swing and half > 0.0:
             return math.nan, 0.0
-        jerk = m.growth * own**3 * size * fade + m.pressed_jerk
+        jerk = m.growth * angular**3 * size * fade + m.pressed_jerk
         pull = m.damping * swing_rate + m.stiffness * swung - side * bend
         step = time_to_bound(max(into, 0.0), -speed, pull + jerk * horizon / 3.0)
         limited = step >= horizon

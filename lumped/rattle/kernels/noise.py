@@ -12,7 +12,7 @@ MAX_IMPACTS = 10_000  # per turn
 
 
 @compiled
-def sum_impacts(m, starts, periods, turns, found):
+def sum_impacts(m, starts, periods, turns, sums):
     """Sum of squared impact speeds and number of impacts (n, 2) of runs from departures
     (n, 2), from each start to the first impact after `turns`, both over that time; NaN
     where it is not known what follows, or impacts are too frequent.
@@ -47,6 +47,6 @@ def sum_impacts(m, starts, periods, turns, found):
                 turn = t - begin
                 whole = t > met and abs(turn - math.floor(turn + 0.5)) < MAP_POINT_TOL
         lasts = turns if math.isnan(t) else t - begin
-        found[i, 0], found[i, 1] = total / lasts, count / lasts
+        sums[i, 0], sums[i, 1] = total / lasts, count / lasts
         if t == math.inf or lasts < turns:
-            found[i, 0], found[i, 1] = math.nan, math.nan
+            sums[i, 0], sums[i, 1] = math.nan, math.nan

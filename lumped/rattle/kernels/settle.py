@@ -218,10 +218,10 @@ def process_event(m, lanes, i, cell, early):
 
 
 @compiled
-def settle_cells(m, times, speeds, most, early, found, end):
+def settle_cells(m, times, speeds, most, early, outcomes, end):
     """What departures (c,) belong to, and the departure after `most` returns.
 
-    found (c, 2) : the period in returns, QUIET where the flanks stay together or
+    outcomes (c, 2) : the period in returns, QUIET where the flanks stay together or
         flights fade away, STICKING where they come to rest on each other again and
         again, CHANGING else, UNKNOWN where an event is not found; and the returns until
         that was clear
@@ -245,7 +245,7 @@ def settle_cells(m, times, speeds, most, early, found, end):
             ):
                 continue
             number = cells[i].number
-            found[number, 0], found[number, 1] = cells[i].period, cells[i].clear
+            outcomes[number, 0], outcomes[number, 1] = cells[i].period, cells[i].clear
             end[number, 0], end[number, 1] = lanes[TIME + i], -lanes[SPEED + i]
             if cells[i].period == STICKING:
                 end[number, 0], end[number, 1] = cells[i].release, cells[i].upper * REST

@@ -82,27 +82,27 @@ def terms_needed(angle, error):
 
 
 @compiled
-def largest(own, step):
+def largest(coefficients, step):
     """Largest sum of a row of |K| on a piece (d + 1, n, n)."""
-    found = 0.0
-    for i in range(own.shape[1]):
+    norm = 0.0
+    for i in range(coefficients.shape[1]):
         total, power = 0.0, 1.0
-        for d in range(own.shape[0]):
-            for j in range(own.shape[2]):
-                total += abs(own[d, i, j]) * power
+        for d in range(coefficients.shape[0]):
+            for j in range(coefficients.shape[2]):
+                total += abs(coefficients[d, i, j]) * power
             power *= step
-        found = max(found, total)
-    return found
+        norm = max(norm, total)
+    return norm
 
 
 @compiled
-def shift(own, start, h, shifted):
+def shift(coefficients, start, h, shifted):
     """Coefficients (d + 1, n, n) over (t - start) / h of a polynomial in t."""
-    count = own.shape[0]
-    for i in range(own.shape[1]):
-        for j in range(own.shape[2]):
+    count = coefficients.shape[0]
+    for i in range(coefficients.shape[1]):
+        for j in range(coefficients.shape[2]):
             for d in range(count):
-                shifted[d, i, j] = own[d, i, j]
+                shifted[d, i, j] = coefficients[d, i, j]
             # Horner's scheme, repeated
             for d in range(count):
                 for k in range(count - 2, d - 1, -1):
@@ -114,17 +114,17 @@ def shift(own, start, h, shifted):
 
 
 @inlined
-def pull(own, terms, j, i, c):
+def pull(coefficients, terms, j, i, c):
     """Term j of K q, row i and column c."""
-    found = 0.0
-    for d in range(min(own.shape[0], j + 1)):
-        for r in range(own.shape[1]):
-            found += own[d, i, r] * terms[j - d, r, c]
-    return found
+    total = 0.0
+    for d in range(min(coefficients.shape[0], j + 1)):
+        for r in range(coefficients.shape[1]):
+            total += coefficients[d, i, r] * terms[j - d, r, c]
+    return total
 
 
 @compiled
-def advance(own, damping, span, order, terms, q, w, h):
+def advance(coefficients, damping, span, order, terms, q, w, h):
     """q and w = dq / d(time in periods) (n, 2 n) over a step; span : T h [s]."""
     n, columns = damping.size, terms.shape[2]
     for i in range(n):
@@ -135,7 +135,7 @@ def advance(own, damping, span, order, terms, q, w, h):
         for i in range(n):
             for c in range(columns):
                 total = span * damping[i] * (j + 1) * terms[j + 1, i, c]
-                total += span * span * pull(own, terms, j, i, c)
+                total += span * span * pull(coefficients, terms, j, i, c)
                 terms[j + 2, i, c] = -total / ((j + 1.0) * (j + 2.0))
     for i in range(n):
         for c in range(columns):

@@ -78,7 +78,7 @@ def test_instability_is_that_of_meissners_equation(variation, damping):
     settings = BranchSettings(harmonics=20, period_multiple=1)
     finder = BranchFinder(SpeedFamily(system), (around[0], around[2]), settings)
     finder.from_rest(around[0])
-    (branch,) = finder.found
+    (branch,) = finder.branches
     assert [point.kind for point in branch.bifurcations] == ["period doubling"] * 2
     frequencies = [point.frequency for point in branch.bifurcations]
     np.testing.assert_allclose(frequencies, exact, rtol=1e-6)
@@ -111,7 +111,7 @@ def test_one_harmonic_is_the_describing_function_of_clearance():
     finder = BranchFinder(SpeedFamily(system), limits, settings)
     finder.find(limits[0])
     opened = struck = 0
-    for branch in finder.found:
+    for branch in finder.branches:
         for point in branch.points:
             mean, a, b = point.x
             q = complex(a - error, -b)

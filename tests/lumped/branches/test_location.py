@@ -35,7 +35,9 @@ def bifurcations(train, harmonics, limits=LIMITS, **others):
     settings = BranchSettings(harmonics=harmonics, sweep_points=2, **others)
     finder = BranchFinder(SpeedFamily(train), limits, settings)
     finder.find(limits[0])
-    return [(branch, point) for branch in finder.found for point in branch.bifurcations]
+    return [
+        (branch, point) for branch in finder.branches for point in branch.bifurcations
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -130,5 +132,5 @@ def test_over_a_figure(system):
     settings = BranchSettings(harmonics=FEW, sweep_points=2, period_multiple=1)
     finder = BranchFinder(family, family.limits, settings)
     finder.find(0.05)
-    (point,) = [p for p in finder.found[0].bifurcations if p.kind == DOUBLING]
+    (point,) = [p for p in finder.branches[0].bifurcations if p.kind == DOUBLING]
     assert point.refined_parameter == pytest.approx(point.parameter, rel=1e-8)

@@ -27,7 +27,7 @@ def branches(damped):
     family = ParameterFamily("damping_ratio", damped, SPEED, LIMITS)
     finder = BranchFinder(family, LIMITS, SETTINGS)
     finder.find(LIMITS[1])
-    return finder.found
+    return finder.branches
 
 
 def folds_of(branches):
@@ -44,7 +44,7 @@ def test_folds_over_damping_are_folds_over_speed(damped, branches):
         )
         finder.from_rest(SPEED + 60.0)
         finder.from_sweeps()
-        near = [point.frequency for point in folds_of(finder.found)]
+        near = [point.frequency for point in folds_of(finder.branches)]
         assert min(abs(at - SPEED) for at in near) < 1e-4 * SPEED
 
 
@@ -83,7 +83,7 @@ def test_nothing_is_asked_for_beyond_the_limits(damped):
     family = ParameterFamily("damping_ratio", system_of, 2000.0, LIMITS)
     finder = BranchFinder(family, LIMITS, SETTINGS)
     finder.from_rest(LIMITS[0])
-    assert finder.found[0].points[-1].parameter == LIMITS[1]
+    assert finder.branches[0].points[-1].parameter == LIMITS[1]
     assert LIMITS[0] <= min(ratios) < max(ratios) <= LIMITS[1]
 
 

@@ -43,7 +43,7 @@ def branches(train, low, high, **settings):
     finder = BranchFinder(SpeedFamily(train), (low, high), BranchSettings(**settings))
     finder.from_rest(low)
     finder.doublings()
-    return finder.found
+    return finder.branches
 
 
 # a long loss of contact leaves more to the harmonics that a doubling lacks

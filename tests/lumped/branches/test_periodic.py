@@ -31,7 +31,7 @@ def branches(train):
         SpeedFamily(train), LIMITS, BranchSettings(harmonics=HARMONICS)
     )
     finder.find(LIMITS[0])
-    return finder.found
+    return finder.branches
 
 
 def stable_levels(branches, frequency, multiple):

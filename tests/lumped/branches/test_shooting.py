@@ -23,7 +23,7 @@ def branches(train, harmonics, limits=FUNDAMENTAL):
     settings = BranchSettings(harmonics=harmonics)
     finder = BranchFinder(SpeedFamily(train), limits, settings)
     finder.find(limits[0])
-    return finder.found
+    return finder.branches
 
 
 @pytest.mark.slow

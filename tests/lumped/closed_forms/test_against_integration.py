@@ -143,7 +143,7 @@ def unstable_by_balance(system, near, scale):
     family = SpeedFamily(system, unit=0.2 * scale * near.at)
     finder = BranchFinder(family, ends, BranchSettings(harmonics=12))
     finder.from_rest(ends[1])
-    points = [point for branch in finder.found for point in branch.points]
+    points = [point for branch in finder.branches for point in branch.points]
     unstable = [point for point in points if not point.stable]
     rms = [point.figures["dte_rms"][1] for point in unstable]
     return np.array([point.frequency for point in unstable]), np.array(rms)

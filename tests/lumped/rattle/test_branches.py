@@ -29,7 +29,7 @@ def branches(figure, limits, value, count=2, machine=SCALED, doublings=1):
     there = replace(machine, **{figure: value})
     for orbit in find_orbits(there, count, SPEEDS):
         finder.from_departure(orbit.itinerary, orbit.departures[0], value)
-    return finder.found
+    return finder.branches
 
 
 @pytest.fixture(scope="module")
@@ -180,14 +180,14 @@ def test_branches_that_nearly_cross_are_not_mixed_up():
     for orbit in find_orbits(there, 1, (0.0, default_speed(there))):
         if orbit.name == "P(1,1,1)":
             finder.from_departure(orbit.itinerary, orbit.departures[0], 5.5e-4)
-    assert len(finder.found) == 2
+    assert len(finder.branches) == 2
     grazes = [
         max(p.parameter for p in branch.bifurcations if p.kind == GRAZING)
-        for branch in finder.found
+        for branch in finder.branches
     ]
     assert sorted(grazes) == pytest.approx([1.537119e-3, 1.537346e-3], rel=1e-6)
     births = [
         min(p.parameter for p in branch.bifurcations if p.kind == FOLD)
-        for branch in finder.found
+        for branch in finder.branches
     ]
     assert sorted(births) == pytest.approx([3.2e-8, 5.30947e-4], rel=1e-3)

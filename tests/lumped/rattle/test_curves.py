@@ -27,7 +27,7 @@ def curves():
     for orbit in find_orbits(machine, 1, (0.0, 7.0)):
         finder.from_departure(orbit.itinerary, orbit.departures[0], 0.6)
     curve_table = {}
-    for branch in finder.found:
+    for branch in finder.branches:
         for point in branch.bifurcations:
             curve = curve_of(branch, point, "eccentricity", LIMITS)
             assert is_on(curve, branch, point, "eccentricity")
@@ -98,7 +98,7 @@ def test_grazing_curves_are_where_motions_become_virtual():
     assert path[0, 2] == 0
     (orbit,) = (o for o in find_orbits(machine, 1, (3.0, 4.0)) if o.stable)
     finder.from_departure(orbit.itinerary, orbit.departures[0], 0.6)
-    (branch,) = finder.found
+    (branch,) = finder.branches
     (point,) = branch.bifurcations
     assert point.kind == GRAZING
     curve = curve_of(branch, point, "eccentricity", ((0.6, 0.75), (0.05, 0.15)))

@@ -118,7 +118,7 @@ def test_events_that_are_not_found_are_not_taken_for_quiet():
     np.testing.assert_array_equal(settled.period, [UNKNOWN, CHANGING, MIN_VIBRATION])
     naming = AttractorClassifier(machine, 1499)
     np.testing.assert_array_equal(naming.sort(settled)[0], [-1, -1, 0])
-    assert [attractor.name for attractor in naming.found] == ["quiet"]
+    assert [attractor.name for attractor in naming.attractors] == ["quiet"]
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])

@@ -116,7 +116,7 @@ def test_both_attractors_beside_each_other_are_those_of_runs():
     starts = random.uniform((0.0, 0.3), (1.0, 7.0), (8, 2))
     naming = AttractorClassifier(m, 1499)
     numbers, _ = naming.sort(iterate_map_points(m, starts, 1499))
-    named = [naming.found[i].name for i in numbers]
+    named = [naming.attractors[i].name for i in numbers]
     assert set(named) == {"sticking(1)", "P(1,2,0)"}
     for start, name in zip(starts, named, strict=True):
         _, releases = run(m, *start, 80.0, 3)

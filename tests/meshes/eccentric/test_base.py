@@ -70,8 +70,8 @@ def test_the_source_s_formula():
     bend = first[:, 0] * second[:, 1] - second[:, 0] * first[:, 1]
     x = here.point[:, 0] - d2 * (d1 * first[:, 0] + d2 * first[:, 1]) / bend
     y = here.point[:, 1] + d2 * (d2 * first[:, 0] - d1 * first[:, 1]) / bend
-    found = [base_points(here, alpha, side) for side in (LEADING, TRAILING)]
-    off = [np.abs(np.stack([x, y], axis=1) - each).max() for each in found]
+    curves = [base_points(here, alpha, side) for side in (LEADING, TRAILING)]
+    off = [np.abs(np.stack([x, y], axis=1) - curve).max() for curve in curves]
     assert min(off) < 1e-6
 
 
@@ -112,11 +112,11 @@ def test_the_base_curve_cuts_itself_beyond_the_largest_angle(part):
 @given(st.floats(math.radians(8.0), math.radians(35.0)), st.sampled_from([1, 2, 3]))
 def test_both_limits_are_one_boundary(alpha, ratio):
     e = largest_eccentricity(1.0, ratio, alpha)
-    found = largest_pressure_angle(EccentricPair(1.0, e, ratio))
-    assert found == pytest.approx(alpha, rel=1e-6)
+    limit = largest_pressure_angle(EccentricPair(1.0, e, ratio))
+    assert limit == pytest.approx(alpha, rel=1e-6)
 
 
 def test_a_wheel_that_is_not_convex():
-    found = feasibility(EccentricPair(1.0, 0.9), math.radians(10.0))
-    assert found.reason == "the driven pitch curve is not convex"
-    assert found.largest_pressure_angle == 0.0
+    outcome = feasibility(EccentricPair(1.0, 0.9), math.radians(10.0))
+    assert outcome.reason == "the driven pitch curve is not convex"
+    assert outcome.largest_pressure_angle == 0.0

@@ -122,7 +122,7 @@ def test_power_is_kept(pair, angle):
 
 
 @pytest.mark.parametrize(
-    ("words", "field"),
+    ("arguments", "field"),
     [
         ((0.0, 0.0, 1), "radius"),
         ((math.inf, 0.0, 1), "radius"),
@@ -137,7 +137,7 @@ def test_power_is_kept(pair, angle):
         ((1.0, 0.1, 101), "ratio"),
     ],
 )
-def test_pairs_that_cannot_be(words, field):
+def test_pairs_that_cannot_be(arguments, field):
     with pytest.raises(GeometryError) as error:
-        EccentricPair(*words)
+        EccentricPair(*arguments)
     assert error.value.field == field

@@ -164,7 +164,7 @@ def _area_of(mesh):
 
 
 @pytest.mark.parametrize(
-    ("words", "field", "reason"),
+    ("overrides", "field", "reason"),
     [
         ({"part": 0.627, "teeth": 30}, "teeth", "undercut"),
         ({"part": 0.3, "teeth": 12}, "teeth", "undercut"),
@@ -188,9 +188,9 @@ def _area_of(mesh):
         ({"part": 0.3, "tip_height": 0.4}, "addendum", "contact ratio falls to 0.7"),
     ],
 )
-def test_teeth_that_cannot_be(words, field, reason):
+def test_teeth_that_cannot_be(overrides, field, reason):
     with pytest.raises(GeometryError, match=reason) as error:
-        pair_of(**words)
+        pair_of(**overrides)
     assert error.value.field == field
 
 

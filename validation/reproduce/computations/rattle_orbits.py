@@ -261,7 +261,7 @@ def settled_rattle(
     numbers = naming.sort(settled)[0].tolist()
     curves: list[Curve] = []
     counts: dict[str, float] = {QUIET: 0.0, CHAOTIC: 0.0}
-    for number, attractor in enumerate(naming.found):
+    for number, attractor in enumerate(naming.attractors):
         name = attractor.name
         panel = name if name not in counts or not counts[name] else f"{name}, another"
         counts[name] = counts.get(name, 0.0) + numbers.count(number)
@@ -269,7 +269,7 @@ def settled_rattle(
             curves += _quiet(machine, part.turns)
         else:
             curves += _history(machine, attractor.point, part.turns, panel)
-    counts["kinds"] = float(len(naming.found))
+    counts["kinds"] = float(len(naming.attractors))
     return PartResult(tuple(curves), {k: (v,) for k, v in counts.items()})
 
 
