@@ -75,6 +75,7 @@ _HOMES = {
     "StaticsSettings": "statics.solving",
     "StiffnessSource": "statics.excitation",
     "builtin_names": "gearset",
+    "load": "studies.saving",
     "load_gear_set": "gearset",
     "lumped_system": "train.lumped_models",
     "make_gear_set": "gearset",

@@ -184,20 +184,26 @@ class Clatter(
         return run_events(group, now, self.seconds, self.impacts, before, passed)
 
     def gather(self, results: Mapping[str, GroupRun]) -> ClatterResult:
-        return ClatterResult(self, tuple(results[task.key] for task in self.tasks()))
+        runs = tuple(results[task.key] for task in self.tasks())
+        return ClatterResult(self, self.named, self.shown, runs)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ClatterResult(StudyResult):
-    """Impacts of a gearbox, by wheels that depend on each other."""
+    """Impacts of a gearbox, by wheels that depend on each other.
+
+    wheel : the one that is drawn
+    """
 
     study: Clatter
+    named: NamedGearbox
+    wheel: LooseWheel
     runs: tuple[GroupRun, ...]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         return {
-            **self.study.named.heading,
+            **self.named.heading,
             "map": self.study.kind,
             "wheels": [
                 self._wheel(r, wheel) for r in self.runs for wheel in r.group.wheels
@@ -243,7 +249,7 @@ class ClatterResult(StudyResult):
     def table(self) -> Table:
         """A row for each contact that was struck, in the order of time."""
         header = {
-            "gearbox": self.study.named.name,
+            "gearbox": self.named.name,
             "map": self.study.kind,
             "seconds": exact(self.study.seconds),
         }
@@ -260,9 +266,9 @@ class ClatterResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        wheel = self.study.shown
+        wheel = self.wheel
         run = next(run for run in self.runs if wheel in run.group.wheels)
-        title = f"{self.study.named.name}: {wheel.name}"
+        title = f"{self.named.name}: {wheel.name}"
         return {
             "plot": partial(self._motion, run.group),
             "attractor": partial(draw_attractor, *run.teeth(wheel), title),
@@ -272,11 +278,11 @@ class ClatterResult(StudyResult):
         """Plays of the wheel over the first periods of the run."""
         lasts = min(SHOWN * group.excitation.period, self.study.seconds)
         times = np.linspace(0.0, lasts, 2400)
-        start, wheel = self.study.start_of(group), self.study.shown
-        return draw_motion(group, wheel, start, times, self.study.named.name)
+        start, wheel = self.study.start_of(group), self.wheel
+        return draw_motion(group, wheel, start, times, self.named.name)
 
     def page(self) -> Page:
-        yield from heading(self.study.named)
+        yield from heading(self.named)
         wheels = self.summary["wheels"]
         plays = [{**wheel, **play} for wheel in wheels for play in wheel["plays"]]
         columns: Columns = {

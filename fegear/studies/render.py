@@ -202,18 +202,20 @@ class ContactPictures(
 
     def _drawn(self, contact: ContactSequence, job: Job) -> ContactPicturesResult:
         place = contact, Path(self.file), self.picture
-        return ContactPicturesResult(self, contact, draw_contact(*place, job.report))
+        peaks = draw_contact(*place, job.report)
+        return ContactPicturesResult(self, contact.title, peaks)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactPicturesResult(StudyResult):
     """What the file shows, which is written.
 
-    peaks : largest values of the picture, or of all frames of a film
+    title : of the contact; peaks : largest values of the picture, or of all frames
+        of a film
     """
 
     study: ContactPictures
-    contact: ContactSequence
+    title: str
     peaks: PeaksInView
 
     @property
@@ -227,7 +229,7 @@ class ContactPicturesResult(StudyResult):
         peaks, pressure = self.peaks, self.peaks.pressure
         none = None if peaks.pairs else 0.0
         return {
-            "contact": self.contact.title,
+            "contact": self.title,
             "output": self.study.file,
             "frames": peaks.fields,
             "largest_von_mises_MPa": {
@@ -254,7 +256,7 @@ class ContactPicturesResult(StudyResult):
             shown = self._value(pressure)
         else:
             shown = "none" if peaks.pairs else "0 MPa"
-        yield self.contact.title
+        yield self.title
         film = f" of {peaks.fields} frames" if peaks.fields > 1 else ""
         yield (
             f"largest von Mises stress in view{film}: {stress}; largest contact "

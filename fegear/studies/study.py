@@ -579,6 +579,12 @@ class StudyResult(Result):
         """Write what --output of the command writes, the table by default."""
         self.to_csv(path)
 
+    def save(self, path: str | Path) -> None:
+        """Write the whole result, `.nc`, for `fegear.load`."""
+        from fegear.studies.saving import save
+
+        save(self, path)
+
     def to_csv(self, path: str | Path) -> None:
         """Write the table. Raises InputError where the file cannot be written."""
         from fegear.files.output import path_of, write_text

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import os
+import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -15,9 +16,11 @@ from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
+import shown_results
 from case_files import case_text
 from cli_commands import printed
 from quick_benchmarks import answer_at_once
+from shown_results import what_is_shown
 from typer.testing import CliRunner
 
 import fegear
@@ -319,7 +322,7 @@ EXAMPLES = {
         "elements": fegear.FiniteElements(fidelity="quasistatic", friction=0.05),
     },
     "compare": {"gear_set": "liu-idler", "mesh": 2, "torque": 100.0 + 1.0 / 3.0},
-    "budget": {"gear_set": "liu-pair", "speeds": [7000.0], "runs": "runs"},
+    "ablation": {"gear_set": "liu-pair", "speeds": [7000.0], "runs": "runs"},
     "map": {
         "gear_set": "liu-idler",
         "over": ("mesh.2.phase=0:1:4", "torque_Nm=50,100.333333333333333"),
@@ -404,7 +407,7 @@ RUN_DEPENDENT_KEYS = {
     *("compiled_signatures", "functions", "signatures"),  # of a cache that others use
 }
 WITHOUT_TABLE = {"show", "mesh", "render", "rattle gears", "bench all"}
-SLOW = {"budget", "eccentric", "identify", "rattle bifurcation", "warmup", "validate"}
+SLOW = {"ablation", "eccentric", "identify", "rattle bifurcation", "warmup", "validate"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
 )
@@ -479,6 +482,26 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     if files and ".csv" in study.endings and not study.folder:
         assert path.read_text("utf-8") == result.table.csv()
     assert {len(row) for row in result.table.rows()} == {len(result.table.names)}
+
+
+@pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
+def test_a_saved_result_shows_the_same_where_nothing_else_is_left(command, tmp_path):
+    """In a new process, without the files that the study read."""
+    result = fegear.run(example_study(command))
+    shown = what_is_shown(result)
+    result.save(tmp_path / "result.nc")
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    script = Path(shown_results.__file__)
+    process = subprocess.run(
+        [sys.executable, script, tmp_path / "result.nc"],
+        cwd=alone,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+    )
+    assert not process.stderr
+    assert json.loads(process.stdout) == shown
 
 
 def strip_run_dependent(values: Any) -> Any:

@@ -1,0 +1,113 @@
+"""NetCDF files of texts and arrays, which appear whole or not at all.
+
+The classic format, which SciPy writes and `xarray.open_dataset` reads. It has no
+64-bit integers and no truth values: these are stored as bytes, doubles or 32-bit
+integers that hold them exactly, and an attribute names what they were.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.files.errors import InputError, file_error
+from fegear.files.output import write_whole
+
+STORED = {"f": "f8", "i": "i4", "u": "i4", "b": "i1"}  # by kind of NumPy
+EXACT_INTEGERS = 2**53  # in doubles
+LAST = 2**31 - 1  # of 32-bit integers
+DIGEST = "content_sha256"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """An array (n,), n > 0, with the name of its dimension and descriptions."""
+
+    values: NDArray[Any]
+    dimension: str
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+
+def write_netcdf(
+    path: Path, attributes: Mapping[str, str], variables: Mapping[str, Variable]
+) -> None:
+    """Write texts and arrays. Raises InputError where the file cannot be written."""
+    from scipy.io import netcdf_file
+
+    out = io.BytesIO()
+    # version 2 has 64-bit offsets
+    with netcdf_file(out, "w", version=2) as file:
+        for name, variable in variables.items():
+            stored = _stored(variable.values)
+            if variable.dimension not in file.dimensions:
+                file.createDimension(variable.dimension, stored.size)
+            target = file.createVariable(name, stored.dtype, (variable.dimension,))
+            target[:] = stored
+            for key, text in {
+                **variable.attributes,
+                "numpy_type": variable.values.dtype.str,
+            }.items():
+                setattr(target, key, text.encode())
+        for key, text in {**attributes, DIGEST: _digest(attributes, variables)}.items():
+            setattr(file, key, text.encode())
+        file.flush()
+        content = out.getvalue()
+    write_whole(path, lambda temporary: temporary.write_bytes(content))
+
+
+def read_netcdf(path: Path) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
+    """Texts and arrays of a file of `write_netcdf`.
+
+    Raises InputError for a file that cannot be read, is none of these, or whose
+    content is not what was written.
+    """
+    from scipy.io import netcdf_file
+
+    try:
+        content = path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise file_error(path, "read", error) from None
+    try:
+        with netcdf_file(io.BytesIO(content), "r", mmap=False) as file:
+            texts = {k: v.decode() for k, v in file._attributes.items()}
+            arrays = {name: _restored(v) for name, v in file.variables.items()}
+    except Exception:  # whatever SciPy makes of bytes that are no such file
+        raise InputError(f"{path}: is no result that was saved, or damaged") from None
+    digest = texts.pop(DIGEST, "")
+    if digest != _digest(texts, {n: Variable(v, "") for n, v in arrays.items()}):
+        raise InputError(f"{path}: is no result that was saved, or damaged")
+    return texts, arrays
+
+
+def _stored(values: NDArray[Any]) -> NDArray[Any]:
+    """An array as the format can hold it, to the last bit."""
+    kind = values.dtype.kind
+    if kind not in STORED:
+        raise ValueError(f"arrays of {values.dtype} cannot be saved")
+    largest = int(np.abs(values).max(initial=0)) if kind in "iu" else 0
+    if largest > EXACT_INTEGERS:
+        raise ValueError(f"integers up to {largest} cannot be saved")
+    return values.astype("f8" if largest > LAST else STORED[kind])
+
+
+def _restored(variable: Any) -> NDArray[Any]:
+    values = np.array(variable.data)
+    return values.astype(np.dtype(variable.numpy_type.decode()))
+
+
+def _digest(attributes: Mapping[str, str], variables: Mapping[str, Variable]) -> str:
+    total = hashlib.sha256()
+    for key in sorted(attributes):
+        total.update(f"{key}={attributes[key]}\0".encode())
+    for name in sorted(variables):
+        values = np.ascontiguousarray(variables[name].values)
+        total.update(f"{name} {values.dtype.str} {values.shape}\0".encode())
+        total.update(values.tobytes())
+    return total.hexdigest()

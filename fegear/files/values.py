@@ -1,0 +1,203 @@
+"""Frozen values as plain data, and back: for files that are data, never code.
+
+A value is a tree of numbers, texts, arrays, sequences, mappings, enumerations, paths,
+named tuples and dataclasses. Classes are named by their module, and only those of this
+program are loaded. A value that several others hold is written once. What properties
+cached is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from enum import Enum
+from fractions import Fraction
+from importlib import import_module
+from pathlib import Path, PurePath
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+PACKAGES = "fegear", "lumped", "meshes", "validation"
+SEQUENCES = {"tuple": tuple, "list": list, "set": set, "frozenset": frozenset}
+
+
+@dataclass
+class Encoder:
+    """Arrays and shared values of a tree that is made plain."""
+
+    arrays: list[NDArray[Any]] = field(default_factory=list)
+    shared: list[Any] = field(default_factory=list)
+    seen: dict[int, tuple[Any, Any]] = field(default_factory=dict)
+
+    def plain(self, value: Any) -> Any:
+        """What JSON can hold; ValueError for a value that is none of a tree."""
+        if value is None or (isinstance(value, str) and type(value) is str):
+            return value
+        if type(value) in (bool, int):
+            return value
+        if isinstance(value, float):
+            return _plain_float(value)
+        if isinstance(value, complex):
+            return {"complex": [_plain_float(value.real), _plain_float(value.imag)]}
+        if isinstance(value, np.generic):
+            return {"numpy": value.dtype.str, "value": self.plain(value.item())}
+        if isinstance(value, Enum):
+            return {"enum": name_of_class(type(value)), "name": value.name}
+        if isinstance(value, PurePath):
+            return {"path": str(value)}
+        if isinstance(value, Fraction):
+            return {"fraction": [value.numerator, value.denominator]}
+        if isinstance(value, range):
+            return {"range": [value.start, value.stop, value.step]}
+        return self._shared(value)
+
+    def _shared(self, value: Any) -> Any:
+        """A reference to a value that may be held by several."""
+        if id(value) not in self.seen:
+            content = self._content(value)
+            self.seen[id(value)] = {"see": len(self.shared)}, value  # kept alive
+            self.shared.append(content)
+        return self.seen[id(value)][0]
+
+    def _content(self, value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return self._array(value)
+        if is_dataclass(value) and not isinstance(value, type):
+            names = [f.name for f in fields(value)]
+            parts = {n: self.plain(getattr(value, n)) for n in names}
+            return {"class": name_of_class(type(value)), "fields": parts}
+        if isinstance(value, tuple) and hasattr(value, "_fields"):
+            return {
+                "named": name_of_class(type(value)),
+                "items": [self.plain(item) for item in value],
+            }
+        for name, kind in SEQUENCES.items():
+            if type(value) is kind:
+                return {name: [self.plain(item) for item in value]}
+        if isinstance(value, dict | MappingProxyType):
+            items = [[self.plain(k), self.plain(v)] for k, v in value.items()]
+            return {"dict" if isinstance(value, dict) else "mapping": items}
+        raise ValueError(f"{type(value).__module__}.{type(value).__qualname__}")
+
+    def _array(self, value: NDArray[Any]) -> Any:
+        kind, shape = value.dtype.kind, list(value.shape)
+        if value.dtype.names:
+            parts = {n: self.plain(np.array(value[n])) for n in value.dtype.names}
+            return {"records": _type_of(value.dtype), "fields": parts, "shape": shape}
+        if kind in "UO" or not value.size:
+            items = [self.plain(item) for item in value.ravel().tolist()]
+            return {"items": items, "type": value.dtype.str, "shape": shape}
+        flat = np.ascontiguousarray(value).ravel()
+        self.arrays.append(flat.view(flat.real.dtype) if kind == "c" else flat)
+        return {"array": len(self.arrays) - 1, "type": value.dtype.str, "shape": shape}
+
+
+@dataclass
+class Decoder:
+    """Values from plain data and arrays."""
+
+    arrays: list[NDArray[Any]]
+    shared: list[Any]
+    made: dict[int, Any] = field(default_factory=dict)
+
+    def value(self, plain: Any) -> Any:
+        """The value; ValueError for what `Encoder` does not write."""
+        if not isinstance(plain, dict):
+            return plain
+        if "see" in plain:
+            number = plain["see"]
+            if number not in self.made:
+                self.made[number] = self._content(self.shared[number])
+            return self.made[number]
+        if "float" in plain:
+            return float(plain["float"])
+        if "complex" in plain:
+            return complex(*map(self.value, plain["complex"]))
+        if "numpy" in plain:
+            return np.dtype(plain["numpy"]).type(self.value(plain["value"]))
+        if "enum" in plain:
+            return class_of(plain["enum"])[plain["name"]]
+        if "path" in plain:
+            return Path(plain["path"])
+        if "fraction" in plain:
+            return Fraction(*plain["fraction"])
+        if "range" in plain:
+            return range(*plain["range"])
+        raise ValueError(f"unknown value {sorted(plain)}")
+
+    def _content(self, plain: Any) -> Any:
+        for name, kind in SEQUENCES.items():
+            if name in plain:
+                return kind(map(self.value, plain[name]))
+        if "class" in plain:
+            kind = class_of(plain["class"])
+            made = object.__new__(kind)
+            for name, part in plain["fields"].items():
+                object.__setattr__(made, name, self.value(part))
+            return made
+        if "named" in plain:
+            return class_of(plain["named"])(*map(self.value, plain["items"]))
+        if "records" in plain:
+            out = np.zeros(plain["shape"], _dtype_of(plain["records"]))
+            for name, part in plain["fields"].items():
+                out[name] = self.value(part)
+            return out
+        if "items" in plain:
+            flat = np.empty(len(plain["items"]), np.dtype(plain["type"]))
+            flat[:] = [self.value(item) for item in plain["items"]]
+            return flat.reshape(plain["shape"])
+        if "array" in plain:
+            flat = self.arrays[plain["array"]].view(plain["type"])
+            return flat.reshape(plain["shape"])
+        for name in ("dict", "mapping"):
+            if name in plain:
+                made = {self.value(k): self.value(v) for k, v in plain[name]}
+                return made if name == "dict" else MappingProxyType(made)
+        raise ValueError(f"unknown value {sorted(plain)}")
+
+
+def _plain_float(value: float) -> Any:
+    return float(value) if math.isfinite(value) else {"float": repr(float(value))}
+
+
+def name_of_class(kind: type) -> str:
+    """`module:name` of a class of this program; ValueError for others."""
+    if kind.__module__.partition(".")[0] not in PACKAGES:
+        raise ValueError(f"{kind.__module__}.{kind.__qualname__}")
+    return f"{kind.__module__}:{kind.__qualname__}"
+
+
+def class_of(name: str) -> Any:
+    """The class that a name stands for: a dataclass, named tuple or enumeration."""
+    module, _, path = name.partition(":")
+    if module.partition(".")[0] not in PACKAGES:
+        raise ValueError(f"{name} is no class of this program")
+    kind: Any = import_module(module)
+    for part in path.split("."):
+        kind = getattr(kind, part, None)
+    valid = isinstance(kind, type) and (
+        is_dataclass(kind) or hasattr(kind, "_fields") or issubclass(kind, Enum)
+    )
+    if not valid:
+        raise ValueError(f"{name} is no class of values")
+    return kind
+
+
+def _type_of(dtype: np.dtype[Any]) -> dict[str, Any]:
+    """A type of records: offsets, and types of fields with their shapes."""
+    found: Mapping[str, Any] = dtype.fields or {}
+    return {
+        "names": list(found),
+        "formats": [[part[0].base.str, list(part[0].shape)] for part in found.values()],
+        "offsets": [part[1] for part in found.values()],
+        "itemsize": dtype.itemsize,
+    }
+
+
+def _dtype_of(plain: dict[str, Any]) -> np.dtype[Any]:
+    formats = [(kind, tuple(shape)) for kind, shape in plain["formats"]]
+    return np.dtype({**plain, "formats": formats})

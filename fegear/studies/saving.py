@@ -1,0 +1,212 @@
+"""Results as files: saved, loaded where their study cannot be run, and shown the same.
+
+A file holds what a result is made of, and what its study said of it: summary, tables
+and the lines of its page. Tables are variables with the names of their columns, for
+`xarray.open_dataset`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fegear.boundary import public
+from fegear.files.errors import InputError
+from fegear.files.netcdf import Variable, read_netcdf, write_netcdf
+from fegear.files.output import path_of
+from fegear.files.values import Decoder, Encoder, class_of, name_of_class
+from fegear.files.version import package_version
+from fegear.studies.page import ColumnTable, Page, RowTable
+from fegear.studies.study import StudyResult
+from fegear.studies.table import Table
+
+FORMAT = "fegear result 1"
+MAIN = "table"
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What a study said of its result."""
+
+    summary: Mapping[str, Any]
+    tables: Mapping[str, Table]
+    page: Sequence[str | RowTable | ColumnTable]
+
+
+class Loaded:
+    """Base of results that are loaded: they show what was saved."""
+
+    _shown: Shown
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        return self._shown.summary
+
+    @property
+    def table(self) -> Table:
+        if MAIN not in self._shown.tables:
+            raise InputError("this result has no table")
+        return self._shown.tables[MAIN]
+
+    @property
+    def more_tables(self) -> Mapping[str, Table]:
+        tables = self._shown.tables.items()
+        return {name: table for name, table in tables if name != MAIN}
+
+    def page(self) -> Page:
+        yield from self._shown.page
+
+
+def save(result: StudyResult, path: str | Path) -> None:
+    """Write a result, `.nc`; see `load`."""
+    target = path_of(path)
+    if target.suffix != ".nc":
+        raise InputError(f"{target}: the name of a saved result ends with .nc")
+    instance: Any = result
+    encoder, variables = Encoder(), dict[str, Variable]()
+    try:
+        tree = {
+            "class": name_of_class(_class_of_result(result)),
+            "fields": {
+                f.name: encoder.plain(getattr(result, f.name)) for f in fields(instance)
+            },
+            "summary": encoder.plain(dict(result.summary)),
+            "page": [encoder.plain(_plain_part(part)) for part in result.page()],
+            "tables": {
+                name: _plain_table(name, table, encoder, variables)
+                for name, table in _tables(result)
+            },
+            "shared": encoder.shared,
+        }
+    except ValueError as error:
+        raise InputError(f"{target}: a value of {error} cannot be saved") from None
+    for number, values in enumerate(encoder.arrays):
+        name = f"part_{number}"
+        variables[name] = Variable(values, f"{name}_size")
+    attributes = {
+        "format": FORMAT,
+        "made_with": f"fegear {package_version()}",
+        "command": result.study.command,
+        "result": json.dumps(tree, allow_nan=False),
+    }
+    write_netcdf(target, attributes, variables)
+
+
+@public
+def load(path: str | Path) -> Any:
+    """The result in a file of `save`: it shows, tabulates and draws the same.
+
+    Nothing is computed anew, and no other file is read. Raises InputError for a file
+    that is none, is damaged, or was saved by a version whose results differ.
+    """
+    target = path_of(path)
+    attributes, variables = read_netcdf(target)
+    if attributes.get("format") != FORMAT:
+        raise InputError(f"{target}: is no result that was saved")
+    try:
+        tree = json.loads(attributes["result"])
+        parts = (name for name in variables if name.startswith("part_"))
+        count = len(list(parts))
+        arrays = [variables[f"part_{number}"] for number in range(count)]
+        decoder = Decoder(arrays, tree["shared"])
+        return _loaded(tree, decoder, variables)
+    except (ValueError, KeyError, AttributeError, ImportError, TypeError):
+        made = attributes.get("made_with", "another version")
+        raise InputError(
+            f"{target}: was saved by {made}, whose results fegear {package_version()} "
+            "cannot load"
+        ) from None
+
+
+def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> StudyResult:
+    kind = class_of(tree["class"])
+    if not issubclass(kind, StudyResult):
+        raise ValueError(f"{kind.__name__} is no result")
+    names = {"__module__": kind.__module__, "__qualname__": kind.__qualname__}
+    result = object.__new__(type(kind.__name__, (Loaded, kind), names))
+    for name, part in tree["fields"].items():
+        result.__dict__[name] = decoder.value(part)
+    shown = Shown(
+        summary=decoder.value(tree["summary"]),
+        tables={
+            name: _table(part, decoder, variables)
+            for name, part in tree["tables"].items()
+        },
+        page=[_part(decoder.value(part)) for part in tree["page"]],
+    )
+    object.__setattr__(result, "_shown", shown)
+    return result
+
+
+def _class_of_result(result: StudyResult) -> type:
+    kind = type(result)
+    return kind.__mro__[2] if isinstance(result, Loaded) else kind
+
+
+def _tables(result: StudyResult) -> Iterator[tuple[str, Table]]:
+    with suppress(InputError):  # of a study that has none
+        yield MAIN, result.table
+    yield from result.more_tables.items()
+
+
+def _plain_table(
+    name: str, table: Table, encoder: Encoder, variables: dict[str, Variable]
+) -> dict[str, Any]:
+    """Columns of numbers become variables, others plain items."""
+    rows = [tuple(row) for row in table.rows()]
+    columns: dict[str, Any] = {}
+    for number, key in enumerate(table.names):
+        cells = [row[number] for row in rows]
+        kinds = set(map(type, cells))
+        if kinds in ({float}, {int}):
+            called = key if name == MAIN else f"{name}.{key}"
+            meaning = {"long_name": table.header[key]} if key in table.header else {}
+            dimension = "row" if name == MAIN else f"{name}_row"
+            variables[called] = Variable(np.array(cells), dimension, meaning)
+            columns[key] = {"variable": called}
+        else:
+            columns[key] = {"items": encoder.plain(cells)}
+    return {"columns": columns, "header": encoder.plain(dict(table.header))}
+
+
+def _table(plain: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Table:
+    columns = {
+        key: variables[part["variable"]].tolist()
+        if "variable" in part
+        else decoder.value(part["items"])
+        for key, part in plain["columns"].items()
+    }
+    rows = list(zip(*columns.values(), strict=True))
+    return Table(tuple(columns), lambda: rows, decoder.value(plain["header"]))
+
+
+def _plain_part(part: str | RowTable | ColumnTable) -> Any:
+    """A part of a page as texts."""
+    if not isinstance(part, RowTable):
+        return part if isinstance(part, str) else vars(part)
+    cells = list(part.cells())
+    texts = part.text_columns
+    return {
+        "cells": cells,
+        "names": list(part.columns),
+        "title": part.title,
+        "text_columns": None if texts is None else list(texts),
+        "whole": part.whole,
+    }
+
+
+def _part(plain: Any) -> str | RowTable | ColumnTable:
+    if isinstance(plain, str):
+        return plain
+    if "cells" not in plain:
+        return ColumnTable(**plain)
+    names = plain.pop("names")
+    rows = [dict(zip(names, cells, strict=True)) for cells in plain.pop("cells")]
+    return RowTable(rows, {name: itemgetter(name) for name in names}, **plain)
