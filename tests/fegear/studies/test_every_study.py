@@ -319,7 +319,7 @@ EXAMPLES = {
         "elements": fegear.FiniteElements(fidelity="quasistatic", friction=0.05),
     },
     "compare": {"gear_set": "liu-idler", "mesh": 2, "torque": 100.0 + 1.0 / 3.0},
-    "budget": {"gear_set": "liu-pair", "speeds": [7000.0], "runs": "runs"},
+    "ablation": {"gear_set": "liu-pair", "speeds": [7000.0], "runs": "runs"},
     "map": {
         "gear_set": "liu-idler",
         "over": ("mesh.2.phase=0:1:4", "torque_Nm=50,100.333333333333333"),
@@ -404,7 +404,7 @@ RUN_DEPENDENT_KEYS = {
     *("compiled_signatures", "functions", "signatures"),  # of a cache that others use
 }
 WITHOUT_TABLE = {"show", "mesh", "render", "rattle gears", "bench all"}
-SLOW = {"budget", "eccentric", "identify", "rattle bifurcation", "warmup", "validate"}
+SLOW = {"ablation", "eccentric", "identify", "rattle bifurcation", "warmup", "validate"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
 )
@@ -581,7 +581,9 @@ def test_a_name_stands_for_a_machine_without_changes(tmp_path):
     assert (tmp_path / "noise.png").stat().st_size > 5_000
     with pytest.raises(InputError, match=r"^name = other; drawn are plot$"):
         result.draw("other.png", "other")
-    assert repr(result).startswith("NoiseResult(study=<Noise>, noise=<Noise>, iter")
+    assert repr(result).startswith(
+        "NoiseResult(study=<RattleNoise>, noise=<NoiseSample>, "
+    )
 
 
 def test_a_bar_moves_until_files_are_written(toy, tmp_path, monkeypatch):
