@@ -48,7 +48,7 @@ def run(
     deliver : called with the result, to write its files; records that are kept are
         removed after it, and stay if it fails
     After Ctrl-C the result of some studies holds what was finished and is not
-    complete; of others it is raised again. Records are in `checkpoint_options` says.
+    complete; of others it is raised again. Records are where `checkpoint_options` say.
     Raises InputError for what cannot be computed or kept.
     """
     if not isinstance(workers, Cluster | None):
