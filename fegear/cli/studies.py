@@ -134,7 +134,7 @@ def _run_study(
     from fegear.files.store import NO_CHECKPOINT
     from fegear.studies.running import run
 
-    keeping, computed = (
+    checkpoint_options, computed = (
         outputs.checkpoint_options if study.resumes else NO_CHECKPOINT,
         False,
     )
@@ -148,7 +148,7 @@ def _run_study(
                 if not result.empty:
                     _write(result, outputs)
 
-            result = run(study, keeping, report, workers, deliver)
+            result = run(study, checkpoint_options, report, workers, deliver)
             return result, result.summary
     except BaseException as error:
         if computed or isinstance(error, KeyboardInterrupt):

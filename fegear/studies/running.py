@@ -35,26 +35,27 @@ MAX_THREADS = 1000
 @public
 def run(
     study: Study,
-    keeping: CheckpointOptions = NO_CHECKPOINT,
+    checkpoint_options: CheckpointOptions = NO_CHECKPOINT,
     progress: Progress = silent,
     workers: int | Cluster | None = None,
     deliver: Callable[[Any], None] | None = None,
 ) -> Any:
     """The result of a study.
 
-    keeping : where tasks keep their records, and whether kept ones are taken up
+    checkpoint_options : where records of tasks are stored, and whether stored ones of
+        an earlier run are used
     workers : threads, one a core by default, or a cluster for the parts of tasks
     deliver : called with the result, to write its files; records that are kept are
         removed after it, and stay if it fails
     After Ctrl-C the result of some studies holds what was finished and is not
-    complete; of others it is raised again. Records are kept where `keeping` says.
+    complete; of others it is raised again. Records are where `checkpoint_options` say.
     Raises InputError for what cannot be computed or kept.
     """
     if not isinstance(workers, Cluster | None):
         require_between("workers", workers, 1, MAX_THREADS)
     progress("preparation", 0, 1)
     tasks, results = list(study.tasks()), dict[str, Any]()
-    checkpoint = _opened(study, tasks, keeping) if study.resumes else None
+    checkpoint = _opened(study, tasks, checkpoint_options) if study.resumes else None
     stop, done = threading.Event(), False
     board = TaskProgress(progress, {task.key: task.size for task in tasks})
     threads = None if isinstance(workers, Cluster) else workers
@@ -86,15 +87,19 @@ def run(
 
 
 def _opened(
-    study: Study, tasks: Sequence[Task], keeping: CheckpointOptions
+    study: Study, tasks: Sequence[Task], checkpoint_options: CheckpointOptions
 ) -> Checkpoint | None:
     """The checkpoint of a study; says what was finished where it is taken up."""
-    checkpoint = keeping.open({**study.inputs, "version": package_version()})
-    if checkpoint is not None and keeping.resume and checkpoint.has_previous_run:
+    checkpoint = checkpoint_options.open({**study.inputs, "version": package_version()})
+    if (
+        checkpoint is not None
+        and checkpoint_options.resume
+        and checkpoint.has_previous_run
+    ):
         checkpoint.report_resumed(
             [task.key for task in tasks],
             sum(task.size for task in tasks),
-            keeping.notify,
+            checkpoint_options.notify,
             study.unit,
         )
     return checkpoint

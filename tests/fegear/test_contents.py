@@ -142,8 +142,8 @@ def test_an_edited_table_is_not_resumed(tmp_path, monkeypatch):
     other = replace(table, columns=stiffer)
     with monkeypatch.context() as patched:
         patched.setattr(stability, "scan_stability", stopped)
-        keeping = CheckpointOptions(checkpoint=Path("m.csv.partial"))
-        assert not fegear.run(study, keeping, workers=1).complete
+        checkpoint_options = CheckpointOptions(checkpoint=Path("m.csv.partial"))
+        assert not fegear.run(study, checkpoint_options, workers=1).complete
     Path("t.csv").write_text(format_table(other))
     with pytest.raises(InputError, match=r"^m\.csv\.partial: .* content of t\.csv = '"):
         run([*argv, "--resume"])

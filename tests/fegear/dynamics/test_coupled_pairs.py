@@ -128,4 +128,4 @@ def test_a_motion_that_memory_cannot_hold_is_refused_with_its_length(case_of):
     system = coupled(case_of("liu-idler", errors=errors))
     with pytest.raises(TrainError, match=r"98230 periods .* GB of motion, .* allowed"):
         respond(system, 1600.0)
-    assert coupled(case_of("liu-idler")).holds(64)
+    assert coupled(case_of("liu-idler")).fits_memory(64)

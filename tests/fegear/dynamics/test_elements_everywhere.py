@@ -113,7 +113,7 @@ def test_a_wider_idler_moves_more_mass_on_the_same_statics(idler):
     wide = replace(idler, gears=(pinion, wide_gear, follower))
     assert wide.common_width(0) == wide.common_width(1) == gear.face_width
     one, two = (prepared(g, STRESS, "quasistatic").model for g in (idler, wide))
-    for name in ("law", "normal_compliance"):
+    for name in ("load_curve", "normal_compliance"):
         np.testing.assert_array_equal(*(getattr(m.contacts, name) for m in (one, two)))
     before, after = (prepared(g, STRESS).model.modal for g in (idler, wide))
     scale = np.where(before.owner == 1, np.sqrt(2.0), 1.0)

@@ -52,8 +52,8 @@ def test_places_are_those_of_many_harmonics(train, few):
     assert [point.kind for _, point in few] == [point.kind for _, point in many]
     missed = []
     for (_, point), (_, exact) in zip(few, many, strict=True):
-        assert point.place == pytest.approx(exact.best_parameter, rel=1e-7)
-        assert point.place == pytest.approx(exact.parameter, rel=1e-6)
+        assert point.best_parameter == pytest.approx(exact.best_parameter, rel=1e-7)
+        assert point.best_parameter == pytest.approx(exact.parameter, rel=1e-6)
         missed.append(abs(point.parameter / exact.best_parameter - 1.0))
     assert max(missed) > 5e-5
 
@@ -67,7 +67,9 @@ def test_alternating_changes_grow_on_one_side_alone(train, few):
     assert {branch.multiple for branch, _ in doublings} == {1, 2}
     for branch, point in doublings:
         growths = [
-            math.log(alternation(train, branch, point, point.place * (1.0 + side)))
+            math.log(
+                alternation(train, branch, point, point.best_parameter * (1.0 + side))
+            )
             for side in (-OFF, 0.0, OFF)
         ]
         assert growths[0] * growths[2] < 0.0
