@@ -91,10 +91,17 @@ def _stored(values: NDArray[Any]) -> NDArray[Any]:
     kind = values.dtype.kind
     if kind not in STORED:
         raise ValueError(f"arrays of {values.dtype} cannot be saved")
-    largest = int(np.abs(values).max(initial=0)) if kind in "iu" else 0
+    largest = largest_integer(values)
     if largest > EXACT_INTEGERS:
         raise ValueError(f"integers up to {largest} cannot be saved")
     return values.astype("f8" if largest > LAST else STORED[kind])
+
+
+def largest_integer(values: NDArray[Any]) -> int:
+    """Largest size of the integers of an array, 0 of other numbers."""
+    if values.dtype.kind not in "iu" or not values.size:
+        return 0
+    return max(abs(int(values.min())), abs(int(values.max())))
 
 
 def _restored(variable: Any) -> NDArray[Any]:

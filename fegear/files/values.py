@@ -21,6 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.files.netcdf import EXACT_INTEGERS, largest_integer
+
 PACKAGES = "fegear", "lumped", "meshes", "validation"
 SEQUENCES = {"tuple": tuple, "list": list, "set": set, "frozenset": frozenset}
 
@@ -88,7 +90,7 @@ class Encoder:
         if value.dtype.names:
             parts = {n: self.plain(np.array(value[n])) for n in value.dtype.names}
             return {"records": _type_of(value.dtype), "fields": parts, "shape": shape}
-        if kind in "UO" or not value.size:
+        if kind in "UO" or not value.size or largest_integer(value) > EXACT_INTEGERS:
             items = [self.plain(item) for item in value.ravel().tolist()]
             return {"items": items, "type": value.dtype.str, "shape": shape}
         flat = np.ascontiguousarray(value).ravel()

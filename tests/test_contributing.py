@@ -1,0 +1,49 @@
+"""Files and names in CONTRIBUTING.md are there."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+PATHS = sorted(set(re.findall(r"`((?:[\w.]+/)+[\w.]*)`", PAGE)))
+NAMES = sorted(set(re.findall(r"`([a-z]+(?:_[a-z]+)+|[A-Z]\w+)`", PAGE)))
+PACKAGES = "meshes", "lumped", "fegear", "validation"
+
+
+def definitions() -> Iterator[str]:
+    """Functions, classes, their fields, and constants of modules."""
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            tree = ast.parse(path.read_text("utf-8"))
+            for node in ast.walk(tree):
+                if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                    yield node.name
+                if isinstance(node, ast.Module | ast.ClassDef):
+                    yield from _assigned(node)
+
+
+def _assigned(scope: ast.Module | ast.ClassDef) -> Iterator[str]:
+    for statement in scope.body:
+        if isinstance(statement, ast.Assign | ast.AnnAssign):
+            for node in ast.walk(statement):
+                if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                    yield node.id
+
+
+DEFINED = frozenset(definitions())
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_files_are_there(path):
+    assert (ROOT / path).exists()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_are_defined(name):
+    assert name in DEFINED
