@@ -76,7 +76,8 @@ def read_netcdf(path: Path) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
         raise file_error(path, "read", error) from None
     try:
         with netcdf_file(io.BytesIO(content), "r", mmap=False) as file:
-            texts = {k: v.decode() for k, v in file._attributes.items()}
+            held = vars(file).items()
+            texts = {k: v.decode() for k, v in held if isinstance(v, bytes)}
             arrays = {name: _restored(v) for name, v in file.variables.items()}
     except Exception:  # whatever SciPy makes of bytes that are no such file
         raise InputError(f"{path}: is no result that was saved, or damaged") from None

@@ -202,4 +202,5 @@ def _type_of(dtype: np.dtype[Any]) -> dict[str, Any]:
 
 def _dtype_of(plain: dict[str, Any]) -> np.dtype[Any]:
     formats = [(kind, tuple(shape)) for kind, shape in plain["formats"]]
-    return np.dtype({**plain, "formats": formats})
+    described: Any = {**plain, "formats": formats}
+    return np.dtype(described)

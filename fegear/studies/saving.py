@@ -130,7 +130,7 @@ def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> StudyR
     if not issubclass(kind, StudyResult):
         raise ValueError(f"{kind.__name__} is no result")
     names = {"__module__": kind.__module__, "__qualname__": kind.__qualname__}
-    result = object.__new__(type(kind.__name__, (Loaded, kind), names))
+    result: Any = object.__new__(type(kind.__name__, (Loaded, kind), names))
     for name, part in tree["fields"].items():
         result.__dict__[name] = decoder.value(part)
     shown = Shown(
