@@ -81,11 +81,12 @@ class OrbitBifurcations(
         f"{', '.join(FIGURES)}. Give it twice for the bifurcations over two.",
         metavar="KEY=A:B",
     )
-    departures: int = setting(
+    max_liftoffs: int = setting(
         2,
-        "Largest number of departures from the upper flank in a period of the "
+        "Largest number of lift-offs from the upper flank in a period of the "
         "motions from which branches are followed.",
         Range(1, 12),
+        former="--departures",
     )
     starts: int = setting(
         5,
@@ -142,7 +143,7 @@ class OrbitBifurcations(
         return OrbitSearch(
             figure=FIGURES[name],
             limits=limits,
-            departures=self.departures,
+            max_liftoffs=self.max_liftoffs,
             velocity=self.speeds,
             starts=self.starts,
             runs=OrbitSearch.runs if self.runs is None else self.runs,

@@ -58,10 +58,11 @@ class Manifolds(
         "Saddles of this motion only, such as P(1,1,0). [default: all]",
         parse=lambda text: text.replace(" ", ""),
     )
-    departures: int = setting(
+    max_liftoffs: int = setting(
         1,
-        "Largest number of departures from the upper flank in a period of the saddles.",
+        "Largest number of lift-offs from the upper flank in a period of the saddles.",
         Range(1, 12),
+        former="--departures",
     )
     length: float = setting(
         20.0,
@@ -97,7 +98,7 @@ class Manifolds(
                 f"{self.named.name}: restitution = 0; departures have no pre-images "
                 "where impacts lose all speed, manifolds and grazing curves need more"
             )
-        all_orbits = find_orbits(machine, self.departures, self.speeds)
+        all_orbits = find_orbits(machine, self.max_liftoffs, self.speeds)
         orbits = [o for o in saddles(all_orbits) if self.orbit in ("", o.name)]
         if self.orbit and not orbits:
             names = (

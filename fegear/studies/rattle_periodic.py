@@ -30,7 +30,7 @@ class PeriodicOrbits(
     MachineStudy,
     Study,
     command="rattle periodic",
-    example="rattle periodic roots-scaled --departures 2",
+    example="rattle periodic roots-scaled --max-liftoffs 2",
 ):
     """Periodic motions P(m, n+, n-), stable or not.
 
@@ -42,11 +42,12 @@ class PeriodicOrbits(
 
     pictures: ClassVar[Mapping[str, str]] = {}
 
-    departures: int = setting(
+    max_liftoffs: int = setting(
         2,
-        "Largest number of departures from the upper flank in a period of the "
+        "Largest number of lift-offs from the upper flank in a period of the "
         "listed motions.",
         Range(1, 12),
+        former="--departures",
     )
 
     def tasks(self) -> Iterator[Task]:
@@ -55,7 +56,7 @@ class PeriodicOrbits(
     def _found(self, job: Job) -> PeriodicResult:
         machine = self.named.machine
         motions = [
-            *map(_of_orbit, find_orbits(machine, self.departures, self.speeds)),
+            *map(_of_orbit, find_orbits(machine, self.max_liftoffs, self.speeds)),
             *map(_of_rest, sticking_motions(machine)),
         ]
         return PeriodicResult(self, tuple(motions))
@@ -114,7 +115,7 @@ class PeriodicResult(StudyResult):
         return {
             **self.study.named.heading,
             **parameters(machine),
-            "departures": self.study.departures,
+            "departures": self.study.max_liftoffs,
             "velocity_rad_per_turn": list(self.study.speeds),
             "least_eccentricity_of_P(1,1,0)_rad": (
                 min_eccentricity(machine) if is_closed_form else None
@@ -147,7 +148,7 @@ class PeriodicResult(StudyResult):
     def page(self) -> Page:
         values = self.summary
         yield from heading(self.study.named)
-        yield f"motions of up to {self.study.departures} departures a period"
+        yield f"motions of up to {self.study.max_liftoffs} departures a period"
         columns: Columns = {
             "motion": itemgetter("name"),
             "stable": lambda row: "yes" if row["stable"] else "no",

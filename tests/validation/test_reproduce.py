@@ -309,7 +309,9 @@ def test_a_map_has_a_point_for_every_pair_of_values():
 
 
 def test_few_harmonics_of_the_finite_elements_are_left():
-    figure = read_figure(GOOD.replace('"rectangular"', '"fe"\nwave_harmonics = 2'))
+    figure = read_figure(
+        GOOD.replace('"rectangular"', '"fe"\nexcitation_harmonics = 2')
+    )
     system = figure.scene(figure.part[0]).system
     harmonics = parametric_system(system).stiffness_harmonics
     assert (abs(harmonics[:, :2]) > 0.01).all()

@@ -82,10 +82,10 @@ def _settings(result: CaseResult) -> Iterator[tuple[str, str]]:
             "mesh frequencies",
             f"{case.speeds_Hz} Hz, {' and '.join(case.directions)}",
         )
-    for wave in case.wave:
+    for wave in case.single_speed:
         yield f"motion at {wave.torque_Nm:g} N m", wave.label
     yield "finite elements", case.fidelity
-    if case.speeds_Hz or case.wave:
+    if case.speeds_Hz or case.single_speed:
         ratio = case.damping_ratio
         yield "damping ratio", "of the gear set" if ratio is None else f"{ratio:g}"
         yield "translations", "free" if case.translations else "held"

@@ -19,7 +19,7 @@ FAST = "ablation liu-pair --torque 100 --speeds 7000,7100"  # beside an elastic 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("budget")
+    return tmp_path_factory.mktemp("ablation")
 
 
 @pytest.fixture(scope="module")

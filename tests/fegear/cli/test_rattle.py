@@ -67,7 +67,7 @@ def test_basins_on_screen_in_files_and_for_machines(tmp_path):
 
 
 def test_motions_that_repeat_are_listed_with_their_stability():
-    values = json_output("rattle", "periodic", "roots-scaled", "--departures", "1")
+    values = json_output("rattle", "periodic", "roots-scaled", "--max-liftoffs", "1")
     stability = [(orbit["name"], orbit["stable"]) for orbit in values["orbits"]]
     assert stability == [
         *(("P(1,1,0)", True), ("P(1,1,0)", False)),
@@ -77,11 +77,11 @@ def test_motions_that_repeat_are_listed_with_their_stability():
     assert values["least_eccentricity_of_P(1,1,0)_rad"] == pytest.approx(
         0.05964, abs=1e-5
     )
-    arguments = "rattle", "periodic", "roots-scaled", "--departures", "1"
+    arguments = "rattle", "periodic", "roots-scaled", "--max-liftoffs", "1"
     page = CliRunner().invoke(app, arguments).stdout
     assert page.count("P(1,1,0)") == 3  # the last line has one
     assert "exists from an eccentricity of 0.05964 rad on" in page
-    arguments = "rattle", "periodic", "roots-scaled", "--departures", "3"
+    arguments = "rattle", "periodic", "roots-scaled", "--max-liftoffs", "3"
     page = CliRunner().invoke(app, arguments).stdout
     assert "P(3,3,2)" in page  # fits a narrow screen
 
@@ -168,7 +168,7 @@ def test_what_comes_to_rest_has_one_name_in_all_commands():
         "rattle", "noise", *arguments, "--starts", "20", "--turns", "20"
     )
     assert [motion["name"] for motion in noise["motions"]] == ["sticking(1)"]
-    periodic = json_output("rattle", "periodic", *arguments, "--departures", "1")
+    periodic = json_output("rattle", "periodic", *arguments, "--max-liftoffs", "1")
     (rests,) = [o for o in periodic["orbits"] if o["name"] == "sticking(1)"]
     assert rests["departures"] == [pytest.approx(attractor["point"], abs=1e-9)]
     assert not json_output("rattle", "periodic", "roots-scaled", "--restitution", "0")[

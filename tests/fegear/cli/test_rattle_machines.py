@@ -101,7 +101,7 @@ def test_every_key_moves_an_answer(tmp_path, table, key):
 def test_name_description_and_inferences_are_on_the_screen(tmp_path):
     texts = {"description": "A pump of mine", "inferences": ["its play", "its mass"]}
     path = written(tmp_path, IMPACTS, **texts)
-    for command in (["critical"], ["periodic", "--departures", "1"], ["basin"]):
+    for command in (["critical"], ["periodic", "--max-liftoffs", "1"], ["basin"]):
         small = ["--grid", "5"] if command == ["basin"] else []
         arguments = ["rattle", command[0], path, *command[1:], *small]
         page = CliRunner().invoke(app, arguments).stdout
@@ -218,7 +218,7 @@ def test_speeds_of_unequal_shafts_are_the_same_in_all_commands(tmp_path, more_dr
     summaries = [json_output("noise", path, "--starts", "2", "--turns", "5", *options)]
     if not more_drag:
         summaries += [json_output("basin", path, "--grid", "5", *options)]
-        summaries += [json_output("periodic", path, "--departures", "1")]
+        summaries += [json_output("periodic", path, "--max-liftoffs", "1")]
     exact = 4.0 * math.pi * 0.4 * 2.5 + 1.6
     for summary in summaries:
         assert summary["velocity_rad_per_turn"] == pytest.approx([0.0, exact], rel=1e-5)

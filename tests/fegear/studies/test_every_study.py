@@ -319,7 +319,7 @@ EXAMPLES = {
         "elements": fegear.FiniteElements(fidelity="quasistatic", friction=0.05),
     },
     "compare": {"gear_set": "liu-idler", "mesh": 2, "torque": 100.0 + 1.0 / 3.0},
-    "budget": {"gear_set": "liu-pair", "speeds": [7000.0], "runs": "runs"},
+    "ablation": {"gear_set": "liu-pair", "speeds": [7000.0], "runs": "runs"},
     "map": {
         "gear_set": "liu-idler",
         "over": ("mesh.2.phase=0:1:4", "torque_Nm=50,100.333333333333333"),
@@ -366,7 +366,7 @@ EXAMPLES = {
     "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},
     "rattle bifurcation": {
         "over": ("epsilon=0.09:0.1",),
-        "departures": 1,
+        "max_liftoffs": 1,
         "starts": 1,
         "runs": 2,
         "velocity": (0.0, 6.0 + 1.0 / 3.0),
@@ -379,7 +379,7 @@ EXAMPLES = {
         "elements": fegear.StaticsSettings(resolution="coarse"),
     },
     "rattle manifold": {"length": 1.0 + 1.0 / 3.0, "preimages": 0, "unstable": True},
-    "rattle periodic": {"departures": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
+    "rattle periodic": {"max_liftoffs": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
     "validate": {
         "cases": ("tiny.toml",),
@@ -404,7 +404,7 @@ RUN_DEPENDENT_KEYS = {
     *("compiled_signatures", "functions", "signatures"),  # of a cache that others use
 }
 WITHOUT_TABLE = {"show", "mesh", "render", "rattle gears", "bench all"}
-SLOW = {"budget", "eccentric", "identify", "rattle bifurcation", "warmup", "validate"}
+SLOW = {"ablation", "eccentric", "identify", "rattle bifurcation", "warmup", "validate"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
 )
