@@ -60,7 +60,7 @@ class OrbitSearch:
 @dataclass(frozen=True, eq=False)
 class BifurcationDiagram:
     """Branches over a figure; settled (d, 3): value of the figure, time and speed of
-    departures that long runs settle to; unsettled (u,): values, one for each long run
+    lift-offs that long runs settle to; not_converged (u,): values, one for each long run
     that has not settled."""
 
     branches: tuple[OrbitBranch, ...]

@@ -32,7 +32,7 @@ from lumped.rattle.return_map import RETURNS
 SADDLE = "saddle"  # of the keys of tasks
 LEGEND = {
     "curve": "from 1; motion: of the saddle, or the grazing curve",
-    "returns_before": "of a grazing curve to the departure that grazes",
+    "returns_before": "of a grazing curve to the lift-off that grazes",
     "branch": "+1 or -1, on which side of the saddle it starts",
     "length": "speeds over 2 pi damping, times in turns; NaN parts pieces at jumps",
 }
@@ -158,7 +158,7 @@ class ManifoldsResult(StudyResult):
                 {
                     "motion": manifold.orbit.name,
                     "kind": _kind(manifold),
-                    "departure": list(manifold.departure),
+                    "liftoff": list(manifold.departure),
                     "branch": manifold.side,
                     "length": manifold.curve.length,
                     "points": len(manifold.curve.points),
@@ -216,7 +216,7 @@ class ManifoldsResult(StudyResult):
         rows = [
             {
                 "curve": _name(manifold["kind"], manifold["motion"]),
-                **dict(zip(("time", "speed"), manifold["departure"], strict=True)),
+                **dict(zip(("time", "speed"), manifold["liftoff"], strict=True)),
                 **manifold,
             }
             for manifold in values["manifolds"]

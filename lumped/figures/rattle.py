@@ -136,7 +136,7 @@ def _show_basins(axes: Axes, basins: BasinMap) -> list[Any]:
         part = parts.sum() - parts[shown].sum()
         handles.append(Patch(color=OTHERS, label=f"{others} others {part:.3g} %"))
     if (basins.attractor < 0).any():
-        handles.append(Patch(color=GREY, label="not identified"))
+        handles.append(Patch(color=GREY, label="undecided"))
     return handles
 
 
@@ -195,7 +195,7 @@ def draw_noise(noise: NoiseSample, title: str) -> Figure:
     for number in range(-1, len(noise.attractors)):
         selected = noise.motion[order] == number
         color = GREY if number < 0 else color_of_motion(noise.attractors[number].name)
-        label = "not identified" if number < 0 else noise.attractors[number].name
+        label = "undecided" if number < 0 else noise.attractors[number].name
         if selected.any():
             levels = noise.level[order][selected]
             axes.plot(levels, part[selected], ".", color=color, ms=4, label=label)

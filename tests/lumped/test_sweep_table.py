@@ -36,7 +36,7 @@ def test_columns_are_those_that_are_documented():
         "mesh_frequency_Hz",
         "mesh",
         "dte_rms_m",
-        "dte_rms_spread_m",
+        "dte_rms_stderr_m",
         "dte_mean_m",
         "dte_peak_m",
         "force_peak_N",
@@ -100,7 +100,7 @@ def response(frequency, status=Status.PERIODIC):
     values = np.array([1.0, 2.0])
     names = (
         "dte_rms",
-        "dte_rms_spread",
+        "dte_rms_stderr",
         "dte_mean",
         "dte_peak",
         "force_peak",

@@ -235,8 +235,8 @@ def read_case(text: str, source: str = "case") -> Case:
         if motion.torque_Nm not in case.torques_Nm:
             allowed = ", ".join(f"{torque:g}" for torque in case.torques_Nm)
             raise InputError(
-                f"{source}: single_speed.torque_Nm = {motion.torque_Nm:g}; must be one of "
-                f"torques_Nm, {allowed}"
+                f"{source}: single_speed.torque_Nm = {motion.torque_Nm:g}; must be "
+                f"one of torques_Nm, {allowed}"
             )
     return case
 

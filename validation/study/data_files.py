@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from types import MappingProxyType
 from typing import Annotated, Any, Generic, TypeVar
 
 from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
@@ -69,7 +68,7 @@ class DataFile(Generic[T]):
 
     content: type[T]
     tables: Mapping[str, type | Mapping[str, type]]
-    former: Mapping[str, str] = MappingProxyType({})
+    former: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def _adapter(self) -> TypeAdapter[T]:

@@ -248,8 +248,8 @@ RUBBED = (
 BUILT = f"{RUBBED} --excitation rectangular --bending 0.4"
 HOLDING = "stability SET --over damping_ratio=0.002 --speeds 2000:20000:1000 --json"
 OVER_DELTA = (
-    "rattle bifurcation roots-scaled --over epsilon=0.09:0.1 --max-liftoffs 1 --starts 2 "
-    "--runs 2 --json"
+    "rattle bifurcation roots-scaled --over epsilon=0.09:0.1 --max-liftoffs 1 "
+    "--starts 2 --runs 2 --json"
 )
 DOUBLED_ORBITS = (
     "rattle bifurcation roots-scaled --over epsilon=0.06:0.09 --max-liftoffs 1 "

@@ -33,7 +33,7 @@ def test_critical_eccentricity_of_the_built_in_pump():
     values = json_output("rattle", "critical", "roots-a")
     assert values["critical_eccentricity_rad"] == pytest.approx(9.378e-5, rel=1e-4)
     assert not values["quiet_motion_exists"]
-    helps = values["percent_of_critical_per_percent"]
+    helps = values["critical_sensitivity"]
     assert helps["damping"] == pytest.approx(1.0, abs=1e-3)
     assert 0.0 < helps["stiffness"] < 0.1
     quieter = json_output("rattle", "critical", "roots-a", "--epsilon", "9e-5")
@@ -73,7 +73,10 @@ def test_motions_that_repeat_are_listed_with_their_stability():
         *(("P(1,1,0)", True), ("P(1,1,0)", False)),
         *[("P(1,1,1)", False)] * 2,
     ]
-    assert max(orbit["from_construction"] or 0.0 for orbit in values["orbits"]) < 1e-9
+    assert (
+        max(orbit["distance_to_closed_form"] or 0.0 for orbit in values["orbits"])
+        < 1e-9
+    )
     assert values["least_eccentricity_of_P(1,1,0)_rad"] == pytest.approx(
         0.05964, abs=1e-5
     )
@@ -198,11 +201,11 @@ def test_what_has_not_settled_is_told_and_left_out():
     assert "basin entropy" not in result.stdout
     values = json_output(*basin)
     assert (values["attractors"], values["basin_entropy"]) == ([], None)
-    assert values["unclear_fraction"] == 1.0
+    assert values["undecided_fraction"] == 1.0
     arguments = "noise", "roots-a", "--starts", "4", "--turns", "20"
     few = json_output("rattle", *arguments, "--iterations", "200")
     assert few["noise_rad2_per_turn3"] is None
-    assert few["unclear_fraction"] == 1.0
+    assert few["undecided_fraction"] == 1.0
     enough = json_output("rattle", *arguments)
     assert enough["iterations"] == 138_200
     assert enough["noise_rad2_per_turn3"] > 0.0
@@ -217,7 +220,7 @@ def test_basins_of_low_damping_are_followed_until_transients_end(tmp_path):
     machine.write_text(text, "utf-8")
     values = json_output("rattle", "basin", str(machine), "--grid", "5")
     assert values["iterations"] == 138_200
-    assert values["unclear_fraction"] < 0.5
+    assert values["undecided_fraction"] < 0.5
     assert len(values["attractors"]) > 1
 
 

@@ -47,9 +47,9 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
         }
         assert in_table == {(e["kind"], e["value"]) for e in branch["bifurcations"]}
     runs = [row for row in rows if row["branch"] == "0"]
-    assert len(runs) == values["departures_of_long_runs"] > 0
+    assert len(runs) == values["liftoffs_of_long_runs"] > 0
     assert {row["stable"] for row in runs} == {""}
-    assert values["unsettled_long_runs"] == 0
+    assert values["undecided_long_runs"] == 0
     assert not values["warnings"]
     stable = {
         round(float(row["speed_rad_per_turn"]), 1)
@@ -73,8 +73,8 @@ def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
     file = tmp_path / "b.csv"
     options = "--max-liftoffs", "1", "--doublings", "0"
     values = json.loads(printed(*COMMAND, *options, "-o", file, "--json"))
-    assert values["departures_of_long_runs"] == 6
-    assert values["unsettled_long_runs"] == 12
+    assert values["liftoffs_of_long_runs"] == 6
+    assert values["undecided_long_runs"] == 12
     (warning,) = values["warnings"]
     assert warning.startswith("12 long runs that reached no attractor are left out")
     assert warning.endswith("at damping from 0.574167 to 0.615833")
