@@ -60,8 +60,8 @@ class OrbitSearch:
 @dataclass(frozen=True, eq=False)
 class BifurcationDiagram:
     """Branches over a figure; settled (d, 3): value of the figure, time and speed of
-    lift-offs that long runs settle to; not_converged (u,): values, one for each long run
-    that has not settled."""
+    lift-offs that long runs settle to; not_converged (u,): values, one for each long
+    run that has not settled."""
 
     branches: tuple[OrbitBranch, ...]
     settled: Array

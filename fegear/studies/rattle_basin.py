@@ -43,7 +43,7 @@ class Basins(
 ):
     """Attractors of a machine and their basins of attraction.
 
-    Every cell of a grid of departures from the upper flank is followed until its
+    Every cell of a grid of lift-offs from the upper flank is followed until its
     attractor is identified. With --output tiles of cells are stored in FILE.partial
     until the file is written; --resume continues from there.
     """

@@ -48,7 +48,7 @@ class Manifolds(
     """Boundaries of basins: stable manifolds of saddles, and curves of grazing.
 
     Motions that start on a stable manifold lead to its saddle; its two sides lead to
-    different motions. Departures on the grazing curve just touch the lower flank next,
+    different motions. Lift-offs on the grazing curve just touch the lower flank next,
     and those of its pre-images some returns later. Motions that stick to a flank have
     neither.
     """
@@ -77,7 +77,7 @@ class Manifolds(
     )
     preimages: int = setting(
         2,
-        "Number of pre-images of the curve of departures that graze the lower flank.",
+        "Number of pre-images of the curve of lift-offs that graze the lower flank.",
         Range(0, 20),
     )
     unstable: bool = setting(False, "Also compute unstable manifolds.")
@@ -95,7 +95,7 @@ class Manifolds(
         machine = self.named.machine
         if machine.is_impact and machine.restitution == 0.0:
             raise InputError(
-                f"{self.named.name}: restitution = 0; departures have no pre-images "
+                f"{self.named.name}: restitution = 0; lift-offs have no pre-images "
                 "where impacts lose all speed, manifolds and grazing curves need more"
             )
         all_orbits = find_orbits(machine, self.max_liftoffs, self.speeds)

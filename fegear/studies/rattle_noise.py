@@ -53,16 +53,16 @@ class RattleNoise(
     """Noise level of a machine, and how likely it runs without rattling.
 
     The noise level of a run on its attractor is the sum of the squared speeds of
-    impacts over the time. Runs start at random departures from the upper flank; the
+    impacts over the time. Runs start at random lift-offs from the upper flank; the
     same seed gives the same runs.
     """
 
     starts: int = setting(
         1000,
-        "Number of runs from random departures, uniform over a turn and the speeds.",
+        "Number of runs from random lift-offs, uniform over a turn and the speeds.",
         Range(1, 10_000_000),
     )
-    seed: int = setting(1, "Seed of the random departures.", Range(0, 2**32))
+    seed: int = setting(1, "Seed of the random lift-offs.", Range(0, 2**32))
     iterations: int | None = setting(
         None,
         "Returns to the upper flank before noise is measured; turns for machines "

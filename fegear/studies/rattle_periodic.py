@@ -34,8 +34,8 @@ class PeriodicOrbits(
 ):
     """Periodic motions P(m, n+, n-), stable or not.
 
-    Fixed points of the return map by Newton's method from a grid of initial conditions: m
-    turns, n+ lift-offs from the upper flank and n- impacts on the lower flank. Where
+    Fixed points of the return map by Newton's method from a grid of lift-offs: m turns,
+    n+ lift-offs from the upper flank and n- impacts on the lower flank. Where
     impacts lose speed, flanks may chatter and stick until the load separates them:
     sticking(m), identified by its release from rest, whatever the number of impacts.
     """

@@ -46,8 +46,8 @@ CLOSING = 16  # times the motion's period in which it closes on those steps
 class Kind(StrEnum):
     """Kind of a steady-state motion, by its exponent where it does not repeat.
 
-    NOT_CONVERGED : changes shrink, so that it still settles or repeats after more periods
-        than were looked for
+    NOT_CONVERGED : changes shrink, so that it still settles or repeats after more
+        periods than were looked for
     """
 
     PERIODIC = "periodic"

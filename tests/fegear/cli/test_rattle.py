@@ -173,7 +173,7 @@ def test_what_comes_to_rest_has_one_name_in_all_commands():
     assert [motion["name"] for motion in noise["motions"]] == ["sticking(1)"]
     periodic = json_output("rattle", "periodic", *arguments, "--max-liftoffs", "1")
     (rests,) = [o for o in periodic["orbits"] if o["name"] == "sticking(1)"]
-    assert rests["departures"] == [pytest.approx(attractor["point"], abs=1e-9)]
+    assert rests["liftoffs"] == [pytest.approx(attractor["point"], abs=1e-9)]
     assert not json_output("rattle", "periodic", "roots-scaled", "--restitution", "0")[
         "orbits"
     ]
@@ -258,7 +258,7 @@ def test_tables_of_noise_say_how_they_were_made(tmp_path):
 def test_a_map_without_inverse_has_no_manifolds(capsys):
     arguments = ["rattle", "manifold", "roots-scaled", "--restitution", "0"]
     assert run(arguments) == 2
-    assert "departures have no pre-images" in capsys.readouterr().err
+    assert "lift-offs have no pre-images" in capsys.readouterr().err
 
 
 def test_a_plot_of_runs_that_settle_to_nothing(tmp_path, recwarn):

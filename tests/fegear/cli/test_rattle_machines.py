@@ -297,8 +297,7 @@ def test_a_ripple_that_the_eccentricity_cancels_has_a_quiet_window(tmp_path):
     for value, quiet in ((0.99, False), (1.01, True)):
         assert at(eccentricity_rad=value * low)["quiet_motion_exists"] is quiet
     slopes = [
-        values[f"percent_of_{name}_per_percent"]["ripple"]
-        for name in ("critical", "least_quiet")
+        values[f"{name}_sensitivity"]["ripple"] for name in ("critical", "least_quiet")
     ]
     more = at(ripple=7.9 * 1.001)
     changes = [math.log(more[name] / values[name]) for name in limits[::-1]]

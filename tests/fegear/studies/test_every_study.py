@@ -572,7 +572,7 @@ def test_defaults_are_within_their_ranges(command):
 
 
 def test_a_name_stands_for_a_machine_without_changes(tmp_path):
-    study = fegear.Noise(machine="roots-scaled", starts=2, turns=2)
+    study = fegear.RattleNoise(machine="roots-scaled", starts=2, turns=2)
     assert study.machine == type(study.machine)(name="roots-scaled")
     result = fegear.run(study)
     result.to_csv("noise.csv")
