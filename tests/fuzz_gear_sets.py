@@ -260,8 +260,8 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--stiffness": ["given", "fe", "coupled"],
     "--mean": ["1e8", "-1"],
     "--variation": ["0.3", "2"],
-    "--mean-spread": ["0.05", "0"],
-    "--variation-spread": ["0.05", "0"],
+    "--mean-std": ["0.05", "0"],
+    "--variation-std": ["0.05", "0"],
     "--along": ["a", "nobody"],
     "--body": ["held", "free", "hung"],
     "--without": ["body", "pairs", "teeth"],
@@ -289,7 +289,7 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--kappa": ["1100", "1e6", "0", "nan", "1e-300"],
     "--beta": ["0.6", "6e-4", "0", "nan", "1e300"],
     "--restitution": ["1", "0.9", "0", "2", "nan"],
-    "--departures": ["1", "2", "0", "99"],
+    "--max-liftoffs": ["1", "2", "0", "99"],
     "--velocity": ["0:7", "0:1", "7:0", "nan:1", "0:1e300", "x"],
     "--starts": ["2", "0", "5", "-1"],
     "--doublings": ["1", "0", "99"],
@@ -315,7 +315,7 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--driving-inertia-kgm2": ["1e-3", "0", "nan"],
     "--driven-inertia-kgm2": ["1e-3", "0", "nan"],
     "--inertia-kgm2": ["1e-3", "0", "nan"],
-    "--wave-harmonics": ["5", "0"],
+    "--excitation-harmonics": ["5", "0"],
 }
 OF_MACHINES = {"--over": ["delta=0.55:0.65", "epsilon=0.05:0.1", "beta=0:1", "x=1:2"]}
 LONG = {"--cluster"}  # starts processes

@@ -29,7 +29,7 @@ class OrbitSearch:
     """How branches are found.
 
     figure : of `Machine`; limits : from where to where
-    departures : of a period, at most, of the orbits that are looked for
+    max_liftoffs : of a period, of the orbits that are looked for
     velocity : lowest and highest speed at which they are looked for [rad per turn]
     starts : parameter values at which they are searched, in addition to both ends
     runs : values of the figure at which long runs settle
@@ -38,7 +38,7 @@ class OrbitSearch:
 
     figure: str
     limits: tuple[float, float]
-    departures: int = 2
+    max_liftoffs: int = 2
     velocity: tuple[float, float] = (0.0, 7.0)
     starts: int = 5
     runs: int = 200
@@ -60,8 +60,8 @@ class OrbitSearch:
 @dataclass(frozen=True, eq=False)
 class BifurcationDiagram:
     """Branches over a figure; settled (d, 3): value of the figure, time and speed of
-    departures that long runs settle to; unsettled (u,): values, one for each long run
-    that has not settled."""
+    lift-offs that long runs settle to; not_converged (u,): values, one for each long
+    run that has not settled."""
 
     branches: tuple[OrbitBranch, ...]
     settled: Array
@@ -116,7 +116,7 @@ def _rows(find: Callable[..., Array], *args: object) -> Arrays:
 
 def orbits_of(machine: Machine, search: OrbitSearch) -> Callable[[], Arrays]:
     """Finds the rows of `orbit_rows` of a machine."""
-    return partial(_rows, orbit_rows, machine, search.departures, search.velocity)
+    return partial(_rows, orbit_rows, machine, search.max_liftoffs, search.velocity)
 
 
 def _orbits(

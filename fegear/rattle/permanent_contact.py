@@ -41,8 +41,8 @@ def contact_limits(named: NamedMachine) -> dict[str, Any]:
         "quiet_motion_exists": margin > 0.0,
         "simple_rattle_in_impacts_from_rad": _simple_rattle(assembly),
         **_of_gears(named, motion.window),
-        "percent_of_critical_per_percent": of_critical,
-        "percent_of_least_quiet_per_percent": of_lowest,
+        "critical_sensitivity": of_critical,
+        "least_quiet_sensitivity": of_lowest,
     }
 
 
@@ -73,18 +73,18 @@ def _of_gears(
         "driving_eccentricity_rad": driving,
         "driven_eccentricity_rad": driven,
         "eccentricity_phase_rad": phase,
-        "quiet_for_phases_beyond_rad": None,
-        "quiet_for_phases_within_rad": None,
+        "quiet_phase_min_rad": None,
+        "quiet_phase_max_rad": None,
     }
     if window is None:
         return values
     least, most = abs(driving - driven), driving + driven
     lowest, critical = window
     if least < critical and lowest <= most:
-        values["quiet_for_phases_beyond_rad"] = (
+        values["quiet_phase_min_rad"] = (
             _phase_of(lowest, driving, driven) if lowest > least else 0.0
         )
-        values["quiet_for_phases_within_rad"] = (
+        values["quiet_phase_max_rad"] = (
             _phase_of(critical, driving, driven) if critical < most else math.pi
         )
     return values

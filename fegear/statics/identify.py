@@ -51,21 +51,21 @@ class MeasuredStiffness:
     torque : on each mesh's driver [N m]
     mean : of the average-slope stiffness over the mesh cycle [N/m]
     variation : peak to peak of the stiffness over its mean
-    mean_spread, variation_spread : standard deviations, of the mean relative to it
+    mean_std, variation_std : standard deviations, of the mean relative to it
     """
 
     torque: Array
     mean: Array
     variation: Array
-    mean_spread: float = 0.02
-    variation_spread: float = 0.025
+    mean_std: float = 0.02
+    variation_std: float = 0.025
 
     def misfits(self, mean: Array, variation: Array) -> Array:
-        """Differences of the known figures in units of their spreads (k,)."""
+        """Differences of the known figures over their standard deviations (k,)."""
         misfits = np.concatenate(
             [
-                (mean / self.mean - 1.0) / self.mean_spread,
-                (variation - self.variation) / self.variation_spread,
+                (mean / self.mean - 1.0) / self.mean_std,
+                (variation - self.variation) / self.variation_std,
             ]
         )
         return misfits[np.isfinite(np.concatenate([self.mean, self.variation]))]

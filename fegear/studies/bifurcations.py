@@ -74,17 +74,17 @@ LEGEND = {
     "mesh, section": "counted from 1",
     "dte_m, dte_rate_m_per_s": "dynamic transmission error and its rate at the start "
     "of successive common periods of all meshes",
-    "motion": "periodic, quasi-periodic, chaotic, or unsettled: a transient, or "
+    "motion": "periodic, quasi-periodic, chaotic, or not converged: a transient, or "
     "periodic after more periods than were searched",
     "period_multiple": "common periods of all meshes after which the motion repeats, 0 "
     "where it does not",
-    "lyapunov_per_period, lyapunov_spread_per_period": "largest Lyapunov exponent per "
+    "lyapunov_per_period, lyapunov_stderr_per_period": "largest Lyapunov exponent per "
     "period of the first mesh and its standard error, 0 where the motion repeats",
 }
 ARRAYS = "deflection", "rate"  # of an attractor
 COLUMNS = (
     *("direction", "mesh", "section", "dte_m", "dte_rate_m_per_s", "motion"),
-    *("period_multiple", "lyapunov_per_period", "lyapunov_spread_per_period"),
+    *("period_multiple", "lyapunov_per_period", "lyapunov_stderr_per_period"),
 )
 
 

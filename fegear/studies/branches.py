@@ -101,7 +101,8 @@ WAVES = replace(
     exposed={
         **SOURCE.exposed,
         "harmonics": Setting(
-            option="--wave-harmonics",
+            option="--excitation-harmonics",
+            former="--wave-harmonics",
             text="Harmonics of the stiffness that --excitation fourier keeps.",
         ),
     },

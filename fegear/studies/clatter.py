@@ -240,7 +240,7 @@ class ClatterResult(StudyResult):
             dimension, error = correlation_dimension(phase, speed)
         return {
             f"lyapunov_exponent_per_{unit}": finite_or_none(exponent),
-            "forgets_its_start": is_superstable(exponent),
+            "superstable": is_superstable(exponent),
             "correlation_dimension": finite_or_none(dimension),
             "correlation_dimension_error": finite_or_none(error),
         }
@@ -257,7 +257,7 @@ class ClatterResult(StudyResult):
             header[f"warning {place}"] = warning
         names = (
             *("time_s", "wheel", "play", "edge"),
-            *("relative_speed_before_m_per_s", "impulse_Ns", "lost_energy_J"),
+            *("approach_speed_m_per_s", "impulse_Ns", "lost_energy_J"),
         )
         return Table(names, self._rows, header)
 
@@ -308,7 +308,7 @@ def _chaos_of(wheel: Mapping[str, Any]) -> Iterator[str]:
         exponent = wheel.get(f"lyapunov_exponent_per_{unit}")
         if exponent is not None:
             yield f"largest Lyapunov exponent {exponent:.4g} per {unit}"
-    if wheel.get("forgets_its_start"):
+    if wheel.get("superstable"):
         yield "no Lyapunov exponent: in contact the wheel forgets where it came from"
     elif "correlation_dimension" in wheel:
         dimension = wheel["correlation_dimension"]

@@ -80,15 +80,17 @@ class Identification(
         "order. [default: stiffness_variation of the gear set]",
         PART,
     )
-    mean_spread: float = setting(
-        MeasuredStiffness.mean_spread,
+    mean_std: float = setting(
+        MeasuredStiffness.mean_std,
         "Relative standard deviation of the mean stiffnesses.",
         PART,
+        former="--mean-spread",
     )
-    variation_spread: float = setting(
-        MeasuredStiffness.variation_spread,
+    variation_std: float = setting(
+        MeasuredStiffness.variation_std,
         "Standard deviation of the variations.",
         PART,
+        former="--variation-spread",
     )
     hold_width: bool = setting(
         False,
@@ -147,8 +149,8 @@ class Identification(
             torque=np.array(mesh_torques_at(self.gears, torque)),
             mean=np.array(mean, float),
             variation=np.array(variation, float),
-            mean_spread=self.mean_spread,
-            variation_spread=self.variation_spread,
+            mean_std=self.mean_std,
+            variation_std=self.variation_std,
         )
 
     def tasks(self) -> Iterator[Task]:
@@ -179,8 +181,8 @@ class IdentificationResult(StudyResult):
             "driver_torque_Nm": measured.torque.tolist(),
             "measured_mean_stiffness_N_per_m": measured.mean.tolist(),
             "measured_stiffness_variation": measured.variation.tolist(),
-            "mean_spread": measured.mean_spread,
-            "variation_spread": measured.variation_spread,
+            "mean_std": measured.mean_std,
+            "variation_std": measured.variation_std,
             "best": plain_candidate(gears, solution.best),
             "warnings": list(self._warnings()),
             "interpolation_error": solution.interpolation_error,
@@ -233,9 +235,9 @@ class IdentificationResult(StudyResult):
         yield self._sets()
         yield self._meshes()
         yield (
-            f"misfit: squares of the differences over their spreads "
-            f"({100.0 * values['mean_spread']:g} % of a mean, "
-            f"{values['variation_spread']:g} of a variation), summed; interpolation "
+            f"misfit: squares of the differences over their standard deviations "
+            f"({100.0 * values['mean_std']:g} % of a mean, "
+            f"{values['variation_std']:g} of a variation), summed; interpolation "
             f"between hub radii changes a mean by {values['interpolation_error']:.1e}"
         )
 

@@ -29,7 +29,7 @@ NAME = "Built-in machine or path of a TOML file."
 
 
 SPEEDS = (
-    "Range of departure speeds [rad per turn]. [default: 0 to 4 pi damping + 4 "
+    "Range of lift-off speeds [rad per turn]. [default: 0 to 4 pi damping + 4 "
     "half backlashes, or the largest that forcing allows]"
 )
 
@@ -136,7 +136,7 @@ class MotionMachineRef(MotionParameters, LoadMachineRef):
 
 @dataclass(frozen=True, kw_only=True)
 class MachineStudy:
-    """Settings of all studies of departures from the upper flank of a machine."""
+    """Settings of all studies of lift-offs from the upper flank of a machine."""
 
     machine: MotionMachineRef
     velocity: tuple[float, float] | None = limits("velocity")
@@ -147,7 +147,7 @@ class MachineStudy:
 
     @cached_property
     def speeds(self) -> tuple[float, float]:
-        """Lowest and highest speed of departures [rad per turn]."""
+        """Lowest and highest speed of lift-offs [rad per turn]."""
         from lumped.rattle.orbits import default_speed
 
         return self.velocity or (
@@ -170,7 +170,7 @@ def default_returns(settling: float) -> int:
 def not_converged_warning(
     study: Any, part: float, subject: str, iterations: int, needed: int
 ) -> str:
-    """What to do about departures of a study that have not settled."""
+    """What to do about lift-offs of a study that have not settled."""
     name = display_name(study, "iterations")
     more = f"half the damping ends transients in {needed}: {name} {needed}"
     if needed > MAX_RETURNS:

@@ -43,7 +43,7 @@ class Basins(
 ):
     """Attractors of a machine and their basins of attraction.
 
-    Every cell of a grid of departures from the upper flank is followed until its
+    Every cell of a grid of lift-offs from the upper flank is followed until its
     attractor is identified. With --output tiles of cells are stored in FILE.partial
     until the file is written; --resume continues from there.
     """
@@ -96,7 +96,7 @@ class BasinsResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         basins = self.basins
-        unclear = 1.0 - float(np.mean(basins.attractor >= 0))
+        undecided = 1.0 - float(np.mean(basins.attractor >= 0))
         return {
             **self.study.named.heading,
             **parameters(basins.machine),
@@ -104,17 +104,17 @@ class BasinsResult(StudyResult):
             "velocity_rad_per_turn": list(basins.grid.velocity),
             "iterations": basins.iterations,
             "attractors": [self._values_of(i) for i in range(len(basins.attractors))],
-            "unclear_fraction": unclear,
+            "undecided_fraction": undecided,
             "basin_entropy": finite_or_none(basins.entropy),
             "warnings": list(self._warnings()),
         }
 
     def _warnings(self) -> Iterator[str]:
-        unclear = float(np.mean(self.basins.attractor < 0))
-        if unclear:
+        undecided = float(np.mean(self.basins.attractor < 0))
+        if undecided:
             needed = settling_returns(self.basins.machine)
             yield not_converged_warning(
-                self.study, unclear, "cells", self.basins.iterations, needed
+                self.study, undecided, "cells", self.basins.iterations, needed
             )
 
     def _values_of(self, number: int) -> dict[str, Any]:
@@ -125,17 +125,17 @@ class BasinsResult(StudyResult):
         return {
             "name": attractor.name,
             "fraction": fraction,
-            "fraction_of_random_starts_within": Z_95 * error,
+            "fraction_ci95": Z_95 * error,
             "period": attractor.period,
             "point": None if math.isnan(time) else [time, speed],
             # quiet and sticking ones, -inf, are reached exactly
             "lyapunov_per_turn": finite_or_none(attractor.exponent),
-            "seen_to_end_after_returns": attractor.transient_returns or None,
+            "transient_returns": attractor.transient_returns or None,
         }
 
     @property
     def table(self) -> Table:
-        """A row for each cell: its attractor, from 0, or -1 if it is not identified."""
+        """A row for each cell: its attractor, from 0, or -1 if it is undecided."""
         basins = self.basins
         time, speed = basins.grid.initial_conditions(0, basins.grid.cells).T
         columns = {
@@ -182,17 +182,15 @@ class BasinsResult(StudyResult):
         columns: Columns = {
             "motion": itemgetter("name"),
             "part [%]": lambda row: f"{100.0 * row['fraction']:.2f}",
-            "+- [%]": lambda row: (
-                f"{100.0 * row['fraction_of_random_starts_within']:.2f}"
-            ),
+            "+- [%]": lambda row: f"{100.0 * row['fraction_ci95']:.2f}",
             "period\n[turns]": lambda row: str(row["period"] or ""),
             "at time\n[turns]": cell("time"),
             "speed\n[rad per turn]": cell("speed"),
             "Lyapunov\n[1/turn]": cell("lyapunov_per_turn"),
         }
         yield RowTable(rows, columns)
-        if values["unclear_fraction"]:
-            part = 100.0 * values["unclear_fraction"]
-            yield f"attractor not identified: {part:.2f} % of cells"
+        if values["undecided_fraction"]:
+            part = 100.0 * values["undecided_fraction"]
+            yield f"attractor undecided: {part:.2f} % of cells"
         if values["basin_entropy"] is not None:
             yield f"basin entropy {values['basin_entropy']:.3f}"

@@ -42,7 +42,7 @@ FIGURES = {  # by the names of options, and of those that have none
 }
 BRANCHES = {
     "branch, index": "from 1, points in the order of the branch; branch 0: long runs",
-    "departure": "from the upper flank, counted from 1",
+    "liftoff": "from the upper flank, counted from 1",
     "stable": "1 or 0; empty of long runs",
     "largest_multiplier": "modulus, of a small change over a period",
     "kind": "fold, period doubling or grazing; else empty",
@@ -81,11 +81,12 @@ class OrbitBifurcations(
         f"{', '.join(FIGURES)}. Give it twice for the bifurcations over two.",
         metavar="KEY=A:B",
     )
-    departures: int = setting(
+    max_liftoffs: int = setting(
         2,
-        "Largest number of departures from the upper flank in a period of the "
+        "Largest number of lift-offs from the upper flank in a period of the "
         "motions from which branches are followed.",
         Range(1, 12),
+        former="--departures",
     )
     starts: int = setting(
         5,
@@ -101,7 +102,7 @@ class OrbitBifurcations(
     runs: int | None = setting(
         None,
         "Number of values of the parameter at which long runs from a grid of "
-        "departures are drawn with the branches. [default: 200 over one "
+        "lift-offs are drawn with the branches. [default: 200 over one "
         "parameter]",
         Range(0, 100_000),
     )
@@ -142,7 +143,7 @@ class OrbitBifurcations(
         return OrbitSearch(
             figure=FIGURES[name],
             limits=limits,
-            departures=self.departures,
+            max_liftoffs=self.max_liftoffs,
             velocity=self.speeds,
             starts=self.starts,
             runs=OrbitSearch.runs if self.runs is None else self.runs,
@@ -226,9 +227,9 @@ class BifurcationResult(OverFigures):
 
     @property
     def table(self) -> Table:
-        """A row for each departure of each point of each branch, then of long runs."""
+        """A row for each lift-off of each point of each branch, then of long runs."""
         names = (
-            *("branch", "name", "index", *self.columns, "departure", "time_turns"),
+            *("branch", "name", "index", *self.columns, "liftoff", "time_turns"),
             *("speed_rad_per_turn", "stable", "largest_multiplier", "kind"),
         )
         return Table(names, self._rows, {**self.header, **BRANCHES})
@@ -258,18 +259,18 @@ class BifurcationResult(OverFigures):
             "to": high,
             "branches": [_of_branch(branch) for branch in diagram.branches],
             "long_runs": search.runs,
-            "departures_of_long_runs": len(diagram.settled),
-            "unsettled_long_runs": len(diagram.not_converged),
+            "liftoffs_of_long_runs": len(diagram.settled),
+            "undecided_long_runs": len(diagram.not_converged),
             "warnings": list(self._warnings()),
         }
 
     def _warnings(self) -> Iterator[str]:
-        unsettled = self.found.not_converged
-        if unsettled.size:
+        undecided = self.found.not_converged
+        if undecided.size:
             yield (
-                f"{unsettled.size} long runs that reached no attractor are left out, "
-                f"at {self.columns[0]} from {unsettled.min():.6g} to "
-                f"{unsettled.max():.6g}"
+                f"{undecided.size} long runs that reached no attractor are left out, "
+                f"at {self.columns[0]} from {undecided.min():.6g} to "
+                f"{undecided.max():.6g}"
             )
 
     @property
@@ -296,10 +297,10 @@ class BifurcationResult(OverFigures):
                 f"  {branch['origin']}; ends: {branch['end']}"
             )
             for bifurcation in branch["bifurcations"]:
-                time, speed = bifurcation["departures"][0]
+                time, speed = bifurcation["liftoffs"][0]
                 yield (
                     f"  {bifurcation['value']:12.7g}  {bifurcation['kind']:<15} "
-                    f"first departure at {time:.4f} turns, {speed:.4g} rad per turn"
+                    f"first lift-off at {time:.4f} turns, {speed:.4g} rad per turn"
                 )
 
 
@@ -378,7 +379,7 @@ def _of_branch(branch: OrbitBranch) -> dict[str, Any]:
             {
                 "kind": p.kind,
                 "value": p.parameter,
-                "departures": [*map(list, p.departures)],
+                "liftoffs": [*map(list, p.departures)],
             }
             for p in branch.bifurcations
         ],

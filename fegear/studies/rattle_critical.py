@@ -16,8 +16,8 @@ from fegear.studies.table import Table
 
 MIN_SHOWN = 1e-3  # per cent per cent
 LIMITS = {  # whose changes are shown
-    "percent_of_critical_per_percent": "critical eccentricity",
-    "percent_of_least_quiet_per_percent": "least quiet eccentricity",
+    "critical_sensitivity": "critical eccentricity",
+    "least_quiet_sensitivity": "least quiet eccentricity",
 }
 Slope = float | tuple[float | None, float | None]  # or of one per cent less and more
 
@@ -137,13 +137,13 @@ def _of_gears(values: Mapping[str, Any]) -> str:
         values[f"{side}_eccentricity_rad"] for side in ("driving", "driven")
     )
     phase = values["eccentricity_phase_rad"]
-    within = values["quiet_for_phases_within_rad"]
+    within = values["quiet_phase_max_rad"]
     text = (
         f"gears of {driving:g} and {driven:g} rad, their long sides "
         f"{degrees(phase):.4g} degrees apart: "
     )
     if within is None:
         return f"{text}no other angle makes it quiet"
-    beyond = values["quiet_for_phases_beyond_rad"]
+    beyond = values["quiet_phase_min_rad"]
     least = f"beyond {degrees(beyond):.4g} and " if beyond else ""
     return f"{text}it can run quietly {least}within {degrees(within):.4g} degrees"

@@ -32,7 +32,7 @@ from lumped.rattle.return_map import RETURNS
 SADDLE = "saddle"  # of the keys of tasks
 LEGEND = {
     "curve": "from 1; motion: of the saddle, or the grazing curve",
-    "returns_before": "of a grazing curve to the departure that grazes",
+    "returns_before": "of a grazing curve to the lift-off that grazes",
     "branch": "+1 or -1, on which side of the saddle it starts",
     "length": "speeds over 2 pi damping, times in turns; NaN parts pieces at jumps",
 }
@@ -48,7 +48,7 @@ class Manifolds(
     """Boundaries of basins: stable manifolds of saddles, and curves of grazing.
 
     Motions that start on a stable manifold lead to its saddle; its two sides lead to
-    different motions. Departures on the grazing curve just touch the lower flank next,
+    different motions. Lift-offs on the grazing curve just touch the lower flank next,
     and those of its pre-images some returns later. Motions that stick to a flank have
     neither.
     """
@@ -58,10 +58,11 @@ class Manifolds(
         "Saddles of this motion only, such as P(1,1,0). [default: all]",
         parse=lambda text: text.replace(" ", ""),
     )
-    departures: int = setting(
+    max_liftoffs: int = setting(
         1,
-        "Largest number of departures from the upper flank in a period of the saddles.",
+        "Largest number of lift-offs from the upper flank in a period of the saddles.",
         Range(1, 12),
+        former="--departures",
     )
     length: float = setting(
         20.0,
@@ -76,7 +77,7 @@ class Manifolds(
     )
     preimages: int = setting(
         2,
-        "Number of pre-images of the curve of departures that graze the lower flank.",
+        "Number of pre-images of the curve of lift-offs that graze the lower flank.",
         Range(0, 20),
     )
     unstable: bool = setting(False, "Also compute unstable manifolds.")
@@ -94,10 +95,10 @@ class Manifolds(
         machine = self.named.machine
         if machine.is_impact and machine.restitution == 0.0:
             raise InputError(
-                f"{self.named.name}: restitution = 0; departures have no pre-images "
+                f"{self.named.name}: restitution = 0; lift-offs have no pre-images "
                 "where impacts lose all speed, manifolds and grazing curves need more"
             )
-        all_orbits = find_orbits(machine, self.departures, self.speeds)
+        all_orbits = find_orbits(machine, self.max_liftoffs, self.speeds)
         orbits = [o for o in saddles(all_orbits) if self.orbit in ("", o.name)]
         if self.orbit and not orbits:
             names = (
@@ -157,7 +158,7 @@ class ManifoldsResult(StudyResult):
                 {
                     "motion": manifold.orbit.name,
                     "kind": _kind(manifold),
-                    "departure": list(manifold.departure),
+                    "liftoff": list(manifold.departure),
                     "branch": manifold.side,
                     "length": manifold.curve.length,
                     "points": len(manifold.curve.points),
@@ -215,7 +216,7 @@ class ManifoldsResult(StudyResult):
         rows = [
             {
                 "curve": _name(manifold["kind"], manifold["motion"]),
-                **dict(zip(("time", "speed"), manifold["departure"], strict=True)),
+                **dict(zip(("time", "speed"), manifold["liftoff"], strict=True)),
                 **manifold,
             }
             for manifold in values["manifolds"]

@@ -53,16 +53,16 @@ class RattleNoise(
     """Noise level of a machine, and how likely it runs without rattling.
 
     The noise level of a run on its attractor is the sum of the squared speeds of
-    impacts over the time. Runs start at random departures from the upper flank; the
+    impacts over the time. Runs start at random lift-offs from the upper flank; the
     same seed gives the same runs.
     """
 
     starts: int = setting(
         1000,
-        "Number of runs from random departures, uniform over a turn and the speeds.",
+        "Number of runs from random lift-offs, uniform over a turn and the speeds.",
         Range(1, 10_000_000),
     )
-    seed: int = setting(1, "Seed of the random departures.", Range(0, 2**32))
+    seed: int = setting(1, "Seed of the random lift-offs.", Range(0, 2**32))
     iterations: int | None = setting(
         None,
         "Returns to the upper flank before noise is measured; turns for machines "
@@ -118,7 +118,7 @@ class NoiseResult(StudyResult):
     def summary(self) -> dict[str, Any]:
         noise, count = self.noise, self.study.starts
         valid = np.isfinite(noise.level) & (noise.motion >= 0)
-        level, unclear = noise.level[valid], int(np.sum(noise.motion < 0))
+        level, undecided = noise.level[valid], int(np.sum(noise.motion < 0))
         quiet = [
             i for i, attractor in enumerate(noise.attractors) if attractor.name == QUIET
         ]
@@ -131,7 +131,7 @@ class NoiseResult(StudyResult):
             **self._how,
             "velocity_rad_per_turn": list(self.study.speeds),
             "noise_rad2_per_turn3": _mean(level),
-            "noise_within_rad2_per_turn3": finite_or_none(
+            "noise_ci95_rad2_per_turn3": finite_or_none(
                 Z_95 * spread / math.sqrt(max(level.size, 1))
             ),
             "noise_percentiles_rad2_per_turn3": {
@@ -140,17 +140,17 @@ class NoiseResult(StudyResult):
             },
             "impacts_per_turn": _mean(noise.impacts[valid]),
             "quiet_probability": silent / count,
-            # runs that are not clear may be quiet or not
-            "quiet_probability_within": [
+            # undecided runs may be quiet or not
+            "quiet_probability_ci95": [
                 proportion_limits(silent, count)[0],
-                proportion_limits(silent + unclear, count)[1],
+                proportion_limits(silent + undecided, count)[1],
             ],
-            "unclear_fraction": unclear / count,
+            "undecided_fraction": undecided / count,
             "motions": [
                 self._motion(number, attractor.name)
                 for number, attractor in enumerate(noise.attractors)
             ],
-            "warnings": list(self._warnings(unclear / count)),
+            "warnings": list(self._warnings(undecided / count)),
         }
 
     def _motion(self, number: int, name: str) -> dict[str, Any]:
@@ -163,11 +163,11 @@ class NoiseResult(StudyResult):
             "impacts_per_turn": _mean(self.noise.impacts[valid]),
         }
 
-    def _warnings(self, unclear: float) -> Iterator[str]:
+    def _warnings(self, undecided: float) -> Iterator[str]:
         if not self.study.named.assembly.more_equations:
-            if unclear:
+            if undecided:
                 yield not_converged_warning(
-                    self.study, unclear, "runs", self.iterations, int(self.settling)
+                    self.study, undecided, "runs", self.iterations, int(self.settling)
                 )
         elif self.iterations < self.settling:
             lasts = "never"
@@ -184,7 +184,7 @@ class NoiseResult(StudyResult):
         """A row for each run."""
         noise, (low, high) = self.noise, self.study.speeds
         motion_names = np.array(
-            [*(attractor.name for attractor in noise.attractors), "not identified"]
+            [*(attractor.name for attractor in noise.attractors), "undecided"]
         )
         columns = {
             "start_time_turns": noise.starts[:, 0],
@@ -208,14 +208,14 @@ class NoiseResult(StudyResult):
     def page(self) -> Page:
         values = self.summary
         yield from heading(self.study.named)
-        low, high = (100.0 * limit for limit in values["quiet_probability_within"])
+        low, high = (100.0 * limit for limit in values["quiet_probability_ci95"])
         yield (
             f"quiet with a probability of {100.0 * values['quiet_probability']:.1f} %, "
             f"{low:.1f} to {high:.1f} % by {values['starts']} runs from speeds up to "
             f"{self.study.speeds[1]:.4g} rad per turn"
         )
         if values["noise_rad2_per_turn3"] is not None:
-            within = values["noise_within_rad2_per_turn3"]
+            within = values["noise_ci95_rad2_per_turn3"]
             error = "" if within is None else f" +- {within:.2g}"
             yield (
                 f"noise level {values['noise_rad2_per_turn3']:.4g}{error} "
@@ -228,10 +228,10 @@ class NoiseResult(StudyResult):
             "impacts\nper turn": cell("impacts_per_turn"),
         }
         yield RowTable(values["motions"], columns)
-        if values["unclear_fraction"]:
+        if values["undecided_fraction"]:
             yield (
-                "attractor not identified, left out of the noise level: "
-                f"{100.0 * values['unclear_fraction']:.2f} % of runs"
+                "attractor undecided, left out of the noise level: "
+                f"{100.0 * values['undecided_fraction']:.2f} % of runs"
             )
 
 

@@ -30,23 +30,24 @@ class PeriodicOrbits(
     MachineStudy,
     Study,
     command="rattle periodic",
-    example="rattle periodic roots-scaled --departures 2",
+    example="rattle periodic roots-scaled --max-liftoffs 2",
 ):
     """Periodic motions P(m, n+, n-), stable or not.
 
-    Fixed points of the return map by Newton's method from a grid of departures: m
-    turns, n+ departures from the upper flank and n- impacts on the lower flank. Where
+    Fixed points of the return map by Newton's method from a grid of lift-offs: m turns,
+    n+ lift-offs from the upper flank and n- impacts on the lower flank. Where
     impacts lose speed, flanks may chatter and stick until the load separates them:
     sticking(m), identified by its release from rest, whatever the number of impacts.
     """
 
     pictures: ClassVar[Mapping[str, str]] = {}
 
-    departures: int = setting(
+    max_liftoffs: int = setting(
         2,
-        "Largest number of departures from the upper flank in a period of the "
+        "Largest number of lift-offs from the upper flank in a period of the "
         "listed motions.",
         Range(1, 12),
+        former="--departures",
     )
 
     def tasks(self) -> Iterator[Task]:
@@ -55,7 +56,7 @@ class PeriodicOrbits(
     def _found(self, job: Job) -> PeriodicResult:
         machine = self.named.machine
         motions = [
-            *map(_of_orbit, find_orbits(machine, self.departures, self.speeds)),
+            *map(_of_orbit, find_orbits(machine, self.max_liftoffs, self.speeds)),
             *map(_of_rest, sticking_motions(machine)),
         ]
         return PeriodicResult(self, tuple(motions))
@@ -65,7 +66,7 @@ class PeriodicOrbits(
 class Repeating:
     """A motion that repeats after so many turns.
 
-    departures : (time [turns], speed [rad per turn]) of each from the upper flank
+    liftoffs : (time [turns], speed [rad per turn]) of each from the upper flank
     orbit : None of one that comes to rest, which forgets all changes
     """
 
@@ -73,19 +74,19 @@ class Repeating:
     turns: int
     stable: bool
     largest_multiplier: float
-    departures: tuple[tuple[float, float], ...]
+    liftoffs: tuple[tuple[float, float], ...]
     orbit: Orbit | None = None
 
-    def from_construction(self, machine: Machine) -> float | None:
-        """Distance of the departure from a constructed one, where there is one."""
+    def distance_to_closed_form(self, machine: Machine) -> float | None:
+        """Distance of the lift-off from that of the closed form, where there is one."""
         if self.orbit is None or not has_closed_form(machine):
             return None
         turns, upper, lower = self.orbit.itinerary
         if upper > 1 or lower > 1:
             return None
         exact = (two_sided_rattle if lower else simple_rattle)(machine, turns)
-        (departure,) = self.orbit.departures
-        distances = (distance(departure, (form.time, form.velocity)) for form in exact)
+        (liftoff,) = self.orbit.departures
+        distances = (distance(liftoff, (form.time, form.velocity)) for form in exact)
         return min(distances, default=None)
 
 
@@ -114,7 +115,7 @@ class PeriodicResult(StudyResult):
         return {
             **self.study.named.heading,
             **parameters(machine),
-            "departures": self.study.departures,
+            "max_liftoffs": self.study.max_liftoffs,
             "velocity_rad_per_turn": list(self.study.speeds),
             "least_eccentricity_of_P(1,1,0)_rad": (
                 min_eccentricity(machine) if is_closed_form else None
@@ -125,8 +126,8 @@ class PeriodicResult(StudyResult):
                     "turns": motion.turns,
                     "stable": motion.stable,
                     "largest_multiplier": motion.largest_multiplier,
-                    "departures": [list(point) for point in motion.departures],
-                    "from_construction": motion.from_construction(machine),
+                    "liftoffs": [list(point) for point in motion.liftoffs],
+                    "distance_to_closed_form": motion.distance_to_closed_form(machine),
                 }
                 for motion in self.motions
             ],
@@ -134,12 +135,12 @@ class PeriodicResult(StudyResult):
 
     @property
     def table(self) -> Table:
-        """A row for each departure."""
+        """A row for each lift-off."""
         names = "motion", "stable", "largest_multiplier", "time_turns"
         rows = [
             (motion.name, int(motion.stable), motion.largest_multiplier, *point)
             for motion in self.motions
-            for point in motion.departures
+            for point in motion.liftoffs
         ]
         header = {"machine": self.study.named.name}
         return Table((*names, "speed_rad_per_turn"), lambda: rows, header)
@@ -147,22 +148,22 @@ class PeriodicResult(StudyResult):
     def page(self) -> Page:
         values = self.summary
         yield from heading(self.study.named)
-        yield f"motions of up to {self.study.departures} departures a period"
+        yield f"motions of up to {self.study.max_liftoffs} lift-offs a period"
         columns: Columns = {
             "motion": itemgetter("name"),
             "stable": lambda row: "yes" if row["stable"] else "no",
             "largest\nmultiplier": cell("largest_multiplier"),
-            "departures:\ntime [turns]": lambda row: _lines(row["departures"], 0),
-            "speed\n[rad per turn]": lambda row: _lines(row["departures"], 1),
+            "lift-offs:\ntime [turns]": lambda row: _lines(row["liftoffs"], 0),
+            "speed\n[rad per turn]": lambda row: _lines(row["liftoffs"], 1),
         }
         yield RowTable(values["orbits"], columns)
         least = values["least_eccentricity_of_P(1,1,0)_rad"]
         if least is not None:
             yield f"P(1,1,0) exists from an eccentricity of {least:.4g} rad on"
-        distances = (orbit["from_construction"] for orbit in values["orbits"])
+        distances = (orbit["distance_to_closed_form"] for orbit in values["orbits"])
         if errors := [error for error in distances if error is not None]:
-            yield f"P(m,1,n-) are within {max(errors):.1g} of constructed ones"
+            yield f"P(m,1,n-) are within {max(errors):.1g} of closed forms"
 
 
-def _lines(departures: list[list[float]], place: int) -> str:
-    return "\n".join(number(point[place], 4) for point in departures)
+def _lines(liftoffs: list[list[float]], place: int) -> str:
+    return "\n".join(number(point[place], 4) for point in liftoffs)

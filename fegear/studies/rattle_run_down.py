@@ -123,7 +123,7 @@ class RunDownResult(StudyResult):
             "rate_standard_error_per_s": whole.rate_error,
             "rate_of_first_half_per_s": first.rate,
             "rate_of_second_half_per_s": second.rate,
-            "drag_goes_with_speed": apart <= max(sure, AGREE * whole.rate),
+            "drag_is_linear": apart <= max(sure, AGREE * whole.rate),
             "speed_at_start_rpm": 60.0 * whole.start,
             "residual_rms_rpm": 60.0 * whole.residual,
             "speed_rpm": 60.0 * running,
@@ -162,7 +162,7 @@ class RunDownResult(StudyResult):
         yield f"residual {values['residual_rms_rpm']:.3g} rpm, root mean square"
         one, two = self.first.rate, self.second.rate
         yield f"rate of the first half {one:.4g}, of the second half {two:.4g} per s"
-        if not values["drag_goes_with_speed"]:
+        if not values["drag_is_linear"]:
             yield "they differ: the drag does not go with the speed alone"
 
 

@@ -250,8 +250,10 @@ SOURCE = SettingsGroup(
             "falls [base pitches]."
         ),
         "harmonics": Setting(
+            option="--excitation-harmonics",
+            former="--harmonics",
             text="Number of harmonics of the mesh frequency that --excitation fourier "
-            "keeps."
+            "keeps.",
         ),
         "plane": PLANE,
         "resolution": RESOLUTION,

@@ -119,7 +119,7 @@ def _rattle() -> Iterator[Study]:
     from lumped.rattle.return_map import follow
     from lumped.rattle.sticking import sticking_from, sticking_motions
 
-    one = {"departures": 1}
+    one = {"max_liftoffs": 1}
     over = {"over": ("epsilon=0.09:0.1",), "starts": 1, "runs": 2}
     yield _study("rattle noise", machine=MACHINE, starts=2, turns=2)
     yield _study("rattle basin", machine=MACHINE, grid=5)

@@ -200,7 +200,7 @@ class _AttractorRecorder:
             stepper, frequency, settings, state, before, watch
         )
         attractor = self._attractor(stepper, solution, watch)
-        if attractor.kind == Kind.UNSETTLED or unstable(attractor):
+        if attractor.kind == Kind.NOT_CONVERGED or unstable(attractor):
             response, _, steps = solution
             longer = replace(
                 refined(stepper.system, steps, stepper.system.common_period[0]),

@@ -46,14 +46,14 @@ CLOSING = 16  # times the motion's period in which it closes on those steps
 class Kind(StrEnum):
     """Kind of a steady-state motion, by its exponent where it does not repeat.
 
-    UNSETTLED : changes shrink, so that it still settles or repeats after more periods
-        than were looked for
+    NOT_CONVERGED : changes shrink, so that it still settles or repeats after more
+        periods than were looked for
     """
 
     PERIODIC = "periodic"
     QUASI_PERIODIC = "quasi-periodic"
     CHAOTIC = "chaotic"
-    UNSETTLED = "unsettled"
+    NOT_CONVERGED = "not converged"
     DIVERGED = "diverged"
 
 
@@ -99,7 +99,7 @@ class Attractor:
         sure = abs(self.exponent) > MIN_Z * self.stderr
         if self.exponent < 0.0:
             fades = sure and self.exponent < -FADES
-            return Kind.UNSETTLED if fades else Kind.QUASI_PERIODIC
+            return Kind.NOT_CONVERGED if fades else Kind.QUASI_PERIODIC
         grows = sure and self.exponent > NEUTRAL
         return Kind.CHAOTIC if grows else Kind.QUASI_PERIODIC
 

@@ -100,7 +100,7 @@ def _largest(basins: BasinMap) -> list[int]:
 
 
 def draw_basins(basins: BasinMap, name: str) -> Figure:
-    """Plot the attractors of departures from the upper flank over time and speed."""
+    """Plot the attractors of lift-offs from the upper flank over time and speed."""
     figure, ((axes,),) = panels(1, size=(8.0, 7.0))
     draw_legend(figure, _show_basins(axes, basins), 4)
     draw_title(figure, f"{name}: {axis_labels(basins.machine)}")
@@ -136,15 +136,15 @@ def _show_basins(axes: Axes, basins: BasinMap) -> list[Any]:
         part = parts.sum() - parts[shown].sum()
         handles.append(Patch(color=OTHERS, label=f"{others} others {part:.3g} %"))
     if (basins.attractor < 0).any():
-        handles.append(Patch(color=GREY, label="not identified"))
+        handles.append(Patch(color=GREY, label="undecided"))
     return handles
 
 
 def _label(axes: Axes, velocity: tuple[float, float]) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(*velocity)
-    axes.set_xlabel("time of departure from the upper flank [turns]")
-    axes.set_ylabel("speed of departure [rad per turn]")
+    axes.set_xlabel("time of lift-off from the upper flank [turns]")
+    axes.set_ylabel("speed of lift-off [rad per turn]")
 
 
 def draw_curves(
@@ -156,7 +156,7 @@ def draw_curves(
 ) -> Figure:
     """Plot curves by their labels, over basins if given.
 
-    marks : departures of saddles
+    marks : lift-offs of saddles
     """
     from matplotlib.patches import Patch
 
@@ -195,7 +195,7 @@ def draw_noise(noise: NoiseSample, title: str) -> Figure:
     for number in range(-1, len(noise.attractors)):
         selected = noise.motion[order] == number
         color = GREY if number < 0 else color_of_motion(noise.attractors[number].name)
-        label = "not identified" if number < 0 else noise.attractors[number].name
+        label = "undecided" if number < 0 else noise.attractors[number].name
         if selected.any():
             levels = noise.level[order][selected]
             axes.plot(levels, part[selected], ".", color=color, ms=4, label=label)

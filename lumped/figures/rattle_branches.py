@@ -28,7 +28,7 @@ def draw_orbit_branches(
     label: str,
     title: str,
 ) -> Figure:
-    """Plot speeds of departure from the upper flank over a parameter of the machine.
+    """Plot speeds of lift-off from the upper flank over a parameter of the machine.
 
     Stable orbits are solid lines, unstable ones dashed.
 
@@ -52,7 +52,7 @@ def draw_orbit_branches(
                     point.parameter, speed, MARKERS[point.kind], color=color, ms=5
                 )
     axes.set_xlabel(label)
-    axes.set_ylabel("speed of departure [rad per turn]")
+    axes.set_ylabel("speed of lift-off [rad per turn]")
     axes.set_xlim(*limits)
     axes.set_ylim(bottom=0.0)
     draw_legend(figure, _handles(branches, names), 4)

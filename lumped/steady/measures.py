@@ -48,7 +48,7 @@ def pooled(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
         spread = table["dte_rms"].std(axis=0, ddof=1) / math.sqrt(len(parts))
     return {
         "dte_rms": rms,
-        "dte_rms_spread": spread,
+        "dte_rms_stderr": spread,
         "dte_mean": mean,
         "dte_peak": table["dte_peak"].max(axis=0),
         "force_peak": table["force_peak"].max(axis=0),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 FIGURES = (
     "dte_rms",
-    "dte_rms_spread",
+    "dte_rms_stderr",
     "dte_mean",
     "dte_peak",
     "force_peak",
@@ -65,7 +65,7 @@ class Response:
     settling_time : time integrated before the quantities were measured [s]
     dte_rms : RMS of the dynamic transmission error without its mean [m]
     dte_mean, dte_peak : mean and largest value of the dynamic transmission error [m]
-    dte_rms_spread : standard error of dte_rms of a motion that does not repeat,
+    dte_rms_stderr : standard error of dte_rms of a motion that does not repeat,
         from the windows over which it was measured; 0 for one that repeats [m]
     force_peak : largest mesh force [N]
     contact_loss, back_side : fractions of the time without contact on either side, and
@@ -80,7 +80,7 @@ class Response:
     period_multiple: NDArray[np.int64]
     settling_time: float
     dte_rms: Array
-    dte_rms_spread: Array
+    dte_rms_stderr: Array
     dte_mean: Array
     dte_peak: Array
     force_peak: Array

@@ -21,7 +21,7 @@ LEGEND = {
     "mesh": "counted from 1",
     "direction": "of the speed, up or down",
     "dte_rms_m": "dynamic transmission error without its mean",
-    "dte_rms_spread_m": "standard error of dte_rms_m of a motion that does not repeat, "
+    "dte_rms_stderr_m": "standard error of dte_rms_m of a motion that does not repeat, "
     "measured over several windows; 0 where it repeats",
     "dte_peak_m": "largest value, the mean included",
     "contact_loss_fraction, back_side_fraction": "parts of the time",
@@ -40,7 +40,7 @@ class SweepRow:
     mesh_frequency_Hz: float
     mesh: int
     dte_rms_m: float
-    dte_rms_spread_m: float
+    dte_rms_stderr_m: float
     dte_mean_m: float
     dte_peak_m: float
     force_peak_N: float
@@ -50,6 +50,7 @@ class SweepRow:
 
 
 COLUMNS = tuple(column.name for column in fields(SweepRow))
+FORMER = {"dte_rms_spread_m": "dte_rms_stderr_m"}  # of earlier versions, also read
 WORDS, COUNTS = ("model", "direction"), ("mesh", "period_multiple")
 
 
@@ -80,7 +81,7 @@ def branch_rows(branch: Branch, model: str, torque: float) -> Iterator[SweepRow]
                 mesh_frequency_Hz=float(response.frequency),
                 mesh=mesh + 1,
                 dte_rms_m=float(response.dte_rms[mesh]),
-                dte_rms_spread_m=float(response.dte_rms_spread[mesh]),
+                dte_rms_stderr_m=float(response.dte_rms_stderr[mesh]),
                 dte_mean_m=float(response.dte_mean[mesh]),
                 dte_peak_m=float(response.dte_peak[mesh]),
                 force_peak_N=float(response.force_peak[mesh]),
@@ -111,15 +112,16 @@ def format_sweep(table: SweepTable) -> str:
 def parse_sweep(text: str, source: str = "sweep") -> SweepTable:
     """Read CSV text; raises TableError naming `source`, line and column."""
     csv_table = parse_csv(text, source)
+    names = [FORMER.get(name, name) for name in csv_table.names]
     for name in COLUMNS:
-        if name not in csv_table.names:
+        if name not in names:
             raise TableError(f"{source}: column {name} is missing")
-    for name in csv_table.names:
+    for name in names:
         if name not in COLUMNS:
             raise TableError(f"{source}: unknown column {name}")
-    rows = tuple(
-        _row(cells, csv_table.names, at) for at, cells in csv_table.rows.items()
-    )
+        if names.count(name) > 1:
+            raise TableError(f"{source}: column {name} is there twice")
+    rows = tuple(_row(cells, names, at) for at, cells in csv_table.rows.items())
     return SweepTable(rows, csv_table.header)
 
 

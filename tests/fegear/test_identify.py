@@ -129,8 +129,8 @@ def test_a_held_width_stays_and_one_hub_follows(model, measured):
 
 def test_spreads_weigh_the_figures(model, measured):
     wrong = replace(measured, mean=1.3 * measured.mean)  # cannot be met at this width
-    trusting = identify(model, replace(wrong, mean_spread=1e-4), True)
-    doubting = identify(model, replace(wrong, mean_spread=1.0), True)
+    trusting = identify(model, replace(wrong, mean_std=1e-4), True)
+    doubting = identify(model, replace(wrong, mean_std=1.0), True)
     assert trusting.best.mean > 1.02 * doubting.best.mean
 
 

@@ -219,7 +219,7 @@ def test_a_motion_that_diverges_has_no_exponent(train, multiple):
         (0, 0.2, 0.01, "chaotic"),
         (0, 0.2, 0.05, "quasi-periodic"),
         (0, 9e-4, 1e-5, "quasi-periodic"),
-        (0, -0.2, 0.01, "unsettled"),
+        (0, -0.2, 0.01, "not converged"),
         (0, math.nan, 0.01, "diverged"),
         (0, math.inf, 0.01, "diverged"),
     ],

@@ -113,7 +113,7 @@ def test_windows_together_are_the_whole():
     assert together["dte_rms"] == pytest.approx(rms)
     window_rms = [measures(part)["dte_rms"][0] for part in parts]
     expected = np.std(window_rms, ddof=1) / math.sqrt(6)
-    assert together["dte_rms_spread"] == pytest.approx([expected])
+    assert together["dte_rms_stderr"] == pytest.approx([expected])
     assert together["force_peak"] == pytest.approx(np.abs(join("force")).max())
 
 
@@ -122,7 +122,7 @@ def test_one_window_has_no_spread():
     statistics = pooled([one])
     for name, value in one.items():
         assert statistics[name] == pytest.approx(value), name
-    assert statistics["dte_rms_spread"] == 0.0
+    assert statistics["dte_rms_stderr"] == 0.0
 
 
 def test_long_periods_take_fewer_windows():
@@ -144,7 +144,7 @@ CHAOS = 1300.0  # Hz
 def test_chaos_is_measured_with_its_spread(chaotic):
     first = respond(chaotic, CHAOS)
     assert first.status == Status.APERIODIC
-    assert (first.dte_rms_spread > 0.0).all()
+    assert (first.dte_rms_stderr > 0.0).all()
     rms = []
     state = first.state
     for _ in range(6):
@@ -152,7 +152,7 @@ def test_chaos_is_measured_with_its_spread(chaotic):
         rms.append(response.dte_rms)
         state = response.state
     # estimates from windows one after another scatter as the spread says
-    ratio = np.std(rms, axis=0, ddof=1) / first.dte_rms_spread
+    ratio = np.std(rms, axis=0, ddof=1) / first.dte_rms_stderr
     assert (ratio < 4.0).all()
 
 

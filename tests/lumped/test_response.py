@@ -773,7 +773,7 @@ def test_settled_motions_are_not_called_aperiodic(two_stages, settings):
     response = respond(two_stages, 2600.0, settings)
     assert usual.multiple == response.multiple == 1
     np.testing.assert_allclose(response.dte_rms, usual.dte_rms, rtol=1e-3)
-    assert not response.dte_rms_spread.any()
+    assert not response.dte_rms_stderr.any()
 
 
 def test_error_of_adaptive_steps_follows_the_tolerance():

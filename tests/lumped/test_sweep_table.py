@@ -36,7 +36,7 @@ def test_columns_are_those_that_are_documented():
         "mesh_frequency_Hz",
         "mesh",
         "dte_rms_m",
-        "dte_rms_spread_m",
+        "dte_rms_stderr_m",
         "dte_mean_m",
         "dte_peak_m",
         "force_peak_N",
@@ -91,6 +91,16 @@ def test_an_unknown_column_is_refused():
         parse_sweep(text, "t.csv")
 
 
+def test_columns_of_earlier_versions_are_read():
+    table = SweepTable((ROW,), {"gear set": "a"})
+    text = format_sweep(table)
+    assert parse_sweep(text.replace("dte_rms_stderr_m", "dte_rms_spread_m")) == table
+    rows = text.replace("\n", ",1\n").replace("gear set: a,1", "gear set: a")
+    twice = rows.replace("period_multiple,1", "period_multiple,dte_rms_spread_m")
+    with pytest.raises(TableError, match="column dte_rms_stderr_m is there twice"):
+        parse_sweep(twice)
+
+
 def test_an_empty_file_is_refused():
     with pytest.raises(TableError, match=r"t\.csv: no column names"):
         parse_sweep("# only: comments\n", "t.csv")
@@ -100,7 +110,7 @@ def response(frequency, status=Status.PERIODIC):
     values = np.array([1.0, 2.0])
     names = (
         "dte_rms",
-        "dte_rms_spread",
+        "dte_rms_stderr",
         "dte_mean",
         "dte_peak",
         "force_peak",

@@ -148,10 +148,10 @@ def test_parts_have_one_name_everywhere():
 
 def test_a_case_asks_for_its_budget():
     case = load_case("idler")
-    assert case.budget
+    assert case.ablation
     parts = [model.name.removeprefix("model-coupled-") for model in parts_of(case)]
     assert parts == [f"without-{n}" for n in COMPONENTS]
-    assert not parts_of(replace(case, budget=False))
+    assert not parts_of(replace(case, ablation=False))
     judged = replace(case.model[-1], without=("body",))
     changed = replace(case, model=(*case.model, judged))
     assert judged not in parts_of(changed)
@@ -165,7 +165,7 @@ title = "Own"
 gear_set = "liu-pair"
 torques_Nm = [100]
 speeds_Hz = "1000:1100:50"
-budget = true
+ablation = true
 
 [[model]]
 number = 1
@@ -175,9 +175,11 @@ name = "static_deflection"
 allowed = 0.2
 reason = "for a test"
 """
-    with pytest.raises(InputError, match="own: budget = true; needs models 1 and coup"):
+    with pytest.raises(
+        InputError, match="own: ablation = true; needs models 1 and coup"
+    ):
         read_case(text, "own")
     whole = text + '\n[[model]]\nnumber = "coupled"\n'
-    assert read_case(whole).budget
-    with pytest.raises(InputError, match="budget = true; needs speeds_Hz"):
+    assert read_case(whole).ablation
+    with pytest.raises(InputError, match="ablation = true; needs speeds_Hz"):
         read_case(whole.replace('speeds_Hz = "1000:1100:50"\n', ""))

@@ -26,7 +26,7 @@ name = "rms_distance"
 allowed = 0.2
 reason = "for a test"
 
-[[wave]]
+[[single_speed]]
 torque_Nm = 100
 speed_Hz = 1000
 
@@ -49,7 +49,7 @@ def test_built_in_cases_load_and_name_gear_sets_that_are_there(name):
         load_gear_set(case.gear_set, case.edits_of(model))
     assert all(len(entry.reason) > 20 for entry in case.metric)
     moving = {entry.name for entry in case.metric} - AT_REST
-    assert bool(moving) == bool(case.speeds or case.wave)
+    assert bool(moving) == bool(case.speeds or case.single_speed)
 
 
 def test_the_comparisons_of_the_source_are_there():
@@ -82,7 +82,7 @@ def test_defaults_and_edits():
     assert case.edits_of() == {}
     assert case.edits_of(case.model[0]) == {"mesh.1.phase": 0.5}
     assert case.model[0].name == "model-1-edited"
-    assert case.wave[0].label == "1000 Hz from rest"
+    assert case.single_speed[0].label == "1000 Hz from rest"
 
 
 def test_a_file_is_named_by_its_path(tmp_path):
@@ -113,7 +113,7 @@ def test_a_file_is_named_by_its_path(tmp_path):
         (
             "torques_Nm = [100]",
             "torques_Nm = [50]",
-            "wave.torque_Nm = 100; must be",
+            "single_speed.torque_Nm = 100; must be",
         ),
         ("1000:1100:50", "fast", 'speeds_Hz = "fast"; must be positive numbers or'),
         ("1000:1100:50", "1:1e6:1", "at most 10000 speeds are allowed"),
@@ -137,6 +137,15 @@ def test_a_wrong_file_gives_one_line(old, new, message):
     assert line.startswith("own.toml: ")
     assert message in line
     assert "\n" not in line
+
+
+def test_keys_of_earlier_versions_are_read():
+    earlier = GOOD.replace("[[single_speed]]", "[[wave]]")
+    assert read_case(earlier) == read_case(GOOD)
+    with pytest.raises(InputError) as caught:
+        read_case(GOOD + "\n[[wave]]\ntorque_Nm = 100\nspeed_Hz = 1000\n")
+    message = "wave is the former name of single_speed; give single_speed"
+    assert str(caught.value) == f"case: {message}"
 
 
 def test_an_unknown_case_names_those_that_are_there(tmp_path):
@@ -163,7 +172,7 @@ def test_speeds():
         (
             '"rms_distance"',
             '"wave_phase"',
-            "metric wave_phase needs wave, which is missing",
+            "metric wave_phase needs single_speed, which is missing",
         ),
         (
             "number = 1",
@@ -183,7 +192,7 @@ def test_speeds():
     ],
 )
 def test_what_cannot_be_judged_is_refused(old, new, message):
-    without_wave = "[[wave]]\ntorque_Nm = 100\nspeed_Hz = 1000\n"
+    without_wave = "[[single_speed]]\ntorque_Nm = 100\nspeed_Hz = 1000\n"
     text = GOOD.replace(without_wave, "") if "wave" in new else GOOD
     with pytest.raises(InputError, match=message):
         read_case(text.replace(old, new))

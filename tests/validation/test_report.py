@@ -26,7 +26,7 @@ torques_Nm = [50, 100]
 speeds_Hz = "1000:1200:50"
 fidelity = "quasistatic"
 notes = "a note"
-budget = true
+ablation = true
 
 [[model]]
 number = 1
@@ -44,7 +44,7 @@ name = "wave_correlation"
 allowed = 0.5
 reason = "for a test"
 
-[[wave]]
+[[single_speed]]
 torque_Nm = 100
 speed_Hz = 1100
 

@@ -309,7 +309,9 @@ def test_a_map_has_a_point_for_every_pair_of_values():
 
 
 def test_few_harmonics_of_the_finite_elements_are_left():
-    figure = read_figure(GOOD.replace('"rectangular"', '"fe"\nwave_harmonics = 2'))
+    figure = read_figure(
+        GOOD.replace('"rectangular"', '"fe"\nexcitation_harmonics = 2')
+    )
     system = figure.scene(figure.part[0]).system
     harmonics = parametric_system(system).stiffness_harmonics
     assert (abs(harmonics[:, :2]) > 0.01).all()
@@ -417,10 +419,10 @@ def test_lines_are_counted_by_their_origin():
     assert printed["lines"] == 5
     within = [printed[f"within_{n}_percent"] for n in (1, 5, 10)]
     assert within == [2, 3, 3]
-    assert (printed["beyond"], printed["with_a_reason"]) == (2, 1)
+    assert (printed["beyond"], printed["explained"]) == (2, 1)
     assert (fitted["origin"], fitted["lines"]) == ("fitted", 1)
     assert overview(lines) == {
-        "largest_apart_percent": pytest.approx(50.0),
+        "max_error_percent": pytest.approx(50.0),
         "not_met": 1,
     }
 
@@ -550,7 +552,7 @@ def test_the_page_holds_what_was_made(tmp_path):
     assert all((out / link).is_file() for link in links)
     values = json.loads((out / "report.json").read_text())
     (row, *_) = values["figures"][0]["printed"]
-    assert row["apart_percent"] == pytest.approx(15.9, abs=0.1)
+    assert row["error_percent"] == pytest.approx(15.9, abs=0.1)
     rows = (out / "tables" / "printed.csv").read_text().splitlines()
     assert rows[1].startswith("table 2.1,natural frequency 1,Hz,printed,")
     table = (out / "tables" / f"{CHEAP}.csv").read_text()

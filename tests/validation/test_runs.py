@@ -58,7 +58,7 @@ CASE = replace(
 FEW = replace(
     CASE,
     speeds_Hz="1000:1200:50",
-    wave=(SingleSpeed(torque_Nm=100.0, speed_Hz=1100.0, from_speed_Hz=1150.0),),
+    single_speed=(SingleSpeed(torque_Nm=100.0, speed_Hz=1100.0, from_speed_Hz=1150.0),),
 )
 
 
@@ -93,7 +93,7 @@ def test_runs_of_another_program_are_refused(tmp_path, monkeypatch):
             return made(task)
 
     monkeypatch.setattr(runs, "texts_of", elsewhere)
-    model_only = replace(FEW, speeds_Hz="1000:1050:50", wave=())
+    model_only = replace(FEW, speeds_Hz="1000:1050:50", single_speed=())
     with pytest.raises(InputError, match="workers whose program is not the one"):
         runs.make_runs([model_only], tmp_path, 1)
 
@@ -152,12 +152,12 @@ def test_reuse_computes_nothing_and_changes_no_byte(few, monkeypatch):
 @pytest.mark.parametrize(
     "changes",
     [
-        {"torques_Nm": (101.0,), "wave": ()},
+        {"torques_Nm": (101.0,), "single_speed": ()},
         {"speeds_Hz": "1000:1200:25"},
         {"directions": ("up",)},
         {"edits": ("gear.pinion.inertia_kg_m2=0.003",)},
         {"damping_ratio": 0.05},
-        {"wave": ()},
+        {"single_speed": ()},
     ],
 )
 def test_what_determines_a_run_names_it(changes):
@@ -388,7 +388,7 @@ def test_a_store_that_cannot_be_written_is_told_before_anything_runs(
 
     monkeypatch.setattr(runs, "solve_task", refuse)
     monkeypatch.setattr(tempfile, "mkstemp", refuse)
-    case = replace(FEW, speeds_Hz="1000:1100:50", wave=())
+    case = replace(FEW, speeds_Hz="1000:1100:50", single_speed=())
     with pytest.raises(InputError, match="cannot be written, permission denied"):
         runs.run_case(case, tmp_path)
 

@@ -40,7 +40,7 @@ from validation.study.other_branches import (
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-MEDIAN, TENTH = SAME_MOTION, OTHER_MOTION  # bounds on median and 90th percentile
+MEDIAN, MAX_P90 = SAME_MOTION, OTHER_MOTION  # bounds on median and 90th percentile
 MAX_OTHER_BRANCH = MAX_SHARE  # of the speeds
 NATURAL_ERROR = 5e-3
 STRAINS, PARTNER = 1e-2, 1e-3  # mesh energy of modes that count, and of partners
@@ -50,7 +50,7 @@ STRAINS, PARTNER = 1e-2, 1e-3  # mesh energy of modes that count, and of partner
 class SetVerdict:
     """Verdict on a set: errors are relative, NaN where there is none.
 
-    other_branch_speeds : speeds that are counted apart; median_all, tenth_all : with
+    other_branch_speeds : speeds that are counted apart; median_all, p90_all : with
         these speeds
     reference : 90th percentile of the distance from the usual cut-off to the reference
     worst_Hz : where the largest error is that counts
@@ -60,60 +60,60 @@ class SetVerdict:
     median: float
     p90: float
     median_all: float
-    tenth_all: float
+    p90_all: float
     other_branch_speeds: int
     reference: float
     worst: float
     worst_Hz: float
     natural: float
     natural_Hz: float
-    vibration_kept: bool
+    vibration_passed: bool
     warns: bool
 
     @property
-    def natural_kept(self) -> bool:
+    def natural_passed(self) -> bool:
         return self.natural <= NATURAL_ERROR
 
     @property
     def passed(self) -> bool:
-        return (self.vibration_kept or self.warns) and self.natural_kept
+        return (self.vibration_passed or self.warns) and self.natural_passed
 
     @property
     def summary(self) -> str:
-        """`kept`, or which promise is not."""
-        if self.vibration_kept or self.warns:
-            vibration = "" if self.vibration_kept else "warns"
+        """`passed`, or which promise is not."""
+        if self.vibration_passed or self.warns:
+            vibration = "" if self.vibration_passed else "warns"
         else:
             vibration = "vibration off"
-        frequencies = "" if self.natural_kept else "frequencies off"
-        return ", ".join(filter(None, (vibration, frequencies))) or "kept"
+        frequencies = "" if self.natural_passed else "frequencies off"
+        return ", ".join(filter(None, (vibration, frequencies))) or "passed"
 
 
 def evaluate(measured: Measured) -> SetVerdict:
     errors = speed_errors(measured, COUPLED_UP)
     is_other_branch = other_branch(measured, errors)
     counted = errors[~is_other_branch]
-    median, tenth = quantiles(counted)
+    median, p90 = quantiles(counted)
     within = (
         median <= MEDIAN
-        and tenth <= TENTH
+        and p90 <= MAX_P90
         and is_other_branch.mean() <= MAX_OTHER_BRANCH
     )
     worst = int(np.argmax(np.where(is_other_branch, -1.0, errors)))
     natural, natural_Hz = largest_frequency_error(measured)
-    median_all, tenth_all = quantiles(errors)
+    median_all, p90_all = quantiles(errors)
     return SetVerdict(
         median=median,
-        p90=tenth,
+        p90=p90,
         median_all=median_all,
-        tenth_all=tenth_all,
+        p90_all=p90_all,
         other_branch_speeds=int(is_other_branch.sum()),
         reference=quantiles(speed_errors(measured, REDUCED))[1],
         worst=float(errors[worst]),
         worst_Hz=measured.speeds_Hz[worst],
         natural=natural,
         natural_Hz=natural_Hz,
-        vibration_kept=bool(within),
+        vibration_passed=bool(within),
         warns=bool(measured.warnings),
     )
 

@@ -115,7 +115,7 @@ def _drawn_at(result: CaseResult, torque: float) -> Iterator[Drawn]:
         figure = figures.draw_over_speed(result, torque, column)
         name = f"{column.replace('_', '-')}-{end}"
         yield Drawn(name, f"{at}: {quantity_label}", figure, torque, "sweep.csv")
-    labels = [wave.label for wave in case.wave if wave.torque_Nm == torque]
+    labels = [wave.label for wave in case.single_speed if wave.torque_Nm == torque]
     for i, label in enumerate(labels, 1):
         figure = figures.draw_force_cycle(result, torque, label)
         name, caption = f"wave{i}-{end}", f"{at}: mesh forces at {label}"

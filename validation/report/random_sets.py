@@ -18,9 +18,9 @@ from validation.random_sets.measuring import (
 from validation.random_sets.runs import FULL, SPEEDS, SetRun
 from validation.random_sets.verdicts import (
     MAX_OTHER_BRANCH,
+    MAX_P90,
     MEDIAN,
     NATURAL_ERROR,
-    TENTH,
     evaluate,
     quantiles,
     speed_errors,
@@ -49,11 +49,11 @@ def random_set_values(
         "command": commands[NAME],
         "allowed": {
             "median": MEDIAN,
-            "tenth": TENTH,
-            "apart": MAX_OTHER_BRANCH,
+            "p90": MAX_P90,
+            "other_branch_speeds": MAX_OTHER_BRANCH,
             "natural": NATURAL_ERROR,
         },
-        "kept": sum(row["kept"] for row in rows),
+        "passed": sum(row["passed"] for row in rows),
         "of": len(rows),
         "rows": rows,
         "full": [asdict(point) for run in full for point in run.full],
@@ -66,11 +66,11 @@ def row_values(run: SetRun, output: Path) -> dict[str, Any]:
     table_path = run.table.relative_to(output).as_posix()
     common = {"set": run.name, "csv": table_path, "failure": run.failure}
     if run.measured is None:
-        return common | {"verdict": "failed", "kept": False, "figures": {}}
+        return common | {"verdict": "failed", "passed": False, "figures": {}}
     verdict = evaluate(run.measured)
     return common | {
         "verdict": verdict.summary,
-        "kept": verdict.passed,
+        "passed": verdict.passed,
         "figures": quantities(run.measured),
     }
 
@@ -87,13 +87,13 @@ def quantities(measured: Measured) -> dict[str, Any]:
         "first_Hz": measured.speeds_Hz[0],
         "last_Hz": measured.speeds_Hz[-1],
         "median_error": verdict.median,
-        "tenth_error": verdict.p90,
-        "apart": verdict.other_branch_speeds,
-        "median_with_apart": verdict.median_all,
-        "tenth_with_apart": verdict.tenth_all,
+        "p90_error": verdict.p90,
+        "other_branch_speeds": verdict.other_branch_speeds,
+        "median_with_other_branches": verdict.median_all,
+        "p90_with_other_branches": verdict.p90_all,
         "worst_error": verdict.worst,
         "worst_Hz": verdict.worst_Hz,
-        "usual_cutoff_tenth": verdict.reference,
+        "usual_cutoff_p90": verdict.reference,
         "model_1_median": quantiles(speed_errors(measured, MODEL_1))[0],
         "without_modes_median": quantiles(speed_errors(measured, WITHOUT))[0],
         "natural_error": verdict.natural,

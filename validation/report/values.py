@@ -82,10 +82,10 @@ def _settings(result: CaseResult) -> Iterator[tuple[str, str]]:
             "mesh frequencies",
             f"{case.speeds_Hz} Hz, {' and '.join(case.directions)}",
         )
-    for wave in case.wave:
+    for wave in case.single_speed:
         yield f"motion at {wave.torque_Nm:g} N m", wave.label
     yield "finite elements", case.fidelity
-    if case.speeds_Hz or case.wave:
+    if case.speeds_Hz or case.single_speed:
         ratio = case.damping_ratio
         yield "damping ratio", "of the gear set" if ratio is None else f"{ratio:g}"
         yield "translations", "free" if case.translations else "held"
@@ -140,11 +140,11 @@ def _metric_of_model(result: CaseResult, metric: str, model: str) -> dict[str, A
 def budget_values(budget: Budget | None) -> dict[str, Any]:
     """Models and quantities of an error budget, see `validation.study.budget`.
 
-    brought : what changes on the mean from the model to the coupled one
+    change_to_coupled : what changes on the mean from the model to the coupled one
     """
     if budget is None:
         return {}
-    lacking = [budget.change_to_coupled(row) for row in budget.rows]
+    changes = [budget.change_to_coupled(row) for row in budget.rows]
     return {
         "models": [
             {
@@ -163,9 +163,9 @@ def budget_values(budget: Budget | None) -> dict[str, Any]:
                         "model": row.label,
                         "places": len(row.measured[name]),
                         "largest_error": quantity.factor * row.largest(name),
-                        "brought": round(quantity.factor * brought[name], 9),
+                        "change_to_coupled": round(quantity.factor * change[name], 9),
                     }
-                    for row, brought in zip(budget.rows, lacking, strict=True)
+                    for row, change in zip(budget.rows, changes, strict=True)
                 ],
             }
             for name, quantity in QUANTITIES.items()

@@ -167,7 +167,7 @@ def count_lines(compared: Iterable[ReferenceCheck]) -> list[dict[str, Any]]:
             | within
             | {
                 "beyond": len(beyond),
-                "with_a_reason": sum(bool(check.reference.reason) for check in checks),
+                "explained": sum(bool(check.reference.reason) for check in checks),
             }
         )
     return rows
@@ -178,6 +178,6 @@ def overview(compared: Sequence[ReferenceCheck]) -> Mapping[str, Any]:
     errors = [check.relative_error for check in compared]
     finite_errors = [value for value in errors if not math.isnan(value)]
     return {
-        "largest_apart_percent": 100.0 * max(finite_errors, default=NONE),
+        "max_error_percent": 100.0 * max(finite_errors, default=NONE),
         "not_met": len(errors) - len(finite_errors),
     }

@@ -55,7 +55,7 @@ class TrainOverrides:
     edits : `KEY=VALUE` of the gear set; a part's come on top of the figure's
     delay_rad : by which mesh 2 drops to fewer tooth pairs after mesh 1, angle of its
         own cycle, below 0 where it is early; None leaves the phase of the gear set
-    wave_harmonics : of the stiffness that are kept, by excitation fe or fourier
+    excitation_harmonics : of the stiffness that are kept, by excitation fe or fourier
     translations : whether gears move in the plane; rotations alone if left out
     corner_contact : whether tip corners touch beyond the nominal path of contact in
         the finite elements; they do if left out
@@ -69,7 +69,7 @@ class TrainOverrides:
     edits: tuple[Edit, ...] = ()
     excitation: Kind | None = None
     delay_rad: Number | None = None
-    wave_harmonics: Harmonics | None = None
+    excitation_harmonics: Harmonics | None = None
     torque_Nm: Positive | None = None
     model: ModelNumber | None = None
     translations: Flag | None = None

@@ -40,7 +40,7 @@ def figure_values(result: FigureResult, output: Path) -> dict[str, Any]:
     return {
         "number": figure.number,
         "title": figure.title,
-        "says": figure.caption,
+        "caption": figure.caption,
         "notes": figure.notes,
         "missing": figure.missing,
         "seconds": result.seconds,
@@ -63,9 +63,9 @@ def _compared_values(compared: ReferenceCheck) -> dict[str, Any]:
         "computed": compared.computed,
         "difference": compared.difference,
         "scale": compared.scale,
-        "apart_percent": 100.0 * compared.relative_error,
+        "error_percent": 100.0 * compared.relative_error,
         "verdict": compared.verdict,
-        "why": reference.reason,
+        "reason": reference.reason,
         "line": compared.line,
     }
 

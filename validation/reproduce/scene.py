@@ -181,10 +181,13 @@ class Scene:
         )
         return factor * float(values[mesh - 1])
 
-    def kept_harmonics(self, option: str) -> list[str]:
+    @property
+    def harmonics_argv(self) -> list[str]:
         """Words of a command: the number of harmonics of Fourier waves."""
         source = self.source
-        return [option, str(source.harmonics)] if source.kind == "fourier" else []
+        if source.kind != "fourier":
+            return []
+        return ["--excitation-harmonics", str(source.harmonics)]
 
     @property
     def argv(self) -> list[str]:
@@ -297,7 +300,7 @@ def scene_of(part: Part, figure: TrainOverrides, **others: Any) -> Scene:
         if setting.name != "edits"
     }
     kind: Kind = values["excitation"] or "fe"
-    harmonic_count = values["wave_harmonics"]
+    harmonic_count = values["excitation_harmonics"]
     fourier = (
         {"harmonics": harmonic_count} if kind == "fourier" and harmonic_count else {}
     )

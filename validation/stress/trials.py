@@ -41,6 +41,6 @@ def run_trials(
 
 
 def trials_csv(trials: Sequence[Trial]) -> str:
-    names = ("attempt", "promise", "measured", "bound", "kept")
+    names = ("attempt", "expectation", "measured", "bound", "passed")
     rows = ([*astuple(trial), "yes" if trial.passed else "no"] for trial in trials)
     return format_csv(names, rows)

@@ -54,10 +54,10 @@ SET = "Name of a built-in gear set, or path of a gear-set file (TOML)."
 FOLDER = "Directory for the table and the figure."
 STRESS_COLUMNS: Columns = {
     "attempt": lambda row: row["name"],
-    "promise": lambda row: row["promise"],
+    "expectation": lambda row: row["expectation"],
     "measured": lambda row: f"{row['measured']:.2g}",
     "allowed": lambda row: f"{row['bound']:.2g}",
-    "kept": lambda row: "yes" if row["kept"] else "NO",
+    "passed": lambda row: "yes" if row["passed"] else "NO",
 }
 
 
@@ -257,7 +257,7 @@ class StressTestResult(StudyResult):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        rows = [asdict(trial) | {"kept": trial.passed} for trial in self.trials]
+        rows = [asdict(trial) | {"passed": trial.passed} for trial in self.trials]
         return {"trials": rows}
 
     def write(self, path: str | Path) -> None:
@@ -266,7 +266,9 @@ class StressTestResult(StudyResult):
 
     def page(self) -> Page:
         yield RowTable(
-            self.summary["trials"], STRESS_COLUMNS, text_columns=("attempt", "promise")
+            self.summary["trials"],
+            STRESS_COLUMNS,
+            text_columns=("attempt", "expectation"),
         )
         yield f"{self.passed_count} of {len(self.trials)} promises kept"
 

@@ -119,7 +119,14 @@ class AblationResult(StudyResult):
     @property
     def table(self) -> Table:
         """A row for every quantity and model."""
-        names = "quantity", "unit", "model", "places", "largest_error", "brought"
+        names = (
+            "quantity",
+            "unit",
+            "model",
+            "places",
+            "largest_error",
+            "change_to_coupled",
+        )
         rows = [
             (
                 quantity["quantity"],
@@ -134,7 +141,7 @@ class AblationResult(StudyResult):
             "torque_Nm": repr(self.study.load),
             **self.study.gear_set.entries,
             "largest_error": "against the finite elements, in the unit",
-            "brought": "change of the error to that of the coupled model, in the unit",
+            "change_to_coupled": "of the error, in the unit",
         }
         return Table(names, lambda: rows, header)
 
@@ -183,7 +190,7 @@ def _cell(model: Mapping[str, Any]) -> str:
     if not model["places"]:
         return "-"
     error = f"{model['largest_error']:.1f}"
-    if model["model"] == "coupled" or not isfinite(model["brought"]):
+    if model["model"] == "coupled" or not isfinite(model["change_to_coupled"]):
         return error
-    change = round(model["brought"], 1) + 0.0  # -0 is 0
+    change = round(model["change_to_coupled"], 1) + 0.0  # -0 is 0
     return f"{error} ({change:+.1f})"

@@ -197,7 +197,7 @@ class ReproductionResult(StudyResult):
                 f"{row['within_5_percent']} to 5 %, "
                 f"{row['within_10_percent']} to 10 %, "
                 f"{row['beyond']} further off or not met, "
-                f"{row['with_a_reason']} with a reason"
+                f"{row['explained']} with a reason"
             )
         valid = [number for number in self.earlier if number in figures]
         gone = [number for number in self.earlier if number not in figures]
@@ -235,7 +235,7 @@ class FigureList(StudyResult):
         if self.study.numbers:
             return []
         return [
-            {"numbers": figure.numbers, "title": figure.title, "why": figure.reason}
+            {"numbers": figure.numbers, "title": figure.title, "reason": figure.reason}
             for figure in omitted_figures()
         ]
 
@@ -258,7 +258,7 @@ class FigureList(StudyResult):
             columns = {
                 "not made": lambda row: row["numbers"],
                 "title": lambda row: row["title"],
-                "why": lambda row: row["why"],
+                "why": lambda row: row["reason"],
             }
             yield RowTable(self.left_out, columns, text_columns=tuple(columns))
 

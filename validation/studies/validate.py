@@ -56,8 +56,8 @@ def _whole(name: str, row: Mapping[str, Any]) -> str:
 SETS: Columns = {
     "set": lambda row: row["set"],
     "median\n%": partial(_per_cent, "median_error"),
-    "90 %\n%": partial(_per_cent, "tenth_error"),
-    "apart": partial(_text, "apart"),
+    "90 %\n%": partial(_per_cent, "p90_error"),
+    "other\nbranch": partial(_text, "other_branch_speeds"),
     "modes": partial(_text, "body_modes"),
     "bound\n%": partial(_per_cent, "left_out"),
     "natural\n%": partial(_per_cent, "natural_error"),
@@ -238,8 +238,8 @@ class ValidationResult(StudyResult):
         sets, reasons = self.values["random_sets"], list[str]()
         if self.outside:
             reasons.append(f"values outside their tolerances: {len(self.outside)}")
-        if sets.get("of") != sets.get("kept"):
-            missed = sets["of"] - sets["kept"]
+        if sets.get("of") != sets.get("passed"):
+            missed = sets["of"] - sets["passed"]
             reasons.append(f"random gear sets that break a promise: {missed}")
         return reasons
 
@@ -258,7 +258,7 @@ class ValidationResult(StudyResult):
         sets, cases = self.values["random_sets"], self.values["cases"]
         if sets:
             yield RowTable(sets["rows"], SETS, "Random gear sets", ("set", "verdict"))
-            passed, count = sets["kept"], sets["of"]
+            passed, count = sets["passed"], sets["of"]
             yield f"{passed} of {count} random gear sets keep what is promised"
         if cases:
             rows = [

@@ -155,7 +155,7 @@ def budget_case(
         edits=tuple(edits),
         model=(Model(number=1), Model(number="coupled")),
         metric=(),
-        budget=True,
+        ablation=True,
     )
 
 

@@ -160,7 +160,7 @@ class Case:
     friction : Coulomb coefficient of the finite elements, and of the models that ask
         for it
     damping_ratio : of every vibration mode, None for the gear set's
-    budget : whether the coupled model is run without each of its parts as well, for
+    ablation : whether the coupled model is run without each of its parts as well, for
         the error budget; these are what it is made of and no claims, none is judged
     """
 
@@ -183,9 +183,9 @@ class Case:
     friction: Annotated[Number, Field(ge=0.0, lt=0.5)] = 0.0
     damping_ratio: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
     fidelity: Fidelity = "reduced"
-    wave: tuple[SingleSpeed, ...] = ()
+    single_speed: tuple[SingleSpeed, ...] = ()
     printed: tuple[Printed, ...] = ()
-    budget: Flag = False
+    ablation: Flag = False
     notes: str = ""
 
     @cached_property
@@ -225,31 +225,33 @@ def read_case(text: str, source: str = "case") -> Case:
             raise InputError(
                 f"{source}: metric {metric.name} needs {needed}, which is missing"
             )
-    _require_budget(case, source)
+    _require_ablation(case, source)
     _require_friction(case, source)
     if len(set(case.torques_Nm)) < len(case.torques_Nm):
         raise InputError(
             f"{source}: torques_Nm = {list(case.torques_Nm)}; each is allowed once"
         )
-    for wave in case.wave:
-        if wave.torque_Nm not in case.torques_Nm:
+    for motion in case.single_speed:
+        if motion.torque_Nm not in case.torques_Nm:
             allowed = ", ".join(f"{torque:g}" for torque in case.torques_Nm)
             raise InputError(
-                f"{source}: wave.torque_Nm = {wave.torque_Nm:g}; must be one of "
-                f"torques_Nm, {allowed}"
+                f"{source}: single_speed.torque_Nm = {motion.torque_Nm:g}; must be "
+                f"one of torques_Nm, {allowed}"
             )
     return case
 
 
-def _require_budget(case: Case, source: str) -> None:
+def _require_ablation(case: Case, source: str) -> None:
     """Require the models that a budget compares."""
     names = {model.name for model in case.model}
-    if case.budget and not names >= set(LADDER):
+    if case.ablation and not names >= set(LADDER):
         raise InputError(
-            f"{source}: budget = true; needs models 1 and coupled, excited by fe"
+            f"{source}: ablation = true; needs models 1 and coupled, excited by fe"
         )
-    if case.budget and not case.speeds:
-        raise InputError(f"{source}: budget = true; needs speeds_Hz, which is missing")
+    if case.ablation and not case.speeds:
+        raise InputError(
+            f"{source}: ablation = true; needs speeds_Hz, which is missing"
+        )
 
 
 def _require_friction(case: Case, source: str) -> None:
@@ -275,7 +277,8 @@ _FILE = DataFile(
     {
         "model": Model,
         "metric": Tolerance,
-        "wave": SingleSpeed,
+        "single_speed": SingleSpeed,
         "printed": Printed,
     },
+    former={"budget": "ablation", "wave": "single_speed"},
 )

@@ -30,7 +30,7 @@ class Metric:
     """A unit and what is measured.
 
     least : whether the allowed value is the smallest
-    needs : what a case must contain, `speeds_Hz`, `wave` or nothing
+    needs : what a case must contain, `speeds_Hz`, `single_speed` or nothing
     """
 
     unit: str
@@ -53,14 +53,16 @@ METRICS: Mapping[str, Metric] = {
         "1", "largest RMS of DTE with friction over that without, less the reference's"
     ),
     "wave_correlation": Metric(
-        "1", "correlation of mesh forces over a cycle", True, "wave"
+        "1", "correlation of mesh forces over a cycle", True, "single_speed"
     ),
     "wave_phase": Metric(
-        "cycles", "shift of mesh forces, positive where late", needs="wave"
+        "cycles", "shift of mesh forces, positive where late", needs="single_speed"
     ),
-    "wave_peak_force": Metric("1", "peak of mesh forces, ratio less 1", needs="wave"),
+    "wave_peak_force": Metric(
+        "1", "peak of mesh forces, ratio less 1", needs="single_speed"
+    ),
     "wave_contact_loss": Metric(
-        "1", "contact-loss fraction, less the reference's", needs="wave"
+        "1", "contact-loss fraction, less the reference's", needs="single_speed"
     ),
     "mean_stiffness": Metric(
         "1", "mean of load over static deflection, less 1", needs=""

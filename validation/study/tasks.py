@@ -50,7 +50,7 @@ class RunSpec:
 
     @property
     def single_speeds(self) -> tuple[SingleSpeed, ...]:
-        return tuple(w for w in self.case.wave if w.torque_Nm == self.torque)
+        return tuple(w for w in self.case.single_speed if w.torque_Nm == self.torque)
 
     @property
     def speeds(self) -> tuple[float, ...]:
@@ -115,7 +115,7 @@ def tasks_of(case: Case) -> Iterator[RunSpec]:
 
 def parts_of(case: Case) -> tuple[Model, ...]:
     """The coupled model without each of its parts, where an error budget needs it."""
-    if not case.budget:
+    if not case.ablation:
         return ()
     shared = shares_a_gear(load_gear_set(case.gear_set, case.edits_of()))
     parts = (

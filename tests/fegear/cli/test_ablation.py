@@ -19,7 +19,7 @@ FAST = "ablation liu-pair --torque 100 --speeds 7000,7100"  # beside an elastic 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("budget")
+    return tmp_path_factory.mktemp("ablation")
 
 
 @pytest.fixture(scope="module")
@@ -68,10 +68,10 @@ def test_a_cell_holds_the_error_and_what_is_missing():
         "model": "without body",
         "places": 2,
         "largest_error": 3.14,
-        "brought": -2.55,
+        "change_to_coupled": -2.55,
     }
     assert re.fullmatch(r"3\.1 \(-2\.[56]\)", _cell(model))
-    assert _cell(model | {"brought": -1e-12}) == "3.1 (+0.0)"
-    assert _cell(model | {"brought": float("nan")}) == "3.1"
+    assert _cell(model | {"change_to_coupled": -1e-12}) == "3.1 (+0.0)"
+    assert _cell(model | {"change_to_coupled": float("nan")}) == "3.1"
     assert _cell(model | {"model": "coupled"}) == "3.1"
     assert _cell(model | {"places": 0}) == "-"

@@ -30,7 +30,7 @@ def test_rows_are_points_of_the_sections_mesh_by_mesh(outputs):
     assert list(rows[0]) == [
         *("mesh_frequency_Hz", "direction", "mesh", "section", "dte_m"),
         *("dte_rate_m_per_s", "motion", "period_multiple", "lyapunov_per_period"),
-        "lyapunov_spread_per_period",
+        "lyapunov_stderr_per_period",
     ]
     for direction in ("up", "down"):
         for speed in ("1570.0", "1620.0", "1660.0"):

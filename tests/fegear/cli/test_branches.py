@@ -13,7 +13,7 @@ import fegear
 from fegear.cli import app
 from lumped.common.csv_text import parse_csv
 
-FAST = ("liu-idler", "--excitation", "fourier", "--wave-harmonics", "3")
+FAST = ("liu-idler", "--excitation", "fourier", "--excitation-harmonics", "3")
 SHORT = (*FAST, "--speeds", "1300:3600", "--harmonics", "8")
 
 

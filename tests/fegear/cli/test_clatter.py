@@ -48,7 +48,7 @@ def test_a_row_for_each_impact_and_noise_that_belongs_to_it(tmp_path):
     assert times == sorted(times)
     for play in wheel["plays"]:
         impacts = [row for row in rows if row["play"] == play["play"]]
-        speeds = [float(row["relative_speed_before_m_per_s"]) for row in impacts]
+        speeds = [float(row["approach_speed_m_per_s"]) for row in impacts]
         assert len(impacts) == play["impacts"] > 0
         assert sum(v * v for v in speeds) / 2.0 == pytest.approx(
             play["noise_m2_per_s3"]
@@ -121,7 +121,7 @@ def test_the_exponent_of_a_map_is_that_of_the_end_of_its_run(tmp_path):
     arguments = "clatter", tmp_path / "own.toml", "--map", "fermi", "--seconds", 1000
     values = json.loads(printed(*arguments, "--chaos", "--json", "-o", table))
     (wheel,) = values["wheels"]
-    speeds = [float(r["relative_speed_before_m_per_s"]) for r in rows_of(table)[-9:]]
+    speeds = [float(r["approach_speed_m_per_s"]) for r in rows_of(table)[-9:]]
     exponent = wheel["lyapunov_exponent_per_impact"]
     if speeds[2:] == pytest.approx(speeds[:-2], rel=1e-6):
         assert exponent == pytest.approx(math.log(0.9) / 2.0, abs=0.002)
@@ -132,7 +132,7 @@ def test_the_exponent_of_a_map_is_that_of_the_end_of_its_run(tmp_path):
 def test_chaos_is_told_with_its_error_and_not_of_a_wheel_that_rests(tmp_path):
     arguments = "clatter", "seed-five-speed", "--seconds", 40, "--chaos"
     (wheel,) = json.loads(printed(*arguments, "--json"))["wheels"]
-    assert not wheel["forgets_its_start"]
+    assert not wheel["superstable"]
     assert 0.0 < wheel["correlation_dimension_error"] < 0.5
     assert 1.0 < wheel["correlation_dimension"] < 2.0
     assert f"{wheel['correlation_dimension']:.2f} +- " in printed(*arguments)
@@ -140,7 +140,7 @@ def test_chaos_is_told_with_its_error_and_not_of_a_wheel_that_rests(tmp_path):
     (tmp_path / "own.toml").write_text(resting)
     arguments = "clatter", tmp_path / "own.toml", "--chaos"
     (wheel,) = json.loads(printed(*arguments, "--json"))["wheels"]
-    assert wheel["forgets_its_start"]
+    assert wheel["superstable"]
     assert wheel["lyapunov_exponent_per_s"] is None
     assert wheel["correlation_dimension"] is None
     page = printed(*arguments)

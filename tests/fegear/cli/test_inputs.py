@@ -80,7 +80,7 @@ REPEATED = {
     "friction_coefficient",
     "gear_set",
     "load_share",
-    "mean_spread",
+    "mean_std",
     "model",
     "origin",
     "peak_memory_MB",
@@ -95,7 +95,7 @@ REPEATED = {
     "torque_Nm",
     "torque_of",
     "translations",
-    "variation_spread",
+    "variation_std",
     "wall_time_s",
     "warnings",
     "corner_contact",
@@ -224,7 +224,7 @@ ISOLATED = (
     "--period-multiple 3 --speeds 4600:7200 --json"
 )
 RATTLE = "rattle basin roots-scaled --grid 12 --delta 0.575 --json"
-ORBITS = "rattle periodic roots-scaled --departures 1 --json"
+ORBITS = "rattle periodic roots-scaled --max-liftoffs 1 --json"
 CRITICAL = "rattle critical roots-a --json"
 GEARS = (
     f"rattle gears SET {COARSE} --speed-rpm 900 --drag-Nm 1 --eccentricity-um 9 --json"
@@ -248,11 +248,11 @@ RUBBED = (
 BUILT = f"{RUBBED} --excitation rectangular --bending 0.4"
 HOLDING = "stability SET --over damping_ratio=0.002 --speeds 2000:20000:1000 --json"
 OVER_DELTA = (
-    "rattle bifurcation roots-scaled --over epsilon=0.09:0.1 --departures 1 --starts 2 "
-    "--runs 2 --json"
+    "rattle bifurcation roots-scaled --over epsilon=0.09:0.1 --max-liftoffs 1 "
+    "--starts 2 --runs 2 --json"
 )
 DOUBLED_ORBITS = (
-    "rattle bifurcation roots-scaled --over epsilon=0.06:0.09 --departures 1 "
+    "rattle bifurcation roots-scaled --over epsilon=0.06:0.09 --max-liftoffs 1 "
     "--starts 5 --runs 0 --json"
 )
 SECTIONS = (
@@ -287,7 +287,9 @@ def lumped(base: str) -> dict[str, Case]:
         "--translations": plus(base, "--translations", TRAIN),
         "--excitation": plus(tables, "--excitation trapezoid"),
         "--ramp": plus(f"{tables} --excitation trapezoid", "--ramp 0.05"),
-        "--harmonics": plus(f"{tables} --excitation fourier", "--harmonics 1"),
+        "--excitation-harmonics": plus(
+            f"{tables} --excitation fourier", "--excitation-harmonics 1"
+        ),
         "--plane": plus(tables, "--plane strain"),
         "--resolution": plus(tables, COARSE),
         "--relief-stiffness": unmodified(tables),
@@ -332,7 +334,9 @@ def stable() -> dict[str, Case]:
     }
     return cases | {
         "--model": plus(BUILT, "--model 2", refused=True),
-        "--harmonics": plus(f"{HOLDING} --excitation fourier", "--harmonics 1", TRAIN),
+        "--excitation-harmonics": plus(
+            f"{HOLDING} --excitation fourier", "--excitation-harmonics 1", TRAIN
+        ),
         "--damping": swap(BUILT, "0.002", "0.01"),
         "--torque": plus(f"{RUBBED} {COARSE}", "--torque 60"),
         "--plane": plus(RUBBED, "--plane strain"),
@@ -421,8 +425,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "SET": swap(IDENTIFY, "SET", "OTHER"),
         "--mean": plus(IDENTIFY, "--mean 1.1e8"),
         "--variation": plus(IDENTIFY, "--variation 0.35"),
-        "--mean-spread": plus(IDENTIFY, "--mean-spread 0.1"),
-        "--variation-spread": plus(IDENTIFY, "--variation-spread 0.1"),
+        "--mean-std": plus(IDENTIFY, "--mean-std 0.1"),
+        "--variation-std": plus(IDENTIFY, "--variation-std 0.1"),
         "--hold-width": plus(IDENTIFY, "--hold-width"),
         "--along": plus(IDENTIFY, "--along b"),
         "--torque": plus(IDENTIFY, "--torque 200"),
@@ -481,8 +485,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--overwrite": plus(BRANCHES, "--overwrite", refused=True),
         "--period-multiple": plus(DOUBLING, "--period-multiple 1"),
         "--harmonics": plus(BRANCHES, "--harmonics 2"),
-        "--wave-harmonics": plus(
-            BRANCHES.replace("rectangular", "fourier"), "--wave-harmonics 1"
+        "--excitation-harmonics": plus(
+            BRANCHES.replace("rectangular", "fourier"), "--excitation-harmonics 1"
         ),
         "--table": plus(BRANCHES_OF_ELEMENTS, "--table TABLE"),
         "--without": plus(COUPLED_BRANCHES, "--without body"),
@@ -715,7 +719,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     },
     "rattle periodic": figures_of_machine(ORBITS)
     | {
-        "--departures": swap(ORBITS, "--departures 1", "--departures 2"),
+        "--max-liftoffs": swap(ORBITS, "--max-liftoffs 1", "--max-liftoffs 2"),
         "--velocity": plus(ORBITS, "--velocity 0:4"),
         "--output": plus(ORBITS, "-o t.csv"),
         "--json": less(ORBITS, "--json"),
@@ -724,7 +728,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     | {
         "--epsilon": plus(OVER_DELTA.replace("epsilon", "delta"), "--epsilon 0.09"),
         "--over": swap(OVER_DELTA, "0.09:0.1", "0.09:0.11"),
-        "--departures": swap(OVER_DELTA, "--departures 1", "--departures 2"),
+        "--max-liftoffs": swap(OVER_DELTA, "--max-liftoffs 1", "--max-liftoffs 2"),
         "--starts": swap(DOUBLED_ORBITS, "--starts 5", "--starts 1"),
         "--doublings": plus(DOUBLED_ORBITS, "--doublings 0"),
         "--runs": swap(OVER_DELTA, "--runs 2", "--runs 3"),
@@ -754,7 +758,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     | {
         "--velocity": plus(MANIFOLD, "--velocity 0:4"),
         "--orbit": plus(MANIFOLD, "--orbit P(1,1,0)"),
-        "--departures": plus(MANIFOLD, "--departures 2"),
+        "--max-liftoffs": plus(MANIFOLD, "--max-liftoffs 2"),
         "--length": swap(MANIFOLD, "--length 1", "--length 2"),
         "--spacing": plus(MANIFOLD, "--spacing 0.02"),
         "--preimages": swap(MANIFOLD, "--preimages 0", "--preimages 1"),

@@ -33,7 +33,7 @@ def test_critical_eccentricity_of_the_built_in_pump():
     values = json_output("rattle", "critical", "roots-a")
     assert values["critical_eccentricity_rad"] == pytest.approx(9.378e-5, rel=1e-4)
     assert not values["quiet_motion_exists"]
-    helps = values["percent_of_critical_per_percent"]
+    helps = values["critical_sensitivity"]
     assert helps["damping"] == pytest.approx(1.0, abs=1e-3)
     assert 0.0 < helps["stiffness"] < 0.1
     quieter = json_output("rattle", "critical", "roots-a", "--epsilon", "9e-5")
@@ -67,21 +67,24 @@ def test_basins_on_screen_in_files_and_for_machines(tmp_path):
 
 
 def test_motions_that_repeat_are_listed_with_their_stability():
-    values = json_output("rattle", "periodic", "roots-scaled", "--departures", "1")
+    values = json_output("rattle", "periodic", "roots-scaled", "--max-liftoffs", "1")
     stability = [(orbit["name"], orbit["stable"]) for orbit in values["orbits"]]
     assert stability == [
         *(("P(1,1,0)", True), ("P(1,1,0)", False)),
         *[("P(1,1,1)", False)] * 2,
     ]
-    assert max(orbit["from_construction"] or 0.0 for orbit in values["orbits"]) < 1e-9
+    assert (
+        max(orbit["distance_to_closed_form"] or 0.0 for orbit in values["orbits"])
+        < 1e-9
+    )
     assert values["least_eccentricity_of_P(1,1,0)_rad"] == pytest.approx(
         0.05964, abs=1e-5
     )
-    arguments = "rattle", "periodic", "roots-scaled", "--departures", "1"
+    arguments = "rattle", "periodic", "roots-scaled", "--max-liftoffs", "1"
     page = CliRunner().invoke(app, arguments).stdout
     assert page.count("P(1,1,0)") == 3  # the last line has one
     assert "exists from an eccentricity of 0.05964 rad on" in page
-    arguments = "rattle", "periodic", "roots-scaled", "--departures", "3"
+    arguments = "rattle", "periodic", "roots-scaled", "--max-liftoffs", "3"
     page = CliRunner().invoke(app, arguments).stdout
     assert "P(3,3,2)" in page  # fits a narrow screen
 
@@ -168,9 +171,9 @@ def test_what_comes_to_rest_has_one_name_in_all_commands():
         "rattle", "noise", *arguments, "--starts", "20", "--turns", "20"
     )
     assert [motion["name"] for motion in noise["motions"]] == ["sticking(1)"]
-    periodic = json_output("rattle", "periodic", *arguments, "--departures", "1")
+    periodic = json_output("rattle", "periodic", *arguments, "--max-liftoffs", "1")
     (rests,) = [o for o in periodic["orbits"] if o["name"] == "sticking(1)"]
-    assert rests["departures"] == [pytest.approx(attractor["point"], abs=1e-9)]
+    assert rests["liftoffs"] == [pytest.approx(attractor["point"], abs=1e-9)]
     assert not json_output("rattle", "periodic", "roots-scaled", "--restitution", "0")[
         "orbits"
     ]
@@ -198,11 +201,11 @@ def test_what_has_not_settled_is_told_and_left_out():
     assert "basin entropy" not in result.stdout
     values = json_output(*basin)
     assert (values["attractors"], values["basin_entropy"]) == ([], None)
-    assert values["unclear_fraction"] == 1.0
+    assert values["undecided_fraction"] == 1.0
     arguments = "noise", "roots-a", "--starts", "4", "--turns", "20"
     few = json_output("rattle", *arguments, "--iterations", "200")
     assert few["noise_rad2_per_turn3"] is None
-    assert few["unclear_fraction"] == 1.0
+    assert few["undecided_fraction"] == 1.0
     enough = json_output("rattle", *arguments)
     assert enough["iterations"] == 138_200
     assert enough["noise_rad2_per_turn3"] > 0.0
@@ -217,7 +220,7 @@ def test_basins_of_low_damping_are_followed_until_transients_end(tmp_path):
     machine.write_text(text, "utf-8")
     values = json_output("rattle", "basin", str(machine), "--grid", "5")
     assert values["iterations"] == 138_200
-    assert values["unclear_fraction"] < 0.5
+    assert values["undecided_fraction"] < 0.5
     assert len(values["attractors"]) > 1
 
 
@@ -255,7 +258,7 @@ def test_tables_of_noise_say_how_they_were_made(tmp_path):
 def test_a_map_without_inverse_has_no_manifolds(capsys):
     arguments = ["rattle", "manifold", "roots-scaled", "--restitution", "0"]
     assert run(arguments) == 2
-    assert "departures have no pre-images" in capsys.readouterr().err
+    assert "lift-offs have no pre-images" in capsys.readouterr().err
 
 
 def test_a_plot_of_runs_that_settle_to_nothing(tmp_path, recwarn):

@@ -47,9 +47,9 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
         }
         assert in_table == {(e["kind"], e["value"]) for e in branch["bifurcations"]}
     runs = [row for row in rows if row["branch"] == "0"]
-    assert len(runs) == values["departures_of_long_runs"] > 0
+    assert len(runs) == values["liftoffs_of_long_runs"] > 0
     assert {row["stable"] for row in runs} == {""}
-    assert values["unsettled_long_runs"] == 0
+    assert values["undecided_long_runs"] == 0
     assert not values["warnings"]
     stable = {
         round(float(row["speed_rad_per_turn"]), 1)
@@ -71,10 +71,10 @@ def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
     rows = np.array([[0.25, 4.0], [np.nan, np.nan], [np.nan, np.nan]])
     monkeypatch.setattr(bifurcation, "settled_departures", lambda *args: rows)
     file = tmp_path / "b.csv"
-    options = "--departures", "1", "--doublings", "0"
+    options = "--max-liftoffs", "1", "--doublings", "0"
     values = json.loads(printed(*COMMAND, *options, "-o", file, "--json"))
-    assert values["departures_of_long_runs"] == 6
-    assert values["unsettled_long_runs"] == 12
+    assert values["liftoffs_of_long_runs"] == 6
+    assert values["undecided_long_runs"] == 12
     (warning,) = values["warnings"]
     assert warning.startswith("12 long runs that reached no attractor are left out")
     assert warning.endswith("at damping from 0.574167 to 0.615833")
@@ -84,7 +84,7 @@ def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
 
 @pytest.mark.slow
 def test_branches_do_not_depend_on_how_wide_the_range_is():
-    fixed = "roots-scaled --departures 1 --doublings 0 --runs 0 --starts 3 --json"
+    fixed = "roots-scaled --max-liftoffs 1 --doublings 0 --runs 0 --starts 3 --json"
     bifurcations = []
     for limits in ("0:1", "0.85:1"):
         over = f"rattle bifurcation {fixed} --over restitution={limits}"
@@ -104,7 +104,7 @@ def test_branches_do_not_depend_on_how_wide_the_range_is():
 def test_curves_over_two_figures(tmp_path):
     arguments = [
         *("rattle", "bifurcation", "roots-scaled", "--over", "delta=0.55:0.8"),
-        *("--over", "epsilon=0.05:0.15", "--starts", "2", "--departures", "1"),
+        *("--over", "epsilon=0.05:0.15", "--starts", "2", "--max-liftoffs", "1"),
         *("--doublings", "0"),
     ]
     file, plot = tmp_path / "c.csv", tmp_path / "c.png"

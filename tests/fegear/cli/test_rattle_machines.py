@@ -101,7 +101,7 @@ def test_every_key_moves_an_answer(tmp_path, table, key):
 def test_name_description_and_inferences_are_on_the_screen(tmp_path):
     texts = {"description": "A pump of mine", "inferences": ["its play", "its mass"]}
     path = written(tmp_path, IMPACTS, **texts)
-    for command in (["critical"], ["periodic", "--departures", "1"], ["basin"]):
+    for command in (["critical"], ["periodic", "--max-liftoffs", "1"], ["basin"]):
         small = ["--grid", "5"] if command == ["basin"] else []
         arguments = ["rattle", command[0], path, *command[1:], *small]
         page = CliRunner().invoke(app, arguments).stdout
@@ -186,7 +186,7 @@ def test_noise_of_a_sprung_gear_is_told_by_the_flanks_that_meet():
     sprung = json_output("noise", "roots-a-sprung", *options, *figures)
     names = {motion["name"] for motion in sprung["motions"]}
     assert names <= {"quiet", "single-sided rattle", "double-sided rattle"}
-    assert sprung["unclear_fraction"] == 0.0
+    assert sprung["undecided_fraction"] == 0.0
     assert "transients of the parts fade to 0.001 in 8" in sprung["warnings"][0]
     unsprung = json_output("noise", "roots-a", *options, *figures[:4])
     ratio = sprung["noise_rad2_per_turn3"] / unsprung["noise_rad2_per_turn3"]
@@ -218,7 +218,7 @@ def test_speeds_of_unequal_shafts_are_the_same_in_all_commands(tmp_path, more_dr
     summaries = [json_output("noise", path, "--starts", "2", "--turns", "5", *options)]
     if not more_drag:
         summaries += [json_output("basin", path, "--grid", "5", *options)]
-        summaries += [json_output("periodic", path, "--departures", "1")]
+        summaries += [json_output("periodic", path, "--max-liftoffs", "1")]
     exact = 4.0 * math.pi * 0.4 * 2.5 + 1.6
     for summary in summaries:
         assert summary["velocity_rad_per_turn"] == pytest.approx([0.0, exact], rel=1e-5)
@@ -249,7 +249,7 @@ def test_phase_of_two_eccentric_gears(tmp_path):
     }
     path = written(tmp_path, {"machine": parts | gears})
     values = json_output("critical", path)
-    max_phase = values["quiet_for_phases_within_rad"]
+    max_phase = values["quiet_phase_max_rad"]
     for change, quiet in ((-1e-6, True), (1e-6, False)):
         turned = {
             "machine": parts | gears | {"eccentricity_phase_rad": max_phase + change}
@@ -267,7 +267,7 @@ def test_sensitivities_are_slopes_of_the_critical_eccentricity(tmp_path):
     tables = {k: v for k, v in BASE.items() if k != "machine"}
     tables["machine"] = SCALED | {"stiffness": 900.0}
     sensitivities = json_output("critical", written(tmp_path, tables))[
-        "percent_of_critical_per_percent"
+        "critical_sensitivity"
     ]
     for table, key in (("driving_gear", "stiffness"), ("absorber", "mass")):
         eccentricities = []
@@ -297,8 +297,7 @@ def test_a_ripple_that_the_eccentricity_cancels_has_a_quiet_window(tmp_path):
     for value, quiet in ((0.99, False), (1.01, True)):
         assert at(eccentricity_rad=value * low)["quiet_motion_exists"] is quiet
     slopes = [
-        values[f"percent_of_{name}_per_percent"]["ripple"]
-        for name in ("critical", "least_quiet")
+        values[f"{name}_sensitivity"]["ripple"] for name in ("critical", "least_quiet")
     ]
     more = at(ripple=7.9 * 1.001)
     changes = [math.log(more[name] / values[name]) for name in limits[::-1]]
@@ -319,7 +318,7 @@ def test_a_figure_at_its_limit_has_no_change_beyond_it(tmp_path):
     least = SCALED["damping"] ** 2 / 8.0
     tables = {"machine": SCALED | {"stiffness": 1.005 * least}}
     values = json_output("critical", written(tmp_path, tables))
-    less, more = values["percent_of_critical_per_percent"]["stiffness"]
+    less, more = values["critical_sensitivity"]["stiffness"]
     assert less is None
     assert more < 0.0
 
@@ -338,7 +337,7 @@ def test_changes_of_both_sides_are_told_where_the_critical_one_bends(
     tables = {"machine": SCALED | {"damping": 1e-4}, "driving_gear": gear}
     tables |= {"absorber": absorber} if key.startswith("absorber") else {}
     values = json_output("critical", written(tmp_path, tables))
-    less, more = values["percent_of_critical_per_percent"][key]
+    less, more = values["critical_sensitivity"][key]
     table, name = key.split(".")
     for factor, change in ((0.99, less), (1.01, more)):
         entries = tables[table] | {name: tables[table][name] * factor}

@@ -35,7 +35,7 @@ def test_damping_is_the_rate_over_turns_per_second(tmp_path, unit):
     values = json_output(path)
     assert values["damping"] == pytest.approx(3e-4)
     assert values["speed_at_start_rpm"] == pytest.approx(3000.0)
-    assert values["drag_goes_with_speed"]
+    assert values["drag_is_linear"]
     other = json_output(path, "--speed-rpm", "1500", "--inertia-kgm2", "0.04")
     assert other["damping"] == pytest.approx(6e-4)
     assert other["damping_coefficient_Nms_per_rad"] == pytest.approx(6e-4)
@@ -45,7 +45,7 @@ def test_damping_is_the_rate_over_turns_per_second(tmp_path, unit):
 
 def test_drag_that_does_not_go_with_the_speed_is_told(tmp_path):
     path = written(tmp_path, "speed_rpm", 3000.0 - 25.0 * TIME)
-    assert not json_output(path)["drag_goes_with_speed"]
+    assert not json_output(path)["drag_is_linear"]
     page = CliRunner().invoke(app, ["rattle", "run-down", path]).stdout
     assert "the drag does not go with the speed alone" in page
 

@@ -369,7 +369,7 @@ EXAMPLES = {
     "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},
     "rattle bifurcation": {
         "over": ("epsilon=0.09:0.1",),
-        "departures": 1,
+        "max_liftoffs": 1,
         "starts": 1,
         "runs": 2,
         "velocity": (0.0, 6.0 + 1.0 / 3.0),
@@ -382,7 +382,7 @@ EXAMPLES = {
         "elements": fegear.StaticsSettings(resolution="coarse"),
     },
     "rattle manifold": {"length": 1.0 + 1.0 / 3.0, "preimages": 0, "unstable": True},
-    "rattle periodic": {"departures": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
+    "rattle periodic": {"max_liftoffs": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
     "validate": {
         "cases": ("tiny.toml",),
@@ -595,7 +595,7 @@ def test_defaults_are_within_their_ranges(command):
 
 
 def test_a_name_stands_for_a_machine_without_changes(tmp_path):
-    study = fegear.Noise(machine="roots-scaled", starts=2, turns=2)
+    study = fegear.RattleNoise(machine="roots-scaled", starts=2, turns=2)
     assert study.machine == type(study.machine)(name="roots-scaled")
     result = fegear.run(study)
     result.to_csv("noise.csv")

@@ -59,7 +59,7 @@ branches liu-pair --torque 100 --speeds 1000:1010
 branches liu-pair --torque 100 --speeds 1000:1010 --model coupled
 rattle noise roots-scaled --starts 5
 rattle noise roots-a-sprung --starts 5
-rattle periodic roots-scaled --departures 2
+rattle periodic roots-scaled --max-liftoffs 2
 clatter seed-five-speed --seconds 1
 stability liu-pair --over friction=0:0.1:3 --speeds 1400:1800:100
 map liu-pair --over damping_ratio=0.03,0.04 --at 1000

@@ -76,7 +76,7 @@ class BranchesPart(Part):
             more += ["--period-multiple", str(self.period_multiple)]
         if self.starts:
             more += ["--starts", str(self.starts)]
-        waves = scene.kept_harmonics("--wave-harmonics")
+        waves = scene.harmonics_argv
         return ["branches", *scene.argv, *waves, "--speeds", f"{low}:{high}", *more]
 
 
@@ -170,7 +170,7 @@ class SweepPart(Part):
 
     def command(self, scene: Scene) -> Sequence[str]:
         speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
-        waves = scene.kept_harmonics("--harmonics")
+        waves = scene.harmonics_argv
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
         options = [*scene.friction_words(), *waves, "--speeds", speeds, *one]
         return ["sweep", *scene.argv, *options]
@@ -277,7 +277,7 @@ class TheoryPart(Part):
     between: tuple[Frequency, Frequency]
 
     def command(self, scene: Scene) -> Sequence[str]:
-        return ["theory", *scene.argv, *scene.kept_harmonics("--harmonics")]
+        return ["theory", *scene.argv, *scene.harmonics_argv]
 
 
 def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:

@@ -45,7 +45,7 @@ class ForcesPart(Part):
         if self.from_damping is not None:
             return ()
         unit = scene.unit_Hz
-        waves = scene.kept_harmonics("--harmonics")
+        waves = scene.harmonics_argv
         options = [*scene.friction_words(), *waves]
         argv = ["motion", *scene.argv, *options, "--speed", f"{unit * self.at:.6g}"]
         if self.from_speed is not None:

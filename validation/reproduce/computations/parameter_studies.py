@@ -175,7 +175,7 @@ class MapPart(Part):
         axes = [f"{o.key}={o.low:g}:{o.high:g}:{o.count}" for o in self.over]
         over = [word for axis in axes for word in ("--over", axis)]
         speed = ["--at", f"{scene.unit_Hz * self.at:.6g}"]
-        waves = scene.kept_harmonics("--harmonics")
+        waves = scene.harmonics_argv
         teeth = scene.friction_words([o.key for o in self.over])
         return ["map", *scene.argv, *teeth, *waves, *over, *speed]
 

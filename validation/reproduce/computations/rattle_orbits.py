@@ -63,7 +63,7 @@ class OrbitSearchPart(Part):
     of_machine: ClassVar = True
 
     over: ParameterRange
-    departures: Count = 1
+    max_liftoffs: Count = 1
     starts: Count = 5
     doublings: Count = 0
     lowest: Number = 0.0
@@ -74,7 +74,7 @@ class OrbitSearchPart(Part):
         return OrbitSearch(
             figure=self.over.figure,
             limits=self.over.limits,
-            departures=self.departures,
+            max_liftoffs=self.max_liftoffs,
             velocity=(self.lowest, self.highest),
             starts=self.starts,
             runs=runs,

@@ -41,7 +41,7 @@ class AttractorsPart(Part):
             return ()
         values = (scene.unit_Hz * value for value in parsed_speeds(self.speeds))
         over = "mesh_frequency_Hz=" + ",".join(f"{value:.6g}" for value in values)
-        argv = ["bifurcations", *scene.argv, *scene.kept_harmonics("--harmonics")]
+        argv = ["bifurcations", *scene.argv, *scene.harmonics_argv]
         options = ["--direction", self.direction, "--sections", str(self.sections)]
         return [*argv, "--over", over, *options]
 
