@@ -24,6 +24,7 @@ from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.elasticity.modes import GearModes, lowest_modes, static_inertia
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.solving import StaticsSettings
+from lumped.common.checks import present
 from lumped.train.coupled import BodyModes, CoupledContacts, LoadedState
 from lumped.train.elastic_inertia import harmonic_amplitudes
 from lumped.train.system import LumpedSystem
@@ -181,8 +182,8 @@ def with_body_modes(
     static : (m,) inertia of the meshes' static displacement, see `static_inertias`
     """
     still = replace(reference, contacts=replace(contacts, modes=None))
-    assert still.loaded is not None
-    inertia = _inertia(gear_set, contacts, reference, modes, static, still.loaded)
+    loaded = present(still.loaded, "loaded state")
+    inertia = _inertia(gear_set, contacts, reference, modes, static, loaded)
     if retained is None or retained.size != modes.count:
         every = replace(reference, contacts=replace(contacts, modes=modes))
         retained = inertia.choose(own_band(every))

@@ -10,6 +10,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import Document, MeshEntry
 from fegear.gearset.teeth import MM, Blank, Tip, blank_of
+from lumped.common.checks import present
 from meshes.gear import ceiled, floored
 
 HIGHEST_ADDENDUM = 3.0  # modules, far beyond any pointed tooth
@@ -46,8 +47,8 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
         raise InputError(f"{mesh.label}: {_unequal_pitches(one, two)}")
     bases = one.base_radius + two.base_radius
     if mesh.center_distance_mm is None:
-        assert mesh.operating_pressure_angle_deg is not None
-        angle = math.radians(mesh.operating_pressure_angle_deg)
+        name = f"{mesh.label}: operating_pressure_angle_deg"
+        angle = math.radians(present(mesh.operating_pressure_angle_deg, name))
         return Spacing(one, two, bases / math.cos(angle))
     if not mesh.center_distance_mm * MM > bases:
         raise InputError(
@@ -92,8 +93,7 @@ def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> fl
     """Addendum [m] of the gears without a tip that gives the contact ratio."""
     from scipy.optimize import brentq
 
-    wanted = mesh.contact_ratio
-    assert wanted is not None
+    wanted = present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
     sides = [(place.one, tips.get(mesh.driver)), (place.two, tips.get(mesh.driven))]
     free = [blank for blank, tip in sides if tip is None]
 
@@ -121,10 +121,10 @@ def _require_contact_ratio(
 ) -> None:
     one, two = tips[mesh.driver], tips[mesh.driven]
     ratio = place.contact_ratio(one.radius, two.radius)
-    assert mesh.contact_ratio is not None
-    if not abs(ratio - mesh.contact_ratio) <= CONTACT_RATIO_TOLERANCE:
+    wanted = present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
+    if not abs(ratio - wanted) <= CONTACT_RATIO_TOLERANCE:
         raise InputError(
-            f"{mesh.label}: contact_ratio = {shown(mesh.contact_ratio)}; the tips are "
+            f"{mesh.label}: contact_ratio = {shown(wanted)}; the tips are "
             f"fixed by {one.origin} and {two.origin}, which give {ratio:.6g}, "
             f"it may differ by {CONTACT_RATIO_TOLERANCE:g}"
         )

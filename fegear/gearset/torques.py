@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fegear.files.errors import InputError
 from fegear.gearset.schema import Document, MeshEntry
+from lumped.common.checks import present
 
 
 def mesh_torques(document: Document) -> list[tuple[float, ...]]:
@@ -73,8 +74,7 @@ def _ends(mesh: MeshEntry) -> str:
 def _require_input(
     document: Document, driven: dict[int, int], shafts: dict[str, int]
 ) -> None:
-    assert document.load is not None
-    name = document.load.gear
+    name = present(document.load, "load").gear
     inputs = [m.driver for m in document.mesh if shafts[m.driver] not in driven]
     if name not in inputs:
         listed = " or ".join(f'"{gear}"' for gear in inputs)
@@ -87,8 +87,8 @@ def _require_input(
 def _require_all_reached(document: Document, factors: dict[int, float]) -> None:
     for number, mesh in enumerate(document.mesh):
         if number not in factors:
-            assert document.load is not None
+            load = present(document.load, "load")
             raise InputError(
-                f'load: gear = "{document.load.gear}"; its torque does not reach '
+                f'load: gear = "{load.gear}"; its torque does not reach '
                 f"{mesh.label}, every mesh must be reached"
             )

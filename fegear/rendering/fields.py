@@ -182,9 +182,9 @@ class MeshScene:
         axis += sense * position * gear.pitch_angle
         mirrored = self.sense > 0
         right = tooth * gear.pitch_angle
-        upright = turned(axis - 0.5 * math.pi)
+        to_upright = turned(axis - 0.5 * math.pi)
         mirror = np.diag([-1.0, 1.0]) if mirrored else np.eye(2)
-        return Frame(self.centers[index], upright @ mirror @ turned(-right))
+        return Frame(self.centers[index], to_upright @ mirror @ turned(-right))
 
     def view(self, zoom: Zoom, aspect: float) -> View:
         """What is to be seen; it does not depend on position or load."""

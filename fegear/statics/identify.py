@@ -294,8 +294,8 @@ class _Fit:
         figures = self.model.figures(math.exp(x[0]), np.exp(x[1:]))
         gears = self.model.gear_set.gears
         part = x[1:] - np.log([gear.geometry.root_radius for gear in gears])
-        alike = (part - part.mean()) / EQUAL_HUBS_RTOL
-        return np.concatenate([self.measured.misfits(*figures), alike])
+        hub_spread = (part - part.mean()) / EQUAL_HUBS_RTOL
+        return np.concatenate([self.measured.misfits(*figures), hub_spread])
 
     def solve(self, held: Mapping[int, float], start: Array) -> Array:
         """The best x with some of its entries held."""

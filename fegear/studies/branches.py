@@ -51,6 +51,7 @@ from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.points import BranchPoint
 from lumped.branches.serialization import branch_from_dict, branch_to_dict
+from lumped.common.checks import present
 from lumped.common.csv_text import exact
 from lumped.common.workers import Stopped
 from lumped.figures.branches import draw_branches
@@ -205,8 +206,7 @@ class Branches(
     def ends(self) -> tuple[float, float]:
         """Ends of the parameter."""
         values = self.speeds if self.over is None else self.over.values
-        assert values is not None
-        return values[0], values[-1]
+        return present(values, "speeds")[0], present(values, "speeds")[-1]
 
     @property
     def parameter(self) -> str:

@@ -37,6 +37,7 @@ from lumped.clatter.group_runs import (
     run_map,
 )
 from lumped.clatter.groups import WheelGroup
+from lumped.clatter.maps import MapName
 from lumped.clatter.noise import noise_of
 from lumped.clatter.runs import Impacts, State, centred_state, random_state
 from lumped.common.csv_text import exact
@@ -146,17 +147,16 @@ class Clatter(
             )
         if self.kind != "event":
             group = WheelGroup((wheel,), box.excitation)
-            yield Task(wheel.name, partial(self._mapped, group))
+            yield Task(wheel.name, partial(self._mapped, self.kind, group))
             return
         for wheels in box.groups:
             group = WheelGroup(wheels, box.excitation)
             yield Task(wheels[0].name, partial(self._moved, group))
 
-    def _mapped(self, group: WheelGroup, job: Job) -> GroupRun:
-        assert self.kind != "event"
+    def _mapped(self, name: MapName, group: WheelGroup, job: Job) -> GroupRun:
         start = self.start_of(group)
         try:
-            return run_map(group, self.kind, start, self.seconds, self.impacts)
+            return run_map(group, name, start, self.seconds, self.impacts)
         except ValueError as error:
             raise InputError(
                 f"{self.named.name}: wheel {self.shown.name} {error}"

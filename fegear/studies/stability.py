@@ -138,7 +138,7 @@ class Stability(
         return threading.Lock()
 
     def tasks(self) -> Iterator[Task]:
-        assert self.natural_Hz is not None  # what cannot be is refused at once
+        _ = self.natural_Hz  # what cannot be computed is refused at once
         for value in self.over.values:
             yield Task(repr(value), partial(self._examined, value), size=1)
 

@@ -170,11 +170,11 @@ class ExposedField:
 
 def parse_setting(member: ExposedField, text: str) -> Any:
     """The value of a setting that words say."""
-    declared = member.declared
-    assert isinstance(declared, Setting)
-    assert declared.parse is not None
+    parse = getattr(member.declared, "parse", None)
+    if parse is None:
+        raise InputError(f"{member.name} = {text}; is no setting that text gives")
     try:
-        return declared.parse(text)
+        return parse(text)
     except InputError:
         raise
     except ValueError as error:
@@ -225,7 +225,8 @@ def to_argv(settings: Any, group: SettingsGroup | None = None) -> list[str]:
             options += to_argv(value, member.group)
             continue
         declared = member.declared
-        assert isinstance(declared, Setting)
+        if not isinstance(declared, Setting):
+            continue
         if declared.place:
             places += map(str, value if isinstance(value, tuple) else [value])
         elif value != member.default:

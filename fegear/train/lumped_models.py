@@ -188,14 +188,14 @@ def lumped_system(
         for mesh, on_mesh in enumerate(on_meshes)
     )
     references = rest_references(gear_set, on_meshes, source, model, driven)
-    rubs: tuple[ToothFriction, ...] = ()
+    friction: tuple[ToothFriction, ...] = ()
     try:
         if model.friction:
             ratios = bending_ratios(gear_set, on_meshes, source, model)
-            rubs = tuple(map(model.tooth_friction, ratios))
-            driven = tuple(map(with_bending, driven, rubs))
-        system = LumpedSystem(train, driven, friction=rubs, references=references)
-        if rubs and model.torque_of == "input":
+            friction = tuple(map(model.tooth_friction, ratios))
+            driven = tuple(map(with_bending, driven, friction))
+        system = LumpedSystem(train, driven, friction=friction, references=references)
+        if friction and model.torque_of == "input":
             system = with_losses(gear_set, system)
     except (TrainError, ValueError) as error:
         raise InputError(f"{gear_set.name}: {error}") from None

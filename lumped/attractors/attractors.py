@@ -98,8 +98,8 @@ class Attractor:
             return Kind.DIVERGED
         sure = abs(self.exponent) > MIN_Z * self.stderr
         if self.exponent < 0.0:
-            fades = sure and self.exponent < -FADES
-            return Kind.NOT_CONVERGED if fades else Kind.QUASI_PERIODIC
+            decays = sure and self.exponent < -FADES
+            return Kind.NOT_CONVERGED if decays else Kind.QUASI_PERIODIC
         grows = sure and self.exponent > NEUTRAL
         return Kind.CHAOTIC if grows else Kind.QUASI_PERIODIC
 

@@ -70,7 +70,8 @@ class Shooting:
     def monodromy(self, z: Array) -> Array:
         """Derivative of the state after a period by the state (2 n, 2 n)."""
         balance, frequency = self.motions.finer.at(self.value(z))
-        assert isinstance(balance, HarmonicBalance)
+        if not isinstance(balance, HarmonicBalance):
+            raise TypeError("motions of the coupled model have no harmonic balance")
         x = integrated(balance, self.state(z), frequency)
         return balance.monodromy(x, frequency)
 

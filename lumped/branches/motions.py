@@ -142,7 +142,8 @@ class PeriodicProblem:
     def finer(self) -> PeriodicProblem:
         """These motions with more harmonics, as many as are allowed."""
         balance, _ = self.at(self.family.within(math.inf))
-        assert isinstance(balance, HarmonicBalance)
+        if not isinstance(balance, HarmonicBalance):
+            raise TypeError("motions of the coupled model have no harmonic balance")
         most = (MAX_UNKNOWNS // balance.shape[1] - 1) // (2 * balance.length)
         finer = max(self.harmonics, min(FINER, most))
         return replace(self, harmonics=finer)

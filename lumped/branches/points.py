@@ -132,9 +132,9 @@ def branch_point(motions: PeriodicProblem, point: Point) -> BranchPoint:
     figures = motions.figures(point.x, point.parameter)
     multipliers = _multipliers(motions, point)
     _, frequency = motions.at(point.parameter)
-    upright = bool(abs(point.along) < UPRIGHT)
+    vertical = bool(abs(point.along) < UPRIGHT)
     return BranchPoint(
-        point.parameter, frequency, point.x, multipliers, figures, upright
+        point.parameter, frequency, point.x, multipliers, figures, vertical
     )
 
 
@@ -150,16 +150,16 @@ def _tests(
 ) -> Iterator[tuple[str, Test]]:
     """What changes between two points, and the function whose sign tells."""
     (a, one), (b, two) = before, after
-    upright = one.vertical or two.vertical
+    vertical = one.vertical or two.vertical
     turns = a.along * b.along < 0.0
-    if turns and not upright:
+    if turns and not vertical:
         yield FOLD, lambda point: point.along
     for kind, at in ((DOUBLING, -1.0), (CROSSING, 1.0)):
         crosses = (
             multiplier_test(one.multipliers, at) * multiplier_test(two.multipliers, at)
             < 0.0
         )
-        if crosses and not (kind == CROSSING and (turns or upright)):
+        if crosses and not (kind == CROSSING and (turns or vertical)):
             yield kind, partial(_beyond_at, motions, at)
     pairs = pair_modulus(one.multipliers), pair_modulus(two.multipliers)
     if (pairs[0] - 1.0) * (pairs[1] - 1.0) < 0.0:

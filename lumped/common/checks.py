@@ -29,6 +29,7 @@ from typing import (
 import numpy as np
 
 P = ParamSpec("P")
+T = TypeVar("T")
 R = TypeVar("R")
 FREQUENCIES = 0.0, 1e9  # Hz, both excluded
 LONGEST = 200  # letters of a value in a message
@@ -39,6 +40,13 @@ WORDS = {
     str: "text",
     NoneType: "None",
 }
+
+
+def present(value: T | None, name: str) -> T:
+    """A value that is there; ValueError that names what is missing."""
+    if value is None:
+        raise ValueError(f"{name} is missing")
+    return value
 
 
 def require_between(

@@ -124,7 +124,7 @@ class _TwoSided:
         drift, play = 2.0 * TURN * self.machine.drive, self.machine.half_backlash
         c, s = math.cos(TURN * lower), math.sin(TURN * lower)
         times = lower, self.turns - lower
-        fades = [math.exp(-delta * time) for time in times]
+        decays = [math.exp(-delta * time) for time in times]
         # speeds minus drift and forced part at the start of the arcs, from their ends
         rise = np.array([c - 1.0, -s, 0.0])
         lengths = [
@@ -138,8 +138,8 @@ class _TwoSided:
         rates = np.array([[0.0, -TURN, drift], [-TURN * s, -TURN * c, drift]])
         rows = np.array(
             [
-                (1.0 + r) * rates[0] + excess[0] + r * fades[1] * excess[1],
-                (1.0 + r) * rates[1] + excess[1] + r * fades[0] * excess[0],
+                (1.0 + r) * rates[0] + excess[0] + r * decays[1] * excess[1],
+                (1.0 + r) * rates[1] + excess[1] + r * decays[0] * excess[0],
             ]
         )
         return rows[:, :2], -rows[:, 2], rates + np.array(excess)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.checks import present
 from lumped.steady.response import History
 from lumped.steady.settings import Settings
 from lumped.steady.steppers import steps_per_period
@@ -126,8 +127,8 @@ def _contact_motion(
 
     Pairs on the nominal path count, and pairs that carry load outside of it.
     """
-    assert system.contacts is not None
-    (low, high), mesh = system.contacts.paths[m], system.train.meshes[m]
+    contacts = present(system.contacts, "coupled model")
+    (low, high), mesh = contacts.paths[m], system.train.meshes[m]
     cycles = _mesh_cycles(system, m, frequency, history)
     turn = np.floor(cycles + ROUNDING).astype(np.int64)
     pitch = np.floor(mesh.phase + cycles + ROUNDING).astype(np.int64)
@@ -175,9 +176,8 @@ def _by_pairs(
 
     shift : (t,) base pitches by which the contacts number a pair further ahead
     """
-    contacts, recorded = system.contacts, history.contacts
-    assert contacts is not None
-    assert recorded is not None
+    contacts = present(system.contacts, "coupled model")
+    recorded = present(history.contacts, "record of the contacts")
     of_mesh = np.flatnonzero(contacts.mesh_of == m)
     counted = contacts.pairs[of_mesh]
     ahead = np.arange(counted.min() - shift.max(), counted.max() - shift.min() + 1)

@@ -228,8 +228,8 @@ def needs_refinement(response: Response, before: Response | None) -> bool:
     if before is None or response.multiple == 0:
         return response.multiple != 1
     near = abs(response.frequency / before.frequency - 1.0) <= NEXT
-    goes_on = response.multiple == before.multiple and near
-    if response.multiple != 1 and not goes_on:
+    continues = response.multiple == before.multiple and near
+    if response.multiple != 1 and not continues:
         return True
     return near and _jumps(before, response)
 

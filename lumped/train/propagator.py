@@ -109,8 +109,8 @@ def _factors(rates: Complex, h: float, angle: Array) -> Complex:
 
     angle : phase angle of a motion in a step [rad]
     """
-    fades = FADING * np.maximum(angle - RESOLVED, 0.0)
-    z = rates * h - fades
+    decays = FADING * np.maximum(angle - RESOLVED, 0.0)
+    z = rates * h - decays
     moments = _moments(z)
     weights = np.tensordot(CUBIC, moments, axes=1)
     coarse = angle > RESOLVED

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.checks import require_between, require_fields
+from lumped.common.checks import present, require_between, require_fields
 from lumped.kernels.arrays import (
     ContactGrid,
     CoupledSteps,
@@ -47,6 +47,7 @@ UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is o
 IN_MESHES = 0.25  # least part of strain energy in the meshes of a mesh mode
 FELT = 1e-3  # the same for a body mode that is listed among the resonances
 BALANCED = 1e-3  # relative imbalance of torques on a free motion that is round-off
+COUPLED = "coupled model"
 MAX_BYTES = 1e9  # largest memory of the excitation on the steps of a common period
 MOTION_BYTES = 150  # memory per step and mesh while a motion is recorded and measured
 CONTACT_BYTES = 32  # memory per step and contact of the coupled model, recorded twice
@@ -180,8 +181,7 @@ class LumpedSystem:
 
     @cached_property
     def _linear(self) -> LinearPart:
-        assert self.coupled_arrays is not None
-        return LinearPart(self.coupled_arrays)
+        return LinearPart(present(self.coupled_arrays, COUPLED))
 
     @cached_property
     def loaded(self) -> LoadedState | None:
@@ -217,11 +217,9 @@ class LumpedSystem:
     @cached_property
     def strained_angular(self) -> float:
         """Highest mode about the loaded state with strain in the meshes [rad/s]."""
-        assert self.loaded is not None
-        strained = self.loaded.mesh_energy.sum(axis=0) >= IN_MESHES
-        return (
-            2.0 * math.pi * float(self.loaded.frequency_Hz[strained].max(initial=0.0))
-        )
+        loaded = present(self.loaded, COUPLED)
+        strained = loaded.mesh_energy.sum(axis=0) >= IN_MESHES
+        return 2.0 * math.pi * float(loaded.frequency_Hz[strained].max(initial=0.0))
 
     @cached_property
     def resonances_Hz(self) -> Array:
@@ -333,20 +331,18 @@ class LumpedSystem:
 
     def coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
         """Steps of the coupled model at a frequency of the first mesh [Hz]."""
-        assert self.coupled_arrays is not None
+        arrays = present(self.coupled_arrays, COUPLED)
         return coupled_steps(
-            *(self.coupled_arrays, self._linear, self.contact_grid(steps)),
+            *(arrays, self._linear, self.contact_grid(steps)),
             *(frequency, self.repetitions),
         )
 
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
     def contact_grid(self, steps: int) -> ContactGrid:
         """Contacts of the coupled model at the steps, for any speed."""
-        assert self.coupled_arrays is not None
+        arrays = present(self.coupled_arrays, COUPLED)
         self._require_memory(steps)
-        return contact_grid(
-            self.coupled_arrays, steps, np.array(self.train.common_period)
-        )
+        return contact_grid(arrays, steps, np.array(self.train.common_period))
 
     @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
     def _kept_samples(self, steps: int) -> ExcitationSamples | FrictionSamples:

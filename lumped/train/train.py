@@ -173,11 +173,11 @@ def _spread(
     links: list[tuple[int, int, Fraction]],
 ) -> None:
     """Fill in the speeds of all gears that are linked to `start`."""
-    both_ways = links + [(b, a, 1 / ratio) for a, b, ratio in links]
+    symmetric_links = links + [(b, a, 1 / ratio) for a, b, ratio in links]
     waiting = [start]
     while waiting:
         gear = waiting.pop()
-        for a, b, ratio in both_ways:
+        for a, b, ratio in symmetric_links:
             if a != gear:
                 continue
             if b not in speeds:

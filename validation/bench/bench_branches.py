@@ -77,7 +77,7 @@ class SweepComparison:
 
 
 @dataclass(frozen=True)
-class Stability:
+class StabilityAgreement:
     """What small disturbances of random motions do, and what multipliers say.
 
     sampled : motions, until it is known for so many `decided` whether a disturbance
@@ -286,7 +286,7 @@ def _from_stable(finder: BranchFinder, response: Response) -> list[float]:
     return [min(distances)] if distances else []
 
 
-def stability(finder: BranchFinder, random: np.random.Generator) -> Stability:
+def stability(finder: BranchFinder, random: np.random.Generator) -> StabilityAgreement:
     """Random motions are disturbed a little and integrated."""
     every = [
         (branch, point)
@@ -300,14 +300,14 @@ def stability(finder: BranchFinder, random: np.random.Generator) -> Stability:
         if len(seen) == DRAWN:
             break
         branch, point = every[i]
-        fades, drawn = _fades(finder, branch, point, random), drawn + 1
-        if fades is not None:
-            seen.append((point.stable, fades))
-    return Stability(
+        decays, drawn = _fades(finder, branch, point, random), drawn + 1
+        if decays is not None:
+            seen.append((point.stable, decays))
+    return StabilityAgreement(
         sampled=drawn,
         decided=len(seen),
         stable=sum(stable for stable, _ in seen),
-        agree=sum(stable == fades for stable, fades in seen),
+        agree=sum(stable == decays for stable, fades in seen),
     )
 
 

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 from scipy.optimize import root
 
+from lumped.common.checks import present
+
 if TYPE_CHECKING:
     from lumped.train.system import LumpedSystem
 
@@ -93,8 +95,8 @@ class Instant:
 
 def instant_of(system: LumpedSystem, cycle: float) -> Instant:
     """The contacts of a train at a part of the mesh cycle, between its tables' rows."""
-    contacts, space = system.contacts, system.modes.coordinates
-    assert contacts is not None
+    contacts = present(system.contacts, "coupled model")
+    space = system.modes.coordinates
     grid = contacts.rows.shape[1] - 1
     row, part = int(cycle * grid) % grid, cycle * grid - int(cycle * grid)
 

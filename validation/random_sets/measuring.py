@@ -28,6 +28,7 @@ from fegear.train.lumped_models import (
     lumped_system,
     truncation_bound,
 )
+from lumped.common.checks import present
 from lumped.common.progress import Progress, silent
 from lumped.steady.settings import Settings, SteadySettings
 from lumped.steady.steady_state import Stepper
@@ -164,8 +165,7 @@ def speeds_of(resonance: float, count: int = SPEEDS) -> list[float]:
 
 def kept_count(system: LumpedSystem) -> int:
     """Body modes that the coupled model has as coordinates."""
-    assert system.contacts is not None
-    return system.contacts.bodies.count
+    return present(system.contacts, "coupled model").bodies.count
 
 
 def fe_source(model: DynamicModel) -> SweepSpec:
@@ -219,8 +219,8 @@ def natural_frequencies(
     Both average the same modes over the mesh cycle, those that the coupled model has
     and those that are as low as what is compared.
     """
-    highest, loaded = PARTNERS * NATURAL * resonance, coupled.loaded
-    assert loaded is not None
+    highest = PARTNERS * NATURAL * resonance
+    loaded = present(coupled.loaded, "coupled model")
     low = np.sqrt(model.modal.rigidity) < 2.0 * np.pi * highest
     averaged = low | kept_modes(coupled, model, elastic)
     fe_modes = loaded_modes(model, averaged, highest)
@@ -234,9 +234,8 @@ def kept_modes(
     coupled: LumpedSystem, model: DynamicModel, elastic: Sequence[ElasticGear]
 ) -> NDArray[np.bool_]:
     """Which elastic modes (e,) of the finite elements the coupled model has as well."""
-    assert coupled.contacts is not None
     bodies, mode_mask = (
-        coupled.contacts.bodies,
+        present(coupled.contacts, "coupled model").bodies,
         np.zeros(model.modal.rigidity.size, bool),
     )
     diameters = np.concatenate(

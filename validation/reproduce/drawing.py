@@ -56,7 +56,7 @@ LEVELS = 12  # of a surface
 LETTERS = 72  # of titles side by side
 WHOLE = ("mode",)  # axes of whole numbers
 PLACES = 300  # of marks along an axis
-FAR = 0.5  # of the largest value, below which an axis begins at 0
+NEAR_ZERO = 0.5  # of the largest value, below which an axis begins at 0
 
 
 def draw_figure(result: FigureResult) -> Figure:
@@ -208,7 +208,7 @@ def _scale(axes: Axes, curves: Sequence[Curve]) -> None:
         return
     axes.margins(x=0.01)
     values = np.array([point[1] for curve in curves for point in curve.points])
-    if 0.0 <= np.nanmin(values) < FAR * np.nanmax(values):
+    if 0.0 <= np.nanmin(values) < NEAR_ZERO * np.nanmax(values):
         axes.set_ylim(bottom=0.0)
 
 

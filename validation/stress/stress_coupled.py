@@ -18,6 +18,7 @@ from fegear.gearset.read import make_gear_set
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.common.checks import present
 from lumped.steady.respond import respond
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
@@ -167,9 +168,9 @@ def coupled_relief() -> Trials:
         yield Trial(name, FINER, disagreement(system), 2e-3)
         settings = excitations().source.statics_of(gear_set, 0)
         table = solve_mesh(gear_set, 0, [100.0], settings).table
-        assert system.loaded is not None
+        loaded = present(system.loaded, "coupled model")
         expected = float(table["ste_m"].mean())
-        value = abs(float(system.loaded.deflection[:-1].mean()) / expected - 1.0)
+        value = abs(float(loaded.deflection[:-1].mean()) / expected - 1.0)
         yield Trial(name, "mean deflection at rest by finite elements", value, 0.02)
 
 
@@ -230,8 +231,8 @@ def coupled_energy() -> Trials:
     # body modes have a damping of their own
     rigid = LumpedModel(number="coupled", without=("modes",))
     _, moving = system_of({"dynamics.damping_ratio": 0.0}, IDLER, model=rigid)
-    assert moving.contacts is not None
-    system = replace(moving, contacts=_standing(moving.contacts))
+    contacts = present(moving.contacts, "coupled model")
+    system = replace(moving, contacts=_standing(contacts))
     place, state = instant_of(system, 0.0), system.static_state.copy()
     natural = system.resonances_Hz
     state[1] = 0.1 * np.abs(state[0]) * 2.0 * np.pi * natural

@@ -27,6 +27,7 @@ from fegear.train.lumped_models import (
     static_warnings,
     truncation_warnings,
 )
+from lumped.common.checks import present
 from lumped.common.progress import Progress
 from lumped.steady.motion import speeds_between
 from lumped.steady.response import Response, Status
@@ -286,9 +287,9 @@ def _coupled_deflection(
 
     At the positions of its own tables, see `static_transmission_error`.
     """
-    assert system.contacts is not None
+    contacts = present(system.contacts, "coupled model")
     cycles = [
-        static_transmission_error(system.contacts, mesh, force, cycle)[:-1]
+        static_transmission_error(contacts, mesh, force, cycle)[:-1]
         for cycle in range(pitches)
     ]
     grid = len(cycles[0])

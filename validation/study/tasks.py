@@ -45,8 +45,10 @@ class RunSpec:
     @property
     def friction(self) -> float:
         """Coefficient of friction of the teeth."""
-        rubs = not self.frictionless if self.model is None else self.model.friction
-        return self.case.friction if rubs else 0.0
+        has_friction = (
+            not self.frictionless if self.model is None else self.model.friction
+        )
+        return self.case.friction if has_friction else 0.0
 
     @property
     def single_speeds(self) -> tuple[SingleSpeed, ...]:
