@@ -88,8 +88,8 @@ WORKERS = "workers must be a whole number or a Cluster or None, got"
         ({"workers": True}, WORKERS),
         ({"workers": 0}, "workers must be 1 to 1000, got 0"),
         ({"workers": -1}, "workers must be 1 to 1000, got -1"),
-        ({"keeping": "x"}, "keeping must be a Keeping, got 'x'"),
-        ({"keeping": None}, "keeping must be a Keeping, got None"),
+        ({"keeping": "x"}, "keeping must be a CheckpointOptions, got 'x'"),
+        ({"keeping": None}, "keeping must be a CheckpointOptions, got None"),
         ({"progress": None}, "progress must be a Callable, got None"),
     ],
 )

@@ -14,7 +14,7 @@ from validation.reproduce.source_figures import load_figure, read_figure
 HEAD = """
 number = "rattle-9.9"
 title = "A figure"
-says = "Something."
+caption = "Something."
 machine = "roots-scaled"
 x = "damping"
 y = "eccentricity [rad]"
