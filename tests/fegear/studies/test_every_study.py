@@ -581,7 +581,8 @@ def test_a_name_stands_for_a_machine_without_changes(tmp_path):
     assert (tmp_path / "noise.png").stat().st_size > 5_000
     with pytest.raises(InputError, match=r"^name = other; drawn are plot$"):
         result.draw("other.png", "other")
-    assert repr(result).startswith("NoiseResult(study=<Noise>, noise=<Noise>, iter")
+    start = "NoiseResult(study=<RattleNoise>, noise=<NoiseSample>, iter"
+    assert repr(result).startswith(start)
 
 
 def test_a_bar_moves_until_files_are_written(toy, tmp_path, monkeypatch):
