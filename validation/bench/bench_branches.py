@@ -307,7 +307,7 @@ def stability(finder: BranchFinder, random: np.random.Generator) -> StabilityAgr
         sampled=drawn,
         decided=len(seen),
         stable=sum(stable for stable, _ in seen),
-        agree=sum(stable == decays for stable, fades in seen),
+        agree=sum(stable == decays for stable, decays in seen),
     )
 
 
