@@ -143,7 +143,7 @@ def refuse_unused_options(reason: str, **options: Any) -> None:
 
 
 def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
-    """A name that does not promise another kind of file than is written."""
+    """Require an ending that matches the kind of file."""
     from fegear.files.output import is_device
 
     if path is None or path.suffix.lower() in allowed or is_device(path):

@@ -71,9 +71,9 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
     files: list[Any] = [("output", Path | None, shown)] if study.output_names else []
     files += [(name, Path | None, option(text)) for name, text in texts.items()]
     if study.resumes:
-        run = f"an interrupted run to the same --{study.checkpoint_beside}"
-        anew = f"Start anew where {run} has kept something."
-        files.append(("resume", bool, option(f"Go on with {run}.", default=False)))
+        run = f"an interrupted run with the same --{study.checkpoint_beside}"
+        anew = f"Discard {run}."
+        files.append(("resume", bool, option(f"Resume {run}.", default=False)))
         files.append(("overwrite", bool, option(anew, default=False)))
     return make_dataclass(
         "Written",

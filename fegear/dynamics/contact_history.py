@@ -1,4 +1,4 @@
-"""What the contacts of a recorded motion did: where they were, pressure, friction."""
+"""Contact position, pressure and friction over time."""
 
 from __future__ import annotations
 

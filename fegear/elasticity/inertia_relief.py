@@ -1,4 +1,4 @@
-"""What the inertia of a gear's own body does to its flanks while it accelerates.
+"""Flank deflection by inertia of the accelerating body.
 
 The hub turns by theta, the body moves by u against it, r is the unit turn of the whole
 gear and J its inertia, hub included:

@@ -1,6 +1,6 @@
 """Files that are read as text, or that appear whole or not at all; JSON for machines.
 
-While a file is written it lies next to its place under a name of ours, and is locked. A
+Files are written under a temporary name, which is locked, and then renamed. A
 process that is killed leaves it there without a lock; the next one that writes to the
 same directory removes it. Locks hold where process numbers do not, between containers
 and on network drives.

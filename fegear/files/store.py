@@ -181,7 +181,7 @@ class Checkpoint:
         tell: Callable[[str], None],
         unit: str = "speed",
     ) -> None:
-        """How much was found, so that nothing is computed again without a word.
+        """Report how many records are finished or damaged.
 
         total : of all branches in units, which are speeds or other values, 0 where it
             is not known

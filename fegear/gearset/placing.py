@@ -41,7 +41,7 @@ def layout(gear_set: GearSet) -> Layout:
     Without a centre line they are in a row. An idler's next mesh is then turned
     out of the row just so far that its drive flanks are at the given phase, and
     further meshes of one gear branch off at right angles. A second gear on a shaft
-    is clocked to its phase; what hangs on nothing else starts a row of its own below.
+    is clocked to its phase; unconnected gears start a row of their own below.
     """
     phases = mesh_phases(gear_set)
     places: dict[int, Place] = {}

@@ -127,7 +127,7 @@ Change = float | tuple[float | None, float | None] | None
 def _sensitivities(
     assembly: Assembly,
 ) -> tuple[dict[str, Change], dict[str, Change]]:
-    """Change of both limits of the quiet window in per cent per per cent of a figure.
+    """Sensitivity of both contact limits to parameters, in per cent per per cent.
 
     Where a limit bends within one per cent, as at the tuning of an absorber, that of
     one per cent less and of one more; None where a limit is 0 or is not there.

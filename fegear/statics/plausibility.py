@@ -1,4 +1,4 @@
-"""Where a result cannot be physical: the one place that decides it.
+"""Plausibility checks of results.
 
 The equations are linear in the teeth and know no strength, so they answer any load.
 """

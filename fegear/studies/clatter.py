@@ -309,7 +309,7 @@ def _chaos_of(wheel: Mapping[str, Any]) -> Iterator[str]:
         if exponent is not None:
             yield f"largest Lyapunov exponent {exponent:.4g} per {unit}"
     if wheel.get("superstable"):
-        yield "no Lyapunov exponent: in contact the wheel forgets where it came from"
+        yield "no Lyapunov exponent: contact erases the initial state"
     elif "correlation_dimension" in wheel:
         dimension = wheel["correlation_dimension"]
         error = wheel["correlation_dimension_error"]

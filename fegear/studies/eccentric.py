@@ -200,7 +200,7 @@ class Eccentric(
 
 
 def _cached(work: Callable[[], Columns], job: Job) -> Columns:
-    """Positions that are computed at once, or were before."""
+    """Compute positions, or read them from the checkpoint."""
     for columns in job.records:
         return columns
     columns = work()

@@ -1,4 +1,4 @@
-"""Which machine a study takes, with figures in place of its own."""
+"""Machine of a study, with overridden parameters."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ def default_returns(settling: float) -> int:
 def not_converged_warning(
     study: Any, part: float, subject: str, iterations: int, needed: int
 ) -> str:
-    """What to do about lift-offs of a study that have not settled."""
+    """Warning about undecided runs, and the iterations that they need."""
     name = display_name(study, "iterations")
     more = f"half the damping ends transients in {needed}: {name} {needed}"
     if needed > MAX_RETURNS:

@@ -1,4 +1,4 @@
-"""Natural frequencies of a gear set's train, and what they strain."""
+"""Natural frequencies and mesh strain energy of a train."""
 
 from __future__ import annotations
 

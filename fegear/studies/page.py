@@ -66,7 +66,10 @@ Page = Iterator[str | RowTable | ColumnTable]
 
 
 class HasDescription(Protocol):
-    """What a study is about, with a word for what was not printed in its source."""
+    """Subject of a study.
+
+    inferences : values that its source lacks
+    """
 
     @property
     def name(self) -> str: ...
@@ -85,7 +88,7 @@ def heading(subject: HasDescription) -> Page:
 def number(value: float, figures: int = 5) -> str:
     """At least so many figures, without an exponent while it can be read.
 
-    Of values in units that fit them: what is nothing but round-off is 0.
+    Values below ROUND_OFF are shown as 0.
     """
     if abs(value) < ROUND_OFF:
         return "0"

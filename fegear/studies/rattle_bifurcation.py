@@ -77,7 +77,7 @@ class OrbitBifurcations(
 
     over: tuple[str, ...] = setting(
         MISSING,
-        "Figure of the machine that varies, and from where to where: "
+        "Parameter of the machine that varies, and its range: "
         f"{', '.join(FIGURES)}. Give it twice for the bifurcations over two.",
         metavar="KEY=A:B",
     )

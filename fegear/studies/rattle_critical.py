@@ -70,9 +70,12 @@ class CriticalResult(StudyResult):
         yield f"eccentricity {values['eccentricity_rad']:g} rad, {_window(values)}"
         if values["quiet_motion_exists"]:
             margin = values["least_contact_load_over_mean"]
-            yield f"it can run quietly: contact keeps {margin:.1%} of its mean load"
+            yield (
+                "permanent contact exists: the tooth load is at least "
+                f"{margin:.1%} of its mean"
+            )
         else:
-            yield "it cannot run quietly: the flanks part in every turn"
+            yield "no permanent contact: the flanks separate in every turn"
         least = values["simple_rattle_in_impacts_from_rad"]
         if least is not None:
             yield (
@@ -93,7 +96,7 @@ def _window(values: Mapping[str, Any]) -> str:
     lowest = values["least_quiet_eccentricity_rad"]
     critical = values["critical_eccentricity_rad"]
     if critical is None:
-        return "none is quiet: the torque ripple alone parts the flanks"
+        return "no permanent contact at any eccentricity, for the torque ripple"
     if lowest > 0.0:
         return (
             f"quiet from {lowest:.4g} rad, below which the torque ripple parts the "

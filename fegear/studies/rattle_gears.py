@@ -81,13 +81,13 @@ class MachineFromGears(
     speed_rpm: float = setting(MISSING, "Speed of the driving gear [rpm].", ABOVE)
     drag_Nm: float = setting(
         MISSING,
-        "Drag of both shafts, on the driving gear [N\u00a0m].",
+        "Total drag torque, referred to the driving gear [N\u00a0m].",
         ABOVE,
         option="--drag-Nm",
     )
     eccentricity_um: float = setting(
         MISSING,
-        "Amplitude of the transmission error at a turn of the driving gear [um].",
+        "Once-per-turn transmission error amplitude of the driving gear [um].",
         Range(0.0, below=math.inf),
     )
     driven_share: float | None = setting(

@@ -1,4 +1,4 @@
-"""Noise of a machine: how loud it is, and how likely it runs quietly."""
+"""Noise level and probability of not rattling."""
 
 from __future__ import annotations
 

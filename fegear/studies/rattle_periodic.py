@@ -67,7 +67,7 @@ class Repeating:
     """A motion that repeats after so many turns.
 
     liftoffs : (time [turns], speed [rad per turn]) of each from the upper flank
-    orbit : None of one that comes to rest, which forgets all changes
+    orbit : None for sticking motions (multipliers 0)
     """
 
     name: str

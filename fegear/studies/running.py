@@ -1,4 +1,4 @@
-"""Running a study: tasks on all cores, kept as they go on, taken up again."""
+"""Run the tasks of a study in parallel, with checkpoints."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def run(
     workers : threads, one a core by default, or a cluster for the parts of tasks
     deliver : called with the result, to write its files; records that are kept are
         removed after it, and stay if it fails
-    After Ctrl-C the result of some studies holds what was finished and is not
-    complete; of others it is raised again. Records are where `checkpoint_options` say.
+    After Ctrl-C, partial studies return what is finished, others raise it again.
+    Records are where `checkpoint_options` say.
     Raises InputError for what cannot be computed or kept.
     """
     if not isinstance(workers, Cluster | None):
@@ -149,7 +149,7 @@ class Job(Records):
 
     @property
     def stop_event(self) -> Stop:
-        """What parts look at to end early; those of a cluster cannot."""
+        """Event that asks parts to stop; those of a cluster cannot."""
         return NeverStop() if isinstance(self.workers, Cluster) else self.stop
 
     @cached_property

@@ -78,7 +78,7 @@ class Setting:
     flags : options without a value: name, value that it means, help; a field of
         truth values that has some has no other option
     reads : whether it names files that are read; checkpoints depend on their content
-    parse, write : between the text of a command and the value, where types do not say
+    parse, write : convert text to a value and back, where types do not say how
     several : whether the option is repeated for a tuple of values that are read
     """
 
@@ -169,7 +169,7 @@ class ExposedField:
 
 
 def parse_setting(member: ExposedField, text: str) -> Any:
-    """The value of a setting that words say."""
+    """Parse a setting from its command-line text."""
     parse = getattr(member.declared, "parse", None)
     if parse is None:
         raise InputError(f"{member.name} = {text}; is no setting that text gives")
@@ -280,7 +280,7 @@ def _plain(value: Any) -> Any:
 
 
 def require_settings(settings: Any) -> None:
-    """Fields are what their types and ranges say; else InputError with the field.
+    """Raise InputError for a field outside its type or range.
 
     See also `take_plain_values`.
     """
@@ -305,7 +305,7 @@ AS_OPTIONS = ContextVar("AS_OPTIONS", default=False)
 
 
 def display_name(settings: Any, name: str) -> str:
-    """What a message calls a setting of a study or group, or of its groups."""
+    """Name of a setting in messages: its option or its field."""
     return _called(group_of(settings), name)
 
 
@@ -391,7 +391,7 @@ class Job(Protocol):
 
     @property
     def stop_event(self) -> Stop:
-        """What parts look at to end early, by Stopped."""
+        """Event that asks parts to stop; they raise Stopped."""
 
     def report(self, stage: str, done: int, total: int) -> None:
         """Progress. Raises Stopped where the run is to end."""

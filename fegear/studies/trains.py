@@ -554,7 +554,7 @@ def train_warnings(
 
 
 def summary_header(study: TrainStudy, damping_ratio: float) -> dict[str, Any]:
-    """What a summary says of the train, plain values."""
+    """Summary entries that describe the train."""
     model = study.resolved_model
     return {
         "gear_set": study.gears.name,

@@ -113,7 +113,7 @@ class ParametricStudy(TrainStudy):
 
     @cached_property
     def _reference_system(self) -> LumpedSystem | None:
-        """Whose body modes all points have: they are then of one family."""
+        """System that defines the body modes of all points."""
         coupled = self.resolved_model.number == "coupled"
         return self._first(self.resolved_model) if coupled else None
 

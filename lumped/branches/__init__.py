@@ -1,1 +1,1 @@
-"""Periodic motions of gear trains, stable or not, and how they hang together."""
+"""Branches of periodic motions of gear trains, and their bifurcations."""

@@ -42,9 +42,9 @@ class BranchPoint:
 
     parameter : of its branch; frequency : of the first mesh [Hz]
     multipliers : Floquet's (2 n,); figures (m,) each as of a sweep's response
-    vertical : whether the branch stands upright, as that of a train that loses no
-        contact and has every amplitude at one parameter; such motions neither grow nor
-        fade, and are not counted as stable
+    vertical : whether the tangent is vertical and one multiplier is 1, as of a train
+        that loses no contact and has every amplitude at one parameter; such motions are
+        not counted as stable
     kind : of KINDS where it is a bifurcation, else empty
     refined_parameter : of a bifurcation by shooting, NaN where that did not find it
     """
@@ -148,7 +148,7 @@ def _tests(
     before: tuple[Point, BranchPoint],
     after: tuple[Point, BranchPoint],
 ) -> Iterator[tuple[str, Test]]:
-    """What changes between two points, and the function whose sign tells."""
+    """Bifurcations between two points, with test functions."""
     (a, one), (b, two) = before, after
     vertical = one.vertical or two.vertical
     turns = a.along * b.along < 0.0

@@ -188,6 +188,6 @@ def excitation_harmonics(
 
 
 def _rounded(amplitudes: ComplexArray) -> ComplexArray:
-    """Set round-off to zero, lest a resonance get a drive that does not exist."""
+    """Set round-off to zero, or it would drive a resonance."""
     least = ROUND_OFF * np.abs(amplitudes).max()
     return np.where(np.abs(amplitudes) > least, amplitudes, 0.0)

@@ -1,4 +1,4 @@
-"""When a motion has become periodic, whatever method integrates it.
+"""Convergence test for periodic motions, whatever method integrates them.
 
 How far the periodic motion still is follows from the last steps between sections, see
 `lumped.kernels.arrays.Convergence`, so that slow decay is not taken for rest. A

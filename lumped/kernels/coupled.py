@@ -379,7 +379,7 @@ def settle_motion(system, steps, limit, state, check, most):
 
 @inlined
 def remember(steps, motion):
-    """Keep the forces of the last nodes, so that the motion goes on as it came."""
+    """Save nodal forces, from which the next call continues."""
     for back in range(SLOTS):
         slot = (motion.head[0] + SLOTS - back) % SLOTS
         for j in range(steps.force.shape[1]):

@@ -1,4 +1,4 @@
-"""Leap from a motion that settles slowly to the periodic motion that it approaches.
+"""Newton shooting for motions that converge slowly.
 
 The periodic motion is the fixed point of the map over a period. Newton's method finds
 it from any section close to it, at the cost of the derivative of the map: as many

@@ -1,4 +1,4 @@
-"""Random gear sets with fixed seeds, on which nobody developed anything.
+"""Held-out random gear sets with fixed seeds.
 
 Ten pairs, ten idlers and ten counter-shafts in turn. A set is what its number draws
 first that the program accepts and that fits the ranges below; which sets these are

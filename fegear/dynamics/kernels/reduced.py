@@ -130,7 +130,7 @@ def advance_teeth(modal, kinematics, clock, before, state):
 
 @compiled_part
 def shift_tooth_index(modal, gear, state):
-    """The elastic coordinates of a gear when its next tooth becomes the first."""
+    """Shift the tooth index of a gear that passes a tooth."""
     hubs, owner, partner = modal.rotation.shape[1], modal.owner, modal.partner
     for i in range(owner.size):
         j = partner[i]

@@ -106,9 +106,9 @@ def select_held(box, work, t, q, v, held, released):
 
 @compiled_part
 def project_speeds(box, work, v, count):
-    """Take the speeds of contacts that hold, as impulses do, so that no energy comes.
+    """Cancel speeds of held contacts by impulses, which add no energy.
 
-    What is left of them would else kick the other contacts without end.
+    A remainder would excite the other contacts again and again.
     """
     for i in range(count):
         work.b[i] = -work.side[i] * work.s[work.contact[i], 1]

@@ -238,7 +238,7 @@ def other_closed(box, work, event):
 
 @inlined
 def has_separated(box, work, event):
-    """Whether a contact that was struck alone parts again, at more than no speed."""
+    """Whether a contact separates after an impact of its own."""
     return box.restitution[event] * work.approach_speed[event] > 2.0 * box.rest
 
 

@@ -22,7 +22,8 @@ from lumped.rattle.kernels.flight import (
 def inverse_return_map(m, t, v):
     """The departure (t, v) before one; t is inf where it is not clear.
 
-    m : the machine backward in time. Rest has many pasts: slow departures have none.
+    m : the machine backward in time. Rest has no unique past: slow lift-offs have no
+        pre-image.
     """
     if not v > REST:
         return math.inf, 0.0

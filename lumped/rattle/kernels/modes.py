@@ -161,7 +161,7 @@ class System(NamedTuple):
 
 @inlined
 def event_bounds(s, side):
-    """Between which what is watched in the play, 0, or on a flank, 1 or -1, stays."""
+    """Bounds of the event function in the play, 0, or on a flank, 1 or -1."""
     low = -s.bound if side == 0 else s.edge
     high = s.bound if side == 0 else -s.edge
     return (-math.inf if side < 0 else low), (math.inf if side > 0 else high)

@@ -21,7 +21,7 @@ def sum_impacts(m, starts, periods, turns, sums):
         measured over whole ones, as those from one release to the same are, which have
         STICKING in its place; else 0 or less
     Speeds below 0 are those of departures from the lower flank.
-    Flanks that stay together meet no more, nor are those heard that fade away.
+    Flanks in contact have no impacts; decaying ones do not count.
     """
     for i in range(starts.shape[0]):
         begin = starts[i, 0]

@@ -144,7 +144,7 @@ def test_chaos_is_told_with_its_error_and_not_of_a_wheel_that_rests(tmp_path):
     assert wheel["lyapunov_exponent_per_s"] is None
     assert wheel["correlation_dimension"] is None
     page = printed(*arguments)
-    assert "forgets where it came from" in page
+    assert "contact erases the initial state" in page
     assert "dimension" not in page
 
 

@@ -310,7 +310,7 @@ def test_a_ripple_that_the_eccentricity_cancels_has_a_quiet_window(tmp_path):
     assert [none[name] for name in limits] == [None, None]
     path = written(tmp_path, {"machine": rippled | {"ripple_phase_rad": 3.0}})
     page = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
-    assert "none is quiet: the torque ripple alone parts the flanks" in page
+    assert "no permanent contact at any eccentricity, for the torque ripple" in page
 
 
 def test_a_figure_at_its_limit_has_no_change_beyond_it(tmp_path):
