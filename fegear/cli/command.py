@@ -72,7 +72,7 @@ def _option(param: Any) -> str:
 
 
 def _reason(message: str) -> str:
-    """The parser's words in ours."""
+    """Rewrite the parser's message in our style."""
     if "integer" in message:
         return "must be a whole number"
     if "number" in message or "float" in message:

@@ -1,4 +1,4 @@
-"""What commands share: options with their help, choices, checks, the progress bar."""
+"""Shared by commands: options with their help, choices, checks, the progress bar."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ AsJson = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class Outputs:
-    """How results are printed; the files of a study come to it by `command_of`."""
+    """Form of printed results; `command_of` adds the files of a study."""
 
     as_json: AsJson = False
     output: ClassVar[Path | None] = None
@@ -46,7 +46,7 @@ class Outputs:
     def show(
         self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]
     ) -> None:
-        """On the screen, as JSON or by the function; a line for each warning."""
+        """Print the result as JSON or by the function, and a line for each warning."""
         (print_json if self.as_json else print_values)(values)
         print_warnings(values.get("warnings", ()))
 
@@ -123,7 +123,7 @@ class ResumedOutputs(Outputs):
 
     @property
     def checkpoint(self) -> Path | None:
-        """What is finished is kept there until all files are written."""
+        """The checkpoint, which stays until all files are written."""
         path = getattr(self, self.checkpoint_beside)
         return None if path is None else Path(f"{path}.partial")
 
@@ -154,7 +154,7 @@ def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
 
 @contextmanager
 def progress_bar(enabled: bool) -> Iterator[Progress]:
-    """A bar on the error stream that goes away when the work is done."""
+    """Show a bar on the error stream, and remove it when the work is done."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,

@@ -259,7 +259,7 @@ def _field(
 
 @dataclass(frozen=True, eq=False)
 class FieldStep:
-    """What a step size makes of one gear.
+    """Matrices of one gear for a step size.
 
     mass, stiffness : their weights in the matrix that `factors` are of
     rotation_field : (unknowns,) field under the momentum of a unit turn;
@@ -353,7 +353,7 @@ class FullStepper(ImplicitStepper):
         return FullStepMatrices(size, wm, inverse, fields)
 
     def _pass_teeth(self, now: MotionState, before: int, cycle: int) -> None:
-        """Count the teeth of those gears anew that pass one in the coming step."""
+        """Shift the tooth index of gears that pass a tooth."""
         kinematics = self.model.kinematics
         for f, field in zip(self.fields, now.fields, strict=True):
             rate = kinematics.rate[kinematics.first_mesh[f.number]]

@@ -1,4 +1,4 @@
-"""What an eccentric gearing is, in the units of its users, and what it comes to."""
+"""Eccentric gearing in user units, and its summary."""
 
 from __future__ import annotations
 

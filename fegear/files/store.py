@@ -1,4 +1,4 @@
-"""Results kept on disk: trusted only if they belong to their inputs and are whole.
+"""Results on disk, which are trusted only if they match their inputs and are whole.
 
 A checkpoint holds the finished speeds of a long run in an SQLite file, a transaction
 for each, so that a killed run loses at most one. Arrays that take long to compute are
@@ -45,7 +45,7 @@ def digest(inputs: Mapping[str, Any]) -> str:
 
 
 def save_arrays(path: Path, key: str, arrays: Mapping[str, Array]) -> None:
-    """Keep arrays under the key of what determines them, where the disk takes them.
+    """Store arrays under a key of their inputs, if the disk takes them.
 
     The archive is followed by a digest of the key and of all its bytes.
     """
@@ -59,7 +59,7 @@ def save_arrays(path: Path, key: str, arrays: Mapping[str, Array]) -> None:
 
 
 def load_arrays(path: Path, key: str) -> dict[str, Array] | None:
-    """The arrays of that key; None where the file is missing, damaged or another's.
+    """The arrays of that key; None if the file is missing, damaged or another's.
 
     The checksums of NumPy's archives do not cover all of their headers.
     """
@@ -148,7 +148,7 @@ class Checkpoint:
     def add(
         self, branch: str, values: Mapping[str, Any], state: Mapping[str, Array]
     ) -> None:
-        """Keep the next speed of a branch; its state replaces the one before.
+        """Store the next speed of a branch; its state replaces the one before.
 
         values : what JSON can hold, also NaN and infinities; state : arrays of numbers
 
@@ -196,7 +196,7 @@ class Checkpoint:
             tell(f"{self.path}: {self.damaged} {damaged} damaged and computed again")
 
     def close(self, keep: bool) -> None:
-        """Let other processes in; without `keep` remove the file."""
+        """Release the lock; without `keep` remove the file."""
         self._connection.close()
         if not keep:
             self.path.unlink(missing_ok=True)
@@ -204,7 +204,7 @@ class Checkpoint:
 
 @dataclass
 class Records:
-    """A branch of a checkpoint, or of none: nothing is kept then."""
+    """A branch of a checkpoint, or of none: nothing is stored then."""
 
     checkpoint: Checkpoint | None
     key: str
@@ -220,7 +220,7 @@ class Records:
         return None if self.checkpoint is None else self.checkpoint.state(self.key)
 
     def add_record(self, record: Mapping[str, Any], state: Mapping[str, Array]) -> None:
-        """Keep the next record, which JSON can hold, and the state to go on from."""
+        """Store the next record, which JSON can hold, and the state to resume from."""
         if self.checkpoint is None:
             return
         try:
@@ -233,8 +233,8 @@ class Records:
 class CheckpointOptions:
     """The checkpoint of a run, and whether the run resumes from it.
 
-    overwrite : drop what another run has kept; else it must be gone on with
-    notify : called with what was found in the checkpoint
+    overwrite : discard the records of an earlier run; else it must be resumed
+    notify : called with a message on the content of the checkpoint
     """
 
     checkpoint: Path | None = None
@@ -243,7 +243,7 @@ class CheckpointOptions:
     notify: Callable[[str], None] = lambda message: None
 
     def open(self, inputs: Mapping[str, str]) -> Checkpoint | None:
-        """The checkpoint of a run with these inputs, None where nothing is kept."""
+        """The checkpoint of a run with these inputs, None if nothing is stored."""
         path = self.checkpoint
         if path is None:
             return None
@@ -263,8 +263,8 @@ def open_checkpoint(
     """The checkpoint at a path, made where there is none.
 
     inputs : everything that determines the results
-    resume : go on with what was finished for the same inputs; else nothing may be, or
-        with `overwrite` is dropped
+    resume : reuse records of the same inputs; else there may be none, or `overwrite`
+        discards them
 
     Raises InputError where the file cannot be used, is no checkpoint or damaged,
     belongs to other inputs, or another process works on it; it is then unchanged.

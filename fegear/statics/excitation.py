@@ -420,7 +420,7 @@ def _with_gaps(solved: StaticsResult, teeth: Sequence[int]) -> MeshTable:
 
 
 def _widened(nominal: MeshTable, wide: MeshTable) -> MeshTable:
-    """A table whose pairs carry as far as those of another at a higher torque.
+    """Extend the loaded range of pairs to a higher torque's.
 
     The load makes contact stiffer; that is taken out, peak over peak.
     """

@@ -35,7 +35,7 @@ SPEEDS = (
 
 
 def limits(name: str, text: str = SPEEDS) -> Any:
-    """A setting of two values from 0 on that rise, A:B in words, None by default."""
+    """A setting of two rising values from 0 on, A:B as text, None by default."""
 
     def read(value: str) -> tuple[float, float]:
         return limits_of(f"{name} = {value}; must be A:B from 0 on", value, least=0.0)
@@ -48,7 +48,7 @@ def limits(name: str, text: str = SPEEDS) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class LoadParameters:
-    """Dimensionless figures in place of the machine's that press the flanks."""
+    """Overridden dimensionless parameters that press the flanks."""
 
     delta: float | None = setting(
         None,
@@ -93,7 +93,7 @@ class LoadParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class MotionParameters(LoadParameters):
-    """All dimensionless figures in place of the machine's."""
+    """All dimensionless parameters, overridden."""
 
     beta: float | None = setting(
         None,
@@ -115,7 +115,7 @@ class MotionParameters(LoadParameters):
 
 @dataclass(frozen=True, kw_only=True)
 class LoadMachineRef(LoadParameters):
-    """A machine by its name, with figures in place of its own."""
+    """A machine by its name, with overridden parameters."""
 
     name: str = argument("MACHINE", NAME, reads=True)
 
@@ -126,7 +126,7 @@ class LoadMachineRef(LoadParameters):
 
 @dataclass(frozen=True, kw_only=True)
 class MotionMachineRef(MotionParameters, LoadMachineRef):
-    """A machine by its name, with all figures of its motion in place of its own."""
+    """A machine by its name, with overridden parameters of its motion."""
 
     @property
     def inputs(self) -> str:

@@ -80,7 +80,7 @@ class HasDescription(Protocol):
 
 
 def heading(subject: HasDescription) -> Page:
-    """First lines of a page: what it is about."""
+    """First lines of a page: name and description."""
     yield f"{subject.name}: {subject.description or 'no description'}"
     yield from (f"inferred: {inference}" for inference in subject.inferences)
 

@@ -62,9 +62,8 @@ class Basins(
     )
     iterations: int | None = setting(
         None,
-        "Returns to the upper flank after which a motion that still changes "
-        "counts as chaotic. [default: 1499, or more where low damping prolongs "
-        "transients]",
+        "Returns after which aperiodic motion counts as chaotic. [default: 1499, or "
+        "more where low damping prolongs transients]",
         Range(MIN_RETURNS, MAX_RETURNS),
     )
 

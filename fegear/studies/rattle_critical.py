@@ -92,7 +92,7 @@ class CriticalResult(StudyResult):
 
 
 def _window(values: Mapping[str, Any]) -> str:
-    """At which eccentricities it can run quietly."""
+    """Eccentricities with permanent contact."""
     lowest = values["least_quiet_eccentricity_rad"]
     critical = values["critical_eccentricity_rad"]
     if critical is None:
@@ -106,7 +106,7 @@ def _window(values: Mapping[str, Any]) -> str:
 
 
 def _changes(slopes: Mapping[str, Slope | None], limit: str) -> Page:
-    """What a change of each figure does to a limit, the largest first."""
+    """Sensitivities of a limit to the parameters, the largest first."""
     finite_slopes = {name: slope for name, slope in slopes.items() if slope is not None}
     for name, slope in sorted(
         finite_slopes.items(), key=lambda both: -_largest(both[1])

@@ -50,7 +50,7 @@ class RattleNoise(
     command="rattle noise",
     example="rattle noise roots-scaled --starts 2000 -o noise.csv",
 ):
-    """Noise level of a machine, and how likely it runs without rattling.
+    """Noise level of a machine, and its probability of not rattling.
 
     The noise level of a run on its attractor is the sum of the squared speeds of
     impacts over the time. Runs start at random lift-offs from the upper flank; the
@@ -236,12 +236,12 @@ class NoiseResult(StudyResult):
 
 
 def _mean(values: Array) -> float | None:
-    """None of no values."""
+    """Mean, None without values."""
     return float(values.mean()) if values.size else None
 
 
 def proportion_limits(count: int, of: int) -> tuple[float, float]:
-    """Between which a probability lies, 19 times of 20, of which so many were seen.
+    """95 % confidence interval of a probability (Wilson).
 
     E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
     """

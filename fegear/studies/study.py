@@ -1,4 +1,4 @@
-"""What a study is: settings, tasks, and the result that they are gathered into.
+"""Base of studies: settings, tasks, and the result that is made of them.
 
 A study is a frozen dataclass whose fields are settings:
 
@@ -70,7 +70,7 @@ class Range:
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """How a field is described, limited, and written in words.
+    """Help, limits and text form of a field.
 
     option : its name on the command line, that of the field where it is empty; a field
         with `place` has none, it is found by its place; short : another one
@@ -123,7 +123,7 @@ def setting(
 
 
 def argument(place: str, text: str, default: Any = MISSING, reads: bool = False) -> Any:
-    """A field that is found by its place among the words of a command.
+    """A positional argument of a command.
 
     reads : whether it is, or may be, the name of a file that is read
     """
@@ -182,7 +182,7 @@ def parse_setting(member: ExposedField, text: str) -> Any:
 
 
 def declared_fields(kind: Any) -> dict[str, Any]:
-    """What the fields of a dataclass are declared as, in the order of its help.
+    """Declared fields of a dataclass, in the order of its help.
 
     What is found by its place comes first, then its settings, then groups; None for a
     dataclass with its own settings.
@@ -214,7 +214,7 @@ def exposed_fields(group: SettingsGroup) -> Iterator[ExposedField]:
 
 
 def to_argv(settings: Any, group: SettingsGroup | None = None) -> list[str]:
-    """Words of a command line from which settings that are no default are read."""
+    """Command-line arguments that give the settings which are not default."""
     places, options = list[str](), list[str]()
     group = group or group_of(settings)
     if not isinstance(settings, group.kind):
@@ -246,7 +246,7 @@ def options_of(group: SettingsGroup) -> dict[str, str]:
 
 
 def group_of(settings: Any) -> SettingsGroup:
-    """What a dataclass, or a value of one, declares itself."""
+    """Fields that a dataclass, or a value of one, declares itself."""
     kind = settings if isinstance(settings, type) else type(settings)
     return SettingsGroup(kind=kind, exposed=declared_fields(kind))
 
@@ -344,7 +344,7 @@ def refusal(
 def refuse_given(
     settings: Any, names: Sequence[str], reason: str, group: SettingsGroup
 ) -> None:
-    """Refuse those of the settings that are not the usual ones; see `refusal`."""
+    """Refuse the settings that are not the default; see `refusal`."""
     usual = group.kind() if group.default is None else group.default
     for name in names:
         if getattr(settings, name) != getattr(usual, name):
@@ -362,7 +362,7 @@ Draw = Callable[[], "Figure"]
 
 
 class Job(Protocol):
-    """What a task may use while it works."""
+    """Services that a task may use while it runs."""
 
     @property
     def records(self) -> list[Any]:
@@ -455,7 +455,7 @@ class Study:
         refuse_unused_settings(self, group_of(self))
 
     def _read(self, member: ExposedField) -> Any:
-        """A value of a setting, which may be given in words."""
+        """A value of a setting, which may be given as text."""
         value, declared = getattr(self, member.name), member.declared
         if not isinstance(declared, Setting) or declared.parse is None:
             return value
@@ -472,7 +472,7 @@ class Study:
 
     @property
     def default_output(self) -> str | None:
-        """The directory that is written where none is given."""
+        """Default directory of the output."""
         return None
 
     @property
@@ -493,13 +493,13 @@ class Study:
         raise NotImplementedError
 
     def gather(self, results: Mapping[str, Any]) -> Any:
-        """The result of what tasks gave, by their keys; that of an only one."""
+        """The result from those of the tasks, by their keys."""
         (result,) = results.values()
         return result
 
     @property
     def argv(self) -> list[str]:
-        """Words of the command line for this study."""
+        """Command-line arguments of this study."""
         return [*self.command.split(), *to_argv(self)]
 
     @property
@@ -548,7 +548,7 @@ def _inputs(settings: Any, prefix: str) -> Iterator[tuple[str, str]]:
 
 
 class StudyResult(Result):
-    """What a study found; a frozen dataclass.
+    """Result of a study; a frozen dataclass.
 
     study : what was asked for
     summary : plain values for JSON, warnings among them
@@ -575,7 +575,7 @@ class StudyResult(Result):
         raise InputError(f"{self.study.command} has no table")
 
     def page(self) -> Page:
-        """What the screen shows."""
+        """Content of the screen."""
         raise NotImplementedError
 
     def write(self, path: str | Path) -> None:

@@ -225,7 +225,7 @@ class TheoryResult(StudyResult):
         }
 
     def _optimal_relief(self, mesh: int) -> float | None:
-        """None where eq. 2.28 has no pairs, or not one and two, that take turns."""
+        """None unless one and two pairs alternate, as eq. 2.28 requires."""
         stiffness_range = self.stiffness_ranges[mesh]
         if stiffness_range is None:
             return None
@@ -274,10 +274,10 @@ class TheoryResult(StudyResult):
         }
 
     def _least_drive(self, prediction: Prediction, mesh: int) -> dict[str, Any]:
-        """The phase of a mesh at which meshes drive least, and how much of now that is.
+        """Phase of a mesh at which meshes drive least, and that drive over the present.
 
-        None for the first mesh, to which phases are counted, and where it drives alone,
-        not at all, or by second-order products that turn in other ways.
+        None for the first mesh (phase reference), one that drives alone or not at all,
+        or by second-order products with other phases.
         """
         nothing = {"phase_of_least_drive": None, "least_drive_over_drive": None}
         kind, near = prediction.kinds.get(mesh), prediction.resonance

@@ -570,7 +570,7 @@ def single_torque(study: Any) -> float:
 
 
 def friction_described(model: LumpedModel) -> dict[str, Any]:
-    """What a summary says of the friction of the teeth; None without it."""
+    """Summary entries on tooth friction; None without it."""
     return {
         "friction_coefficient": model.friction,
         "sliding": model.sliding if model.friction else None,
@@ -580,6 +580,6 @@ def friction_described(model: LumpedModel) -> dict[str, Any]:
 
 
 def bodies_described(entries: Mapping[str, str]) -> dict[str, str | None]:
-    """What a summary says of body modes, from `body_entries`."""
+    """Summary entries on body modes, from `body_entries`."""
     names = "body modes", "body modes left out"
     return {name.replace(" ", "_"): entries.get(name) for name in names}

@@ -77,10 +77,10 @@ class LumpedModel:
     bending : friction-bending ratio of all, None for the mean of the mesh tables,
         "cycle" for that of each pair over its way, as they have it
     sliding, transition : see `lumped.train.friction.ToothFriction`
-    torque_of : what the given torque is, with friction; "nominal", of gears without it:
-        what friction takes comes to the input torque and goes from the output torque,
-        in parts by the inertia of both; "input", the mean of the input gear, the output
-        torque being lowered by the efficiency of the meshes
+    torque_of : meaning of the torque with friction; "nominal", of gears without it: the
+        friction loss raises the input and lowers the output torque, in parts by the
+        inertia of both; "input", the mean of the input gear: the efficiency of the
+        meshes lowers the output torque
     """
 
     number: Number = 1

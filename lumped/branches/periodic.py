@@ -366,7 +366,7 @@ class BranchFinder:
     ) -> Iterator[BranchPoint]:
         """Points without folds and crossings where half their period doubles.
 
-        With the harmonics that are kept the two branches miss each other by a hair.
+        Truncated harmonics leave a gap between branches.
         """
         seams = [
             point.parameter

@@ -33,7 +33,7 @@ KINDS = FOLD, DOUBLING, CROSSING, TORUS
 ONE = 2e-5  # of the parameter's unit: a fold and what its multiplier does
 FINE = 8e-3  # of the unit, between points while a multiplier is near to -1
 TURN = 15.0  # of a multiplier, at most, per unit of the parameter
-UPRIGHT = 1e-8  # of the tangent along the parameter: the branch stands upright
+UPRIGHT = 1e-8  # of the tangent along the parameter: the branch is vertical
 
 
 @dataclass(frozen=True, eq=False)

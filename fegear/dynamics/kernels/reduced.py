@@ -119,7 +119,7 @@ def correct(newmark, predicted, acceleration, state):
 
 @compiled_part
 def advance_teeth(modal, kinematics, clock, before, state):
-    """Count the teeth of those gears anew that pass one in the coming step."""
+    """Shift the tooth index of gears that pass a tooth."""
     rate, first_mesh = kinematics.rate, kinematics.first_mesh
     for g in range(first_mesh.size):
         m = first_mesh[g]

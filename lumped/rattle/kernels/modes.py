@@ -116,7 +116,7 @@ def event_function(m, amplitudes, tau, t):
 
 @inlined
 def next_event(m, amplitudes, start, low, high, until):
-    """Time at which what is watched leaves low to high, and by which end.
+    """Time at which the event function leaves low to high, and by which end.
 
     0 is that of `until`, come before; the time is NaN where no end is found.
     """
