@@ -138,8 +138,8 @@ def _executor(workers: int | Cluster | None) -> Iterator[tuple[Executor, int]]:
     if workers.scheduler:
         try:
             client = Client(workers.scheduler, timeout=PATIENCE)
-        except (OSError, ValueError, TypeError) as error:
-            reason = str(error).splitlines()[0]
+        except Exception as error:  # whatever dask makes of what is no scheduler
+            reason = next(iter(str(error).splitlines()), type(error).__name__)
             raise NoClusterError(f"scheduler {workers.scheduler}: {reason}") from None
         with client:
             yield client.get_executor(), sum(client.ncores().values()) or 1

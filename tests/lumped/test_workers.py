@@ -40,6 +40,22 @@ def test_a_cluster_that_is_not_there_is_told():
         run_tasks([], lambda *_: None, threading.Event(), Cluster("nowhere"))
 
 
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [(AssertionError(), "AssertionError"), (OSError("gone\nand more"), "gone")],
+)
+def test_whatever_dask_makes_of_an_address_is_one_line(monkeypatch, error, reason):
+    """One call in twenty ended in an assertion without a message."""
+    distributed = pytest.importorskip("distributed")
+
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr(distributed, "Client", fail)
+    with pytest.raises(NoClusterError, match=f"^scheduler nowhere: {reason}$"):
+        run_tasks([], lambda *_: None, threading.Event(), Cluster("nowhere"))
+
+
 @pytest.mark.slow
 def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
     """The other one computes its tiles, to the bit as threads do."""
