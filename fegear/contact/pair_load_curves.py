@@ -61,7 +61,7 @@ class PairLoadCurves:
     tangential: Array
 
 
-def pair_laws(
+def pair_load_curves(
     problem: ContactProblem, position: Array, reach: float, back: bool = False
 ) -> PairLoadCurves:
     """Laws at positions (n,), for penetrations up to `reach` [m].

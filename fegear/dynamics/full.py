@@ -121,7 +121,7 @@ class ElasticField:
                     )
         return out
 
-    def stencils(self, tables: ContactTables) -> list[tuple[int, slice, Array]]:
+    def stencils(self, tables: CycleInterpolator) -> list[tuple[int, slice, Array]]:
         """(contact's place in `contacts`, flank points, weights) at an instant."""
         stencils = []
         for c, contact in enumerate(self.contacts):
@@ -140,7 +140,7 @@ class ElasticField:
         state: Array,
         acceleration: Array,
         swing: Array,
-        tables: ContactTables,
+        tables: CycleInterpolator,
     ) -> Array:
         """Inward displacement (k,) at the contacts after a step.
 
@@ -159,7 +159,7 @@ class ElasticField:
 
 
 @dataclass(frozen=True, eq=False)
-class ContactTables:
+class CycleInterpolator:
     """Reads tables over the mesh cycle at the positions of the meshes of the contacts.
 
     mesh_of : (c,)
@@ -363,19 +363,19 @@ class FullStepper(ImplicitStepper):
                     field, -int(np.sign(kinematics.speed[f.number])), axis=2
                 )
 
-    def _tables(self, number: int, cycle: int) -> ContactTables:
+    def _tables(self, number: int, cycle: int) -> CycleInterpolator:
         """At step `number`, with `cycle` steps of a cycle of the first mesh."""
         model = self.model
         rate, contacts = model.kinematics.rate, model.contacts
         where = kernel.find_position(rate, contacts, cycle, number)
-        return ContactTables(model.jacobian.mesh_of, where)
+        return CycleInterpolator(model.jacobian.mesh_of, where)
 
     def _advance(
         self,
         now: MotionState,
         step: FullStepMatrices,
         speed: float,
-        tables: ContactTables,
+        tables: CycleInterpolator,
     ) -> None:
         """One step; `tables` at its end."""
         s, h, new = self.scheme, step.size, 1.0 - self.scheme.alpha_f
@@ -416,7 +416,7 @@ class FullStepper(ImplicitStepper):
         self,
         now: MotionState,
         step: FullStepMatrices,
-        tables: ContactTables,
+        tables: CycleInterpolator,
         friction: Array,
         motion: tuple[Array, Array],
         parts: list[Array],
@@ -462,7 +462,7 @@ class FullStepper(ImplicitStepper):
     def _compliance(
         self,
         step: FullStepMatrices,
-        tables: ContactTables,
+        tables: CycleInterpolator,
         friction: Array,
         rows: Array,
     ) -> Array:
@@ -489,7 +489,7 @@ class FullStepper(ImplicitStepper):
         return np.asarray(Q + soft * (onto[0] @ step.hub_inverse @ pushing.T))
 
     def _signed_friction(
-        self, now: MotionState, tables: ContactTables, speed: float, v_pred: Array
+        self, now: MotionState, tables: CycleInterpolator, speed: float, v_pred: Array
     ) -> Array:
         """Coefficient of friction toward the roots of each contact (c,)."""
         friction, contacts = self.model.jacobian.friction, self.model.contacts
@@ -499,7 +499,9 @@ class FullStepper(ImplicitStepper):
         sliding = tables.at(contacts.sliding.T, np.arange(len(contacts.sliding)))
         return np.where(now.contact[2] == 1, -1.0, 1.0) * friction * sliding
 
-    def _reversed(self, tables: ContactTables, speed: float, v_pred: Array) -> Indices:
+    def _reversed(
+        self, tables: CycleInterpolator, speed: float, v_pred: Array
+    ) -> Indices:
         """Whether each contact (c,) slides against its nominal direction."""
         kinematics = self.model.kinematics
         rotation = speed * kinematics.speed + self.model.modal.rotation @ v_pred
@@ -534,7 +536,7 @@ def add_responses(
     field: ElasticField,
     step: FieldStep,
     force: Array,
-    tables: ContactTables,
+    tables: CycleInterpolator,
     out: Array,
 ) -> None:
     """Add the accelerations that forces (2, k) per unit width make."""
@@ -551,7 +553,7 @@ def add_responses(
 
 
 def set_push(
-    field: ElasticField, force: Array, tables: ContactTables, push: Array
+    field: ElasticField, force: Array, tables: CycleInterpolator, push: Array
 ) -> None:
     """The forces (2, k) per unit width as loads (unknowns, teeth) on the field."""
     push[:] = 0.0

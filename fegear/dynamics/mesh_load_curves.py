@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fegear.contact.pair_load_curves import pair_laws
+from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
@@ -69,8 +69,8 @@ def mesh_laws(
     reach, backlash = REACH * static, gear_set.meshes[mesh].backlash
     near = backlash < BACK * static
     return MeshLoadCurves(
-        drive=pair_laws(problem, position, reach),
-        back=pair_laws(problem, position, reach, back=True) if near else None,
+        drive=pair_load_curves(problem, position, reach),
+        back=pair_load_curves(problem, position, reach, back=True) if near else None,
         backlash=backlash,
         friction=problem.friction,
     )

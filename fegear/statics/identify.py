@@ -35,9 +35,7 @@ SMALLEST_HUB = 0.15  # of the root radius
 WIDTH_FACTORS = 0.25, 4.0  # smallest and largest
 RADII = 12  # hub radii at which a gear's compliance is computed; between them it
 # is interpolated, which is 1e-3 of it off at most
-EQUAL_HUBS_RTOL = (
-    1.0  # spread of ln(hub / root radius), far wider than that of any figure
-)
+HUB_SPREAD = 1.0  # spread of ln(hub / root radius), far wider than that of any figure
 CONVERGED = 1e-12  # relative; more than is shown, so that results repeat
 STEP = 1e-3  # of the logarithms, for derivatives
 FLAT = 1.0  # misfit above the smallest one up to which a set is equally good
@@ -294,7 +292,7 @@ class _Fit:
         figures = self.model.figures(math.exp(x[0]), np.exp(x[1:]))
         gears = self.model.gear_set.gears
         part = x[1:] - np.log([gear.geometry.root_radius for gear in gears])
-        hub_spread = (part - part.mean()) / EQUAL_HUBS_RTOL
+        hub_spread = (part - part.mean()) / HUB_SPREAD
         return np.concatenate([self.measured.misfits(*figures), hub_spread])
 
     def solve(self, held: Mapping[int, float], start: Array) -> Array:

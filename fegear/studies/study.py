@@ -103,7 +103,7 @@ UnusedOptions = Callable[[Any], Iterator[tuple[str, str]]]
 class SettingsGroup:
     """A field whose value has settings of its own.
 
-    kind : its class; offers : which fields of it are settings here, and how
+    kind : its class; exposed : which fields of it are settings here, and how
     unused_options : as `Study.unused_options`, of a value of the class
     default : its value where it is not given, None for that of the class
     """

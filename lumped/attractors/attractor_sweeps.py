@@ -34,7 +34,7 @@ from lumped.steady.steady_state import (
 )
 from lumped.steady.steppers import stepper_of
 from lumped.steady.sweep import (
-    MIN_PEAK_TO_PEAK,
+    NO_OBSERVER,
     Direction,
     Observer,
     SweepPoint,
@@ -240,7 +240,7 @@ def sweep_attractors(
     sections: SectionSettings | None = None,
     *,
     store: AttractorStore | None = None,
-    observer: Observer = MIN_PEAK_TO_PEAK,
+    observer: Observer = NO_OBSERVER,
     stop: Stop | None = None,
 ) -> AttractorBranch:
     """Pass through values of a parameter, which rise or fall by the direction.

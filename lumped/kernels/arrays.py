@@ -119,7 +119,7 @@ class Convergence(NamedTuple):
     shapes (m, n) mesh deflection of each mode; angular (n,) [rad/s]
     tolerance : distance to the periodic motion, relative to the range of deflection
     limits (2, m) smallest and largest deflection of the present period [m]
-    noise (m,) what the integrator adds to the deflection in a period [m]
+    error_bound (m,) what the integrator adds to the deflection in a period [m]
     scale (m,) range of deflection that distances are relative to [m]
     counts (3,) common periods passed, the multiple that was found, how often in a row
     accept_immediately : whether sections that are the same but for round-off need no

@@ -17,7 +17,7 @@ from lumped.steady.response import History, Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Watch
 from lumped.steady.steppers import steps_per_period
-from lumped.steady.sweep import MIN_PEAK_TO_PEAK, Direction, Observer, sweep
+from lumped.steady.sweep import NO_OBSERVER, Direction, Observer, sweep
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -132,7 +132,7 @@ def arrive(
     start: float,
     end: float,
     settings: Settings | None = None,
-    observer: Observer = MIN_PEAK_TO_PEAK,
+    observer: Observer = NO_OBSERVER,
 ) -> Array | None:
     """State (2, n) after a passage from one frequency to near another [Hz].
 

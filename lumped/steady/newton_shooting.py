@@ -168,7 +168,7 @@ class SectionMap:
 
 
 def distance(check: Convergence, difference: Array) -> float:
-    """Size of a difference of two sections (2 n,), see `distances`."""
+    """Size of a difference of two sections (2 n,), see `section_distances`."""
     return float(section_distances(check, difference.reshape(1, 2, -1))[0])
 
 

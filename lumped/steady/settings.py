@@ -9,7 +9,7 @@ from lumped.common.checks import require_between, require_fields
 
 Method = Literal["rk4", "dopri5"]
 SPRING_STEPS, CONTACT_STEPS = 64, 80  # steps per period of the fastest mesh
-FINEST, DEFAULT = 1e-13, 1e-8  # error of a step: just above round-off, and the default
+MIN_STEP_ERROR, DEFAULT_STEP_ERROR = 1e-13, 1e-8  # the least is above round-off
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,12 +73,12 @@ class Settings(SteadySettings):
         """Error of a step of dopri5, relative to the deflection."""
         if self.accuracy is not None:
             return self.accuracy
-        return max(min(DEFAULT, 1e-3 * self.tolerance), FINEST)
+        return max(min(DEFAULT_STEP_ERROR, 1e-3 * self.tolerance), MIN_STEP_ERROR)
 
     def __post_init__(self) -> None:
         if self.steps is not None:
             require_between("steps", self.steps, 4, 100_000)
         require_between("step_angle", self.step_angle, 0, 2, above=True)
         if self.accuracy is not None:
-            require_between("accuracy", self.accuracy, FINEST, 0.01)
+            require_between("accuracy", self.accuracy, MIN_STEP_ERROR, 0.01)
         super().__post_init__()

@@ -31,14 +31,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 WATCHED = 100_000  # fixed steps between calls of watch, or a common period if more
 CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair
-FINEST = 512  # fixed steps per period, beyond which results do not depend on them
+MAX_STEPS_PER_PERIOD = 512  # fixed; beyond it results do not depend on their number
 # Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3
-# times the square of its phase angle per step. At an angle of FLANK times the root of
+# times the square of its phase angle per step. At RESONANCE_ANGLE times the root of
 # the damping ratio, this is a tenth of half the bandwidth. Least and most angle [rad].
-FLANK, MIN_STEPS, MAX_STEPS = 4.0, 0.25, 1.0
+RESONANCE_ANGLE, MIN_STEP_ANGLE, MAX_STEP_ANGLE = 4.0, 0.25, 1.0
 # The engagement of teeth is a kink of the excitation, whose high harmonics steps take
 # for lower ones: where the eighth harmonic met a resonance, 0.65 rad per step made
-# amplitudes 7 % too small, 0.3 rad 1 %. So up to FINEST steps have this angle [rad].
+# amplitudes 7 % too small, 0.3 rad 1 %. So up to MAX_STEPS_PER_PERIOD steps
+# have this angle [rad].
 CONTACT_ANGLE = 0.25
 
 
@@ -75,7 +76,7 @@ class LumpedStepper:
     def change_speed(
         self, state: Array, before: float, after: float, settings: Settings
     ) -> Array:
-        """Change the speed instantaneously."""
+        """The state after a change of speed, by default as before."""
         return state
 
 
@@ -201,11 +202,11 @@ class FixedStepper(LumpedStepper):
         fastest = float(max(self.system.train.mesh_rates))
         current = steps_per_period(self.system, frequency, settings)
         current = math.ceil(current / fastest - 1e-9)
-        if current >= FINEST:
+        if current >= MAX_STEPS_PER_PERIOD:
             return None
         # springs open within a step: a motion may repeat with the finest steps only
         far = not repeats and self.system.contacts is None
-        steps = FINEST if far else min(2 * current, FINEST)
+        steps = MAX_STEPS_PER_PERIOD if far else min(2 * current, MAX_STEPS_PER_PERIOD)
         finer = replace(settings, steps=steps)
         needed = steps_per_period(self.system, frequency, finer)
         return finer if self.system.fits_memory(needed) else None
@@ -362,9 +363,14 @@ def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings)
     needed = max(base, highest / (frequency * settings.step_angle))
     if system.loaded is not None and settings.steps is None:
         angle = min(
-            max(FLANK * math.sqrt(system.train.damping_ratio), MIN_STEPS), MAX_STEPS
+            max(
+                RESONANCE_ANGLE * math.sqrt(system.train.damping_ratio), MIN_STEP_ANGLE
+            ),
+            MAX_STEP_ANGLE,
         )
         turned = system.strained_angular / frequency
-        needed = max(needed, turned / angle, min(turned / CONTACT_ANGLE, FINEST))
+        needed = max(
+            needed, turned / angle, min(turned / CONTACT_ANGLE, MAX_STEPS_PER_PERIOD)
+        )
     doublings = max(0, math.ceil(2.0 * math.log2(needed / base) - 1e-9))
     return math.ceil(base * 2.0 ** (0.5 * doublings))

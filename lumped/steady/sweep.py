@@ -72,7 +72,7 @@ class Observer:
     watch: Watch = lambda frequency, period: None
 
 
-MIN_PEAK_TO_PEAK = Observer()
+NO_OBSERVER = Observer()
 
 
 def reporting(report: Progress, total: int) -> Observer:
@@ -113,7 +113,7 @@ def sweep_branch(
     *,
     store: BranchStore | None = None,
     keep: Keep = lambda frequency, motion: None,
-    observer: Observer = MIN_PEAK_TO_PEAK,
+    observer: Observer = NO_OBSERVER,
     stop: Stop | None = None,
 ) -> Branch:
     """Pass through mesh frequencies [Hz], each from the steady state of the previous.
@@ -147,7 +147,7 @@ def continue_sweep(
     settle: Settle | None = None,
     store: BranchStore | None = None,
     keep: Keep = lambda frequency, motion: None,
-    observer: Observer = MIN_PEAK_TO_PEAK,
+    observer: Observer = NO_OBSERVER,
     stop: Stop | None = None,
 ) -> tuple[tuple[Response, ...], bool]:
     """Settle at stations, each from the state of the previous, until one diverges.
@@ -213,7 +213,7 @@ def sweep(
     direction: Direction = "up",
     settings: Settings | None = None,
     *,
-    observer: Observer = MIN_PEAK_TO_PEAK,
+    observer: Observer = NO_OBSERVER,
     stop: Stop | None = None,
 ) -> Branch:
     """Pass through mesh frequencies [Hz] with a lumped system, see `sweep_branch`."""

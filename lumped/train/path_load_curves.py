@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 FAR_GAP = 1e-2  # [m] beyond any deflection
 CELLS = 256  # penetrations of a law, denser toward zero
 BEYOND = 2.0  # multiple of the table's largest penetration up to which laws curve
-MIN_LOAD = 1e-4  # part of that penetration below which points are round-off
+MIN_PENETRATION = 1e-4  # part of that penetration below which points are round-off
 EXTRAPOLATE_FROM = (
     1e-1  # part of it from which a law is extrapolated to larger penetrations
 )
@@ -194,7 +194,7 @@ def _laws(penetration: Array, load: Array, table: MeshTable) -> tuple[Array, Arr
     """Penetrations (j,) and loads (s, j) from points (t, s) at rising torques."""
     scale = float(penetration.max(where=load > 0.0, initial=0.0))
     _require_agreement(penetration, load, scale, table)
-    is_loaded = (load > 0.0) & (penetration > MIN_LOAD * scale)
+    is_loaded = (load > 0.0) & (penetration > MIN_PENETRATION * scale)
     points = [
         (np.log(x[mask]), f[mask] / x[mask])
         for x, f, mask in zip(penetration.T, load.T, is_loaded.T, strict=True)
@@ -251,7 +251,7 @@ def _require_agreement(
     carries = load > 0.0
     wrong = np.where(carries, penetration < -WRONG * scale, penetration > WRONG * scale)
     _refuse_where(wrong | (load < 0.0), table, CONTRADICTS)
-    made = carries & (penetration > MIN_LOAD * scale)
+    made = carries & (penetration > MIN_PENETRATION * scale)
     grows = (np.diff(penetration, axis=0) > 0.0) & (np.diff(load, axis=0) > 0.0)
     _refuse_where(made[:-1] & made[1:] & ~grows, table, FALLS)
 

@@ -13,7 +13,7 @@ from lumped import Settings, Status, respond, sweep
 from lumped.steady.motion import time_history
 from lumped.steady.respond import respond_confirmed
 from lumped.steady.steady_state import needs_refinement, same_response
-from lumped.steady.steppers import FINEST
+from lumped.steady.steppers import MAX_STEPS_PER_PERIOD
 
 RELIEF = 25e-6  # m: here fixed steps of 64 and 256 a period find no period
 FREQUENCY = 1280.0  # Hz
@@ -40,8 +40,8 @@ def test_the_period_is_found_on_finer_steps(relieved):
     adaptive = respond(relieved, FREQUENCY, Settings(method="dopri5"))
     assert response.multiple == adaptive.multiple == 8
     np.testing.assert_allclose(response.dte_rms, adaptive.dte_rms, rtol=0.02)
-    assert settings.steps == FINEST
-    assert history.time.size > 8 * FINEST
+    assert settings.steps == MAX_STEPS_PER_PERIOD
+    assert history.time.size > 8 * MAX_STEPS_PER_PERIOD
 
 
 def test_sweeps_and_histories_are_confirmed(relieved):

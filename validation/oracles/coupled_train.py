@@ -31,8 +31,8 @@ Array = NDArray[np.float64]
 class Instant:
     """c contacts and n modal coordinates at a position of the meshes.
 
-    knots : (c, j + 1) penetrations [m]; law : (c, j, 4) cubics of the load beyond
-        each, rising powers [N]
+    knots : (c, j + 1) penetrations [m]; load_curve : (c, j, 4) cubics of the load
+        beyond each, rising powers [N]
     gap : (c,) [m]; compliance : (c, c) C with hubs held [m/N]
     rows, inertia_rows : (c, n) R, U; work, stiffness : (n, n) W, K; load : (n,)
     """

@@ -37,7 +37,7 @@ class DenseModel:
     penetration_rate, push : (p + 1, c, n) penetration per coordinate, generalised force
         per load
     gap : (p + 1, c) [m]; compliance : (p + 1, c, c) [m/N]
-    knots : (j + 1,) [m]; law : (c, p + 1, j, 4) cubics by rising power
+    knots : (j + 1,) [m]; load_curve : (c, p + 1, j, 4) cubics by rising power
     errors : (n, c) what comes to the gap in n successive cycles [m]
     """
 

@@ -34,7 +34,13 @@ from lumped.kernels.convergence import bounded
 FINISHED, DIVERGED, UNSOLVED = 0, 1, 2
 Q, V, A, PUSH = 0, 1, 2, 3  # rows of a state
 PENETRATION, LOAD, REVERSED = 0, 1, 2  # rows of a contact state
-DEFLECTION, RATE, FORCE, DRIVE, BACK = 0, 1, 2, 3, 4  # recorded of every mesh
+DEFLECTION, RATE, FORCE, DRIVE_PENETRATION, BACK_PENETRATION = (
+    0,
+    1,
+    2,
+    3,
+    4,
+)  # recorded of every mesh
 
 
 @inlined
@@ -334,13 +340,13 @@ def record_meshes(kinematics, contacts, state, contact, out):
     deflection, first, side = kinematics.deflection, contacts.first, contacts.side
     for m in range(first.size - 1):
         out[DEFLECTION, m], out[RATE, m], out[FORCE, m] = 0.0, 0.0, 0.0
-        out[DRIVE, m], out[BACK, m] = -math.inf, -math.inf
+        out[DRIVE_PENETRATION, m], out[BACK_PENETRATION, m] = -math.inf, -math.inf
         for i in range(deflection.shape[1]):
             out[DEFLECTION, m] += deflection[m, i] * state[Q, i]
             out[RATE, m] += deflection[m, i] * state[V, i]
         for c in range(first[m], first[m + 1]):
             out[FORCE, m] += side[c] * contact[LOAD, c]
-            kind = DRIVE if side[c] > 0.0 else BACK
+            kind = DRIVE_PENETRATION if side[c] > 0.0 else BACK_PENETRATION
             out[kind, m] = max(out[kind, m], contact[PENETRATION, c])
 
 

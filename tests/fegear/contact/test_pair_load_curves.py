@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import root
 
-from fegear.contact.pair_load_curves import NOMINAL, REVERSED, pair_laws
+from fegear.contact.pair_load_curves import NOMINAL, REVERSED, pair_load_curves
 from fegear.contact.problem import back_side_position
 from fegear.gearset.model import Relief
 
@@ -30,7 +30,9 @@ class Problems:
 
     def __init__(self, problems):
         self._problems = problems
-        self.laws = cache(lambda name: pair_laws(problems[name], POSITION, REACH))
+        self.laws = cache(
+            lambda name: pair_load_curves(problems[name], POSITION, REACH)
+        )
 
     def __getitem__(self, name):
         return self._problems[name]
@@ -83,7 +85,7 @@ def together(laws, problem, approach):
 
 def difference(problem, scale=1.0):
     """Of the total load to that of all pairs at once, over its mean (n,)."""
-    laws = pair_laws(problem, POSITION, REACH)
+    laws = pair_load_curves(problem, POSITION, REACH)
     approach = np.full(POSITION.size, scale * DEPTH)
     total_load = together(laws, problem, approach).sum(axis=1)
     exact = contact_at(problem, POSITION, approach).load.sum(axis=1)
@@ -151,8 +153,10 @@ def test_reversed_friction_has_the_opposite_effect(cases):
 @pytest.mark.parametrize("case", CASES)
 def test_back_side_is_the_drive_side_of_the_mirrored_mesh(cases, case):
     problem = cases[case]
-    back = pair_laws(problem, POSITION, REACH, back=True)
-    mirror = pair_laws(problem, back_side_position(problem.pair, POSITION), REACH)
+    back = pair_load_curves(problem, POSITION, REACH, back=True)
+    mirror = pair_load_curves(
+        problem, back_side_position(problem.pair, POSITION), REACH
+    )
     order = [list(mirror.teeth).index(-tooth) for tooth in back.teeth]
     for name in ("gap", "moment_arms", "arc", "load", "pressure"):
         one, other = getattr(back, name), getattr(mirror, name)[:, order]
@@ -163,7 +167,7 @@ def test_back_side_is_the_drive_side_of_the_mirrored_mesh(cases, case):
 
 def test_back_side_carries_what_contact_at_finds_there(cases):
     problem = cases["plain"]
-    back = pair_laws(problem, POSITION, REACH, back=True)
+    back = pair_load_curves(problem, POSITION, REACH, back=True)
     depth = np.full(POSITION.size, DEPTH)
     loads = together(back, problem, depth)
     exact = contact_at(problem, POSITION, -problem.pair.backlash - depth)
@@ -175,7 +179,7 @@ def test_back_side_carries_what_contact_at_finds_there(cases):
 def test_twice_the_width_carries_twice_the_load(cases):
     one, problem = cases.laws("friction"), cases["friction"]
     wide = replace(problem, face_width=2.0 * problem.face_width)
-    two = pair_laws(wide, POSITION, REACH)
+    two = pair_load_curves(wide, POSITION, REACH)
     np.testing.assert_allclose(two.load, 2.0 * one.load, rtol=1e-9)
     np.testing.assert_allclose(two.normal, 0.5 * one.normal, rtol=1e-9)
     np.testing.assert_allclose(two.pressure, one.pressure, rtol=1e-9)

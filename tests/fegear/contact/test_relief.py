@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fegear.contact.pair_load_curves import pair_laws
+from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.contact.problem import ContactProblem, solve_cycle, solve_drive_side
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
@@ -133,7 +133,7 @@ def test_levers_are_those_of_the_common_normal(unmodified, kinds):
 
 def test_laws_of_moving_pairs_have_the_same_gaps(unmodified):
     problem, exact = (f(unmodified, KINDS, "parabolic") for f in (relieved, oracle))
-    laws = pair_laws(problem, POSITIONS[::6], CLOSE)
+    laws = pair_load_curves(problem, POSITIONS[::6], CLOSE)
     closing = laws.moment_arms[..., 0] / problem.pair.driver.base_radius
     gap = laws.gap / closing
     for n, k in np.argwhere(gap < CLOSE):

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fegear.contact.pair_load_curves import pair_laws
+from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.dynamics.table_load_curves import laws_at
 from fegear.files.errors import InputError
 from fegear.gearset.power_path import mesh_torques_at
@@ -119,7 +119,7 @@ def test_laws_stand_where_finite_elements_have_them(case_of, tables_of, back):
     path = path_laws(table, problem.pair.driver.base_radius)
     laws = laws_at(path, problem.pair, position, back)
     reach = float(table["ste_m"][2].max())
-    exact = pair_laws(problem, position, reach, back)
+    exact = pair_load_curves(problem, position, reach, back)
     assert set(exact.teeth) <= set(laws.teeth)
     columns = [list(laws.teeth).index(k) for k in exact.teeth]
     close = exact.gap < reach

@@ -31,7 +31,7 @@ BY_RECORD = {
     "rk4.rk4_step": 3,
     "rk4.settle_motion": 2,
     "rk4.record_motion": 2,
-    "law.set_spring_acceleration": 2,
+    "mesh_force.set_spring_acceleration": 2,
 }
 # of a motion, whose arrays are whole, and of a column of small changes
 BY_ORDER = {

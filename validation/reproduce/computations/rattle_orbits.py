@@ -33,7 +33,7 @@ KIND = r"(fold|period doubling|grazing)"
 Figure = Literal["damping", "eccentricity", "half_backlash", "stiffness", "restitution"]
 TOUCHES = 1e-3  # of the half backlash, from a flank that is grazed
 BARELY = 1e-3  # of the speed of a start that may run quietly
-LABEL_DISTANCE = math.nan, math.nan  # between stretches of one label
+GAP = math.nan, math.nan  # between stretches of one label
 Count = Annotated[int, Field(strict=True, ge=0, le=10_000)]
 Names = tuple[Text, ...]
 
@@ -163,7 +163,7 @@ def _speeds(branch: OrbitBranch) -> Iterator[Curve]:
                 "line" if stable else "dashed",
                 (
                     *((p.parameter, p.departures[flight][1]) for p in points),
-                    LABEL_DISTANCE,
+                    GAP,
                 ),
                 label=branch.itinerary.name,
             )
@@ -189,7 +189,7 @@ def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> Par
             style = "line" if name == max(grazing) else "wide"
         points = (
             *((point.first, point.second) for point in curve.points),
-            LABEL_DISTANCE,
+            GAP,
         )
         curves.append(Curve(style, points, label=f"{curve.kind} of {name}{flank}"))
         for point in curve.points:
@@ -292,5 +292,5 @@ def _quiet(machine: Machine, turns: int) -> Iterator[Curve]:
 def _flanks(machine: Machine, turns: int, name: str) -> Curve:
     """Curve of the edges of the play."""
     play, end = machine.half_backlash, float(turns)
-    points = (0.0, play), (end, play), LABEL_DISTANCE, (0.0, -play), (end, -play)
+    points = (0.0, play), (end, play), GAP, (0.0, -play), (end, -play)
     return Curve("dotted", points, panel=name)
