@@ -72,7 +72,7 @@ def table_laws(
 def laws_at(
     path: PathLoadCurves, pair: GearPair, position: Array, back: bool = False
 ) -> PairLoadCurves:
-    """Laws at positions (n,) of those along the path, as `pair_load_curves` solves them.
+    """Load curves at positions (n,) of those along the path; see `pair_load_curves`.
 
     Teeth are symmetric: back contact is drive contact in a mirror. In corner contact
     loads count as if they acted along the line of action, where the path ends.

@@ -134,7 +134,7 @@ STUDIES = {
     "rattle noise": (
         "rattle_noise",
         "RattleNoise",
-        "Noise level of a machine, and how likely it runs without rattling.",
+        "Noise level of a machine, and its probability of not rattling.",
     ),
     "rattle periodic": (
         "rattle_periodic",
