@@ -1,4 +1,4 @@
-"""What a result shows, as texts and digests; of a saved one in a new process.
+"""Texts and digests of all that a result shows; the program loads a saved result.
 
 python tests/shown_results.py x.nc
 """

@@ -36,7 +36,7 @@ class Encoder:
     seen: dict[int, tuple[Any, Any]] = field(default_factory=dict)
 
     def plain(self, value: Any) -> Any:
-        """What JSON can hold; ValueError for a value that is none of a tree."""
+        """Convert a value to what JSON holds; ValueError for other types."""
         if value is None or (isinstance(value, str) and type(value) is str):
             return value
         if type(value) in (bool, int):

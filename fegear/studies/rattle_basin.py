@@ -30,7 +30,7 @@ from lumped.rattle import basins as of
 from lumped.rattle.return_map import RETURNS, settling_returns
 
 Z_95 = 1.96  # standard errors of an interval that holds the value 19 times of 20
-MAX_CELLS = 6324  # a side: 40 million, of which each takes 48 bytes
+MAX_CELLS = 6324  # per side: 40 million cells of 48 bytes each
 DEFAULT_CELLS, MIN_CELLS = 400, 20  # a side
 
 

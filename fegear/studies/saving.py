@@ -33,7 +33,7 @@ MAIN = "table"
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What a study said of its result."""
+    """Summary, tables and page of a result, as its study made them."""
 
     summary: Mapping[str, Any]
     tables: Mapping[str, Table]

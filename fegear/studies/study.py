@@ -493,7 +493,7 @@ class Study:
         raise NotImplementedError
 
     def gather(self, results: Mapping[str, Any]) -> Any:
-        """The result from those of the tasks, by their keys."""
+        """Make the result of the study from the results of its tasks, by key."""
         (result,) = results.values()
         return result
 
