@@ -109,7 +109,7 @@ class ElasticField:
         return total
 
     def of_column(self, column: Array) -> Array:
-        """Values at contacts (kinds, p, k) of a field (unknowns,) equal on all teeth."""
+        """Values at contacts (kinds, p, k) of a field (unknowns,) of equal teeth."""
         out = np.zeros((self.kinds, *self.first.shape))
         for c, flank in enumerate(self.flanks):
             shown = column[self.whole.flanks[flank].freedoms]
