@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -15,7 +15,7 @@ from fegear.files.speeds import MESH_FREQUENCY
 from fegear.files.stored import Records, response_values, stored_response
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.axes import axis_setting
-from fegear.studies.headings import edits_in_words, title_of
+from fegear.studies.headings import edits_in_words
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import (
     Draw,
@@ -32,15 +32,15 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
     COUPLED,
     FREQUENCY,
     lumped_integration,
     lumped_model,
     torque_setting,
-    train_warnings,
 )
-from fegear.studies.varied import TORQUE, ParametricStudy
+from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
 from fegear.train.lumped_models import (
     LumpedModel,
     body_modes_warnings,
@@ -180,16 +180,24 @@ class Bifurcations(
     def settling(self) -> Settings:
         return replace(self.integration, multiples=self.period_multiple)
 
+    def prepare(self) -> BifurcationsProblem:
+        return BifurcationsProblem.of(self)
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationsProblem(ParametricProblem):
+    """A train at each value of what varies."""
+
+    study: Bifurcations
+
     @cached_property
     def system_at(self) -> SystemAt:
         """Return the system at a value; one thread at a time solves finite elements."""
-        if self.at is None:
+        over, at, lock = self.study.over, self.study.at, threading.Lock()
+        if at is None:
             return SpeedFamily(self.system(())).at
-        values, lock = self.over.values, threading.Lock()
-        limits = min(values), max(values)
-        family = ParameterFamily(
-            self.over.name, lambda v: self.system((v,)), self.at, limits
-        )
+        limits = min(over.values), max(over.values)
+        family = ParameterFamily(over.name, lambda v: self.system((v,)), at, limits)
 
         def system_at(value: float) -> tuple[LumpedSystem, float]:
             with lock:
@@ -198,20 +206,22 @@ class Bifurcations(
         return system_at
 
     def tasks(self) -> Iterator[Task]:
+        study, values = self.study, self.study.over.values
         self._require_few()
-        require_method(self.resolved_model, self.integration)
-        for value in (min(self.over.values), max(self.over.values)):
+        require_method(self.model, study.integration)
+        for value in (min(values), max(values)):
             self.system_at(value)  # so that limits that cannot be are named at once
-        for direction in self.directions:
+        for direction in study.directions:
             work = partial(self._swept, direction)
-            yield Task(direction, work, len(self.over.values))
+            yield Task(direction, work, len(values))
 
     def _require_few(self) -> None:
         """Raise InputError for more than a table should hold."""
-        count, sections = len(self.over.values), self.sections.sections
+        study = self.study
+        count, sections = len(study.over.values), study.sections.sections
         if count > MAX_VALUES:
             raise InputError(f"over = {count} values; allowed are {MAX_VALUES} at most")
-        rows = count * sections * len(self.gears.meshes) * len(self.directions)
+        rows = count * sections * len(self.gears.meshes) * len(study.directions)
         if rows > MAX_ROWS:
             raise InputError(
                 f"sections = {sections}; with {count} values that is a table of up to "
@@ -219,11 +229,12 @@ class Bifurcations(
             )
 
     def _swept(self, direction: Direction, job: Job) -> AttractorBranch:
+        study, values = self.study, self.study.over.values
         return sweep_attractors(
-            *(self.over.values, self.system_at, direction),
-            *(self.settling, self.sections),
+            *(values, self.system_at, direction),
+            *(study.settling, study.sections),
             store=StoredAttractors(job),
-            observer=reporting(job.report, len(self.over.values)),
+            observer=reporting(job.report, len(values)),
             stop=job.stop,
         )
 
@@ -232,9 +243,42 @@ class Bifurcations(
     ) -> BifurcationsResult:
         branches = [
             results[direction] or AttractorBranch(direction, (), (), complete=False)
-            for direction in self.directions
+            for direction in self.study.directions
         ]
-        return BifurcationsResult(self, tuple(branches))
+        header, warnings = self._header(branches), self._warnings(branches)
+        study = self.study
+        facts = self.facts(study.over.name, header, study.at, warnings)
+        return BifurcationsResult(study, facts, tuple(branches))
+
+    def _header(self, branches: Sequence[AttractorBranch]) -> dict[str, str]:
+        study, coupled = self.study, self.model.number == "coupled"
+        header = self.header(integration_in_words(study.settling, coupled))
+        if study.at is not None:
+            header["speed_Hz"] = exact(study.at)
+        if TORQUE not in study.names:
+            header["torque_Nm"] = exact(self.load)
+        header["largest period multiple searched"] = f"up to {study.period_multiple}"
+        sections = f"{study.sections.sections} where a motion does not repeat"
+        header["sections"] = sections
+        if not all(branch.complete for branch in branches):
+            finished = sum(len(branch.values) for branch in branches)
+            total = len(branches) * len(study.over.values)
+            header["incomplete"] = f"{finished} of {total} values"
+        return header
+
+    def _warnings(self, branches: Sequence[AttractorBranch]) -> Iterator[str]:
+        """Warn where body modes matter or the largest deflections are not physical."""
+        last, _ = self.system_at(max(self.study.over.values))
+        yield from body_modes_warnings(last, self.study.at_speeds)
+        deflections = [
+            attractor.deflection
+            for branch in branches
+            for attractor in branch.attractors
+        ]
+        if deflections and np.concatenate(deflections).size:
+            peaks = np.abs(np.concatenate(deflections)).max(axis=0)
+            where = ", at its worst section"
+            yield from mesh_warnings(self.gears.meshes, where, peaks, 0.0 * peaks)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -242,6 +286,7 @@ class BifurcationsResult(StudyResult):
     """Attractors over a parameter."""
 
     study: Bifurcations
+    facts: TrainFacts
     branches: tuple[AttractorBranch, ...]
 
     @property
@@ -266,25 +311,7 @@ class BifurcationsResult(StudyResult):
     def table(self) -> Table:
         """A row for each value, mesh and point of its section."""
         names = (self.study.over.name, *COLUMNS)
-        return Table(names, self._rows, {**self._header, **LEGEND})
-
-    @property
-    def _header(self) -> dict[str, str]:
-        study, values = self.study, len(self.study.over.values)
-        coupled = study.resolved_model.number == "coupled"
-        header = study.header(integration_in_words(study.settling, coupled))
-        if study.at is not None:
-            header["speed_Hz"] = exact(study.at)
-        if TORQUE not in study.names:
-            header["torque_Nm"] = exact(study.load)
-        header["largest period multiple searched"] = f"up to {study.period_multiple}"
-        sections = f"{study.sections.sections} where a motion does not repeat"
-        header["sections"] = sections
-        if not self.complete:
-            finished = sum(len(branch.values) for branch in self.branches)
-            total = len(self.branches) * values
-            header["incomplete"] = f"{finished} of {total} values"
-        return header | study.gear_set.entries
+        return Table(names, self._rows, {**self.facts.header, **LEGEND})
 
     def _rows(self) -> Iterator[list[object]]:
         for branch in self.branches:
@@ -300,36 +327,14 @@ class BifurcationsResult(StudyResult):
                     point = branch.direction, m + 1, k + 1, float(error), rate
                     yield [value, *point, *last]
 
-    @property
-    def _heading(self) -> dict[str, Any]:
-        return self.study.summary_header(self.study.over.name, self.study.at)
-
     @cached_property
     def summary(self) -> dict[str, Any]:
-        study = self.study
-        last, _ = study.system_at(max(study.over.values))
         return {
-            **self._heading,
-            "values": len(study.over.values),
+            **self.facts.summary,
+            "values": len(self.study.over.values),
             "branches": [_branch_values(branch) for branch in self.branches],
-            "warnings": [
-                *train_warnings(study, study.at_load),
-                *body_modes_warnings(last, study.at_speeds),
-                *self._size_warnings(),
-            ],
+            "warnings": list(self.facts.warnings),
         }
-
-    def _size_warnings(self) -> Iterator[str]:
-        """Warnings where the largest deflections cannot be physical."""
-        deflections = [
-            attractor.deflection for b in self.branches for attractor in b.attractors
-        ]
-        every = np.abs(np.concatenate(deflections)) if deflections else np.empty((0, 0))
-        if every.size:
-            peaks = every.max(axis=0)
-            where = ", at its worst section"
-            meshes = self.study.gears.meshes
-            yield from mesh_warnings(meshes, where, peaks, 0.0 * peaks)
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -338,14 +343,14 @@ class BifurcationsResult(StudyResult):
     def _diagram(self) -> Figure:
         study = self.study
         label = SpeedFamily.label if study.over_speed else axis_label(study.over.name)
-        changes = edits_in_words(study.gear_set.entries)
-        title = f"{title_of(self._heading)}\n{changes}".strip()
+        changes = edits_in_words(self.facts.header)
+        title = f"{self.facts.title}\n{changes}".strip()
         return draw_attractors(self.branches, label, title)
 
     def page(self) -> Page:
         values = self.summary
-        yield from self.study.limits
-        yield title_of(values)
+        yield from self.facts.notes
+        yield self.facts.title
         for branch in values["branches"]:
             done = pluralize(branch["finished_values"], "value")
             trend = "rising" if branch["direction"] == "up" else "falling"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isnan
@@ -19,7 +19,6 @@ from fegear.studies.axes import (
     written_limits,
     written_limits_axis,
 )
-from fegear.studies.headings import title_of
 from fegear.studies.page import Page, number, pluralize
 from fegear.studies.study import (
     Draw,
@@ -36,6 +35,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
     COUPLED,
     FREQUENCY,
@@ -43,9 +43,8 @@ from fegear.studies.trains import (
     lumped_model,
     tables_setting,
     torque_setting,
-    train_warnings,
 )
-from fegear.studies.varied import TORQUE, ParametricStudy
+from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
 from fegear.train.lumped_models import LumpedModel, body_modes_warnings
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
@@ -213,29 +212,39 @@ class Branches(
         """Name of what varies."""
         return MESH_FREQUENCY if self.over is None else self.over.name
 
-    @cached_property
-    def first(self) -> LumpedSystem:
-        """The train at the first value of the parameter."""
-        return self.system(() if self.over is None else self.ends[:1])
-
-    @property
-    def family(self) -> Family:
-        if self.over is None or self.at is None:
-            return SpeedFamily(self.first)
-        name = self.over.name
-        return ParameterFamily(name, lambda v: self.system((v,)), self.at, self.ends)
-
     @property
     def numerics(self) -> BranchSettings:
         steepness = None if self.steepness is None else 1e6 * self.steepness
         return replace(self.finding, steepness=steepness)
+
+    def prepare(self) -> BranchesProblem:
+        return BranchesProblem.of(self)
+
+
+@dataclass(frozen=True, eq=False)
+class BranchesProblem(ParametricProblem):
+    """A train over speed or a parameter."""
+
+    study: Branches
+
+    @cached_property
+    def first(self) -> LumpedSystem:
+        """The train at the first value of the parameter."""
+        return self.system(() if self.study.over is None else self.study.ends[:1])
+
+    @property
+    def family(self) -> Family:
+        over, at, ends = self.study.over, self.study.at, self.study.ends
+        if over is None or at is None:
+            return SpeedFamily(self.first)
+        return ParameterFamily(over.name, lambda v: self.system((v,)), at, ends)
 
     def tasks(self) -> Iterator[Task]:
         yield Task("branches", self._followed)
 
     def _followed(self, job: Job) -> BranchesResult:
         """Follow branches; Ctrl-C leaves those that were finished."""
-        low, high = self.ends
+        low, high = self.study.ends
 
         def watch(place: int, value: float) -> None:
             done = round(100.0 * (value - low) / (high - low))
@@ -245,25 +254,69 @@ class Branches(
 
         finder = BranchFinder(
             self.family,
-            self.ends,
-            self.numerics,
+            self.study.ends,
+            self.study.numerics,
             report=watch,
             finished=[*map(branch_from_dict, job.records)],
             keep=lambda branch: job.add_record(branch_to_dict(branch), {}),
         )
         try:
             finder.find(low)
-            return BranchesResult(self, tuple(finder.branches), complete=True)
+            return self._result(finder.branches, complete=True)
         except (Stopped, KeyboardInterrupt):
-            return BranchesResult(self, tuple(finder.branches), complete=False)
+            return self._result(finder.branches, complete=False)
+
+    def _result(
+        self, branches: Sequence[PeriodicBranch], complete: bool
+    ) -> BranchesResult:
+        study, is_coupled = self.study, self.first.contacts is not None
+        header = self.header(STEPPED if is_coupled else SCHEME)
+        if study.at is not None:
+            header["speed_Hz"] = exact(study.at)
+        if TORQUE not in study.names:
+            header["torque_Nm"] = exact(self.load)
+        if not is_coupled:
+            header["harmonics"] = str(study.numerics.harmonics)
+        if study.numerics.steepness is not None:
+            steepness = exact(study.numerics.steepness)
+            header["contact"] = f"closes by tanh, {steepness} per m"
+        if not complete:
+            done = f"{len(branches)} branches before it was interrupted"
+            header["incomplete"] = done
+        warnings = self._warnings(branches)
+        return BranchesResult(
+            study,
+            self.facts(study.parameter, header, study.at, warnings),
+            tuple(branches),
+            natural_Hz=tuple(self.first.resonances_Hz.tolist()),
+            is_coupled=is_coupled,
+            complete=complete,
+        )
+
+    def _warnings(self, branches: Sequence[PeriodicBranch]) -> Iterator[str]:
+        """Warn where the model leaves out too much or deflections are not physical."""
+        points = [point for branch in branches for point in branch.points]
+        if not points:
+            return
+        yield from body_modes_warnings(self.first, [p.frequency for p in points])
+        peaks = np.max([point.figures["dte_peak"] for point in points], axis=0)
+        where = ", at its worst point"
+        yield from mesh_warnings(self.gears.meshes, where, peaks, 0.0 * peaks)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BranchesResult(StudyResult):
-    """Branches of a gear set."""
+    """Branches of a gear set.
+
+    natural_Hz : natural frequencies of modes that strain a mesh [Hz]
+    is_coupled : whether they are of the coupled model, whose motions are integrated
+    """
 
     study: Branches
+    facts: TrainFacts
     branches: tuple[PeriodicBranch, ...]
+    natural_Hz: tuple[float, ...]
+    is_coupled: bool
     complete: bool = True
 
     @property
@@ -275,22 +328,18 @@ class BranchesResult(StudyResult):
         return self.study.over is None
 
     @property
-    def _stepped(self) -> bool:
-        return self.study.first.contacts is not None
-
-    @property
     def table(self) -> Table:
         """A row for each point and mesh."""
         over = () if self._over_speed else (self.study.parameter,)
         names = "branch", "index", *over, *COLUMNS
-        return Table(names, self._rows, {**self._header, **LEGEND})
+        return Table(names, self._rows, {**self.facts.header, **LEGEND})
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         for place, branch in enumerate(self.branches, start=1):
             for index, point in enumerate(branch.points, start=1):
                 over = () if self._over_speed else (point.best_parameter,)
                 speed = point.best_parameter if self._over_speed else point.frequency
-                for m in range(len(self.study.first.excitations)):
+                for m in range(point.figures["dte_rms"].size):
                     sizes = (
                         float(point.figures[n][m]) for n in ("dte_rms", "dte_peak")
                     )
@@ -298,52 +347,21 @@ class BranchesResult(StudyResult):
                     row = place, index, *over, speed, m + 1, *sizes, *stability
                     yield *row, branch.multiple
 
-    @property
-    def _header(self) -> dict[str, str]:
-        study, numerics = self.study, self.study.numerics
-        header = study.header(STEPPED if self._stepped else SCHEME)
-        if study.at is not None:
-            header["speed_Hz"] = exact(study.at)
-        if TORQUE not in study.names:
-            header["torque_Nm"] = exact(study.load)
-        if not self._stepped:
-            header["harmonics"] = str(numerics.harmonics)
-        if numerics.steepness is not None:
-            header["contact"] = f"closes by tanh, {exact(numerics.steepness)} per m"
-        if not self.complete:
-            done = f"{len(self.branches)} branches before it was interrupted"
-            header["incomplete"] = done
-        return header | study.gear_set.entries
-
     @cached_property
     def summary(self) -> dict[str, Any]:
         """None for what varies."""
         study = self.study
         return {
-            **study.summary_header(study.parameter, study.at),
-            "harmonics": None if self._stepped else study.numerics.harmonics,
-            "natural_frequencies_Hz": study.first.resonances_Hz.tolist(),
+            **self.facts.summary,
+            "harmonics": None if self.is_coupled else study.numerics.harmonics,
+            "natural_frequencies_Hz": list(self.natural_Hz),
             "interrupted": not self.complete,
             "branches": [
-                _branch_values(branch, study.parameter, self._stepped)
+                _branch_values(branch, study.parameter, self.is_coupled)
                 for branch in self.branches
             ],
-            "warnings": [
-                *train_warnings(study, study.at_load),
-                *self._branch_warnings(),
-            ],
+            "warnings": list(self.facts.warnings),
         }
-
-    def _branch_warnings(self) -> Iterator[str]:
-        """Warn where the model leaves out too much or deflections are not physical."""
-        points = [point for branch in self.branches for point in branch.points]
-        if not points:
-            return
-        yield from body_modes_warnings(self.study.first, [p.frequency for p in points])
-        peaks = np.max([point.figures["dte_peak"] for point in points], axis=0)
-        where = ", at its worst point"
-        meshes = self.study.gears.meshes
-        yield from mesh_warnings(meshes, where, peaks, 0.0 * peaks)
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -351,12 +369,12 @@ class BranchesResult(StudyResult):
 
     def _diagram(self) -> Figure:
         label = SpeedFamily.label if self._over_speed else self.study.parameter
-        return draw_branches(self.branches, label, title_of(self.summary))
+        return draw_branches(self.branches, label, self.facts.title)
 
     def page(self) -> Page:
         values = self.summary
-        yield from self.study.limits
-        yield title_of(values)
+        yield from self.facts.notes
+        yield self.facts.title
         over_speed = self._over_speed
         name, unit = ("frequency_Hz", " Hz") if over_speed else ("value", "")
         ends = ("from_Hz", "to_Hz") if over_speed else ("from", "to")

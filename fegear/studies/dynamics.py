@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
 
 from fegear.dynamics.build import FiniteElements, StepperChoice, prepare
 from fegear.dynamics.checkpoint import StoredBranch
@@ -17,10 +16,10 @@ from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations, StiffnessSource
-from fegear.studies.page import Page
-from fegear.studies.responses import ResponsesResult
+from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import (
     Job,
+    Problem,
     Range,
     Setting,
     SettingsGroup,
@@ -31,6 +30,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.sweep import SweptSpeeds, unbegun
+from fegear.studies.train_problem import TrainFacts, refuse_edits
 from fegear.studies.trains import (
     DAMPING,
     FRICTION,
@@ -41,7 +41,6 @@ from fegear.studies.trains import (
     TRANSLATIONS,
     GearSetRef,
     chosen_torques,
-    refuse_edits,
     torques_setting,
 )
 from fegear.train.lumped_models import (
@@ -154,12 +153,6 @@ class Dynamics(
             needed = display_name(self, "friction")
             raise InputError(f"torque_of = input; needs {needed} above 0")
 
-    @cached_property
-    def gears(self) -> GearSet:
-        settings = {"torque": self.torque, "damping_ratio": self.damping_ratio}
-        refuse_edits(self, settings, self.translations)
-        return self.gear_set.loaded
-
     @property
     def reference(self) -> LumpedModel:
         """The lumped model 1, whose modes and tables the finite elements share."""
@@ -169,30 +162,45 @@ class Dynamics(
             stiffness=self.source,
         )
 
+    def prepare(self) -> DynamicsProblem:
+        settings = {"torque": self.torque, "damping_ratio": self.damping_ratio}
+        refuse_edits(self, settings, self.translations)
+        return DynamicsProblem(self, self.gear_set.loaded)
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicsProblem(Problem):
+    """Gears as finite elements, and the lumped model 1 of the same train."""
+
+    study: Dynamics
+    gears: GearSet
+
     @cached_property
     def excitations(self) -> Excitations:
-        return Excitations(self.source)
+        return Excitations(self.study.source)
 
     @cached_property
     def systems(self) -> dict[float, LumpedSystem]:
         """The lumped model 1 at each torque on the input gear [N m]."""
+        arguments = self.study.reference, self.excitations
         return {
-            torque: lumped_system(self.gears, torque, self.reference, self.excitations)
-            for torque in chosen_torques(self.gears, self.torque)
+            torque: lumped_system(self.gears, torque, *arguments)
+            for torque in chosen_torques(self.gears, self.study.torque)
         }
 
     @cached_property
     def frequencies(self) -> list[float]:
         """Mesh frequencies of the first mesh [Hz]."""
-        return list(self.speeds) or default_speeds(next(iter(self.systems.values())))
+        system = next(iter(self.systems.values()))
+        return list(self.study.speeds) or default_speeds(system)
 
     def under_friction(self, torque: float) -> LumpedSystem:
         """The lumped model 1 under the torques that the finite elements have."""
-        system = self.systems[torque]
-        if self.torque_of == "nominal":
+        study, system = self.study, self.systems[torque]
+        if study.torque_of == "nominal":
             return system
-        friction, of = self.elements.friction, self.torque_of
-        model = replace(self.reference, friction=friction, torque_of=of)
+        friction, of = study.elements.friction, study.torque_of
+        model = replace(study.reference, friction=friction, torque_of=of)
         friction_system = lumped_system(self.gears, torque, model, self.excitations)
         return replace(
             system, train=friction_system.train, losses=friction_system.losses
@@ -201,13 +209,15 @@ class Dynamics(
     @cached_property
     def prepared(self) -> dict[float, StepperChoice]:
         """A stepper for every torque, all of the same fidelity."""
-        choices = self._prepared(self.elements)
+        elements = self.study.elements
+        choices = self._prepared(elements)
         if len({choice.fidelity for choice in choices.values()}) > 1:
-            choices = self._prepared(replace(self.elements, fidelity="reduced"))
+            choices = self._prepared(replace(elements, fidelity="reduced"))
         return choices
 
     def _prepared(self, elements: FiniteElements) -> dict[float, StepperChoice]:
-        arguments = self.frequencies, elements, self.integration, self.excitations
+        integration = self.study.integration
+        arguments = self.frequencies, elements, integration, self.excitations
         return {
             torque: prepare(self.gears, torque, self.under_friction(torque), *arguments)
             for torque in self.systems
@@ -216,7 +226,8 @@ class Dynamics(
     @cached_property
     def header(self) -> dict[str, str]:
         """Entries of every file."""
-        steps, choices = self.integration, list(self.prepared.values())
+        study, choices = self.study, list(self.prepared.values())
+        steps = study.integration
         method = (
             f"generalised-alpha, {steps.steps} steps per period or more, tolerance "
             f"{exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
@@ -225,13 +236,13 @@ class Dynamics(
             " + ".join(map(str, choice.elastic)) or "0" for choice in choices
         )
         return {
-            **file_header(self.gears, self.reference, self._damping, method),
+            **file_header(self.gears, study.reference, self._damping, method),
             "fidelity": choices[0].fidelity,
             DERIVED: mode_counts,
-            "elastic damping ratio": exact(self.elements.elastic_damping),
-            "friction coefficient": exact(self.elements.friction),
-            **torque_entry(self.torque_of),
-            **self.gear_set.entries,
+            "elastic damping ratio": exact(study.elements.elastic_damping),
+            "friction coefficient": exact(study.elements.friction),
+            **torque_entry(study.torque_of),
+            **study.gear_set.entries,
         }
 
     @property
@@ -239,22 +250,23 @@ class Dynamics(
         return next(iter(self.systems.values())).train.damping_ratio
 
     @property
-    def inputs(self) -> dict[str, str]:
+    def inputs(self) -> Mapping[str, str]:
         # what is derived comes last, so that a message names what was asked for
         return {**super().inputs, DERIVED: self.header[DERIVED]}
 
     def tasks(self) -> Iterator[Task]:
         roots = self._root_influences()
         size = len(self.frequencies)
-        if self.history is not None:
-            make_directory(Path(self.history))
+        study = self.study
+        if study.history is not None:
+            make_directory(Path(study.history))
         for torque in self.systems:
-            for direction in self.directions:
+            for direction in study.directions:
                 work = partial(self._swept, torque, direction, roots)
                 yield Task(f"{torque!r}-{direction}", work, size)
-        if self.model_1:
+        if study.model_1:
             for torque, system in self.systems.items():
-                for direction in self.directions:
+                for direction in study.directions:
                     work = partial(self._model_1, system, direction)
                     yield Task(f"model 1 {torque!r}-{direction}", work, size)
 
@@ -269,7 +281,7 @@ class Dynamics(
             self.prepared[torque].stepper,
             self.frequencies,
             direction,
-            self.integration,
+            self.study.integration,
             store=StoredBranch(job),
             keep=partial(self._keep, torque, direction, roots),
             observer=reporting(job.report, len(self.frequencies)),
@@ -290,7 +302,8 @@ class Dynamics(
         motion: FeHistory,
     ) -> None:
         """Write the motion of a speed as a file of the directory, if there is one."""
-        if self.history is None:
+        directory = self.study.history
+        if directory is None:
             return
         model = self.prepared[torque].stepper.model
         entries = self.header | {
@@ -298,22 +311,21 @@ class Dynamics(
             "direction": direction,
             "mesh_frequency_Hz": exact(frequency),
         }
-        steps = steps_per_cycle(model, frequency, self.integration)
+        steps = steps_per_cycle(model, frequency, self.study.integration)
         text = format_history(history_table(model, motion, steps, entries, roots))
-        write_text(
-            Path(self.history) / history_name(torque, direction, frequency), text
-        )
+        write_text(Path(directory) / history_name(torque, direction, frequency), text)
 
     def _root_influences(self) -> dict[int, RootInfluence]:
-        if self.root_stress is None:
+        gear_name = self.study.root_stress
+        if gear_name is None:
             return {}
         names = [gear.name for gear in self.gears.gears]
-        if self.root_stress not in names:
+        if gear_name not in names:
             raise InputError(
-                f"root_stress = {self.root_stress}; allowed are {', '.join(names)}"
+                f"root_stress = {gear_name}; allowed are {', '.join(names)}"
             )
-        place = names.index(self.root_stress)
-        sector = self.source.statics.sector(self.gears.gears[place])
+        place = names.index(gear_name)
+        sector = self.study.source.statics.sector(self.gears.gears[place])
         return {place: root_influence(sector)}
 
     def gather(self, results: Mapping[str, Branch | None]) -> DynamicsResult:
@@ -325,42 +337,39 @@ class Dynamics(
                     or unbegun(system, direction),
                 )
                 for torque, system in self.systems.items()
-                for direction in self.directions
+                for direction in study.directions
             ]
 
-        friction = self.elements.friction
+        study, friction = self.study, self.study.elements.friction
+        found, beside = branches(""), branches("model 1 ") if study.model_1 else []
         return DynamicsResult(
-            study=self,
-            facts={
-                "gear_set": self.gears.name,
-                "model": self.header["fidelity"],
-                "excitation": self.header["excitation"],
-                "damping_ratio": self._damping,
-                "friction_coefficient": friction,
-                "sliding": None,
-                "torque_of": self.torque_of if friction else None,
-                "translations": self.translations,
-                "body_modes": None,
-                "body_modes_left_out": None,
-            },
-            header=self.header,
+            study=study,
+            facts=TrainFacts(
+                summary={
+                    "gear_set": self.gears.name,
+                    "model": self.header["fidelity"],
+                    "excitation": self.header["excitation"],
+                    "damping_ratio": self._damping,
+                    "friction_coefficient": friction,
+                    "sliding": None,
+                    "torque_of": study.torque_of if friction else None,
+                    "translations": study.translations,
+                    "body_modes": None,
+                    "body_modes_left_out": None,
+                },
+                header=self.header,
+                notes=tuple(
+                    f"{torque:g} N m, {choice.reason}"
+                    for torque, choice in self.prepared.items()
+                ),
+                warnings=tuple(sweep_warnings(self.gears, (*found, *beside))),
+            ),
             frequencies=self.frequencies,
-            found=branches(""),
-            beside=branches("model 1 ") if self.model_1 else (),
+            found=found,
+            beside=beside,
         )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class DynamicsResult(ResponsesResult):
     """Branches of the finite elements."""
-
-    @property
-    def reasons(self) -> tuple[tuple[float, str], ...]:
-        """Sentences that begin with the fidelity at each torque and say why."""
-        prepared: Mapping[float, Any] = self.study.prepared
-        return tuple((torque, choice.reason) for torque, choice in prepared.items())
-
-    def page(self) -> Page:
-        for torque, reason in self.reasons:
-            yield f"{torque:g} N m, {reason}"
-        yield from super().page()

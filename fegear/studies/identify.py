@@ -36,12 +36,12 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table, finite_or_none
+from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     PLANE,
     RESOLUTION,
     GearSetRef,
-    refuse_edits,
-    single_torque,
+    chosen_torque,
     torque_setting,
 )
 from lumped.figures.drawing import draw_title, panels
@@ -127,7 +127,11 @@ class Identification(
     @cached_property
     def measured(self) -> MeasuredStiffness:
         """What the settings and the gear set know of the meshes."""
-        torque, name, meshes = single_torque(self), self.gears.name, self.gears.meshes
+        torque, name, meshes = (
+            chosen_torque(self.gears, self.torque),
+            self.gears.name,
+            self.gears.meshes,
+        )
         if torque <= 0.0:
             allowed = "must be positive, on the input gear [N m]"
             raise InputError(f"torque = {torque:.12g}; {allowed}")

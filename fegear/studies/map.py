@@ -27,6 +27,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
     COUPLED,
     FREQUENCY,
@@ -35,9 +36,13 @@ from fegear.studies.trains import (
     lumped_model,
     speeds_setting,
     torque_setting,
-    train_warnings,
 )
-from fegear.studies.varied import TORQUE, ParametricStudy, digest
+from fegear.studies.varied import (
+    TORQUE,
+    ParametricProblem,
+    ParametricStudy,
+    digest,
+)
 from fegear.train.lumped_models import LumpedModel, integration_in_words, require_method
 from lumped.common.csv_text import exact
 from lumped.common.workers import NeverStop, Stop, Stopped
@@ -114,37 +119,6 @@ class Map(
     def at_speeds(self) -> tuple[float, ...]:
         return self.band if self.at is None else (self.at,)
 
-    def tasks(self) -> Iterator[Task]:
-        yield Task("points", self._computed)
-
-    def _computed(self, job: Job) -> MapResult:
-        require_method(self.resolved_model, self.integration)
-        compute = partial(job.compute, "points")
-        evaluate = self._evaluation(job.stop_event)
-        empty = ParameterMap(self.axes, len(self.gears.meshes), self._header)
-        parameter_map = run_map(empty, self.system, evaluate, compute)
-        reasons = {cell.status for cell in parameter_map.cells.values()}
-        if all(reason.startswith("impossible") for reason in reasons):
-            raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
-        return MapResult(self, parameter_map)
-
-    def _evaluation(self, stop: Stop) -> Any:
-        if self.at is not None:
-            return partial(respond_at, self.at, self.integration)
-        return partial(respond_over, self.band, self.integration, BOTH, stop)
-
-    @cached_property
-    def _header(self) -> dict[str, str]:
-        coupled = self.resolved_model.number == "coupled"
-        header = self.header(integration_in_words(self.integration, coupled))
-        if TORQUE not in self.names:
-            header["torque on the input gear [N m]"] = exact(self.load)
-        return header | {
-            **self.gear_set.entries,
-            "digest of the gear set": digest(self.gears),
-            "response": self.response,
-        }
-
     @property
     def response(self) -> str:
         """What each point is asked for, in words."""
@@ -152,6 +126,50 @@ class Map(
             return f"at {exact(self.at)} Hz of the first mesh, from rest"
         speeds = written_speeds(self.band)
         return f"largest over {speeds} Hz of the first mesh, up and down"
+
+    def prepare(self) -> MapProblem:
+        return MapProblem.of(self)
+
+
+@dataclass(frozen=True, eq=False)
+class MapProblem(ParametricProblem):
+    """The points of a map."""
+
+    study: Map
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("points", self._computed)
+
+    def _computed(self, job: Job) -> MapResult:
+        require_method(self.model, self.study.integration)
+        compute = partial(job.compute, "points")
+        evaluate = self._evaluation(job.stop_event)
+        empty = ParameterMap(self.study.axes, len(self.gears.meshes), self._header)
+        parameter_map = run_map(empty, self.system, evaluate, compute)
+        reasons = {cell.status for cell in parameter_map.cells.values()}
+        if all(reason.startswith("impossible") for reason in reasons):
+            raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
+        study, warnings = self.study, _map_warnings(parameter_map, self.gears)
+        facts = self.facts("", {}, speed=study.at, warnings=warnings)
+        return MapResult(study, facts, parameter_map)
+
+    def _evaluation(self, stop: Stop) -> Any:
+        study = self.study
+        if study.at is not None:
+            return partial(respond_at, study.at, study.integration)
+        return partial(respond_over, study.band, study.integration, BOTH, stop)
+
+    @cached_property
+    def _header(self) -> dict[str, str]:
+        study, coupled = self.study, self.model.number == "coupled"
+        header = self.header(integration_in_words(study.integration, coupled))
+        if TORQUE not in study.names:
+            header["torque on the input gear [N m]"] = exact(self.load)
+        return header | {
+            **study.gear_set.entries,
+            "digest of the gear set": digest(self.gears),
+            "response": study.response,
+        }
 
 
 def respond_at(frequency: float, settings: Settings, system: LumpedSystem) -> Cell:
@@ -182,6 +200,7 @@ class MapResult(StudyResult):
     """Vibration over a grid of parameters."""
 
     study: Map
+    facts: TrainFacts
     found: ParameterMap
 
     @property
@@ -208,10 +227,7 @@ class MapResult(StudyResult):
             },
             "reasons": sorted({c.status for c in cells if c.status.startswith("imp")}),
             "extremes": list(self._extremes()),
-            "warnings": [
-                *train_warnings(self.study, self.study.at_load),
-                *_map_warnings(parameter_map, self.study.gears),
-            ],
+            "warnings": list(self.facts.warnings),
         }
 
     def _extremes(self) -> Iterator[dict[str, Any]]:
@@ -235,24 +251,23 @@ class MapResult(StudyResult):
 
     @property
     def _title(self) -> str:
-        study = self.study
-        facts = study.summary_header("", study.at)
+        facts = self.facts.summary
         fixed = {"torque {:g} N m": "torque_Nm", "damping ratio {:g}": "damping_ratio"}
         changes = [
             form.format(facts[name])
             for form, name in fixed.items()
             if facts[name] is not None
         ]
-        changes.append(edits_in_words(study.gear_set.entries))
+        changes.append(edits_in_words(self.found.header))
         return (
             f"{facts['gear_set']}, model {facts['model']}, {facts['excitation']}, "
-            f"{study.response}\n{', '.join(filter(None, changes))}"
+            f"{self.study.response}\n{', '.join(filter(None, changes))}"
         )
 
     def page(self) -> Page:
         values = self.summary
         counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
-        yield from self.study.limits
+        yield from self.facts.notes
         yield (
             f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
             f"{pluralize(values['points'], 'point')}: {counts}"

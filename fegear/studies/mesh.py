@@ -23,7 +23,8 @@ from fegear.studies.study import (
     group,
     setting,
 )
-from fegear.studies.trains import DEFAULT_PAIR, RESOLUTION, GearSetRef, refuse_edits
+from fegear.studies.train_problem import refuse_edits
+from fegear.studies.trains import DEFAULT_PAIR, RESOLUTION, GearSetRef
 from meshes import SectorMesh, SpurGear, sector_mesh
 from meshes.files import FORMATS, write_mesh
 

@@ -27,13 +27,13 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from fegear.studies.train_problem import bodies_described
 from fegear.studies.trains import (
     PLANE,
     RESOLUTION,
     TRANSLATIONS,
     GearSetRef,
-    bodies_described,
-    single_torque,
+    chosen_torque,
     torque_setting,
 )
 from fegear.train.lumped_models import (
@@ -80,7 +80,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         if self.stiffness != "given" or not all(
             mesh.mean_stiffness for mesh in self.gears.meshes
         ):
-            return single_torque(self)
+            return chosen_torque(self.gears, self.torque)
         if self.torque is not None:
             reason = f"{self.gears.name} gives all mean stiffnesses, use "
             raise refusal(self, "torque", reason + "{stiffness} fe")

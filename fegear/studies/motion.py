@@ -22,20 +22,16 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from fegear.studies.train_problem import TrainFacts, TrainProblem, bodies_described
 from fegear.studies.trains import (
     AUTO,
     FREQUENCY,
     MOVING,
     TrainStudy,
-    bodies_described,
-    friction_described,
     lumped_integration,
     lumped_model,
-    single_torque,
-    summary_header,
     tables_setting,
     torque_setting,
-    train_warnings,
 )
 from fegear.train.lumped_models import (
     LumpedModel,
@@ -111,28 +107,77 @@ class Motion(
                 f"{display_name(self, 'speed')}"
             )
 
+    def prepare(self) -> MotionProblem:
+        return MotionProblem.of(self)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionProblem(TrainProblem):
+    """A train at one torque and speed."""
+
+    study: Motion
+
+    @cached_property
+    def system(self) -> LumpedSystem:
+        """The train at the torque."""
+        require_method(self.model, self.study.integration)
+        return lumped_system(self.gears, self.single_torque, self.model)
+
     def tasks(self) -> Iterator[Task]:
         yield Task("motion", self._settled)
 
     def _settled(self, job: Job) -> MotionResult:
         """The motion; DivergedError where it has no bound."""
-        model, integration, torque = (
-            self.resolved_model,
-            self.integration,
-            single_torque(self),
+        study, integration, torque = (
+            self.study,
+            self.study.integration,
+            self.single_torque,
         )
-        require_method(model, integration)
-        start = self.speed if self.from_speed is None else self.from_speed
         job.report("stiffness", 0, 1)
-        system = lumped_system(self.gears, torque, model)
-        observer = reporting(job.report, len(speeds_between(start, self.speed)))
-        state = arrive(system, start, self.speed, integration, observer)
-        arguments = system, self.speed, integration, state
+        system = self.system
+        start = study.speed if study.from_speed is None else study.from_speed
+        observer = reporting(job.report, len(speeds_between(start, study.speed)))
+        state = arrive(system, start, study.speed, integration, observer)
+        arguments = system, study.speed, integration, state
         motion = time_history(*arguments, watch=observer.watch)
         checks = check_truncation(
             system, [motion.response], integration, observer.watch
         )
-        return MotionResult(self, torque, motion, checks)
+        return MotionResult(study, self._facts(torque, motion, checks), torque, motion)
+
+    def _facts(
+        self, torque: float, motion: TimeHistory, checks: tuple[TruncationCheck, ...]
+    ) -> TrainFacts:
+        study, model, response = self.study, self.model, motion.response
+        ratio, systems = motion.system.train.damping_ratio, {torque: motion.system}
+        bodies = truncation_entries(motion.system, checks)
+        method = integration_in_words(study.integration, model.number == "coupled")
+        return TrainFacts(
+            summary=self.summary_head(ratio)
+            | {"model_reason": self.reason or None}
+            | self.friction_entries()
+            | static_entries(systems, len(motion.pairs))
+            | bodies_described(bodies)
+            | {"body_modes_error": truncation_error(checks)},
+            header={
+                **file_header(self.gears, model, ratio, method),
+                **bodies,
+                "model": model.name,
+                "torque_Nm": exact(torque),
+                "speed_Hz": exact(study.speed),
+                **study.gear_set.entries,
+            },
+            notes=(self.reason,) if self.reason else (),
+            warnings=(
+                *self.warnings_at_rest(systems),
+                *truncation_warnings(checks),
+                *mesh_warnings(
+                    self.gears.meshes,
+                    f" at {torque:g} N m",
+                    *(response.dte_peak, response.back_side),
+                ),
+            ),
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -140,24 +185,18 @@ class MotionResult(StudyResult):
     """A motion over time.
 
     torque : on the input gear [N m]
-    checks : of body modes that are left out
     """
 
     study: Motion
+    facts: TrainFacts
     torque: float
     motion: TimeHistory
-    checks: tuple[TruncationCheck, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        study, motion, response = self.study, self.motion, self.motion.response
+        motion, response = self.motion, self.motion.response
         return {
-            **summary_header(study, motion.system.train.damping_ratio),
-            "model_reason": study.reason or None,
-            **friction_described(study.resolved_model),
-            **static_entries(self._systems, len(motion.pairs)),
-            **bodies_described(truncation_entries(motion.system, self.checks)),
-            "body_modes_error": truncation_error(self.checks),
+            **self.facts.summary,
             "torque_Nm": self.torque,
             "speed_Hz": float(response.frequency),
             "status": str(response.status),
@@ -165,41 +204,17 @@ class MotionResult(StudyResult):
             "shown_time_s": float(motion.history.time[-1]),
             "section_points": len(motion.section_rate),
             "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
-            "warnings": [
-                *train_warnings(study, self._systems),
-                *truncation_warnings(self.checks),
-                *mesh_warnings(
-                    study.gears.meshes,
-                    f" at {self.torque:g} N m",
-                    *(response.dte_peak, response.back_side),
-                ),
-            ],
+            "warnings": list(self.facts.warnings),
         }
-
-    @property
-    def _systems(self) -> dict[float, LumpedSystem]:
-        """The train by the torque on its input gear [N m]."""
-        return {self.torque: self.motion.system}
 
     @property
     def table(self) -> Table:
         """A row for every time."""
-        study, system = self.study, self.motion.system
-        method = integration_in_words(study.integration, system.contacts is not None)
-        ratio = system.train.damping_ratio
-        header = {
-            **file_header(study.gears, study.resolved_model, ratio, method),
-            **truncation_entries(system, self.checks),
-            "model": study.resolved_model.name,
-            "torque_Nm": exact(self.torque),
-            "speed_Hz": exact(study.speed),
-            **study.gear_set.entries,
-        }
         columns = wave_columns(self.motion)
         return Table(
             tuple(columns),
             lambda: zip(*columns.values(), strict=True),
-            {**header, **WAVE_LEGEND},
+            {**self.facts.header, **WAVE_LEGEND},
         )
 
     @property
@@ -215,8 +230,7 @@ class MotionResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
-        if values["model_reason"]:
-            yield values["model_reason"]
+        yield from self.facts.notes
         yield (
             f"{values['gear_set']} at {values['speed_Hz']:g} Hz, "
             f"{values['torque_Nm']:g} N m, model {values['model']}, "

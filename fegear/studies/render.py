@@ -39,6 +39,7 @@ from fegear.studies.study import (
     refuse_given,
     setting,
 )
+from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,
     FRICTION,
@@ -48,7 +49,6 @@ from fegear.studies.trains import (
     chosen_torque,
     mesh_index,
     mesh_setting,
-    refuse_edits,
 )
 
 

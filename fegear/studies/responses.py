@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from fegear.studies.headings import edits_in_words, friction_of_summary
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import Draw, StudyResult
 from fegear.studies.table import Table
+from fegear.studies.train_problem import TrainFacts
 from fegear.train.lumped_models import (
     natural_frequencies,
     static_line,
@@ -49,16 +50,14 @@ UNITS = {
 class ResponsesResult(StudyResult):
     """Branches of responses over speed.
 
-    facts : what the summary says of the train, the model, its excitation and damping
-    header : the same for files, in words
+    facts : what is told of the train, the model, its excitation and damping
     frequencies : asked for, of the first mesh [Hz]
     found : a branch for every torque and direction, in this order
     beside : branches of Model-1, to be shown with those found
     """
 
     study: Any
-    facts: Mapping[str, Any]
-    header: Mapping[str, str]
+    facts: TrainFacts
     frequencies: Sequence[float]
     found: Branches
     beside: Branches = ()
@@ -66,7 +65,7 @@ class ResponsesResult(StudyResult):
     @property
     def model(self) -> str:
         """What files and pictures call the model."""
-        return str(self.facts["model"])
+        return str(self.facts.summary["model"])
 
     @property
     def complete(self) -> bool:
@@ -89,7 +88,9 @@ class ResponsesResult(StudyResult):
     @property
     def table(self) -> Table:
         """A row for every speed and mesh."""
-        rows = sweep_table(self.found, self.model, {**self.header, **self._gaps()})
+        rows = sweep_table(
+            self.found, self.model, {**self.facts.header, **self._gaps()}
+        )
         return Table(
             COLUMNS,
             lambda: ([getattr(row, name) for name in COLUMNS] for row in rows.rows),
@@ -115,7 +116,7 @@ class ResponsesResult(StudyResult):
     def summary(self) -> dict[str, Any]:
         """Peaks, jumps and warnings."""
         values: dict[str, Any] = {
-            **self.facts,
+            **self.facts.summary,
             "speeds": len(self.frequencies),
             "first_speed_Hz": min(self.frequencies),
             "last_speed_Hz": max(self.frequencies),
@@ -125,14 +126,12 @@ class ResponsesResult(StudyResult):
         }
         if self.beside:
             values["model_1_branches"] = _summarise_branches(self.beside)
-        branches = (*self.found, *self.beside)
-        warnings = sweep_warnings(self.study.gears, branches)
-        return values | {"warnings": list(warnings)}
+        return values | {"warnings": list(self.facts.warnings)}
 
     @property
     def title(self) -> str:
         """The gear set, the model and what was changed."""
-        facts, edits = self.facts, edits_in_words(self.study.gear_set.entries)
+        facts, edits = self.facts.summary, edits_in_words(self.facts.header)
         return (
             f"{facts['gear_set']}, model {self.model}, {facts['excitation']}, "
             f"damping ratio {facts['damping_ratio']:g}"
@@ -153,8 +152,7 @@ class ResponsesResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
-        if values.get("model_reason"):
-            yield values["model_reason"]
+        yield from self.facts.notes
         lines = ", ".join(f"{f:.1f}" for f in values["natural_frequencies_Hz"])
         first, last = values["first_speed_Hz"], values["last_speed_Hz"]
         span = f"{first:g} Hz" if first == last else f"{first:g} to {last:g} Hz"

@@ -14,7 +14,7 @@ from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.files.store import NO_CHECKPOINT, Checkpoint, CheckpointOptions, Records
 from fegear.files.version import package_version
-from fegear.studies.study import Study, Task
+from fegear.studies.study import Solvable, Study, Task
 from lumped.common.checks import require_between
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import (
@@ -54,8 +54,11 @@ def run(
     if not isinstance(workers, Cluster | None):
         require_between("workers", workers, 1, MAX_THREADS)
     progress("preparation", 0, 1)
-    tasks, results = list(study.tasks()), dict[str, Any]()
-    checkpoint = _opened(study, tasks, checkpoint_options) if study.resumes else None
+    problem = study.prepare()
+    tasks, results = list(problem.tasks()), dict[str, Any]()
+    checkpoint = None
+    if study.resumes:
+        checkpoint = _opened(problem, tasks, checkpoint_options, study.unit)
     stop, done = threading.Event(), False
     board = TaskProgress(progress, {task.key: task.size for task in tasks})
     threads = None if isinstance(workers, Cluster) else workers
@@ -72,7 +75,7 @@ def run(
 
         with suppress(KeyboardInterrupt) if study.partial else nullcontext():
             run_tasks(work, store_result, stop, threads)
-        result = study.gather({task.key: results.get(task.key) for task in tasks})
+        result = problem.gather({task.key: results.get(task.key) for task in tasks})
         if result is None:  # of a task that had not begun
             raise KeyboardInterrupt
         if deliver is not None:
@@ -87,10 +90,15 @@ def run(
 
 
 def _opened(
-    study: Study, tasks: Sequence[Task], checkpoint_options: CheckpointOptions
+    problem: Solvable,
+    tasks: Sequence[Task],
+    checkpoint_options: CheckpointOptions,
+    unit: str,
 ) -> Checkpoint | None:
-    """The checkpoint of a study; says what was finished where it is taken up."""
-    checkpoint = checkpoint_options.open({**study.inputs, "version": package_version()})
+    """The checkpoint of a problem; says what was finished where it is taken up."""
+    checkpoint = checkpoint_options.open(
+        {**problem.inputs, "version": package_version()}
+    )
     if (
         checkpoint is not None
         and checkpoint_options.resume
@@ -100,7 +108,7 @@ def _opened(
             [task.key for task in tasks],
             sum(task.size for task in tasks),
             checkpoint_options.notify,
-            study.unit,
+            unit,
         )
     return checkpoint
 

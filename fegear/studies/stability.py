@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,7 +14,7 @@ import numpy as np
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.studies.axes import axis_setting
-from fegear.studies.headings import friction_in_words, title_of
+from fegear.studies.headings import friction_in_words
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.study import (
     Draw,
@@ -28,6 +28,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
     SLIDING,
     SPRINGS,
@@ -35,9 +36,14 @@ from fegear.studies.trains import (
     speeds_setting,
     tables_setting,
     torque_setting,
-    train_warnings,
 )
-from fegear.studies.varied import FRICTION, OF_TEETH, TORQUE, ParametricStudy
+from fegear.studies.varied import (
+    FRICTION,
+    OF_TEETH,
+    TORQUE,
+    ParametricProblem,
+    ParametricStudy,
+)
 from fegear.train.lumped_models import BENDING as RATIO
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.csv_text import exact
@@ -120,15 +126,25 @@ class Stability(
     def axes(self) -> tuple[Axis, ...]:
         return (self.over,)
 
-    @cached_property
+    @property
     def rising(self) -> tuple[float, ...]:
         """Speeds in rising order, each once [Hz]."""
         return tuple(sorted(set(self.speeds)))
 
+    def prepare(self) -> StabilityProblem:
+        return StabilityProblem.of(self)
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityProblem(ParametricProblem):
+    """A train at each value of what varies."""
+
+    study: Stability
+
     @cached_property
     def natural_Hz(self) -> list[float]:
         """Modes that strain a mesh, without friction, at the first value."""
-        system = self._system_at(self.over.values[0])
+        system = self._system_at(self.study.over.values[0])
         natural: list[float] = system.frequency_Hz.tolist()
         return natural
 
@@ -139,7 +155,7 @@ class Stability(
 
     def tasks(self) -> Iterator[Task]:
         _ = self.natural_Hz  # what cannot be computed is refused at once
-        for value in self.over.values:
+        for value in self.study.over.values:
             yield Task(repr(value), partial(self._examined, value), size=1)
 
     def _examined(self, value: float, job: Job) -> StabilityScan:
@@ -148,7 +164,7 @@ class Stability(
         with self._lock:
             system = self._system_at(value)
         try:
-            column = scan_stability(system, self.rising, self.method)
+            column = scan_stability(system, self.study.rising, self.study.method)
         except ArithmeticError as error:
             raise InputError(f"{self.gears.name}: {error}") from None
         job.add_record(_stored(column), {})
@@ -168,15 +184,37 @@ class Stability(
             if column is None:
                 break
             columns.append(column)
-        return StabilityResult(self, tuple(columns))
+        header = self.header("none")
+        del header["integration"]
+        study, name = self.study, self.study.over.name
+        if TORQUE not in study.names:
+            header["torque_Nm"] = exact(self.load)
+        header["method"] = study.method
+        if len(columns) < len(study.over.values):
+            header["incomplete"] = f"{len(columns)} of {len(study.over.values)} values"
+        facts = self.facts(name, header, warnings=_warnings(name, columns))
+        return StabilityResult(study, facts, tuple(columns), tuple(self.natural_Hz))
+
+
+def _warnings(name: str, columns: Sequence[StabilityScan]) -> Iterator[str]:
+    """Warn of what varies and changes nothing, to the bit."""
+    others = columns[1:]
+    if others and all((other.largest == columns[0].largest).all() for other in others):
+        yield f"{name} does not change the multipliers"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StabilityResult(StudyResult):
-    """Charts of a gear set; columns : one for each value that is finished."""
+    """Charts of a gear set.
+
+    columns : one for each value that is finished
+    natural_Hz : of modes that strain a mesh, without friction, at the first value
+    """
 
     study: Stability
+    facts: TrainFacts
     columns: tuple[StabilityScan, ...]
+    natural_Hz: tuple[float, ...]
 
     @property
     def complete(self) -> bool:
@@ -187,27 +225,10 @@ class StabilityResult(StudyResult):
         return not self.columns
 
     @property
-    def _heading(self) -> dict[str, Any]:
-        return self.study.summary_header(self.study.over.name)
-
-    @cached_property
-    def _header(self) -> dict[str, str]:
-        study = self.study
-        header = study.header("none")
-        del header["integration"]
-        if TORQUE not in study.names:
-            header["torque_Nm"] = exact(study.load)
-        header["method"] = study.method
-        if not self.complete:
-            done = f"{len(self.columns)} of {len(study.over.values)} values"
-            header["incomplete"] = done
-        return header | study.gear_set.entries
-
-    @property
     def table(self) -> Table:
         """A row for each cell of the chart."""
         names = MESH_FREQUENCY, self.study.over.name, "floquet_max", "kind"
-        return Table(names, self._rows, {**self._header, **LEGEND})
+        return Table(names, self._rows, {**self.facts.header, **LEGEND})
 
     def _rows(self) -> Iterator[tuple[float, float, float, str]]:
         speeds = self.study.rising
@@ -223,16 +244,16 @@ class StabilityResult(StudyResult):
         study, name = self.study, self.study.over.name
         unstable = [len(column.intervals) > 0 for column in self.columns]
         return {
-            **self._heading,
+            **self.facts.summary,
             "friction_coefficient": None if name == FRICTION else study.model.friction,
-            "friction_bending_ratio": self._header.get(RATIO),
+            "friction_bending_ratio": self.facts.header.get(RATIO),
             "method": study.method,
             "speeds": len(study.rising),
             "first_speed_Hz": study.rising[0],
             "last_speed_Hz": study.rising[-1],
             "values": len(study.over.values),
             "complete": self.complete,
-            "natural_frequencies_Hz": study.natural_Hz,
+            "natural_frequencies_Hz": list(self.natural_Hz),
             "values_with_instability": sum(unstable),
             "columns": [
                 {
@@ -242,16 +263,8 @@ class StabilityResult(StudyResult):
                 }
                 for value, column in zip(study.over.values, self.columns, strict=False)
             ],
-            "warnings": [*train_warnings(study, study.at_load), *self._warnings()],
+            "warnings": list(self.facts.warnings),
         }
-
-    def _warnings(self) -> Iterator[str]:
-        """What varies and changes nothing, to the bit."""
-        others = self.columns[1:]
-        if others and all(
-            (column.largest == self.columns[0].largest).all() for column in others
-        ):
-            yield f"{self.study.over.name} does not change the multipliers"
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -259,11 +272,11 @@ class StabilityResult(StudyResult):
 
     def _chart(self) -> Figure:
         study = self.study
-        title = title_of(self._heading)
+        title = self.facts.title
         if FRICTION not in study.names:
             title += friction_in_words(study.model.friction)
-        if RATIO in self._header:
-            title += f", {RATIO} {self._header[RATIO]}"
+        if RATIO in self.facts.header:
+            title += f", {RATIO} {self.facts.header[RATIO]}"
         values = study.over.values[: len(self.columns)]
         limits = study.rising[0], study.rising[-1]
         label = axis_label(study.over.name)
@@ -271,8 +284,8 @@ class StabilityResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
-        yield from self.study.limits
-        yield title_of(values)
+        yield from self.facts.notes
+        yield self.facts.title
         natural = ", ".join(
             f"f{i} {number(hertz, 5)}"
             for i, hertz in enumerate(values["natural_frequencies_Hz"], start=1)

@@ -40,6 +40,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table, finite_or_none
+from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,
     FRICTION,
@@ -49,7 +50,6 @@ from fegear.studies.trains import (
     chosen_torques,
     mesh_index,
     mesh_setting,
-    refuse_edits,
 )
 
 ELEMENTS = SettingsGroup(

@@ -411,6 +411,42 @@ class Task:
     size: int = 0
 
 
+class Solvable(Protocol):
+    """A study, or the problem that its settings pose."""
+
+    @property
+    def inputs(self) -> Mapping[str, str]:
+        """All that determines the records of a checkpoint."""
+
+    def tasks(self) -> Iterable[Task]:
+        """All parts; InputError for what cannot be computed."""
+
+    def gather(self, results: Mapping[str, Any]) -> Any:
+        """Make the result from the results of the tasks, by key."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Base of problems: what a study solves, with what follows from its settings."""
+
+    study: Any
+
+    @property
+    def inputs(self) -> Mapping[str, str]:
+        """All that determines the records of a checkpoint."""
+        inputs: Mapping[str, str] = self.study.inputs
+        return inputs
+
+    def tasks(self) -> Iterable[Task]:
+        """All parts; InputError for what cannot be computed."""
+        raise NotImplementedError
+
+    def gather(self, results: Mapping[str, Any]) -> Any:
+        """Make the result from the results of the tasks, by key."""
+        (result,) = results.values()
+        return result
+
+
 @dataclass(frozen=True)
 class Study:
     """Base of all studies; see the top of this file."""
@@ -487,6 +523,14 @@ class Study:
         Other names are in braces in the reasons, as in `needs {kind} event`.
         """
         return iter(())
+
+    def prepare(self) -> Solvable:
+        """What is solved: values that follow from the settings, derived once.
+
+        A study that derives nothing is its own problem. Raises InputError for what
+        cannot be computed.
+        """
+        return self
 
     def tasks(self) -> Iterable[Task]:
         """All parts; InputError for what cannot be computed."""

@@ -6,26 +6,23 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, Literal
+from typing import Literal
 
 from fegear.files.errors import InputError
-from fegear.studies.responses import ResponsesResult
+from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import PLOT, Draw, Job, Study, Task, display_name, setting
 from fegear.studies.table import Table
+from fegear.studies.train_problem import TrainFacts, TrainProblem, bodies_described
 from fegear.studies.trains import (
     AUTO,
     MOVING,
     TrainStudy,
-    bodies_described,
     chosen_torques,
-    friction_described,
     lumped_integration,
     lumped_model,
     speeds_setting,
-    summary_header,
     tables_setting,
     torques_setting,
-    train_warnings,
 )
 from fegear.train.lumped_models import (
     LumpedModel,
@@ -114,75 +111,87 @@ class Sweep(
             names = display_name(self, "speeds"), display_name(self, "rpm")
             raise InputError(f"{names[0]} and {names[1]} exclude each other")
 
+    def prepare(self) -> SweepProblem:
+        return SweepProblem.of(self)
+
+
+@dataclass(frozen=True, eq=False)
+class SweepProblem(TrainProblem):
+    """A train at each torque, and the speeds at which it is solved."""
+
+    study: Sweep
+
     @cached_property
     def systems(self) -> dict[float, LumpedSystem]:
-        """The train at each torque on the input gear [N m]."""
-        require_method(self.resolved_model, self.integration)
-        arguments = self.resolved_model, self.resolved_model.excitations
+        """The train by its torque on the input gear [N m]."""
+        require_method(self.model, self.study.integration)
+        arguments = self.model, self.model.excitations
         return {
             torque: lumped_system(self.gears, torque, *arguments)
-            for torque in chosen_torques(self.gears, self.torque)
+            for torque in chosen_torques(self.gears, self.study.torque)
         }
-
-    @property
-    def _asked(self) -> tuple[float, ...]:
-        """Mesh frequencies of the first mesh [Hz], none by default."""
-        gears = self.gears
-        teeth = gears.gears[gears.meshes[0].driver].geometry.teeth
-        return self.speeds or tuple(turns * teeth / 60.0 for turns in self.rpm)
 
     @cached_property
     def frequencies(self) -> Sequence[float]:
         """Mesh frequencies of the first mesh [Hz]."""
-        return self._asked or default_speeds(next(iter(self.systems.values())))
+        study, driver = self.study, self.gears.meshes[0].driver
+        teeth = self.gears.gears[driver].geometry.teeth
+        speeds = study.speeds or tuple(turns * teeth / 60.0 for turns in study.rpm)
+        return speeds or default_speeds(next(iter(self.systems.values())))
 
     def tasks(self) -> Iterator[Task]:
         for torque, system in self.systems.items():
-            for direction in self.directions:
+            for direction in self.study.directions:
                 work = partial(self._swept, system, direction)
                 size = len(self.frequencies)
                 yield Task(f"{torque!r} {direction}", work, size)
 
     def _swept(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
+        settings = self.study.integration
         observer = reporting(job.report, len(self.frequencies))
-        arguments = self.frequencies, direction, self.integration
+        arguments = self.frequencies, direction, settings
         branch = sweep(system, *arguments, observer=observer, stop=job.stop)
-        if direction != self.directions[0]:
+        if direction != self.study.directions[0]:
             return branch
         with suppress(Stopped):  # the speeds are finished without it
-            checks = check_truncation(
-                system, branch.responses, self.integration, observer.watch
-            )
+            watch = observer.watch
+            checks = check_truncation(system, branch.responses, settings, watch)
             return replace(branch, checks=checks)
         return branch
 
     def gather(self, results: Mapping[str, Branch | None]) -> SweepResult:
-        system, model = next(iter(self.systems.values())), self.resolved_model
+        study, model = self.study, self.model
+        system = next(iter(self.systems.values()))
         ratio = system.train.damping_ratio
-        method = integration_in_words(self.integration, model.number == "coupled")
+        method = integration_in_words(study.integration, model.number == "coupled")
         checks = [c for branch in results.values() if branch for c in branch.checks]
         entries = truncation_entries(system, checks)
-        return SweepResult(
-            study=self,
-            facts=summary_header(self, ratio)
+        branches = [
+            (torque, results[f"{torque!r} {direction}"] or unbegun(loaded, direction))
+            for torque, loaded in self.systems.items()
+            for direction in study.directions
+        ]
+        facts = TrainFacts(
+            summary=self.summary_head(ratio)
             | {"model_reason": self.reason or None}
-            | friction_described(model)
+            | self.friction_entries()
             | bodies_described(entries)
             | {"body_modes_error": truncation_error(checks)}
             | static_entries(self.systems, len(self.gears.meshes)),
             header=file_header(self.gears, model, ratio, method)
             | entries
-            | self.gear_set.entries,
+            | study.gear_set.entries,
+            notes=(self.reason,) if self.reason else (),
+            warnings=(
+                *self.warnings_at_rest(self.systems),
+                *sweep_warnings(self.gears, branches),
+            ),
+        )
+        return SweepResult(
+            study=study,
+            facts=facts,
             frequencies=self.frequencies,
-            found=[
-                (
-                    torque,
-                    results[f"{torque!r} {direction}"]
-                    or unbegun(torque_system, direction),
-                )
-                for torque, torque_system in self.systems.items()
-                for direction in self.directions
-            ],
+            found=branches,
         )
 
 
@@ -202,18 +211,10 @@ class SweepResult(ResponsesResult):
         every = [spectra_over_speed(*pair, settings) for pair in self.found]
         return [spectra for spectra in every if spectra.lines]
 
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """Peaks, jumps and warnings."""
-        values = super().summary
-        systems = {torque: branch.system for torque, branch in self.found}
-        warnings = train_warnings(self.study, systems)
-        return values | {"warnings": [*warnings, *values["warnings"]]}
-
     @property
     def more_tables(self) -> dict[str, Table]:
         rows = partial(spectra_rows, self.spectra)
-        return {"spectra": Table(COLUMNS, rows, {**self.header, **LEGEND})}
+        return {"spectra": Table(COLUMNS, rows, {**self.facts.header, **LEGEND})}
 
     @property
     def figures(self) -> dict[str, Draw]:

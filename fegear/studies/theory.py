@@ -20,15 +20,13 @@ from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.page import Cell, Columns, Page, RowTable, cell
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task
 from fegear.studies.table import Table
+from fegear.studies.train_problem import TrainFacts, TrainProblem
 from fegear.studies.trains import (
     SPRINGS,
     TrainStudy,
     lumped_model,
-    single_torque,
-    summary_header,
     tables_setting,
     torque_setting,
-    train_warnings,
 )
 from fegear.train.lumped_models import LumpedModel, file_header, lumped_system
 from lumped.closed_forms import (
@@ -73,12 +71,22 @@ class Theory(
     model: LumpedModel = lumped_model(SPRINGS)
     table: tuple[str, ...] = tables_setting()
 
+    def prepare(self) -> TheoryProblem:
+        return TheoryProblem.of(self)
+
+
+@dataclass(frozen=True, eq=False)
+class TheoryProblem(TrainProblem):
+    """A train under one torque."""
+
+    study: Theory
+
     def tasks(self) -> Iterator[Task]:
         yield Task("resonances", self._predicted)
 
     def _predicted(self, job: Job) -> TheoryResult:
         """InputError without load, damping, or anything that varies."""
-        torque, model, name = single_torque(self), self.resolved_model, self.gears.name
+        torque, model, name = self.single_torque, self.model, self.gears.name
         if model.number == "coupled":
             raise InputError(
                 "number = coupled; closed forms are those of models 1, 2 and 3"
@@ -110,18 +118,67 @@ class Theory(
             self._stiffness_range(source, mesh, on_mesh)
             for mesh, on_mesh in enumerate(mesh_torques_at(self.gears, torque))
         )
-        return TheoryResult(self, torque, system, parametric, resonances, ranges)
+        reliefs = range(len(self.gears.meshes))
+        return TheoryResult(
+            self.study,
+            self._facts(torque, system, parametric),
+            torque,
+            system,
+            parametric,
+            resonances,
+            optimal_reliefs=tuple(
+                self._optimal_relief(parametric, mesh, ranges[mesh]) for mesh in reliefs
+            ),
+            other_reliefs=tuple(
+                tuple(_other_reliefs(self.gears, mesh)) for mesh in reliefs
+            ),
+        )
+
+    def _facts(
+        self, torque: float, system: LumpedSystem, parametric: ParametricSystem
+    ) -> TrainFacts:
+        ratio, rest = system.train.damping_ratio, np.abs(parametric.deflection)
+        order = f"{parametric.stiffness_harmonics.shape[1]} harmonics"
+        method = f"closed forms, {order}"
+        return TrainFacts(
+            summary=self.summary_head(ratio) | {"torque_Nm": torque},
+            header={
+                **file_header(self.gears, self.model, ratio, method),
+                "model": self.model.name,
+                "torque_Nm": exact(torque),
+            },
+            notes=self.notes,
+            warnings=(
+                *self.warnings_at_rest({torque: system}),
+                *mesh_warnings(self.gears.meshes, ", at rest", rest, 0.0 * rest),
+            ),
+        )
+
+    def _optimal_relief(
+        self,
+        parametric: ParametricSystem,
+        mesh: int,
+        stiffness_range: tuple[float, float] | None,
+    ) -> float | None:
+        """None unless one and two pairs alternate, as eq. 2.28 requires."""
+        if stiffness_range is None:
+            return None
+        lowest, highest = stiffness_range
+        ratio = self.gears.meshes[mesh].pair.contact_ratio
+        # rounding apart, it takes two pairs to be stiffer, and at most twice as stiff
+        if not (1.0 < ratio < 2.0 and lowest * (1.0 + 1e-9) < highest <= 2.0 * lowest):
+            return None
+        force = float(parametric.stiffness[mesh] * parametric.elastic[mesh])
+        return optimal_relief(force, lowest, highest)
 
     def _stiffness_range(
         self, source: ExcitationSource, mesh: int, torque: float
     ) -> tuple[float, float] | None:
         """That of a mesh whose teeth have no relief, None for tables of others."""
         without = unmodified(self.gears, mesh)
-        if self.table and without.meshes[mesh] != self.gears.meshes[mesh]:
+        if self.study.table and without.meshes[mesh] != self.gears.meshes[mesh]:
             return None
-        return _stiffness_range(
-            source.of(without, mesh, torque, self.resolved_model.springs)
-        )
+        return _stiffness_range(source.of(without, mesh, torque, self.model.springs))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -130,36 +187,28 @@ class TheoryResult(StudyResult):
 
     torque : on the input gear [N m]
     parametric : the lumped system as the closed forms take it
-    stiffness_ranges : lowest and highest stiffness of each mesh with teeth without
-        relief [N/m], None where it is not known
+    optimal_reliefs : best tip relief of each mesh [m], None where it is not known
+    other_reliefs : of each mesh, those to which it does not apply, in words
     """
 
     study: Theory
+    facts: TrainFacts
     torque: float
     system: LumpedSystem
     parametric: ParametricSystem
     found: tuple[Prediction, ...]
-    stiffness_ranges: tuple[tuple[float, float] | None, ...]
+    optimal_reliefs: tuple[float | None, ...]
+    other_reliefs: tuple[tuple[str, ...], ...]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         """None where there is no such thing."""
         return {
-            **summary_header(self.study, self.system.train.damping_ratio),
-            "torque_Nm": self.torque,
+            **self.facts.summary,
             "meshes": [self._mesh(m) for m in range(len(self.system.excitations))],
             "resonances": [self._resonance(prediction) for prediction in self.found],
-            "warnings": [
-                *train_warnings(self.study, {self.torque: self.system}),
-                *self._warnings(),
-            ],
+            "warnings": list(self.facts.warnings),
         }
-
-    def _warnings(self) -> Iterator[str]:
-        """Warnings where mean deflections cannot be physical."""
-        rest = np.abs(self.parametric.deflection)
-        meshes = self.study.gears.meshes
-        yield from mesh_warnings(meshes, ", at rest", rest, 0.0 * rest)
 
     @property
     def table(self) -> Table:
@@ -176,17 +225,8 @@ class TheoryResult(StudyResult):
 
     @property
     def _header(self) -> dict[str, str]:
-        study, harmonics = self.study, self.parametric.stiffness_harmonics.shape[1]
-        ratio, order = self.system.train.damping_ratio, f"{harmonics} harmonics"
-        return {
-            **file_header(
-                study.gears, study.resolved_model, ratio, f"closed forms, {order}"
-            ),
-            "model": study.resolved_model.name,
-            "torque_Nm": exact(self.torque),
-            **self._relief_entries,
-            **study.gear_set.entries,
-        }
+        edits = self.study.gear_set.entries
+        return {**self.facts.header, **self._relief_entries, **edits}
 
     @property
     def _relief_entries(self) -> dict[str, str]:
@@ -219,23 +259,10 @@ class TheoryResult(StudyResult):
             "mean_stiffness_N_per_m": float(parametric.stiffness[mesh]),
             "first_harmonic_over_mean": float(first),
             "mean_deflection_m": float(parametric.deflection[mesh]),
-            "optimal_tip_relief_m": self._optimal_relief(mesh),
+            "optimal_tip_relief_m": self.optimal_reliefs[mesh],
             "optimal_tip_relief_is": OPTIMAL_RELIEF,
-            "other_reliefs": list(_other_reliefs(self.study.gears, mesh)),
+            "other_reliefs": list(self.other_reliefs[mesh]),
         }
-
-    def _optimal_relief(self, mesh: int) -> float | None:
-        """None unless one and two pairs alternate, as eq. 2.28 requires."""
-        stiffness_range = self.stiffness_ranges[mesh]
-        if stiffness_range is None:
-            return None
-        lowest, highest = stiffness_range
-        ratio = self.study.gears.meshes[mesh].pair.contact_ratio
-        # rounding apart, it takes two pairs to be stiffer, and at most twice as stiff
-        if not (1.0 < ratio < 2.0 and lowest * (1.0 + 1e-9) < highest <= 2.0 * lowest):
-            return None
-        force = float(self.parametric.stiffness[mesh] * self.parametric.elastic[mesh])
-        return optimal_relief(force, lowest, highest)
 
     def _resonance(self, prediction: Prediction) -> dict[str, Any]:
         near, top = prediction.resonance, prediction.top
@@ -296,7 +323,7 @@ class TheoryResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
-        yield from self.study.limits
+        yield from self.facts.notes
         yield (
             f"{values['gear_set']} by closed forms, {values['torque_Nm']:g} N m, model "
             f"{values['model']}, {values['excitation']}, damping ratio "

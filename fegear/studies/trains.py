@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, get_args
 
@@ -15,7 +15,7 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
-from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
+from fegear.statics.excitation import StiffnessSource
 from fegear.studies.page import pluralize
 from fegear.studies.study import (
     Range,
@@ -26,28 +26,20 @@ from fegear.studies.study import (
     exposed_fields,
     group,
     group_of,
-    options_of,
     refusal,
-    refuse_given,
     require_settings,
     setting,
 )
 from fegear.train.lumped_models import (
     LumpedModel,
     Number,
-    resolve_model,
-    static_warnings,
 )
 from lumped.steady.settings import Settings
-from lumped.train.system import LumpedSystem
 
 MIN_TORQUE = 1e-6  # N m, less is lost in round-off
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
 LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
 DRIVER_LOAD = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
-FIGURES = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
-OF_TRANSLATIONS = "mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"
-REPLACED = {"load.torques_Nm": "torque", "dynamics.damping_ratio": "damping_ratio"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -447,139 +439,3 @@ class TrainStudy:
             if member.name == "model"
         )
         return refusal(self.model, name, reason, model_member.group)
-
-    @cached_property
-    def gears(self) -> GearSet:
-        """The gear set, in which nothing is changed that the study does not read."""
-        model, source = self.model, self.model.stiffness
-        settings = {
-            "torque": getattr(self, "torque", None),
-            "damping_ratio": model.damping_ratio,
-        }
-        figures = (
-            isinstance(source, StiffnessSource)
-            and source.kind != "fe"
-            and not self.table
-        )
-        refuse_edits(self, settings, model.translations, figures, bool(self.table))
-        return self.gear_set.loaded
-
-    @property
-    def resolved_model(self) -> LumpedModel:
-        """The model, with mesh tables where they are given."""
-        return self._resolved[0]
-
-    @property
-    def limits(self) -> Iterator[str]:
-        """Line that says what the model leaves out, if it does."""
-        if line := self.resolved_model.leaves_out:
-            yield line
-
-    @property
-    def reason(self) -> str:
-        """Why a model was chosen, empty where it was given."""
-        return self._resolved[1]
-
-    @cached_property
-    def _resolved(self) -> tuple[LumpedModel, str]:
-        integration = getattr(self, "integration", None)
-        method = integration.method if isinstance(integration, Settings) else "rk4"
-        return resolve_model(self._with_tables, self.gears, method)
-
-    @property
-    def _with_tables(self) -> LumpedModel:
-        source, gears = self.model.stiffness, self.gears
-        if self.table:
-            reason = f"{display_name(self, 'table')} replaces it, leave it out"
-            if isinstance(source, StiffnessSource):
-                refuse_given(source, [*SOURCE.exposed], reason, SOURCE)
-            try:
-                return replace(
-                    self.model, stiffness=read_mesh_tables(self.table, gears)
-                )
-            except InputError as error:
-                raise InputError(f"{display_name(self, 'table')}: {error}") from None
-        if isinstance(source, StiffnessSource) and not source.solves_elements(gears):
-            reason = "the gear set gives all stiffness parameters, nothing is solved"
-            refuse_given(source, ("plane", "resolution"), reason, SOURCE)
-        return self.model
-
-
-def refuse_edits(
-    study: Any,
-    settings: Mapping[str, Any],
-    translations: bool,
-    figures: bool = False,
-    tables: bool = False,
-) -> None:
-    """Refuse changes of the gear set that are fixed by a setting, or not read.
-
-    settings : of the study, those that are stronger than keys, by name
-    translations : whether gears move on their bearings
-    figures : whether key figures of the mesh stiffness are read
-    tables : whether mesh tables are given
-    """
-    options = options_of(group_of(study))
-    for key in study.gear_set.overrides:
-        name, replaced = key.rpartition(".")[2], REPLACED.get(key, "")
-        reason = ""
-        if settings.get(replaced) not in (None, ()):
-            reason = f"{display_name(study, replaced)} replaces it"
-        elif name in FIGURES and not figures:
-            reason = "finite elements or a table take its place, leave it out"
-            if "kind" in options:
-                reason += f" or choose another {display_name(study, 'kind')}"
-        elif name in OF_TRANSLATIONS and not translations:
-            reason = "changes nothing here"
-            if "translations" in options:
-                reason = (
-                    f"changes nothing without {display_name(study, 'translations')}"
-                )
-        elif tables and "_relief" in key:
-            reason = f"{display_name(study, 'table')} has the teeth with their relief"
-        if reason:
-            raise study.gear_set.rejection(key, reason)
-
-
-def train_warnings(
-    study: TrainStudy, systems: Mapping[float, LumpedSystem]
-) -> Iterator[str]:
-    """Warnings of a lumped train at rest, and of the mesh tables that it is made from.
-
-    systems : by torque on the input gear [N m]
-    """
-    for torque in systems:
-        yield from table_warnings(study.resolved_model.stiffness, study.gears, torque)
-    yield from static_warnings(systems)
-
-
-def summary_header(study: TrainStudy, damping_ratio: float) -> dict[str, Any]:
-    """Summary entries that describe the train."""
-    model = study.resolved_model
-    return {
-        "gear_set": study.gears.name,
-        "model": model.name,
-        "excitation": model.stiffness.header["excitation"],
-        "damping_ratio": damping_ratio,
-    }
-
-
-def single_torque(study: Any) -> float:
-    """Torque on the input gear [N m]: as asked, or the middle load case."""
-    return chosen_torque(study.gears, study.torque)
-
-
-def friction_described(model: LumpedModel) -> dict[str, Any]:
-    """Summary entries on tooth friction; None without it."""
-    return {
-        "friction_coefficient": model.friction,
-        "sliding": model.sliding if model.friction else None,
-        "torque_of": model.torque_of if model.friction else None,
-        "translations": model.translations,
-    }
-
-
-def bodies_described(entries: Mapping[str, str]) -> dict[str, str | None]:
-    """Summary entries on body modes, from `body_entries`."""
-    names = "body modes", "body modes left out"
-    return {name.replace(" ", "_"): entries.get(name) for name in names}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from hashlib import sha256
@@ -14,7 +15,8 @@ from fegear.gearset.model import GearSet
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.axes import require_axes
 from fegear.studies.study import display_name, refusal
-from fegear.studies.trains import TrainStudy, single_torque, summary_header
+from fegear.studies.train_problem import TrainFacts, TrainProblem
+from fegear.studies.trains import TrainStudy
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
@@ -97,16 +99,21 @@ class ParametricStudy(TrainStudy):
         if axis.name != TORQUE and axis.name not in OF_TEETH:
             require_known_key(key)
 
+
+@dataclass(frozen=True, eq=False)
+class ParametricProblem(TrainProblem):
+    """A train of which parameters vary."""
+
     @cached_property
     def load(self) -> float:
         """Torque on the input gear where no axis varies it [N m]."""
-        on_axis = [max(axis.values) for axis in self.axes if axis.name == TORQUE]
-        return on_axis[0] if on_axis else single_torque(self)
+        on_axis = [max(axis.values) for axis in self.study.axes if axis.name == TORQUE]
+        return on_axis[0] if on_axis else self.single_torque
 
     @cached_property
     def excitations(self) -> ExcitationSource:
         """One for all points, whose tables are solved once each."""
-        return self.resolved_model.excitations
+        return self.model.excitations
 
     def _first(self, model: LumpedModel) -> LumpedSystem:
         return lumped_system(self.gears, self.load, model, self.excitations)
@@ -114,14 +121,14 @@ class ParametricStudy(TrainStudy):
     @cached_property
     def _reference_system(self) -> LumpedSystem | None:
         """System that defines the body modes of all points."""
-        coupled = self.resolved_model.number == "coupled"
-        return self._first(self.resolved_model) if coupled else None
+        coupled = self.model.number == "coupled"
+        return self._first(self.model) if coupled else None
 
     def system(self, point: Point) -> LumpedSystem:
         """The lumped system of a point."""
         values = {
             axis.name: int(v) if float(v).is_integer() else v
-            for axis, v in zip(self.axes, point, strict=True)
+            for axis, v in zip(self.study.axes, point, strict=True)
         }
         torque = values.pop(TORQUE, self.load)
         tooth_axes = OF_TEETH.keys() & values.keys()
@@ -129,7 +136,7 @@ class ParametricStudy(TrainStudy):
             OF_TEETH[name]: values.pop(name) for name in tooth_axes
         }
         try:
-            model = replace(self.resolved_model, **of_teeth)
+            model = replace(self.model, **of_teeth)
         except ValueError as error:
             raise InputError(str(error)) from None
         changed = {KEY_OF_AXIS.get(name, name): value for name, value in values.items()}
@@ -142,59 +149,69 @@ class ParametricStudy(TrainStudy):
         """The gear set with other values of keys; the last one is kept."""
 
         def changed(values: tuple[tuple[str, float], ...]) -> GearSet:
-            return self.gear_set.changed(dict(values)) if values else self.gears
+            return self.study.gear_set.changed(dict(values)) if values else self.gears
 
         return lru_cache(maxsize=1)(changed)
 
     @cached_property
     def ratio(self) -> float | None:
         """Damping ratio of every mode, None where it varies."""
-        varies = bool({DAMPING, KEY_OF_AXIS[DAMPING]} & self.names)
+        varies = bool({DAMPING, KEY_OF_AXIS[DAMPING]} & self.study.names)
         return None if varies else self._any_system.train.damping_ratio
-
-    @property
-    def at_load(self) -> dict[float, LumpedSystem]:
-        """A system by its torque on the input gear [N m], without what varies."""
-        return {self.load: self._any_system}
 
     @cached_property
     def _any_system(self) -> LumpedSystem:
         if self._reference_system is not None:
             return self._reference_system
-        model = self.resolved_model
-        if BENDING in self.names:
+        model = self.model
+        if BENDING in self.study.names:
             model = replace(model, bending=0.0)  # no mesh table need have it
         return self._first(model)
 
     def header(self, integration: str) -> dict[str, str]:
         """Entries of a file without what the axes vary; see `file_header`."""
         # the friction is described unless no point has any
-        of_axes = (max(axis.values) for axis in self.axes if axis.name == FRICTION)
-        friction = next(of_axes, self.model.friction)
-        shown = replace(self.resolved_model, friction=friction)
+        axes = self.study.axes
+        of_axes = (max(axis.values) for axis in axes if axis.name == FRICTION)
+        friction = next(of_axes, self.study.model.friction)
+        shown = replace(self.model, friction=friction)
         header = file_header(self.gears, shown, self.ratio or 0.0, integration)
-        if self.at_speeds:
-            header |= body_entries(self._any_system, self.at_speeds)
+        if self.study.at_speeds:
+            header |= body_entries(self._any_system, self.study.at_speeds)
         if self.ratio is None:
             del header["damping ratio"]
         for name, entry in ENTRIES.items():
-            if name in self.names:
+            if name in self.study.names:
                 header.pop(entry, None)
-        return header | {"model": self.resolved_model.name}
+        return header | {"model": self.model.name}
 
-    def summary_header(self, over: str, speed: float | None = None) -> dict[str, Any]:
-        """What a summary says of the train, None for what varies.
+    def facts(
+        self,
+        over: str,
+        header: Mapping[str, str],
+        speed: float | None = None,
+        warnings: Iterable[str] = (),
+    ) -> TrainFacts:
+        """What a result tells of the train, None for what varies.
 
         over : name of what varies; speed : of the first mesh where it does not [Hz]
+        warnings : besides those of the train at rest
         """
-        facts = summary_header(self, 0.0)
-        return {
-            **{name: facts[name] for name in ("gear_set", "model", "excitation")},
+        train = self.summary_head(self.ratio)
+        summary = {
+            **{name: train[name] for name in ("gear_set", "model", "excitation")},
             "over": over,
             "speed_Hz": speed,
-            "torque_Nm": None if TORQUE in self.names else self.load,
+            "torque_Nm": None if TORQUE in self.study.names else self.load,
             "damping_ratio": self.ratio,
         }
+        at_rest = self.warnings_at_rest({self.load: self._any_system})
+        return TrainFacts(
+            summary=summary,
+            header={**header, **self.study.gear_set.entries},
+            notes=self.notes,
+            warnings=(*at_rest, *warnings),
+        )
 
 
 def digest(gear_set: GearSet) -> str:

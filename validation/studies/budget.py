@@ -18,10 +18,10 @@ from fegear.studies.headings import edits_in_words
 from fegear.studies.page import ColumnTable, Page, number
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
+from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     GearSetRef,
-    refuse_edits,
-    single_torque,
+    chosen_torque,
     speeds_setting,
     torque_setting,
 )
@@ -76,7 +76,7 @@ class Ablation(
     @cached_property
     def load(self) -> float:
         """Torque on the input gear [N m]."""
-        return single_torque(self)
+        return chosen_torque(self.gears, self.torque)
 
     def tasks(self) -> Iterator[Task]:
         yield Task("runs", self._compared)

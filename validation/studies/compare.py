@@ -21,6 +21,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,
     PLANE,
@@ -28,7 +29,6 @@ from fegear.studies.trains import (
     chosen_torque,
     mesh_index,
     mesh_setting,
-    refuse_edits,
 )
 from validation.study.compare import MeshComparison, compare_mesh
 

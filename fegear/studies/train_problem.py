@@ -1,0 +1,186 @@
+"""Trains as studies solve them: gear set, model and load that settings ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+from fegear.files.errors import InputError
+from fegear.gearset.model import GearSet
+from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
+from fegear.studies.headings import title_of
+from fegear.studies.study import (
+    Problem,
+    display_name,
+    group_of,
+    options_of,
+    refuse_given,
+)
+from fegear.studies.trains import SOURCE, TrainStudy, chosen_torque
+from fegear.train.lumped_models import LumpedModel, resolve_model, static_warnings
+from lumped.steady.settings import Settings
+from lumped.train.system import LumpedSystem
+
+FIGURES = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
+OF_TRANSLATIONS = "mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"
+REPLACED = {"load.torques_Nm": "torque", "dynamics.damping_ratio": "damping_ratio"}
+
+
+@dataclass(frozen=True, eq=False)
+class TrainFacts:
+    """What a result tells of its train.
+
+    summary : first entries of the summary, None for what varies
+    header : entries of files
+    notes : lines of the page, such as what the model leaves out
+    warnings : of the train and of what was computed
+    """
+
+    summary: Mapping[str, Any]
+    header: Mapping[str, str]
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """Heading of pages and pictures."""
+        return title_of(self.summary)
+
+    def warn(self, warnings: Iterable[str]) -> TrainFacts:
+        """The facts with further warnings."""
+        return replace(self, warnings=(*self.warnings, *warnings))
+
+
+@dataclass(frozen=True, eq=False)
+class TrainProblem(Problem):
+    """The train of a study.
+
+    gears : gear set in which nothing is changed that the study does not read
+    model : with mesh tables where they are given, its number chosen where it was auto
+    reason : why the model was chosen, empty where it was given
+    """
+
+    study: Any
+    gears: GearSet = field(kw_only=True)
+    model: LumpedModel = field(kw_only=True)
+    reason: str = field(kw_only=True)
+
+    @classmethod
+    def of(cls, study: TrainStudy) -> Self:
+        """The problem of a study; InputError for what its gears do not take."""
+        gears = edited_gears(study)
+        integration = getattr(study, "integration", None)
+        method = integration.method if isinstance(integration, Settings) else "rk4"
+        model, reason = resolve_model(_with_tables(study, gears), gears, method)
+        return cls(study, gears=gears, model=model, reason=reason)
+
+    @property
+    def single_torque(self) -> float:
+        """Torque on the input gear [N m]: as asked, or the middle load case."""
+        return chosen_torque(self.gears, self.study.torque)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Line that says what the model leaves out, if it does."""
+        return (self.model.leaves_out,) if self.model.leaves_out else ()
+
+    def summary_head(self, damping_ratio: float | None) -> dict[str, Any]:
+        """First entries of a summary."""
+        return {
+            "gear_set": self.gears.name,
+            "model": self.model.name,
+            "excitation": self.model.stiffness.header["excitation"],
+            "damping_ratio": damping_ratio,
+        }
+
+    def friction_entries(self) -> dict[str, Any]:
+        """Summary entries on tooth friction; None without it."""
+        model = self.model
+        return {
+            "friction_coefficient": model.friction,
+            "sliding": model.sliding if model.friction else None,
+            "torque_of": model.torque_of if model.friction else None,
+            "translations": model.translations,
+        }
+
+    def warnings_at_rest(self, systems: Mapping[float, LumpedSystem]) -> Iterator[str]:
+        """Warnings of the train at rest, and of the mesh tables that it is made from.
+
+        systems : by torque on the input gear [N m]
+        """
+        for torque in systems:
+            yield from table_warnings(self.model.stiffness, self.gears, torque)
+        yield from static_warnings(systems)
+
+
+def edited_gears(study: TrainStudy) -> GearSet:
+    """The gear set of a study; InputError for a change that it does not read."""
+    model, source = study.model, study.model.stiffness
+    settings = {
+        "torque": getattr(study, "torque", None),
+        "damping_ratio": model.damping_ratio,
+    }
+    figures = (
+        isinstance(source, StiffnessSource) and source.kind != "fe" and not study.table
+    )
+    refuse_edits(study, settings, model.translations, figures, bool(study.table))
+    return study.gear_set.loaded
+
+
+def _with_tables(study: TrainStudy, gears: GearSet) -> LumpedModel:
+    source = study.model.stiffness
+    if study.table:
+        reason = f"{display_name(study, 'table')} replaces it, leave it out"
+        if isinstance(source, StiffnessSource):
+            refuse_given(source, [*SOURCE.exposed], reason, SOURCE)
+        try:
+            return replace(study.model, stiffness=read_mesh_tables(study.table, gears))
+        except InputError as error:
+            raise InputError(f"{display_name(study, 'table')}: {error}") from None
+    if isinstance(source, StiffnessSource) and not source.solves_elements(gears):
+        reason = "the gear set gives all stiffness parameters, nothing is solved"
+        refuse_given(source, ("plane", "resolution"), reason, SOURCE)
+    return study.model
+
+
+def refuse_edits(
+    study: Any,
+    settings: Mapping[str, Any],
+    translations: bool,
+    figures: bool = False,
+    tables: bool = False,
+) -> None:
+    """Refuse changes of the gear set that are fixed by a setting, or not read.
+
+    settings : of the study, those that are stronger than keys, by name
+    translations : whether gears move on their bearings
+    figures : whether key figures of the mesh stiffness are read
+    tables : whether mesh tables are given
+    """
+    options = options_of(group_of(study))
+    for key in study.gear_set.overrides:
+        name, replaced = key.rpartition(".")[2], REPLACED.get(key, "")
+        reason = ""
+        if settings.get(replaced) not in (None, ()):
+            reason = f"{display_name(study, replaced)} replaces it"
+        elif name in FIGURES and not figures:
+            reason = "finite elements or a table take its place, leave it out"
+            if "kind" in options:
+                reason += f" or choose another {display_name(study, 'kind')}"
+        elif name in OF_TRANSLATIONS and not translations:
+            reason = "changes nothing here"
+            if "translations" in options:
+                reason = (
+                    f"changes nothing without {display_name(study, 'translations')}"
+                )
+        elif tables and "_relief" in key:
+            reason = f"{display_name(study, 'table')} has the teeth with their relief"
+        if reason:
+            raise study.gear_set.rejection(key, reason)
+
+
+def bodies_described(entries: Mapping[str, str]) -> dict[str, str | None]:
+    """Summary entries on body modes, from `body_entries`."""
+    names = "body modes", "body modes left out"
+    return {name.replace(" ", "_"): entries.get(name) for name in names}
