@@ -19,6 +19,7 @@ from fegear.studies.study import (
     PLOT,
     Draw,
     Job,
+    Problem,
     Range,
     Study,
     StudyResult,
@@ -112,20 +113,6 @@ class Clatter(
         elif not {"plot", "attractor"} & set(outputs):
             yield "wheel", "needs {plot}, {attractor} or another {kind}"
 
-    @cached_property
-    def named(self) -> NamedGearbox:
-        return load_gearbox(self.gearbox)
-
-    @cached_property
-    def shown(self) -> LooseWheel:
-        """The wheel that is drawn, and mapped."""
-        wheels = {wheel.name: wheel for wheel in self.named.gearbox.wheels}
-        name = next(iter(wheels)) if self.wheel is None else self.wheel
-        if name not in wheels:
-            names = ", ".join(wheels)
-            raise InputError(f"wheel = {name}; {self.named.name} has {names}")
-        return wheels[name]
-
     def start_of(self, group: WheelGroup) -> State:
         return (
             centred_state(group)
@@ -133,45 +120,67 @@ class Clatter(
             else random_state(group, self.seed)
         )
 
+    def prepare(self) -> ClatterProblem:
+        return ClatterProblem(self, load_gearbox(self.gearbox))
+
+
+@dataclass(frozen=True, eq=False)
+class ClatterProblem(Problem):
+    """Loose wheels of a gearbox."""
+
+    study: Clatter
+    named: NamedGearbox
+
     @property
-    def inputs(self) -> dict[str, str]:
+    def wheel(self) -> LooseWheel:
+        """The wheel that is drawn, and mapped."""
+        wheels = {wheel.name: wheel for wheel in self.named.gearbox.wheels}
+        name = next(iter(wheels)) if self.study.wheel is None else self.study.wheel
+        if name not in wheels:
+            names = ", ".join(wheels)
+            raise InputError(f"wheel = {name}; {self.named.name} has {names}")
+        return wheels[name]
+
+    @property
+    def inputs(self) -> Mapping[str, str]:
         names = "seconds", "impacts", "seed"
-        return {n: str(getattr(self, n)) for n in names} | {"gearbox": self.named.text}
+        settings = {name: str(getattr(self.study, name)) for name in names}
+        return settings | {"gearbox": self.named.text}
 
     def tasks(self) -> Iterator[Task]:
-        box, wheel = self.named.gearbox, self.shown
-        if self.seconds > box.excitation.lasts * (1.0 + 1e-12):
+        study, box, wheel = self.study, self.named.gearbox, self.wheel
+        if study.seconds > box.excitation.lasts * (1.0 + 1e-12):
             raise InputError(
-                f"seconds = {self.seconds:g}; the speed file of {self.named.name} ends "
-                f"after {box.excitation.lasts:.9g} s"
+                f"seconds = {study.seconds:g}; the speed file of {self.named.name} "
+                f"ends after {box.excitation.lasts:.9g} s"
             )
-        if self.kind != "event":
+        if study.kind != "event":
             group = WheelGroup((wheel,), box.excitation)
-            yield Task(wheel.name, partial(self._mapped, self.kind, group))
+            yield Task(wheel.name, partial(self._mapped, study.kind, group))
             return
         for wheels in box.groups:
             group = WheelGroup(wheels, box.excitation)
             yield Task(wheels[0].name, partial(self._moved, group))
 
     def _mapped(self, name: MapName, group: WheelGroup, job: Job) -> GroupRun:
-        start = self.start_of(group)
+        study = self.study
         try:
-            return run_map(group, name, start, self.seconds, self.impacts)
+            start = study.start_of(group)
+            return run_map(group, name, start, study.seconds, study.impacts)
         except ValueError as error:
-            raise InputError(
-                f"{self.named.name}: wheel {self.shown.name} {error}"
-            ) from None
+            wheel = self.wheel.name
+            raise InputError(f"{self.named.name}: wheel {wheel} {error}") from None
 
     def _moved(self, group: WheelGroup, job: Job) -> GroupRun:
-        state: Any = job.state
-        now = self.start_of(group) if state is None else State(**state)
+        study, state = self.study, job.state
+        now = study.start_of(group) if state is None else State(**state)
         before = [
             Impacts(*(np.array(column) for column in p.values())) for p in job.records
         ]
         name, period = group.wheels[0].name, group.excitation.period
 
         def report(count: int) -> None:
-            part = max(count / self.impacts, now.time * period / self.seconds)
+            part = max(count / study.impacts, now.time * period / study.seconds)
             job.report(f"wheel {name}", round(1000 * min(part, 1.0)), 1000)
 
         def passed(part: Impacts, count: int) -> None:
@@ -181,11 +190,11 @@ class Clatter(
             report(count)
 
         report(sum(map(len, before)))
-        return run_events(group, now, self.seconds, self.impacts, before, passed)
+        return run_events(group, now, study.seconds, study.impacts, before, passed)
 
     def gather(self, results: Mapping[str, GroupRun]) -> ClatterResult:
-        runs = tuple(results[task.key] for task in self.tasks())
-        return ClatterResult(self, self.named, self.shown, runs)
+        runs = tuple(results.values())
+        return ClatterResult(self.study, self.named, self.wheel, runs)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -28,6 +28,7 @@ from fegear.studies.page import Page, number
 from fegear.studies.study import (
     Draw,
     Job,
+    Problem,
     Range,
     Study,
     StudyResult,
@@ -148,7 +149,7 @@ class Eccentric(
             for name in ("bore", "resolution"):
                 yield name, "needs {torque} or an {output} in .msh or .vtu"
 
-    @cached_property
+    @property
     def gearing(self) -> Gearing:
         """What the wheels are; InputError where there are no such wheels."""
         options = {"addendum": self.addendum, "dedendum": self.dedendum}
@@ -166,22 +167,33 @@ class Eccentric(
         """Bore [mm] and resolution of both wheels' meshes."""
         return self.bore, self.resolution or "default"
 
+    def prepare(self) -> EccentricProblem:
+        return EccentricProblem(self, self.gearing)
+
+
+@dataclass(frozen=True, eq=False)
+class EccentricProblem(Problem):
+    """Eccentric wheels, and the positions of their contact."""
+
+    study: Eccentric
+    gearing: Gearing
+
     def tasks(self) -> Iterator[Task]:
-        toothed = self.gearing.toothed
-        if self.torque is None:
+        study, toothed = self.study, self.gearing.toothed
+        if study.torque is None:
             return
         if toothed is None:
-            torque, teeth = display_name(self, "torque"), display_name(self, "teeth")
+            torque, teeth = display_name(study, "torque"), display_name(study, "teeth")
             raise InputError(
                 f"{torque} needs {teeth}: pitch curves alone carry no load"
             )
-        meshes = wheel_meshes(self.gearing, *self.meshing)
+        meshes = wheel_meshes(self.gearing, *study.meshing)
         driver, driven = (ElasticWheel(mesh, STEEL) for mesh in meshes)
         for wheel in (driver, driven):  # before threads use them
             _ = wheel.factor, wheel.boundary
-        count = self.positions or POSITIONS * toothed.driven.teeth
+        count = study.positions or POSITIONS * toothed.driven.teeth
         arcs = toothed.driven.curve.length * np.arange(count) / count
-        load = self.torque / (1e-3 * self.width)
+        load = study.torque / (1e-3 * study.width)
         for place, block in enumerate(np.split(arcs, np.arange(BLOCK, count, BLOCK))):
             work = partial(contact_columns, toothed, driver, driven, load, block)
             yield Task(f"{place}", partial(_cached, work), size=1)
@@ -196,7 +208,8 @@ class Eccentric(
             name: np.array([v for block in blocks for v in block[name]], float)
             for name in (blocks[0] if blocks else ())
         }
-        return EccentricResult(self, columns, len(blocks) == len(results))
+        complete = len(blocks) == len(results)
+        return EccentricResult(self.study, self.gearing, columns, complete)
 
 
 def _cached(work: Callable[[], Columns], job: Job) -> Columns:
@@ -213,6 +226,7 @@ class EccentricResult(StudyResult):
     """Eccentric wheels; columns (n,) : of the contact over a turn, none without it."""
 
     study: Eccentric
+    gearing: Gearing
     columns: Mapping[str, NDArray[np.float64]]
     complete: bool = True
 
@@ -222,7 +236,7 @@ class EccentricResult(StudyResult):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        values = dict(self.study.gearing.summary)
+        values = dict(self.gearing.summary)
         if self.columns:
             contact = self._contact(values)
             values |= {"contact": contact, "warnings": contact["warnings"]}
@@ -269,7 +283,7 @@ class EccentricResult(StudyResult):
     @property
     def table(self) -> Table:
         """Points of all curves."""
-        gearing = self.study.gearing
+        gearing = self.gearing
         names = "curve", "index", "x_mm", "y_mm"
         return Table(names, gearing.rows, {**gearing.header, **LEGEND})
 
@@ -282,23 +296,23 @@ class EccentricResult(StudyResult):
             "resolution": study.meshing[1],
             "plane": STEEL.plane,
         }
-        header = {**study.gearing.header, **settings, **OF_CONTACT}
+        header = {**self.gearing.header, **settings, **OF_CONTACT}
         return {"contact": Table.of(self.columns, header)}
 
     def write(self, path: str | Path) -> None:
         """Write curves, a drawing or meshes by the ending of the path."""
         if Path(path).suffix.lower() in (*DRAWINGS, *MESHES):
-            write_drawing(self.study.gearing, Path(path), *self.study.meshing)
+            write_drawing(self.gearing, Path(path), *self.study.meshing)
         else:
             self.to_csv(path)
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": partial(draw_gearing, self.study.gearing, self.columns)}
+        return {"plot": partial(draw_gearing, self.gearing, self.columns)}
 
     @property
     def more_files(self) -> dict[str, Callable[[Path], None]]:
-        return {"animate": partial(write_animation, self.study.gearing)}
+        return {"animate": partial(write_animation, self.gearing)}
 
     def page(self) -> Page:
         values = self.summary

@@ -110,12 +110,12 @@ class Identification(
         )
     )
 
-    @cached_property
+    @property
     def gears(self) -> GearSet:
         refuse_edits(self, {"torque": self.torque}, translations=False, figures=True)
         return self.gear_set.loaded
 
-    @cached_property
+    @property
     def start(self) -> int:
         """Index of the gear whose hub radius runs."""
         names = [gear.name for gear in self.gears.gears]
@@ -124,7 +124,7 @@ class Identification(
             raise InputError(f"along {self.along}; {self.gears.name} has {choices}")
         return 0 if self.along is None else names.index(self.along)
 
-    @cached_property
+    @property
     def measured(self) -> MeasuredStiffness:
         """What the settings and the gear set know of the meshes."""
         torque, name, meshes = (
@@ -158,15 +158,15 @@ class Identification(
         )
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("hubs", partial(self._found, self.start, self.measured))
+        work = partial(self._identified, self.gears, self.start, self.measured)
+        yield Task("hubs", work)
 
-    def _found(
-        self, start: int, measured: MeasuredStiffness, job: Job
+    def _identified(
+        self, gears: GearSet, start: int, measured: MeasuredStiffness, job: Job
     ) -> IdentificationResult:
-        place = self.gears, measured.torque, self.elements
-        model = stiffness_model(*place, job.report)
+        model = stiffness_model(gears, measured.torque, self.elements, job.report)
         solution = identify(model, measured, self.hold_width, start, job.report)
-        return IdentificationResult(self, solution)
+        return IdentificationResult(self, gears, measured, solution)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -174,12 +174,14 @@ class IdentificationResult(StudyResult):
     """The set chosen, and the valley of sets along the hub radius of a gear."""
 
     study: Identification
+    gears: GearSet
+    measured: MeasuredStiffness
     found: Identified
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         """NaN where nothing was measured."""
-        measured, solution, gears = self.study.measured, self.found, self.study.gears
+        measured, solution, gears = self.measured, self.found, self.gears
         return {
             "gear_set": gears.name,
             "driver_torque_Nm": measured.torque.tolist(),
@@ -198,14 +200,14 @@ class IdentificationResult(StudyResult):
     def _warnings(self) -> Iterator[str]:
         """Why the set chosen does not represent what was measured, if so."""
         best = self.found.best
-        misfits = self.study.measured.misfits(best.mean, best.variation)
+        misfits = self.measured.misfits(best.mean, best.variation)
         worst, factor = float(np.abs(misfits).max()), best.width_factor
         if worst > FAR_OFF:
             yield (
                 f"no set agrees with the measured values: the best one is {worst:.3g} "
                 "standard deviations off; check the values, material and tooth numbers"
             )
-        for gear, hub in zip(self.study.gears.gears, best.hub_radius, strict=True):
+        for gear, hub in zip(self.gears.gears, best.hub_radius, strict=True):
             for limit in hub_limits(gear):
                 if abs(hub / limit - 1.0) < AT_BOUND:
                     yield f'hub radius of gear "{gear.name}" is at its limit'
@@ -232,7 +234,7 @@ class IdentificationResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": lambda: draw_valley(self.study, self.found)}
+        return {"plot": lambda: draw_valley(self.gears, self.measured, self.found)}
 
     def page(self) -> Page:
         values = self.summary
@@ -247,7 +249,7 @@ class IdentificationResult(StudyResult):
 
     def _sets(self) -> RowTable:
         """Sets that are equally good, among them the one that is chosen."""
-        values, names = self.summary, [gear.name for gear in self.study.gears.gears]
+        values, names = self.summary, [gear.name for gear in self.gears.gears]
         best, width = values["best"], f"face width\nof {names[0]}\n[mm]"
         columns: Columns = {"": lambda row: "*" if row is best else ""}
         for name in names:
@@ -314,9 +316,10 @@ def plain_candidate(gear_set: GearSet, candidate: Candidate) -> dict[str, float]
     return rounded | {"misfit": round(candidate.misfit, 4)}
 
 
-def draw_valley(study: Identification, solution: Identified) -> Figure:
+def draw_valley(
+    gear_set: GearSet, measured: MeasuredStiffness, solution: Identified
+) -> Figure:
     """Hubs and width, and the figures they give, along the valley."""
-    gear_set = study.gears
     heights = (1.5, 1.0, 1.0, 0.8)
     figure, rows = panels(4, size=(8.0, 9.0), heights=heights, share=True)
     hubs, means, variations, misfit = (row[0] for row in rows)
@@ -327,7 +330,7 @@ def draw_valley(study: Identification, solution: Identified) -> Figure:
         for axes, name, scale in ((means, "mean", 1e-8), (variations, "variation", 1)):
             curve = scale * np.array([getattr(c, name)[m] for c in solution.valley])
             (line,) = axes.plot(x, curve, label=f"mesh {m + 1}")
-            wanted = scale * getattr(study.measured, name)[m]
+            wanted = scale * getattr(measured, name)[m]
             axes.axhline(wanted, color=line.get_color(), linestyle=":")
     means.set_ylabel("mean stiffness\n[1e8 N/m]")
     variations.set_ylabel("peak to peak\nover mean")

@@ -119,7 +119,7 @@ class LoadMachineRef(LoadParameters):
 
     name: str = argument("MACHINE", NAME, reads=True)
 
-    @property
+    @cached_property
     def named(self) -> NamedMachine:
         return self.load(self.name)
 
@@ -141,11 +141,11 @@ class MachineStudy:
     machine: MotionMachineRef
     velocity: tuple[float, float] | None = limits("velocity")
 
-    @cached_property
+    @property
     def named(self) -> NamedMachine:
         return self.machine.named
 
-    @cached_property
+    @property
     def speeds(self) -> tuple[float, float]:
         """Lowest and highest speed of lift-offs [rad per turn]."""
         from lumped.rattle.orbits import default_speed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from fegear.studies.study import (
 )
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import DEFAULT_PAIR, RESOLUTION, GearSetRef
-from meshes import SectorMesh, SpurGear, sector_mesh
+from meshes import SectorMesh, sector_mesh
 from meshes.files import FORMATS, write_mesh
 
 
@@ -52,12 +52,12 @@ class GearMesh(
         False, "Write all teeth instead of one tooth sector.", option="--whole"
     )
 
-    @cached_property
+    @property
     def gears(self) -> GearSet:
         refuse_edits(self, {}, translations=False)
         return self.gear_set.loaded
 
-    @cached_property
+    @property
     def meshed(self) -> Gear:
         gears = self.gears.gears
         if not 1 <= self.gear <= len(gears):
@@ -66,10 +66,11 @@ class GearMesh(
         return gears[self.gear - 1]
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("mesh", partial(self._found, self.meshed.geometry))
+        yield Task("mesh", partial(self._sector, self.gears.name, self.meshed))
 
-    def _found(self, geometry: SpurGear, job: Job) -> GearMeshResult:
-        return GearMeshResult(self, sector_mesh(geometry, self.elements.size))
+    def _sector(self, name: str, gear: Gear, job: Job) -> GearMeshResult:
+        sector = sector_mesh(gear.geometry, self.elements.size)
+        return GearMeshResult(self, name, gear.name, gear.geometry.teeth, sector)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,17 +78,20 @@ class GearMeshResult(StudyResult):
     """The mesh of a sector; files have as many as are asked for."""
 
     study: GearMesh
+    gear_set: str
+    gear: str
+    teeth: int
     sector: SectorMesh
 
     @property
     def copies(self) -> int:
-        return self.study.meshed.geometry.teeth if self.study.whole else 1
+        return self.teeth if self.study.whole else 1
 
     @property
     def summary(self) -> dict[str, Any]:
         return {
-            "gear_set": self.study.gears.name,
-            "gear": self.study.meshed.name,
+            "gear_set": self.gear_set,
+            "gear": self.gear,
             "sectors": self.copies,
             "triangles": self.copies * len(self.sector.triangles),
             "nodes": self.copies * len(self.sector.points),
@@ -95,10 +99,8 @@ class GearMeshResult(StudyResult):
 
     def write(self, path: str | Path) -> None:
         """Write the mesh by the ending of the path, .msh or .vtu."""
-        teeth = self.study.meshed.geometry.teeth
-        write_whole(
-            path, lambda file: write_mesh(self.sector, file, self.copies, teeth)
-        )
+        arguments = self.copies, self.teeth
+        write_whole(path, lambda file: write_mesh(self.sector, file, *arguments))
 
     def page(self) -> Page:
         yield "{gear} of {gear_set}: {triangles} triangles, {nodes} nodes".format_map(

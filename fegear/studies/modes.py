@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -74,7 +74,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     def gears(self) -> GearSet:
         return self.gear_set.loaded
 
-    @cached_property
+    @property
     def load(self) -> float | None:
         """Torque on the input gear [N m], None where nothing depends on it."""
         if self.stiffness != "given" or not all(
@@ -89,14 +89,11 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         return None
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("modes", self._under_load if self._coupled else self._linear)
+        solve = self._under_load if self.stiffness == "coupled" else self._linear
+        yield Task("modes", partial(solve, self.load))
 
-    @property
-    def _coupled(self) -> bool:
-        return self.stiffness == "coupled"
-
-    def _under_load(self, job: Job) -> ModesResult:
-        torque = self.load or 0.0
+    def _under_load(self, load: float | None, job: Job) -> ModesResult:
+        torque = load or 0.0
         coupled = LumpedModel(
             number="coupled", translations=self.translations, stiffness=self.source
         )
@@ -104,27 +101,33 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         origin = f"tangent of the coupled model at {torque:g} N m on the input gear"
         origins = [origin] * len(self.gears.meshes)
         ratio = system.train.damping_ratio
-        return ModesResult(self, ratio, modes_under_load(system), origins, system)
+        modes = modes_under_load(system)
+        name = self.gears.name
+        return ModesResult(self, name, load, ratio, modes, origins, system)
 
-    def _linear(self, job: Job) -> ModesResult:
-        torque = self.load or 0.0
+    def _linear(self, load: float | None, job: Job) -> ModesResult:
+        torque = load or 0.0
         use_given = self.stiffness == "given"
         stiffnesses = mean_stiffnesses(self.gears, torque, self.source, use_given)
         train = train_of(self.gears, torque, self.translations)
         modes = natural_modes(train, [value for value, _ in stiffnesses])
         origins = [origin for _, origin in stiffnesses]
-        return ModesResult(self, train.damping_ratio, modes, origins)
+        name, ratio = self.gears.name, train.damping_ratio
+        return ModesResult(self, name, load, ratio, modes, origins)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModesResult(StudyResult):
     """Modes of a train.
 
+    torque : on the input gear [N m], None where nothing depends on it
     origins : of the mean stiffness of each mesh, in words
     system : of the coupled model, None for others
     """
 
     study: NaturalModes
+    gear_set: str
+    torque: float | None
     damping_ratio: float
     modes: Modes
     origins: list[str]
@@ -134,8 +137,8 @@ class ModesResult(StudyResult):
     def summary(self) -> dict[str, Any]:
         study, modes = self.study, self.modes
         return {
-            "gear_set": study.gears.name,
-            "torque_Nm": study.load,
+            "gear_set": self.gear_set,
+            "torque_Nm": self.torque,
             "translations": study.translations,
             "damping_ratio": self.damping_ratio,
             "mean_stiffness": [
@@ -172,7 +175,7 @@ class ModesResult(StudyResult):
             for mode in self.summary["modes"]
         ]
         header = {
-            "gear set": self.study.gears.name,
+            "gear set": self.gear_set,
             "translations": "yes" if self.study.translations else "no",
             **{f"mesh {m}": self.origins[m - 1] for m in meshes},
             **self.study.gear_set.entries,

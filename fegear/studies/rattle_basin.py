@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from fegear.files.output import write_whole
-from fegear.rattle.machines import parameters
+from fegear.rattle.machines import NamedMachine, parameters
 from fegear.studies.machines import (
     MAX_RETURNS,
     MIN_RETURNS,
@@ -76,7 +76,7 @@ class Basins(
         side = self.grid or default_side(iterations)
         how = machine, of.InitialGrid(side=side, velocity=self.speeds), iterations
         settled = of.settle_grid(*how, partial(job.compute, "tiles of cells"))
-        return BasinsResult(self, of.basins_of(*how, settled))
+        return BasinsResult(self, self.named, of.basins_of(*how, settled))
 
 
 def default_side(iterations: int) -> int:
@@ -90,6 +90,7 @@ class BasinsResult(StudyResult):
     """Basins of a named machine."""
 
     study: Basins
+    named: NamedMachine
     basins: of.BasinMap
 
     @cached_property
@@ -97,7 +98,7 @@ class BasinsResult(StudyResult):
         basins = self.basins
         undecided = 1.0 - float(np.mean(basins.attractor >= 0))
         return {
-            **self.study.named.heading,
+            **self.named.heading,
             **parameters(basins.machine),
             "cells_a_side": basins.grid.side,
             "velocity_rad_per_turn": list(basins.grid.velocity),
@@ -143,7 +144,7 @@ class BasinsResult(StudyResult):
             "attractor": basins.attractor.ravel(),
             "returns": basins.returns.ravel(),
         }
-        return Table.of(columns, {"machine": self.study.named.name})
+        return Table.of(columns, {"machine": self.named.name})
 
     def write(self, path: str | Path) -> None:
         """Write attractors and returns of the cells, rows of rising speed, as NPZ."""
@@ -164,11 +165,11 @@ class BasinsResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": partial(draw_basins, self.basins, self.study.named.name)}
+        return {"plot": partial(draw_basins, self.basins, self.named.name)}
 
     def page(self) -> Page:
         values = self.summary
-        yield from heading(self.study.named)
+        yield from heading(self.named)
         yield (
             f"{values['cells_a_side']} cells a side, speeds up to "
             f"{values['velocity_rad_per_turn'][1]:.4g} rad per turn, "

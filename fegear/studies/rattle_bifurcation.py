@@ -11,7 +11,7 @@ from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
 from fegear.rattle.bifurcation import BifurcationDiagram, OrbitSearch, find_bifurcations
 from fegear.rattle.existence import Plane, find_existence, plane_of
-from fegear.rattle.machines import header_of, parameters, unit_name
+from fegear.rattle.machines import NamedMachine, header_of, parameters, unit_name
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Page, heading, pluralize
 from fegear.studies.study import (
@@ -118,7 +118,7 @@ class OrbitBifurcations(
         if len(self.over) > 1:
             yield "runs", "belongs to one {over}"
 
-    @cached_property
+    @property
     def axes(self) -> dict[str, tuple[float, float]]:
         """Limits by the names of one or two figures."""
         limits = {}
@@ -180,14 +180,16 @@ class OrbitBifurcations(
         how = partial(job.compute, "orbits and long runs"), job.report
         if plane is None:
             diagram = find_bifurcations(machine, self.search, *how)
-            return BifurcationResult(self, diagram)
-        return ExistenceResult(self, plane, find_existence(machine, plane, *how))
+            return BifurcationResult(self, self.named, diagram)
+        curves = find_existence(machine, plane, *how)
+        return ExistenceResult(self, self.named, plane, curves)
 
 
 class OverFigures(StudyResult):
     """What is found over figures of a machine."""
 
     study: OrbitBifurcations
+    named: NamedMachine
 
     @property
     def columns(self) -> list[str]:
@@ -204,18 +206,18 @@ class OverFigures(StudyResult):
 
     @property
     def title(self) -> str:
-        named, figures = self.study.named, [FIGURES[name] for name in self.study.axes]
+        named, figures = self.named, [FIGURES[name] for name in self.study.axes]
         return f"{named.name}: {axis_labels(named.machine, *figures)}"
 
     @property
     def fixed(self) -> dict[str, Any]:
         """Figures but for those that vary."""
-        figures = parameters(self.study.named.machine)
+        figures = parameters(self.named.machine)
         return {k: v for k, v in figures.items() if k not in self.columns}
 
     @property
     def header(self) -> dict[str, str]:
-        return {"machine": self.study.named.name, **header_of(self.fixed)}
+        return {"machine": self.named.name, **header_of(self.fixed)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -223,6 +225,7 @@ class BifurcationResult(OverFigures):
     """Branches of a named machine over a parameter, with long runs."""
 
     study: OrbitBifurcations
+    named: NamedMachine
     found: BifurcationDiagram
 
     @property
@@ -252,7 +255,7 @@ class BifurcationResult(OverFigures):
         search, diagram = self.study.search, self.found
         low, high = search.limits
         return {
-            **self.study.named.heading,
+            **self.named.heading,
             **self.fixed,
             "over": self.columns[0],
             "from": low,
@@ -281,7 +284,7 @@ class BifurcationResult(OverFigures):
 
     def page(self) -> Page:
         values = self.summary
-        yield from heading(self.study.named)
+        yield from heading(self.named)
         yield (
             f"{values['over']} from {values['from']:g} to {values['to']:g}, "
             f"{pluralize(len(values['branches']), 'branch', 'branches')}"
@@ -309,6 +312,7 @@ class ExistenceResult(OverFigures):
     """Curves of bifurcations of a named machine over two figures."""
 
     study: OrbitBifurcations
+    named: NamedMachine
     plane: Plane
     curves: tuple[BifurcationCurve, ...]
 
@@ -332,7 +336,7 @@ class ExistenceResult(OverFigures):
     @cached_property
     def summary(self) -> dict[str, Any]:
         return {
-            **self.study.named.heading,
+            **self.named.heading,
             **self.fixed,
             "over": self.columns,
             "curves": [_of_curve(curve) for curve in self.curves],
@@ -343,7 +347,7 @@ class ExistenceResult(OverFigures):
         return {"plot": partial(draw_curves, self.curves, self.labels, self.title)}
 
     def page(self) -> Page:
-        yield from heading(self.study.named)
+        yield from heading(self.named)
         curves = self.summary["curves"]
         first, second = self.columns
         yield f"{first} and {second}, {pluralize(len(curves), 'curve', 'curves')}"

@@ -108,7 +108,7 @@ class MachineFromGears(
     )
     elements: StaticsSettings = group(ELEMENTS)
 
-    @cached_property
+    @property
     def pair(self) -> Pair:
         """The gears as they run."""
         return Pair(self, self.gear_set.loaded)
@@ -125,7 +125,9 @@ class MachineFromGears(
         row = {name: entries[name] for name in OF_MESH}
         assembly = pair.assembly(row["mean_stiffness_N_per_m"])
         warnings = table_warnings(solved)
-        return MachineOfGearsResult(self, assembly, pair.figures | row, warnings)
+        return MachineOfGearsResult(
+            self, assembly, pair.figures | row, list(pair.inferences), warnings
+        )
 
 
 @dataclass(frozen=True)
@@ -242,6 +244,7 @@ class MachineOfGearsResult(StudyResult):
     study: MachineFromGears
     assembly: Assembly
     of_gears: Mapping[str, Any]
+    inferences: list[str]
     warnings: list[str]
 
     @property
@@ -255,10 +258,6 @@ class MachineOfGearsResult(StudyResult):
             f"{one}/{two} gears of {self.of_gears['gear_set']} at "
             f"{self.study.speed_rpm:g} rpm, drag {self.study.drag_Nm:g} N m"
         )
-
-    @property
-    def inferences(self) -> list[str]:
-        return list(self.study.pair.inferences)
 
     @property
     def _of_machine(self) -> dict[str, float]:

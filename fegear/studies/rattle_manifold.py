@@ -10,7 +10,7 @@ from operator import itemgetter
 from typing import Any
 
 from fegear.files.errors import InputError
-from fegear.rattle.machines import header_of, parameters
+from fegear.rattle.machines import NamedMachine, header_of, parameters
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
@@ -137,7 +137,8 @@ class Manifolds(
     def gather(self, results: Mapping[str, Any]) -> ManifoldsResult:
         grazing, basins = results["grazing"], results.get("basins")
         grown = (results[key] for key in results if key.startswith(SADDLE))
-        return ManifoldsResult(self, [*chain.from_iterable(grown)], grazing, basins)
+        manifolds = [*chain.from_iterable(grown)]
+        return ManifoldsResult(self, self.named, manifolds, grazing, basins)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -145,6 +146,7 @@ class ManifoldsResult(StudyResult):
     """Curves of a machine; grazing : the grazing curve and its pre-images."""
 
     study: Manifolds
+    named: NamedMachine
     manifolds: list[Manifold]
     grazing: list[PlaneCurve]
     basins: BasinMap | None
@@ -152,8 +154,8 @@ class ManifoldsResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         return {
-            **self.study.named.heading,
-            **parameters(self.study.named.machine),
+            **self.named.heading,
+            **parameters(self.named.machine),
             "manifolds": [
                 {
                     "motion": manifold.orbit.name,
@@ -182,7 +184,7 @@ class ManifoldsResult(StudyResult):
             *("curve", "motion", "kind", "returns_before", "branch", "length"),
             *("time_turns", "speed_rad_per_turn"),
         )
-        named = self.study.named
+        named = self.named
         fixed = header_of(parameters(named.machine))
         return Table(names, self._rows, {"machine": named.name, **fixed, **LEGEND})
 
@@ -206,13 +208,13 @@ class ManifoldsResult(StudyResult):
         ]
         curves += [(_name(_kind(m), m.orbit.name), m.curve) for m in self.manifolds]
         marks = [manifold.departure for manifold in self.manifolds]
-        title = f"{self.study.named.name}: {axis_labels(self.study.named.machine)}"
+        title = f"{self.named.name}: {axis_labels(self.named.machine)}"
         how = curves, marks, self.study.speeds, title, self.basins
         return {"plot": partial(draw_curves, *how)}
 
     def page(self) -> Page:
         values = self.summary
-        yield from heading(self.study.named)
+        yield from heading(self.named)
         rows = [
             {
                 "curve": _name(manifold["kind"], manifold["motion"]),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from fegear.rattle.machines import header_of, parameters
+from fegear.rattle.machines import NamedMachine, header_of, parameters
 from fegear.studies.machines import (
     MAX_RETURNS,
     MIN_RETURNS,
@@ -93,7 +93,7 @@ class RattleNoise(
             noise = of.measure_noise_of_parts(assembly, *how)
         else:
             noise = of.measure_noise(named.machine, *how)
-        return NoiseResult(self, noise, iterations, settling)
+        return NoiseResult(self, self.named, noise, iterations, settling)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,6 +104,7 @@ class NoiseResult(StudyResult):
     """
 
     study: RattleNoise
+    named: NamedMachine
     noise: of.NoiseSample
     iterations: int
     settling: float
@@ -126,7 +127,7 @@ class NoiseResult(StudyResult):
         spread = float(level.std(ddof=1)) if level.size > 1 else math.nan
         parts = np.percentile(level, PARTS) if level.size else [math.nan] * len(PARTS)
         return {
-            **self.study.named.heading,
+            **self.named.heading,
             **parameters(noise.machine),
             **self._how,
             "velocity_rad_per_turn": list(self.study.speeds),
@@ -164,7 +165,7 @@ class NoiseResult(StudyResult):
         }
 
     def _warnings(self, undecided: float) -> Iterator[str]:
-        if not self.study.named.assembly.more_equations:
+        if not self.named.assembly.more_equations:
             if undecided:
                 yield not_converged_warning(
                     self.study, undecided, "runs", self.iterations, int(self.settling)
@@ -194,7 +195,7 @@ class NoiseResult(StudyResult):
             "impacts_per_turn": noise.impacts,
         }
         header = {
-            "machine": self.study.named.name,
+            "machine": self.named.name,
             **header_of(parameters(noise.machine)),
         }
         how = {"velocity_rad_per_turn": f"{low}:{high}", **self._how}
@@ -202,12 +203,12 @@ class NoiseResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        title = f"{self.study.named.name}: {axis_labels(self.noise.machine)}"
+        title = f"{self.named.name}: {axis_labels(self.noise.machine)}"
         return {"plot": partial(draw_noise, self.noise, title)}
 
     def page(self) -> Page:
         values = self.summary
-        yield from heading(self.study.named)
+        yield from heading(self.named)
         low, high = (100.0 * limit for limit in values["quiet_probability_ci95"])
         yield (
             f"quiet with a probability of {100.0 * values['quiet_probability']:.1f} %, "

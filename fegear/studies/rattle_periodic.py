@@ -8,7 +8,7 @@ from functools import cached_property
 from operator import itemgetter
 from typing import Any, ClassVar
 
-from fegear.rattle.machines import parameters
+from fegear.rattle.machines import NamedMachine, parameters
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading, number
 from fegear.studies.study import Job, Range, Study, StudyResult, Task, setting
@@ -59,7 +59,7 @@ class PeriodicOrbits(
             *map(_of_orbit, find_orbits(machine, self.max_liftoffs, self.speeds)),
             *map(_of_rest, sticking_motions(machine)),
         ]
-        return PeriodicResult(self, tuple(motions))
+        return PeriodicResult(self, self.named, tuple(motions))
 
 
 @dataclass(frozen=True)
@@ -106,14 +106,15 @@ class PeriodicResult(StudyResult):
     """Motions of a named machine that repeat."""
 
     study: PeriodicOrbits
+    named: NamedMachine
     motions: tuple[Repeating, ...]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        machine = self.study.named.machine
+        machine = self.named.machine
         is_closed_form = has_closed_form(machine)
         return {
-            **self.study.named.heading,
+            **self.named.heading,
             **parameters(machine),
             "max_liftoffs": self.study.max_liftoffs,
             "velocity_rad_per_turn": list(self.study.speeds),
@@ -142,12 +143,12 @@ class PeriodicResult(StudyResult):
             for motion in self.motions
             for point in motion.liftoffs
         ]
-        header = {"machine": self.study.named.name}
+        header = {"machine": self.named.name}
         return Table((*names, "speed_rad_per_turn"), lambda: rows, header)
 
     def page(self) -> Page:
         values = self.summary
-        yield from heading(self.study.named)
+        yield from heading(self.named)
         yield f"motions of up to {self.study.max_liftoffs} lift-offs a period"
         columns: Columns = {
             "motion": itemgetter("name"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import MISSING, dataclass
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -138,7 +138,7 @@ class ContactPictures(
     )
     picture: PictureSettings = group(PICTURE)
 
-    @cached_property
+    @property
     def gears(self) -> GearSet:
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.loaded

@@ -104,7 +104,7 @@ class MeshStiffness(
     )
     elements: StaticsSettings = group(ELEMENTS)
 
-    @cached_property
+    @property
     def gears(self) -> GearSet:
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.loaded
@@ -112,25 +112,26 @@ class MeshStiffness(
     def tasks(self) -> Iterator[Task]:
         index = mesh_index(self.gears, self.mesh)
         torques = chosen_torques(self.gears, self.torque, self.mesh)
-        yield Task("table", partial(self._solved, index, torques))
+        yield Task("table", partial(self._solved, self.gears, index, torques))
 
     def _solved(
-        self, index: int, torques: tuple[float, ...], job: Job
+        self, gears: GearSet, index: int, torques: tuple[float, ...], job: Job
     ) -> StiffnessResult:
-        place = self.gears, index, torques
-        return StiffnessResult(self, solve_mesh(*place, self.elements, job.report))
+        solved = solve_mesh(gears, index, torques, self.elements, job.report)
+        return StiffnessResult(self, gears.name, solved)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StiffnessResult(StudyResult):
     study: MeshStiffness
+    gear_set: str
     solved: StaticsResult
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         solved, elements = self.solved, self.study.elements
         return {
-            "gear_set": self.study.gears.name,
+            "gear_set": self.gear_set,
             "mesh": solved.name,
             "teeth": solved.teeth,
             "plane": elements.plane,

@@ -54,7 +54,7 @@ def test_a_subharmonic_has_an_interval_and_no_peak(idler):
 
 def test_best_relief_is_that_of_eq_2_28(idler):
     """With the gear set's figures; printed are 10 and 12 um, which do not follow."""
-    gears = idler.study.gears
+    gears = idler.study.prepare().gears
     forces = 100.0 / 0.04535 * np.ones(2)
     for row, mesh, force in zip(
         idler.summary["meshes"], gears.meshes, forces, strict=True

@@ -97,7 +97,7 @@ def elements_input(name, torque_of):
         integration=steps,
         torque_of=torque_of,
     )
-    choice = study.prepared[TORQUE]
+    choice = study.prepare().prepared[TORQUE]
     _, motion = steady_state(choice.stepper, speed, steps)
     model = choice.stepper.model
     count = steps_per_cycle(model, speed, steps)

@@ -344,7 +344,7 @@ class AllBenchmarks(
     output = "Directory for index.html and more. [default: bench]"
     default_output = "bench"
 
-    @cached_property
+    @property
     def benchmarks(self) -> tuple[Any, ...]:
         """The benchmarks, in the order of the page."""
         return (

@@ -68,12 +68,12 @@ class Ablation(
         metavar="DIR",
     )
 
-    @cached_property
+    @property
     def gears(self) -> GearSet:
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.loaded
 
-    @cached_property
+    @property
     def load(self) -> float:
         """Torque on the input gear [N m]."""
         return chosen_torque(self.gears, self.torque)
@@ -91,22 +91,28 @@ class Ablation(
             raise InputError(f"speeds = {speeds}; {error}") from None
         with TemporaryDirectory() as temporary:
             store = Path(temporary) if self.runs is None else make_directory(self.runs)
-            return AblationResult(self, budget(case, store, job.report))
+            costs = budget(case, store, job.report)
+        return AblationResult(self, self.gears.name, self.load, costs)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AblationResult(StudyResult):
-    """Errors and costs of the models against the finite elements."""
+    """Errors and costs of the models against the finite elements.
+
+    torque : on the input gear [N m]
+    """
 
     study: Ablation
+    gear_set: str
+    torque: float
     budget: Budget
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         best = self.budget.recommended(self.study.tolerance)
         return {
-            "gear_set": self.study.gears.name,
-            "torque_Nm": self.study.load,
+            "gear_set": self.gear_set,
+            "torque_Nm": self.torque,
             **self.study.gear_set.entries,
             "tolerance": self.study.tolerance,
             "fe_per_speed_s": self.budget.fe_per_speed_s,
@@ -137,8 +143,8 @@ class AblationResult(StudyResult):
             for model in quantity["models"]
         ]
         header = {
-            "gear set": self.study.gears.name,
-            "torque_Nm": repr(self.study.load),
+            "gear set": self.gear_set,
+            "torque_Nm": repr(self.torque),
             **self.study.gear_set.entries,
             "largest_error": "against the finite elements, in the unit",
             "change_to_coupled": "of the error, in the unit",
@@ -147,7 +153,7 @@ class AblationResult(StudyResult):
 
     @property
     def _title(self) -> str:
-        at = f"{self.study.gears.name}, {self.study.load:g} N m"
+        at = f"{self.gear_set}, {self.torque:g} N m"
         changes = edits_in_words(self.study.gear_set.entries)
         return ", ".join(filter(None, [at, changes]))
 

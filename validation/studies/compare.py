@@ -76,12 +76,12 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
         SettingsGroup(kind=StaticsSettings, exposed={"plane": PLANE})
     )
 
-    @cached_property
+    @property
     def gears(self) -> GearSet:
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.loaded
 
-    @cached_property
+    @property
     def load(self) -> float:
         """Torque on the driver [N m]."""
         return chosen_torque(self.gears, self.torque, self.mesh)
@@ -93,21 +93,26 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
         settings = StaticsSettings(plane=self.elements.plane, estimate_error=False)
         mesh = mesh_index(self.gears, self.mesh)
         comparison = compare_mesh(self.gears, mesh, self.load, settings)
-        return ClosedFormsResult(self, comparison)
+        return ClosedFormsResult(self, self.gears.name, self.load, comparison)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ClosedFormsResult(StudyResult):
-    """Quantities by finite elements and by closed forms."""
+    """Quantities by finite elements and by closed forms.
+
+    torque : on the driver [N m]
+    """
 
     study: ClosedForms
+    gear_set: str
+    torque: float
     found: MeshComparison
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         return {
-            "gear_set": self.study.gears.name,
-            "torque_Nm": self.study.load,
+            "gear_set": self.gear_set,
+            "torque_Nm": self.torque,
             "comparisons": [
                 asdict(row) | {"per_cent": row.per_cent} for row in self.found.rows
             ],
@@ -119,9 +124,9 @@ class ClosedFormsResult(StudyResult):
         """A row for every quantity and closed form."""
         rows = self.summary["comparisons"]
         header = {
-            "gear set": self.study.gears.name,
+            "gear set": self.gear_set,
             "mesh": str(self.study.mesh),
-            "torque_Nm": repr(self.study.load),
+            "torque_Nm": repr(self.torque),
             "plane": self.study.elements.plane,
             **self.study.gear_set.entries,
         }
@@ -130,7 +135,7 @@ class ClosedFormsResult(StudyResult):
     def page(self) -> Page:
         study = self.study
         title = (
-            f"{study.gears.name} mesh {study.mesh}, {study.load:g} N m, plane "
+            f"{self.gear_set} mesh {study.mesh}, {self.torque:g} N m, plane "
             f"{study.elements.plane}"
         )
         yield RowTable(self.summary["comparisons"], COLUMNS, title, WORDS)

@@ -79,7 +79,7 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
                 if getattr(self, name) != usual:
                     raise refusal(self, name, "{listed} makes nothing")
 
-    @cached_property
+    @property
     def chosen(self) -> tuple[str, ...]:
         """Numbers of the figures; raises InputError for a choice that is not there."""
         if self.every and self.numbers:

@@ -115,7 +115,7 @@ class Validation(
         metavar="DIR",
     )
 
-    @cached_property
+    @property
     def names(self) -> tuple[str, ...]:
         """Names and paths of the cases that were asked for."""
         return tuple(name for name in self.cases if name != RANDOM_SETS)
@@ -125,7 +125,7 @@ class Validation(
         """Whether the random gear sets run as well."""
         return self.every or RANDOM_SETS in self.cases
 
-    @cached_property
+    @property
     def chosen(self) -> tuple[Case, ...]:
         """The cases; raises InputError for a choice that cannot be run."""
         allowed = ", ".join([*case_names(), RANDOM_SETS])

@@ -9,7 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import MISSING, dataclass, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -487,8 +487,10 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
 @pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
 def test_a_saved_result_shows_the_same_where_nothing_else_is_left(command, tmp_path):
     """In a new process, without the files that the study read."""
-    result = fegear.run(example_study(command))
+    study = example_study(command)
+    result = fegear.run(study)
     shown = what_is_shown(result)
+    assert vars(study).keys() == {setting.name for setting in fields(study)}
     result.save(tmp_path / "result.nc")
     alone = tmp_path / "alone"
     alone.mkdir()
