@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from drawn_figures import axis_labels, drawn_points, saved_figures
 
 import fegear
 from fegear.cli import run
@@ -96,7 +97,8 @@ def test_the_command_writes_what_the_library_finds(
 ):
     monkeypatch.chdir(tmp_path)
     argv = ["theory", "liu-idler", "--torque", "100", "--excitation", "rectangular"]
-    assert run([*argv, "-o", "t.csv", "--plot", "t.png", "--json"]) == 0
+    with saved_figures() as figures:
+        assert run([*argv, "-o", "t.csv", "--plot", "t.png", "--json"]) == 0
     values = json.loads(capsys.readouterr().out)
     del values["wall_time_s"]
     assert values == json.loads(json.dumps(idler.summary))
@@ -108,7 +110,13 @@ def test_the_command_writes_what_the_library_finds(
         == resonances_of(idler, "fund")[0]["meshes"][0]["dte_rms_m"]
     )
     assert rows[0]["phase_of_least_drive"] == ""
-    assert (tmp_path / "t.png").stat().st_size > 10_000
+    (figure,) = figures
+    assert axis_labels(figure) == {
+        "mesh frequency of the first mesh [Hz]",
+        "mesh 1: RMS of dynamic\ntransmission error [um]",
+        "mesh 2: RMS of dynamic\ntransmission error [um]",
+    }
+    assert len(drawn_points(figure)) > 1000
     assert run(argv) == 0
     output = capsys.readouterr().out
     for text in (

@@ -7,6 +7,7 @@ import math
 
 import pytest
 from cli_commands import printed, rows_of
+from drawn_figures import are_drawn, axis_labels, saved_figures
 
 CHAPTER_3 = [
     *("liu-idler", "--torque", "100", "--excitation", "rectangular"),
@@ -21,12 +22,14 @@ COMMAND = ["bifurcations", *CHAPTER_3, "--sections", "30"]
 def outputs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bifurcations")
     path, plot = folder / "b.csv", folder / "b.png"
-    values = printed(*COMMAND, "--over", SPEEDS, "--json", "-o", path, "--plot", plot)
-    return json.loads(values), rows_of(path), folder
+    files = "-o", path, "--plot", plot
+    with saved_figures() as figures:
+        values = printed(*COMMAND, "--over", SPEEDS, "--json", *files)
+    return json.loads(values), rows_of(path), folder, *figures
 
 
 def test_rows_are_points_of_the_sections_mesh_by_mesh(outputs):
-    _, rows, folder = outputs
+    _, rows, folder, _ = outputs
     assert list(rows[0]) == [
         *("mesh_frequency_Hz", "direction", "mesh", "section", "dte_m"),
         *("dte_rate_m_per_s", "motion", "period_multiple", "lyapunov_per_period"),
@@ -43,11 +46,24 @@ def test_rows_are_points_of_the_sections_mesh_by_mesh(outputs):
             assert len(points) == 2 * (multiple or 30)
             assert (points[0]["motion"] == "periodic") == (multiple > 0)
     assert not list(folder.glob("*.partial"))
-    assert (folder / "b.png").stat().st_size > 20_000
+
+
+def test_the_picture_has_the_sections_and_exponents_of_the_table(outputs):
+    _, rows, _, figure = outputs
+    assert axis_labels(figure) == {
+        "mesh frequency of the first mesh [Hz]",
+        "mesh 1: dynamic transmission\nerror at sections [um]",
+        "mesh 2: dynamic transmission\nerror at sections [um]",
+        "largest Lyapunov\nexponent [1/period]",
+    }
+    speeds = [float(row["mesh_frequency_Hz"]) for row in rows]
+    for column, unit in [("dte_m", 1e6), ("lyapunov_per_period", 1.0)]:
+        values = [unit * float(row[column]) for row in rows]
+        assert are_drawn(figure, list(zip(speeds, values, strict=True)))
 
 
 def test_the_summary_names_doublings_and_chaos(outputs):
-    values, rows, _ = outputs
+    values, rows, _, _ = outputs
     down = values["branches"][1]
     assert down["direction"] == "down"
     transitions = [(s["first"], s["motion"], s["begins_by"]) for s in down["stretches"]]

@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from drawn_figures import are_drawn, axis_labels, saved_figures
 from typer.testing import CliRunner
 
 import fegear
@@ -25,16 +26,18 @@ def run(*arguments: object, code: int = 0) -> str:
 
 @pytest.fixture(scope="module")
 def outputs(tmp_path_factory):
-    """(values of the summary, rows of the file, folder)."""
+    """(values of the summary, rows of the file, folder, figure)."""
     folder = tmp_path_factory.mktemp("branches")
-    values = run(*SHORT, "--json", "-o", folder / "b.csv", "--plot", folder / "b.png")
+    files = "-o", folder / "b.csv", "--plot", folder / "b.png"
+    with saved_figures() as figures:
+        values = run(*SHORT, "--json", *files)
     text = (folder / "b.csv").read_text("utf-8")
     lines = [line for line in text.splitlines() if not line.startswith("#")]
-    return json.loads(values), list(csv.DictReader(lines)), folder
+    return json.loads(values), list(csv.DictReader(lines)), folder, *figures
 
 
 def test_rows_are_the_points_mesh_by_mesh(outputs):
-    values, rows, _ = outputs
+    values, rows, _, _ = outputs
     assert list(rows[0]) == [
         *("branch", "index", "mesh_frequency_Hz", "mesh", "dte_rms_m", "dte_peak_m"),
         *("stable", "floquet_max", "kind", "period_multiple"),
@@ -50,7 +53,7 @@ def test_rows_are_the_points_mesh_by_mesh(outputs):
 
 
 def test_bifurcations_stand_in_the_table_and_in_the_summary(outputs):
-    values, rows, _ = outputs
+    values, rows, _, _ = outputs
     in_summary = {
         (number, bifurcation["kind"], bifurcation["frequency_Hz"])
         for number, branch in enumerate(values["branches"], start=1)
@@ -65,19 +68,33 @@ def test_bifurcations_stand_in_the_table_and_in_the_summary(outputs):
     assert {"fold", "period doubling"} <= {kind for _, kind, _ in in_summary}
 
 
+def test_the_picture_has_the_points_of_the_table(outputs):
+    _, rows, _, figure = outputs
+    assert axis_labels(figure) == {
+        "mesh frequency of the first mesh [Hz]",
+        "mesh 1: RMS of dynamic\ntransmission error [um]",
+        "mesh 2: RMS of dynamic\ntransmission error [um]",
+    }
+    points = [
+        (float(row["mesh_frequency_Hz"]), 1e6 * float(row["dte_rms_m"]))
+        for row in rows
+        if not row["kind"]  # the table has a bifurcation where it is located
+    ]
+    assert are_drawn(figure, points)
+
+
 def test_branches_are_inside_the_range_and_say_why_they_end(outputs):
-    values, _, folder = outputs
+    values, _, folder, _ = outputs
     for branch in values["branches"]:
         assert 1300.0 <= branch["from_Hz"] <= branch["to_Hz"] <= 3600.0
         assert branch["end"]
-    assert (folder / "b.png").stat().st_size > 10_000
     text = (folder / "b.csv").read_text("utf-8")
     assert parse_csv(text, "b.csv").header["harmonics"] == "8"
 
 
 @pytest.mark.slow
 def test_the_screen_names_every_bifurcation(outputs):
-    values, _, _ = outputs
+    values, _, _, _ = outputs
     page = run(*SHORT)
     for number, branch in enumerate(values["branches"], start=1):
         assert f"branch {number}: {branch['points']} points" in page
@@ -159,7 +176,8 @@ def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
     """Its column stands beside that of the speed, and the header says what is fixed."""
     file, plot = tmp_path / "b.csv", tmp_path / "b.png"
     arguments = (*OVER, "--harmonics", 6, "--period-multiple", 1)
-    values = json.loads(run(*arguments, "--json", "-o", file, "--plot", plot))
+    with saved_figures() as figures:
+        values = json.loads(run(*arguments, "--json", "-o", file, "--plot", plot))
     assert "1450 Hz" in (page := run(*arguments))
     assert "0.07 to 0.08" in page
     assert values["over"] == "dynamics.damping_ratio"
@@ -173,7 +191,13 @@ def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
     ratios = [float(cells[at]) for cells in table.rows.values()]
     assert (min(ratios), max(ratios)) == (0.07, 0.08)
     assert values["branches"][0]["from"] == 0.07
-    assert plot.stat().st_size > 10_000
+    error, kind = table.names.index("dte_rms_m"), table.names.index("kind")
+    points = [
+        (float(cells[at]), 1e6 * float(cells[error]))
+        for cells in table.rows.values()
+        if not cells[kind]
+    ]
+    assert are_drawn(*figures, points)
 
 
 @pytest.mark.parametrize(

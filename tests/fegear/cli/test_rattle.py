@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawn_figures import axis_labels, drawn_points, saved_figures
 from ended_runs import killed_after
 from typer.testing import CliRunner
 
@@ -46,7 +47,8 @@ def test_critical_eccentricity_of_the_built_in_pump():
 def test_basins_on_screen_in_files_and_for_machines(tmp_path):
     """All say the same."""
     file, plot = tmp_path / "b.npz", tmp_path / "b.png"
-    values = json_output(*SMALL, "-o", str(file), "--plot", str(plot))
+    with saved_figures() as figures:
+        values = json_output(*SMALL, "-o", str(file), "--plot", str(plot))
     names = [attractor["name"] for attractor in values["attractors"]]
     assert names == ["quiet", "P(1,1,0)", "P(1,2,0)", "P(2,2,1)"]
     total = sum(attractor["fraction"] for attractor in values["attractors"])
@@ -59,7 +61,16 @@ def test_basins_on_screen_in_files_and_for_machines(tmp_path):
         np.testing.assert_allclose(fractions, archive["fraction"])
         assert cells.shape == (30, 30)
         assert float(archive["damping"]) == 0.575
-    assert plot.stat().st_size > 10_000
+    (figure,) = figures
+    assert axis_labels(figure) == {
+        "time of lift-off from the upper flank [turns]",
+        "speed of lift-off [rad per turn]",
+    }
+    (colours,) = (image.get_array() for axes in figure.axes for image in axes.images)
+    for number in np.unique(cells):  # in one colour, which no other has
+        colour = np.unique(colours[cells == number], axis=0)
+        assert len(colour) == 1
+        assert not (colours[cells != number] == colour).all(axis=-1).any()
     page = CliRunner().invoke(app, list(SMALL)).stdout
     for attractor in values["attractors"]:
         assert attractor["name"] in page
@@ -264,6 +275,8 @@ def test_a_map_without_inverse_has_no_manifolds(capsys):
 def test_a_plot_of_runs_that_settle_to_nothing(tmp_path, recwarn):
     plot = tmp_path / "n.png"
     options = ("--starts", "2", "--turns", "5", "--iterations", "200", "--plot", plot)
-    assert run(["rattle", "noise", "roots-a", *map(str, options)]) == 0
-    assert plot.stat().st_size > 5_000
+    with saved_figures() as figures:
+        assert run(["rattle", "noise", "roots-a", *map(str, options)]) == 0
+    assert "part of the runs that are less loud" in axis_labels(*figures)
+    assert not len(drawn_points(*figures))
     assert not [w for w in recwarn if "constrained_layout" in str(w.message)]
