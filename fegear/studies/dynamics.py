@@ -16,6 +16,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.studies.page import Page
 from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import (
     Job,
@@ -358,18 +359,27 @@ class DynamicsProblem(Problem):
                     "body_modes_left_out": None,
                 },
                 header=self.header,
-                notes=tuple(
-                    f"{torque:g} N m, {choice.reason}"
-                    for torque, choice in self.prepared.items()
-                ),
                 warnings=tuple(sweep_warnings(self.gears, (*found, *beside))),
             ),
             frequencies=self.frequencies,
             found=found,
             beside=beside,
+            reasons=tuple(
+                (torque, choice.reason) for torque, choice in self.prepared.items()
+            ),
         )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class DynamicsResult(ResponsesResult):
-    """Branches of the finite elements."""
+    """Branches of the finite elements.
+
+    reasons : for the fidelity at each torque [N m], sentences that begin with it
+    """
+
+    reasons: tuple[tuple[float, str], ...] = ()
+
+    def page(self) -> Page:
+        for torque, reason in self.reasons:
+            yield f"{torque:g} N m, {reason}"
+        yield from super().page()
