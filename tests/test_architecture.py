@@ -31,6 +31,7 @@ ALLOWED = {
         "lumped.common.compiled",
         "lumped.kernels.elimination",
         "lumped.common.checks",
+        "lumped.common.options",
         "lumped.common.progress",
         "lumped.common.csv_text",
         "lumped.train.table",

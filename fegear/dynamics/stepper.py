@@ -15,7 +15,7 @@ from fegear.dynamics.kernels.arrays import Clock, Record, StepMatrices
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.files.errors import InputError
-from lumped.common.checks import require_between
+from lumped.common.options import Range, documented, option
 from lumped.steady.response import History
 from lumped.steady.settings import SteadySettings
 from lumped.steady.steady_state import Diverged, Speed, mesh_mode_mask, new_convergence
@@ -37,31 +37,37 @@ class DynamicsError(ArithmeticError):
     """A motion that could not be integrated."""
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class DynamicSettings(SteadySettings):
-    """Numerical choices.
-
-    steps : per cycle of the fastest mesh, at least
-    step_angle : largest phase [rad] that the highest elastic mode turns in a step
-    hub_angle : the same for the highest mode of the rigid train that strains a mesh
-    rho_inf : part of an unresolved vibration that a step leaves, see `scheme`
-    ramp_periods : of the first mesh, over which the speed changes
-    """
+    """Numerical settings of finite elements in motion."""
 
     min_periods: ClassVar[int] = 400
-    steps: int = 128
-    step_angle: float = 1.0
-    hub_angle: float = 0.1
-    rho_inf: float = 0.9
-    ramp_periods: int = 8
-
-    def __post_init__(self) -> None:
-        require_between("steps", self.steps, 8, 100_000)
-        require_between("step_angle", self.step_angle, 0, 10, above=True)
-        require_between("hub_angle", self.hub_angle, 0, 10, above=True)
-        require_between("rho_inf", self.rho_inf, 0, 1)
-        require_between("ramp_periods", self.ramp_periods, 0, 10_000)
-        super().__post_init__()
+    steps: int = option(
+        128,
+        "Least number of time steps per period of the fastest mesh.",
+        Range(8, 100_000),
+    )
+    step_angle: float = option(
+        1.0,
+        "Largest phase [rad] that the highest elastic mode turns in a step.",
+        Range(above=0.0, most=10.0),
+    )
+    hub_angle: float = option(
+        0.1,
+        "Largest phase [rad] that the highest mode of the rigid train that strains a "
+        "mesh turns in a step.",
+        Range(above=0.0, most=10.0),
+    )
+    rho_inf: float = option(
+        0.9,
+        "Part of an unresolved vibration that a step leaves: spectral radius at "
+        "infinite frequency of the generalised-alpha scheme.",
+        Range(0.0, 1.0),
+    )
+    ramp_periods: int = option(
+        8, "Periods of the first mesh over which the speed changes.", Range(0, 10_000)
+    )
 
     @property
     def scheme(self) -> Scheme:

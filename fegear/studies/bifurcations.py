@@ -20,13 +20,12 @@ from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
-    Setting,
     SettingsGroup,
     Study,
     StudyResult,
     Task,
     display_name,
+    expose,
     group,
     refusal,
     setting,
@@ -56,6 +55,7 @@ from lumped.attractors.attractor_sweeps import (
 from lumped.attractors.attractors import Attractor, SectionSettings
 from lumped.branches.motions import ParameterFamily, SpeedFamily
 from lumped.common.csv_text import exact
+from lumped.common.options import Range
 from lumped.figures.attractors import draw_attractors
 from lumped.figures.maps import axis_label
 from lumped.steady.maps import Axis
@@ -88,15 +88,7 @@ COLUMNS = (
 )
 
 
-SECTIONS = SettingsGroup(
-    kind=SectionSettings,
-    exposed={
-        "sections": Setting(
-            text="Points of the Poincaré section of an aperiodic motion, one in "
-            "each common period of all meshes."
-        )
-    },
-)
+SECTIONS = SettingsGroup(kind=SectionSettings, exposed=expose("sections"))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,13 +23,13 @@ from fegear.studies.page import Page, number, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
     Setting,
     SettingsGroup,
     Study,
     StudyResult,
     Task,
     display_name,
+    expose,
     group,
     refusal,
     setting,
@@ -52,6 +52,7 @@ from lumped.branches.points import BranchPoint
 from lumped.branches.serialization import branch_from_dict, branch_to_dict
 from lumped.common.checks import present
 from lumped.common.csv_text import exact
+from lumped.common.options import Range
 from lumped.common.workers import Stopped
 from lumped.figures.branches import draw_branches
 from lumped.steady.maps import Axis
@@ -81,29 +82,14 @@ LEGEND = {
 
 
 FINDING = SettingsGroup(
-    kind=BranchSettings,
-    exposed={
-        "harmonics": Setting(
-            text="Harmonics of the first mesh's frequency in motions of models 1 to 3.",
-        ),
-        "period_multiple": Setting(
-            text="Largest number of common periods of all meshes after which "
-            "motions repeat: period-doubled branches are followed up to it.",
-        ),
-        "starts": Setting(
-            text="Number of random initial conditions, the same in each run, from"
-            " which further branches are searched, including isolated ones.",
-        ),
-    },
+    kind=BranchSettings, exposed=expose("harmonics", "period_multiple", "starts")
 )
 WAVES = replace(
     SOURCE,
     exposed={
         **SOURCE.exposed,
         "harmonics": Setting(
-            option="--excitation-harmonics",
-            former="--wave-harmonics",
-            text="Harmonics of the stiffness that --excitation fourier keeps.",
+            option="--excitation-harmonics", former="--wave-harmonics"
         ),
     },
 )

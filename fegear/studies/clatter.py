@@ -20,7 +20,6 @@ from fegear.studies.study import (
     Draw,
     Job,
     Problem,
-    Range,
     Study,
     StudyResult,
     Task,
@@ -42,6 +41,7 @@ from lumped.clatter.maps import MapName
 from lumped.clatter.noise import noise_of
 from lumped.clatter.runs import Impacts, State, centred_state, random_state
 from lumped.common.csv_text import exact
+from lumped.common.options import Range
 from lumped.figures.clatter import draw_attractor, draw_motion
 
 if TYPE_CHECKING:

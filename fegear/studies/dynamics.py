@@ -21,29 +21,19 @@ from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import (
     Job,
     Problem,
-    Range,
     Setting,
     SettingsGroup,
     Study,
     Task,
     display_name,
+    expose,
     group,
     setting,
+    setting_of,
 )
 from fegear.studies.sweep import SweptSpeeds, unbegun
 from fegear.studies.train_problem import TrainFacts, refuse_edits
-from fegear.studies.trains import (
-    DAMPING,
-    FRICTION,
-    PLANE,
-    RESOLUTION,
-    SETTLING,
-    TORQUE_OF,
-    TRANSLATIONS,
-    GearSetRef,
-    chosen_torques,
-    torques_setting,
-)
+from fegear.studies.trains import SETTLING, GearSetRef, chosen_torques, torques_setting
 from fegear.train.lumped_models import (
     LumpedModel,
     TorqueOf,
@@ -71,33 +61,12 @@ def _idle_elements(elements: FiniteElements) -> Iterator[tuple[str, str]]:
 ELEMENTS = SettingsGroup(
     kind=FiniteElements,
     unused_options=_idle_elements,
-    exposed={
-        "fidelity": Setting(
-            text="Degrees of freedom. full: all of the finite elements; reduced: "
-            "hubs and elastic modes of the gears; quasistatic: hubs only, "
-            "without elastic inertia; auto: reduced where elastic inertia "
-            "matters, otherwise quasistatic."
-        ),
-        "friction": FRICTION,
-        "elastic_damping": Setting(
-            text="Damping ratio of the first elastic modes of the gears.",
-        ),
-        "cutoff_Hz": Setting(
-            option="--cutoff",
-            text="Natural frequency [Hz] up to which elastic modes are considered. "
-            "[default: 7 times the highest speed or resonance, or more]",
-        ),
-    },
+    exposed=expose(
+        *("fidelity", "friction", "elastic_damping", "cutoff_Hz"),
+        cutoff_Hz=Setting(option="--cutoff"),
+    ),
 )
-INTEGRATION = SettingsGroup(
-    kind=DynamicSettings,
-    exposed={
-        **SETTLING,
-        "steps": Setting(
-            text="Least number of time steps per period of the fastest mesh."
-        ),
-    },
-)
+INTEGRATION = SettingsGroup(kind=DynamicSettings, exposed=expose(*SETTLING, "steps"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,15 +88,15 @@ class Dynamics(
     gear_set: GearSetRef
     torque: tuple[float, ...] = torques_setting()
     elements: FiniteElements = group(ELEMENTS)
-    torque_of: TorqueOf = setting("nominal", TORQUE_OF.text)
-    damping_ratio: float | None = setting(
-        None, DAMPING.text, Range(0.0, below=1.0), option=DAMPING.option
+    torque_of: TorqueOf = setting_of(LumpedModel, "torque_of")
+    damping_ratio: float | None = setting_of(
+        LumpedModel, "damping_ratio", option="--damping"
     )
-    translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
+    translations: bool = setting_of(
+        LumpedModel, "translations", option="--translations"
+    )
     source: StiffnessSource = group(
-        SettingsGroup(
-            kind=StiffnessSource, exposed={"plane": PLANE, "resolution": RESOLUTION}
-        )
+        SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resolution"))
     )
     integration: DynamicSettings = group(INTEGRATION)
     model_1: bool = setting(

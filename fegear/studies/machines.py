@@ -10,13 +10,8 @@ from typing import TYPE_CHECKING, Any
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
-from fegear.studies.study import (
-    Range,
-    argument,
-    display_name,
-    require_settings,
-    setting,
-)
+from fegear.studies.study import argument, display_name, require_settings, setting
+from lumped.common.options import Range
 from lumped.rattle.return_map import RETURNS
 
 if TYPE_CHECKING:

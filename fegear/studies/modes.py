@@ -21,21 +21,16 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
+    expose,
     group,
     refusal,
     refuse_given,
     setting,
+    setting_of,
 )
 from fegear.studies.table import Table
 from fegear.studies.train_problem import bodies_described
-from fegear.studies.trains import (
-    PLANE,
-    RESOLUTION,
-    TRANSLATIONS,
-    GearSetRef,
-    chosen_torque,
-    torque_setting,
-)
+from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
@@ -48,9 +43,7 @@ from lumped.train.modes import Modes, natural_modes
 from lumped.train.system import LumpedSystem
 
 UNSTRAINED = 1e-6  # part of the strain energy in the meshes below which there is none
-ELEMENTS = SettingsGroup(
-    kind=StiffnessSource, exposed={"plane": PLANE, "resolution": RESOLUTION}
-)
+ELEMENTS = SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resolution"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +54,9 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
 
     gear_set: GearSetRef
     torque: float | None = torque_setting()
-    translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
+    translations: bool = setting_of(
+        LumpedModel, "translations", option="--translations"
+    )
     stiffness: Literal["given", "fe", "coupled"] = setting(
         "given",
         "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, or "

@@ -23,8 +23,9 @@ from fegear.studies.machines import (
     not_converged_warning,
 )
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
-from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
 from fegear.studies.table import Table, finite_or_none
+from lumped.common.options import Range
 from lumped.figures.rattle import draw_basins
 from lumped.rattle import basins as of
 from lumped.rattle.return_map import RETURNS, settling_returns

@@ -13,8 +13,9 @@ from fegear.files.errors import InputError
 from fegear.rattle.machines import NamedMachine, header_of, parameters
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
-from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
+from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels, draw_curves
 from lumped.rattle.basins import BasinMap, basins_of, settle_grid
 from lumped.rattle.basins import InitialGrid as Cells

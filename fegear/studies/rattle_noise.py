@@ -25,7 +25,6 @@ from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
     Study,
     StudyResult,
     Task,
@@ -33,6 +32,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table, finite_or_none
+from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels, draw_noise
 from lumped.rattle import noise as of
 from lumped.rattle.attractors import QUIET

@@ -19,7 +19,6 @@ from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
     Study,
     StudyResult,
     Task,
@@ -47,6 +46,7 @@ from fegear.studies.varied import (
 from fegear.train.lumped_models import BENDING as RATIO
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.csv_text import exact
+from lumped.common.options import Range
 from lumped.figures.maps import axis_label
 from lumped.figures.stability import draw_chart
 from lumped.stability.combinations import Combination

@@ -26,8 +26,9 @@ from fegear.statics.excitation import (
     StiffnessSource,
 )
 from fegear.statics.plausibility import mesh_warnings
-from lumped.common.checks import require_between, require_choice, require_fields
+from lumped.common.checks import require_choice, require_fields
 from lumped.common.csv_text import exact
+from lumped.common.options import Range, documented, option
 from lumped.steady.losses import nominal_efficiency
 from lumped.steady.settings import Method, Settings
 from lumped.steady.truncation_check import TruncationCheck
@@ -57,46 +58,78 @@ LEAVES_OUT = {  # of what the coupled model has
 STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
 DEFAULT_SPEEDS = 400  # at most, where none are given
+SPRING_MODELS = (
+    "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean mesh "
+    "stiffness, excited by the loaded static transmission error; 3: total mesh "
+    "stiffness and no-load transmission error"
+)
+COUPLED_MODEL = (
+    "coupled: tooth pairs that stiffen with load and deflect each other through "
+    "elastic bodies with inertia"
+)
+AUTO_MODEL = (
+    "auto: coupled, or 1 where friction, given stiffness or mesh tables need it"
+)
 BendingRatio = float | Mapping[int, Wave]
 RATIO = "friction_bending_ratio"  # column of a mesh table
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class LumpedModel:
-    """Which lumped model of a gear set's train.
+    """Lumped model of a gear set's train."""
 
-    number : 1, every tooth pair with its own stiffness and gap; 2, mean mesh stiffness
-        excited by the loaded static transmission error; 3, total mesh stiffness and
-        no-load transmission error; "coupled", see `lumped.train.coupled`; "auto", see
-        `resolve_model`
-    without : which of `lumped.train.coupled.COMPONENTS` are left out
-    translations : gears with bearings move in the plane, else they rotate only
-    damping_ratio : of every mode, None for the gear set's
-    stiffness : where the mesh stiffness comes from, or mesh tables that give it
-    friction : coefficient of sliding friction of all meshes
-    bending : friction-bending ratio of all, None for the mean of the mesh tables,
-        "cycle" for that of each pair over its way, as they have it
-    sliding, transition : see `lumped.train.friction.ToothFriction`
-    torque_of : meaning of the torque with friction; "nominal", of gears without it: the
-        friction loss raises the input and lowers the output torque, in parts by the
-        inertia of both; "input", the mean of the input gear: the efficiency of the
-        meshes lowers the output torque
-    """
-
-    number: Number = 1
-    without: tuple[str, ...] = ()
-    translations: bool = False
-    damping_ratio: float | None = None
+    number: Number = option(1, f"{SPRING_MODELS}; {COUPLED_MODEL}; {AUTO_MODEL}.")
+    without: tuple[str, ...] = option(
+        (),
+        "Part of the coupled model to leave out; there may be several. hardening: "
+        "contact stiffens with load; pairs: tooth pairs deflect each other; body: "
+        "inertia of the elastic bodies; meshes: meshes of one gear deflect each other; "
+        "modes: vibration of the bodies against their hubs. [default: none]",
+    )
+    translations: bool = option(
+        False,
+        "Let gears with bearing stiffnesses move in the plane; by default all gears "
+        "only rotate.",
+    )
+    damping_ratio: float | None = option(
+        None,
+        "Damping ratio of every vibration mode. [default: that of the gear set, else "
+        "0.04]",
+        Range(0.0, below=1.0),
+    )
     stiffness: StiffnessSource | GivenTables = field(default_factory=StiffnessSource)
-    friction: float = 0.0
-    bending: float | Literal["cycle"] | None = None
-    sliding: Sliding = "nominal"
-    transition: float = 0.0
-    torque_of: TorqueOf = "nominal"
+    friction: float = option(
+        0.0,
+        "Coulomb friction coefficient of the teeth of all meshes, of model 1.",
+        Range(0.0, below=1.0),
+    )
+    bending: float | Literal["cycle"] | None = option(
+        None,
+        "Friction-bending ratio: deflection of a tooth pair by a friction force over "
+        "that by a normal force of the same size. [default: mean of the mesh tables]",
+        Range(0.0, below=1.0),
+    )
+    sliding: Sliding = option(
+        "nominal",
+        "Sliding velocity that friction opposes. nominal: that of uniformly rotating "
+        "gears; instantaneous: including the vibration, which can reverse friction "
+        "near the pitch point.",
+    )
+    transition: float = option(
+        0.0,
+        "Sliding speed [m/s] over which instantaneous friction reverses smoothly, by "
+        "tanh; 0: friction reverses at once.",
+    )
+    torque_of: TorqueOf = option(
+        "nominal",
+        "Meaning of the torque with friction. nominal: torque without friction; the "
+        "friction loss raises the input torque and lowers the output torque in "
+        "proportion to their inertias; input: mean torque of the input gear; the "
+        "output torque is lowered by the efficiency of the meshes.",
+    )
 
     def __post_init__(self) -> None:
-        if self.damping_ratio is not None:
-            require_between("damping_ratio", self.damping_ratio, 0, 1, below=True)
         require_fields(self)
         if self.without and self.number != "coupled":
             raise ValueError(f"without needs the coupled model, got {self.number}")
@@ -110,12 +143,7 @@ class LumpedModel:
             raise ValueError(
                 f"relief_stiffness = unmodified needs model 1, got {self.number}"
             )
-        require_between("friction", self.friction, 0, 1, below=True)
-        ratio = self.bending
-        if ratio is None or isinstance(ratio, str):
-            ratio = 0.0
-        require_between("bending", ratio, 0, 1, below=True)
-        self.tooth_friction(ratio)  # checks its fields
+        self.tooth_friction(0.0)  # checks its fields
 
     def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
         """Friction of a mesh, with its friction-bending ratio."""

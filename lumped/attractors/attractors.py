@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from lumped.branches.motions import PeriodicProblem, SpeedFamily
 from lumped.branches.periodic import has_half_period
 from lumped.branches.points import branch_point
-from lumped.common.checks import checked, require_between, require_fields
+from lumped.common.checks import checked, require_fields
+from lumped.common.options import Range, documented, option
 from lumped.continuation.arc_length import Continuation, NoSolution, StepControl
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
@@ -57,14 +58,19 @@ class Kind(StrEnum):
     DIVERGED = "diverged"
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class SectionSettings:
-    """How attractors are looked at; sections : points of one that does not repeat."""
+    """How attractors are looked at."""
 
-    sections: int = 100
+    sections: int = option(
+        100,
+        "Points of the Poincaré section of an aperiodic motion, one in each common "
+        "period of all meshes.",
+        Range(1, 10_000),
+    )
 
     def __post_init__(self) -> None:
-        require_between("sections", self.sections, 1, 10_000)
         require_fields(self)
 
 

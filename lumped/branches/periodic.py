@@ -19,7 +19,8 @@ from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem
 from lumped.branches.period_map import PeriodMap
 from lumped.branches.points import BranchPoint, branch_point, with_bifurcations
 from lumped.branches.shooting import shoot
-from lumped.common.checks import require_between, require_fields
+from lumped.common.checks import require_fields
+from lumped.common.options import Range, documented, option
 from lumped.continuation.arc_length import (
     MIN_COSINE,
     BranchTrace,
@@ -61,39 +62,48 @@ KINKED = (
 MOTION_RTOL = 1e-5  # of the static deflection, for motions that are one
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class BranchSettings:
-    """Numerical choices.
+    """Numerical choices of branches that are followed."""
 
-    harmonics : of the first mesh's frequency
-    step, max_step : first and largest arc length, in which the static deflection and
-        the parameter's unit count one
-    points : at most, of a branch
-    sweep_points : of the sweeps in which further branches are looked for
-    period_multiple : most common periods after which motions may repeat
-    starts : random states from which motions on further branches are looked for
-    steepness : [1/m] of contact that closes by tanh, None for true contact
-    """
-
-    harmonics: int = 20
-    step: float = 0.02
-    max_step: float = 0.1
-    points: int = 5000
-    sweep_points: int = 41
-    period_multiple: int = 2
-    starts: int = 0
-    steepness: float | None = None
+    harmonics: int = option(
+        20,
+        "Harmonics of the first mesh's frequency in motions of models 1 to 3.",
+        Range(1, 200),
+    )
+    step: float = option(
+        0.02,
+        "First arc length, in which the static deflection and the parameter's unit "
+        "count one.",
+        Range(above=0.0, most=1.0),
+    )
+    max_step: float = option(0.1, "Largest arc length.", Range(above=0.0, most=10.0))
+    points: int = option(5000, "Points of a branch at most.", Range(2, 1_000_000))
+    sweep_points: int = option(
+        41,
+        "Points of the sweeps in which further branches are looked for.",
+        Range(2, 100_000),
+    )
+    period_multiple: int = option(
+        2,
+        "Largest number of common periods of all meshes after which motions repeat: "
+        "period-doubled branches are followed up to it.",
+        Range(1, 64),
+    )
+    starts: int = option(
+        0,
+        "Number of random initial conditions, the same in each run, from which further "
+        "branches are searched, including isolated ones.",
+        Range(0, 100_000),
+    )
+    steepness: float | None = option(
+        None,
+        "Steepness [1/m] of contact that closes by tanh; none for true contact.",
+        Range(1, 1e15),
+    )
 
     def __post_init__(self) -> None:
-        require_between("harmonics", self.harmonics, 1, 200)
-        require_between("step", self.step, 0, 1, above=True)
-        require_between("max_step", self.max_step, 0, 10, above=True)
-        require_between("points", self.points, 2, 1_000_000)
-        require_between("sweep_points", self.sweep_points, 2, 100_000)
-        require_between("period_multiple", self.period_multiple, 1, 64)
-        require_between("starts", self.starts, 0, 100_000)
-        if self.steepness is not None:
-            require_between("steepness", self.steepness, 1, 1e15)
         require_fields(self)
 
 

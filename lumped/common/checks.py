@@ -28,6 +28,8 @@ from typing import (
 
 import numpy as np
 
+from lumped.common.options import Range, allowed_of
+
 P = ParamSpec("P")
 T = TypeVar("T")
 R = TypeVar("R")
@@ -70,6 +72,14 @@ def require_between(
     )
 
 
+def require_in(name: str, value: object, allowed: Range) -> None:
+    """Require a number of a range."""
+    above, below = allowed.least == -math.inf, allowed.most == math.inf
+    low = allowed.above if above else allowed.least
+    high = allowed.below if below else allowed.most
+    require_between(name, value, low, high, above, below)  # type: ignore[arg-type]
+
+
 def require_choice(name: str, value: object, allowed: Collection[object]) -> None:
     """Require one of several values."""
     if not any(_is(value, choice) for choice in allowed):
@@ -77,18 +87,20 @@ def require_choice(name: str, value: object, allowed: Collection[object]) -> Non
 
 
 def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
-    """Require that the fields of a dataclass match their types and are finite.
+    """Require that the fields of a dataclass match their types, are finite and allowed.
 
-    NumPy's numbers, also in tuples, become Python's. The contents of arrays and
-    mappings are checked elsewhere.
+    Limits are those of `lumped.common.options.option`. NumPy's numbers, also in
+    tuples, become Python's. The contents of arrays and mappings are checked elsewhere.
 
     infinite : fields whose number may also be infinite
     """
-    for name, kind in _kinds(settings.__class__).items():
+    for name, (kind, allowed) in _kinds(settings.__class__).items():
         value = getattr(settings, name)
         if value is not (plain := plain_numbers(value)):
             object.__setattr__(settings, name, plain)
             value = plain
+        if allowed is not None and (is_number(value) or not _fits(value, kind)):
+            require_in(name, value, allowed)
         if not (name in infinite and is_number(value) and value == math.inf):
             require_kind(name, value, kind)
 
@@ -155,9 +167,12 @@ def shortened(text: str, longest: int = LONGEST) -> str:
 
 
 @lru_cache(maxsize=256)
-def _kinds(kind: Any) -> dict[str, Any]:
+def _kinds(kind: Any) -> dict[str, tuple[Any, Range | None]]:
+    """Type and limits of each field."""
     hints = get_type_hints(kind)
-    return {entry.name: hints[entry.name] for entry in fields(kind)}
+    return {
+        entry.name: (hints[entry.name], allowed_of(entry)) for entry in fields(kind)
+    }
 
 
 @lru_cache(maxsize=256)
