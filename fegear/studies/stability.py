@@ -46,7 +46,7 @@ from fegear.studies.varied import (
 )
 from fegear.train.lumped_models import BENDING as RATIO
 from fegear.train.lumped_models import LumpedModel
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.figures.maps import axis_label
 from lumped.figures.stability import draw_chart
 from lumped.stability.combinations import Combination
@@ -188,7 +188,7 @@ class StabilityProblem(ParametricProblem):
         del header["integration"]
         study, name = self.study, self.study.over.name
         if TORQUE not in study.names:
-            header["torque_Nm"] = exact(self.load)
+            header["torque_Nm"] = format_exact(self.load)
         header["method"] = study.method
         if len(columns) < len(study.over.values):
             header["incomplete"] = f"{len(columns)} of {len(study.over.values)} values"

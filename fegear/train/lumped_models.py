@@ -27,7 +27,7 @@ from fegear.statics.excitation import (
 )
 from fegear.statics.plausibility import mesh_warnings
 from lumped.common.checks import require_between, require_choice, require_fields
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.steady.losses import nominal_efficiency
 from lumped.steady.settings import Method, Settings
 from lumped.steady.truncation_check import TruncationCheck
@@ -661,7 +661,7 @@ def file_header(
         "gear set": gear_set.name,
         "fegear version": package_version(),
         **model.stiffness.header,
-        "damping ratio": exact(damping_ratio),
+        "damping ratio": format_exact(damping_ratio),
         "translations": "yes" if model.translations else "no",
         **_friction(model),
         "integration": integration,
@@ -676,13 +676,15 @@ def _friction(model: LumpedModel) -> dict[str, str]:
     if isinstance(model.bending, str):
         bending = "of the mesh tables, over the way of each pair"
     elif model.bending is not None:
-        bending = exact(model.bending)
+        bending = format_exact(model.bending)
     entries = {
-        "friction coefficient": exact(model.friction),
+        "friction coefficient": format_exact(model.friction),
         BENDING: bending,
     }
     if model.sliding == "instantaneous":
-        turns = f" within {exact(model.transition)} m/s" if model.transition else ""
+        turns = (
+            f" within {format_exact(model.transition)} m/s" if model.transition else ""
+        )
         entries[TURNED] = f"turned by vibration{turns}"
     return entries | torque_entry(model.torque_of)
 
@@ -706,7 +708,7 @@ def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
 def integration_in_words(settings: Settings, coupled: bool = False) -> str:
     """coupled : whether it is of the coupled model"""
     method = "exact but for cubic contact forces" if coupled else settings.method
-    scheme = f"{method}, tolerance {exact(settings.tolerance)}"
+    scheme = f"{method}, tolerance {format_exact(settings.tolerance)}"
     if settings.method == "rk4":
         steps = settings.min_steps(coupled)
         scheme += f", {steps} steps per period or more"

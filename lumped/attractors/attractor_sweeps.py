@@ -22,13 +22,13 @@ from lumped.attractors.attractors import (
     find_attractor,
     refined,
 )
-from lumped.common.checks import checked
+from lumped.common.checks import check_arguments
 from lumped.common.workers import Stop
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import (
+    Callback,
     Stepper,
-    Watch,
     confirm_steady_state,
     steady_state,
 )
@@ -39,7 +39,7 @@ from lumped.steady.sweep import (
     Observer,
     SweepPoint,
     continue_sweep,
-    in_order,
+    sort_values,
 )
 from lumped.train.system import LumpedSystem
 
@@ -189,7 +189,7 @@ class _AttractorRecorder:
         settings: Settings,
         state: Any,
         before: Response | None,
-        watch: Watch,
+        callback: Callback,
     ) -> tuple[Response, Any, Settings]:
         """Response of `confirm_steady_state` on the attractor of the motion.
 
@@ -197,9 +197,9 @@ class _AttractorRecorder:
         does not repeat though changes shrink may have been chaotic for a while.
         """
         solution = confirm_steady_state(
-            stepper, frequency, settings, state, before, watch
+            stepper, frequency, settings, state, before, callback
         )
-        attractor = self._attractor(stepper, solution, watch)
+        attractor = self._attractor(stepper, solution, callback)
         if attractor.kind == Kind.NOT_CONVERGED or unstable(attractor):
             response, _, steps = solution
             longer = replace(
@@ -207,23 +207,23 @@ class _AttractorRecorder:
                 max_periods=steps.max_periods or LONG,
             )
             rerun = steady_state(
-                *(stepper, frequency, longer, response.state, frequency, watch)
+                *(stepper, frequency, longer, response.state, frequency, callback)
             )
             solution = *rerun, longer
-            attractor = self._attractor(stepper, solution, watch)
+            attractor = self._attractor(stepper, solution, callback)
         if unstable(attractor):
             solution = aperiodic(solution[0]), *solution[1:]
-            attractor = self._attractor(stepper, solution, watch)
+            attractor = self._attractor(stepper, solution, callback)
         self.attractors.append(attractor)
         return solution
 
     def _attractor(
-        self, stepper: Stepper, solution: tuple[Response, Any, Any], watch: Watch
+        self, stepper: Stepper, solution: tuple[Response, Any, Any], callback: Callback
     ) -> Attractor:
         response, _, steps = solution
         return find_attractor(
             *(stepper.system, response, steps, self.sections),
-            partial(watch, response.frequency),
+            partial(callback, response.frequency),
         )
 
     def add(self, response: Response) -> None:
@@ -231,7 +231,7 @@ class _AttractorRecorder:
             self.store.add(response, self.attractors[-1])
 
 
-@checked
+@check_arguments
 def sweep_attractors(
     values: Sequence[float],
     system_at: SystemAt,
@@ -251,7 +251,7 @@ def sweep_attractors(
     """
     # no figures are shown that more windows would measure
     settings = replace(settings or Settings(), windows=1)
-    ordered = in_order(values, direction)
+    ordered = sort_values(values, direction)
     recorder = _AttractorRecorder(sections or SectionSettings(), store)
 
     def station(value: float) -> SweepPoint:

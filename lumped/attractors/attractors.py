@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from lumped.branches.motions import PeriodicProblem, SpeedFamily
 from lumped.branches.periodic import has_half_period
 from lumped.branches.points import branch_point
-from lumped.common.checks import checked, require_between, require_fields
+from lumped.common.checks import check_arguments, require_between, require_fields
 from lumped.continuation.arc_length import Continuation, NoSolution, StepControl
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
-from lumped.steady.steppers import FixedStepper, room_to_record
+from lumped.steady.steppers import FixedStepper, allocate_record
 from lumped.train.system import LumpedSystem
 from lumped.train.train import TrainError
 
@@ -104,19 +104,19 @@ class Attractor:
         return Kind.CHAOTIC if grows else Kind.QUASI_PERIODIC
 
 
-@checked
+@check_arguments
 def find_attractor(
     system: LumpedSystem,
     response: Response,
     settings: Settings,
     sections: SectionSettings | None = None,
-    watch: Callable[[int], None] = lambda done: None,
+    callback: Callable[[int], None] = lambda done: None,
 ) -> Attractor:
     """The attractor on which a response ends, by fixed steps.
 
     settings : of the response's steps
-    watch : called on the way with the common periods that are done; what it raises ends
-        the work
+    callback : function called with the common periods done; an exception that it
+        raises ends the work
     """
     sections = sections or SectionSettings()
     if system.has_friction:
@@ -127,7 +127,7 @@ def find_attractor(
     try:
         if response.multiple:
             return _repeating(system, response, at)
-        return _aperiodic(system, response, at, sections.sections, watch)
+        return _aperiodic(system, response, at, sections.sections, callback)
     except Diverged:
         return _diverged(system)
 
@@ -149,11 +149,13 @@ class _TangentFlow:
         """Angular frequencies by which velocities are scaled (n,) [rad/s]."""
         return self.system.angular
 
-    def carry(self, state: Array, periods: int) -> tuple[Array, Array, Array]:
+    def integrate_variations(
+        self, state: Array, periods: int
+    ) -> tuple[Array, Array, Array]:
         """Deflections and rates (periods, m) at the start of each, and how much changes
         grow in it as a logarithm (periods,); the state (2, n (1 + k)) moves on."""
-        rows, growth = room_to_record(self.system, periods), np.empty(periods)
-        FixedStepper(self.system).carry(state, self.at, rows, growth)
+        rows, growth = allocate_record(self.system, periods), np.empty(periods)
+        FixedStepper(self.system).integrate_variations(state, self.at, rows, growth)
         return rows[:, 0], rows[:, 1], growth
 
 
@@ -171,7 +173,7 @@ def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor
         return _by_monodromy(system, response, at)
     multiple, exponent = exact
     state = np.concatenate([response.state, np.ones_like(response.state)], axis=1)
-    deflection, rate, _ = _TangentFlow(system, at).carry(state, multiple)
+    deflection, rate, _ = _TangentFlow(system, at).integrate_variations(state, multiple)
     return Attractor(multiple, deflection, rate, exponent, 0.0)
 
 
@@ -222,10 +224,10 @@ def _by_monodromy(system: LumpedSystem, response: Response, at: Speed) -> Attrac
     if fine != at.settings:
         at = replace(at, settings=fine)
         varied = np.concatenate([state, np.ones_like(state)], axis=1)
-        _TangentFlow(system, at).carry(varied, CLOSING * periods)
+        _TangentFlow(system, at).integrate_variations(varied, CLOSING * periods)
         state = varied[:, : state.shape[1]]
     varied = np.concatenate([state, np.ones_like(state)], axis=1)
-    deflection, rate, _ = _TangentFlow(system, at).carry(varied, periods)
+    deflection, rate, _ = _TangentFlow(system, at).integrate_variations(varied, periods)
     _, scaled, growth = FixedStepper(system).scaled_monodromy(state, at, periods)
     exponent = growth + math.log(np.abs(np.linalg.eigvals(scaled)).max())
     return Attractor(response.multiple, deflection, rate, exponent / length, 0.0)
@@ -247,16 +249,16 @@ def _aperiodic(
     response: Response,
     at: Speed,
     sections: int,
-    watch: Callable[[int], None],
+    callback: Callable[[int], None],
 ) -> Attractor:
     """One change, until the sign of its growth is certain or it took long enough."""
     way, length = _TangentFlow(system, at), system.common_period[0]
     changed = np.full((2, way.angular.size), 1.0)  # which no mode leaves out
     changed[1] *= way.angular
     state = np.concatenate([response.state, changed], axis=1)
-    way.carry(state, math.ceil(TURNING / length))
+    way.integrate_variations(state, math.ceil(TURNING / length))
     stretch = max(sections, WINDOWS, math.ceil(STRETCH / length))
-    deflection, rate, growth = way.carry(state, stretch)
+    deflection, rate, growth = way.integrate_variations(state, stretch)
     while True:
         windows = np.array([part.mean() for part in np.array_split(growth, WINDOWS)])
         exponent, spread = growth.mean(), windows.std(ddof=1) / math.sqrt(WINDOWS)
@@ -267,8 +269,8 @@ def _aperiodic(
             or growth.size * length >= MAX_PERIODS
         ):
             break
-        watch(growth.size)
-        growth = np.concatenate([growth, way.carry(state, stretch)[2]])
+        callback(growth.size)
+        growth = np.concatenate([growth, way.integrate_variations(state, stretch)[2]])
     return Attractor(
         multiple=0,
         deflection=deflection[:sections].copy(),

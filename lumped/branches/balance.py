@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from lumped.branches.series import Series
 from lumped.branches.springs import SpringForces
 from lumped.kernels.arrays import ContactPieces
-from lumped.steady.measures import measures
+from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
@@ -198,7 +198,7 @@ class HarmonicBalance:
 
     def figures(self, x: Array, frequency: float) -> dict[str, Array]:
         """Quantities of a sweep's response, (m,) each; see `lumped.steady.measures`."""
-        return measures(self.forces.history(x.reshape(self.shape), frequency))
+        return measure_motion(self.forces.history(x.reshape(self.shape), frequency))
 
     def of_response(self, response: Response, settings: Settings) -> Array:
         """Unknowns x of a motion that has settled by fixed steps."""
@@ -207,7 +207,7 @@ class HarmonicBalance:
         from lumped.kernels import orbit as kernel
 
         stepper = FixedStepper(self.system)
-        kernel_args: tuple[Any, Any] = stepper.driven(
+        kernel_args: tuple[Any, Any] = stepper.kernel_arguments(
             Speed(response.frequency, settings)
         )
         arrays, steps = kernel_args

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.steady.measures import measures
+from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
@@ -81,7 +81,7 @@ class PeriodMap:
     def figures(self, x: Array, frequency: float) -> dict[str, Array]:
         """Quantities of a sweep's response, (m,) each; see `lumped.steady.measures`."""
         state, speed = self.state(x, frequency), Speed(frequency, self.steps)
-        return measures(self._stepper.record(state, speed, self.multiple)[1])
+        return measure_motion(self._stepper.record(state, speed, self.multiple)[1])
 
     def of_response(self, response: Response, settings: Settings) -> Array:
         """Unknowns x of a motion that has settled by fixed steps."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lumped.branches.motions import PeriodicMotion
 from lumped.branches.period_map import PeriodMap
 from lumped.continuation.arc_length import NoSolution
-from lumped.steady.measures import measures
+from lumped.steady.measures import measure_motion
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import stepper_of
@@ -58,7 +58,7 @@ def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
         except (Diverged, np.linalg.LinAlgError):
             break
         if np.abs(step / size).max() <= NEWTON_TOL:
-            return Shot(state, measures(history))
+            return Shot(state, measure_motion(history))
         state = state - step
     raise NoSolution("shooting found no periodic motion")
 

@@ -209,7 +209,7 @@ class Continuation(Generic[P]):
         start: Point,
         limits: tuple[float, float],
         ends: Callable[[Point, Point], str] = lambda before, after: "",
-        watch: Callable[[float], None] = lambda parameter: None,
+        callback: Callable[[float], None] = lambda parameter: None,
     ) -> BranchTrace:
         """From a point along its tangent until the parameter leaves its limits.
 
@@ -255,7 +255,7 @@ class Continuation(Generic[P]):
                 reason = "the end of the range was reached"
                 break
             points.append(point)
-            watch(point.parameter)
+            callback(point.parameter)
             if reason_now := ends(here, point):
                 return BranchTrace(tuple(points), reason_now)
             if self._is_closed(points, length):

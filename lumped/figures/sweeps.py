@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
-from lumped.steady.jumps import find_jumps, opposites
-from lumped.steady.motion import TimeHistory, resampled
+from lumped.steady.jumps import find_jumps, opposite_branches
+from lumped.steady.motion import TimeHistory, resample
 from lumped.steady.sweep import Branch
 from lumped.train.system import LumpedSystem
 
@@ -81,7 +81,7 @@ def _opposite(curve: ResponseCurve, curves: Sequence[ResponseCurve]) -> Branch |
     Finite elements and the lumped model compared with them refer to the same system.
     """
     same = [other.branch for other in curves if other.name == curve.name]
-    return opposites([curve.branch, *same])[0]
+    return opposite_branches([curve.branch, *same])[0]
 
 
 def _speed_label(system: LumpedSystem) -> str:
@@ -256,7 +256,7 @@ def _draw_states(
 def _draw_phase_plane(axes: Axes, motion: TimeHistory, m: int) -> None:
     time = motion.history.time
     fine = np.linspace(time[0], time[-1], FINER * time.size)
-    deflection, rate = resampled(motion.history, fine)
+    deflection, rate = resample(motion.history, fine)
     axes.plot(1e6 * deflection[:, m], 1e3 * rate[:, m], color="0.6", lw=0.8)
     points = len(motion.section_rate)
     axes.plot(

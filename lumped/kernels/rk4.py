@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lumped.common.compiled import chosen_by_record, compiled, inlined
+from lumped.common.compiled import compiled, dispatch_by_record, inlined
 from lumped.kernels.arrays import ExcitationSamples, FrictionSamples, VariedSteps
 from lumped.kernels.convergence import (
     FINISHED,
@@ -58,7 +58,7 @@ def record_row(system, steps, k, q, v, out):
     chosen(system, steps, k, q, v, out)
 
 
-chosen_by_record(
+dispatch_by_record(
     set_acceleration,
     {
         ExcitationSamples: set_spring_acceleration,
@@ -66,7 +66,7 @@ chosen_by_record(
         VariedSteps: set_varied_acceleration,
     },
 )
-chosen_by_record(
+dispatch_by_record(
     record_row,
     {
         ExcitationSamples: record_springs,

@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.workers import run_together
+from lumped.common.workers import run_in_threads
 from lumped.rattle.arcs import arcs_of, linearised
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
@@ -261,7 +261,7 @@ class AttractorClassifier:
             partial(iterate_map_points, self.machine, share, iterations)
             for share in shares
         ]
-        parts = zip(*run_together(tasks, threading.Event()), strict=True)
+        parts = zip(*run_in_threads(tasks, threading.Event()), strict=True)
         return Settled(*map(np.concatenate, parts))
 
     def _quiet(self) -> int:

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.workers import Arrays, Compute, in_threads
+from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import Settled, iterate_map_points
@@ -102,7 +102,10 @@ def settle_tile(
 
 
 def settle_grid(
-    machine: Machine, grid: InitialGrid, iterations: int, compute: Compute = in_threads
+    machine: Machine,
+    grid: InitialGrid,
+    iterations: int,
+    compute: Compute = compute_in_threads,
 ) -> Settled:
     """Follow all cells.
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from lumped.common.workers import run_together
+from lumped.common.workers import run_in_threads
 from lumped.rattle.assembly import Assembly, Linear
 from lumped.rattle.kernels import modes as kernel
 from lumped.rattle.machine import TURN
@@ -106,7 +106,7 @@ class AssemblyIntegrator:
     ) -> list[AssemblyRun]:
         """Motions from states (s, 2 n), on all processors."""
         tasks = [partial(self.run, state, begin, end, times) for state in states]
-        return run_together(tasks, threading.Event())
+        return run_in_threads(tasks, threading.Event())
 
     def _regime(self, stiffness: float, side: int) -> kernel.Regime:
         """Regime of motion on a side, or in the play.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.checks import checked, require_fields
+from lumped.common.checks import check_arguments, require_fields
 from lumped.train.excitation import MODELS, MeshExcitation, PairExcitation, with_errors
 from lumped.train.waves import (
     POSITION_TOL,
@@ -95,7 +95,7 @@ class StiffnessParameters:
         return -(half if self.approach is None else self.approach)
 
 
-@checked
+@check_arguments
 def analytic_excitation(
     figures: StiffnessParameters,
     model: int = 1,

@@ -27,7 +27,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.checks import checked, is_number, require_fields, shown
+from lumped.common.checks import (
+    check_arguments,
+    format_value,
+    is_number,
+    require_fields,
+)
 from lumped.train.table import MeshTable, pair_names, pair_teeth
 from lumped.train.waves import (
     Wave,
@@ -79,7 +84,7 @@ class MeshExcitation:
         if not self.pairs:
             raise ValueError("pairs must not be empty")
         if not is_number(self.mean_stiffness) or not 0 < self.mean_stiffness < math.inf:
-            value = shown(self.mean_stiffness)
+            value = format_value(self.mean_stiffness)
             raise ValueError(f"mean_stiffness must be positive, got {value}")
         require_fields(self)
 
@@ -89,7 +94,7 @@ class MeshExcitation:
         return math.lcm(*(pair.period for pair in self.pairs))
 
 
-@checked
+@check_arguments
 def excitation_from_table(
     table: MeshTable,
     torque: float,

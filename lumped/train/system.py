@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.checks import present, require_between, require_fields
+from lumped.common.checks import require_between, require_fields, require_present
 from lumped.kernels.arrays import (
     ContactGrid,
     CoupledSteps,
@@ -181,7 +181,7 @@ class LumpedSystem:
 
     @cached_property
     def _linear(self) -> LinearPart:
-        return LinearPart(present(self.coupled_arrays, COUPLED))
+        return LinearPart(require_present(self.coupled_arrays, COUPLED))
 
     @cached_property
     def loaded(self) -> LoadedState | None:
@@ -215,9 +215,9 @@ class LumpedSystem:
         return tuple(checks)
 
     @cached_property
-    def strained_angular(self) -> float:
+    def highest_mesh_mode_angular(self) -> float:
         """Highest mode about the loaded state with strain in the meshes [rad/s]."""
-        loaded = present(self.loaded, COUPLED)
+        loaded = require_present(self.loaded, COUPLED)
         strained = loaded.mesh_energy.sum(axis=0) >= IN_MESHES
         return 2.0 * math.pi * float(loaded.frequency_Hz[strained].max(initial=0.0))
 
@@ -331,7 +331,7 @@ class LumpedSystem:
 
     def coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
         """Steps of the coupled model at a frequency of the first mesh [Hz]."""
-        arrays = present(self.coupled_arrays, COUPLED)
+        arrays = require_present(self.coupled_arrays, COUPLED)
         return coupled_steps(
             *(arrays, self._linear, self.contact_grid(steps)),
             *(frequency, self.repetitions),
@@ -340,7 +340,7 @@ class LumpedSystem:
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
     def contact_grid(self, steps: int) -> ContactGrid:
         """Contacts of the coupled model at the steps, for any speed."""
-        arrays = present(self.coupled_arrays, COUPLED)
+        arrays = require_present(self.coupled_arrays, COUPLED)
         self._require_memory(steps)
         return contact_grid(arrays, steps, np.array(self.train.common_period))
 

@@ -170,7 +170,7 @@ def test_no_direction_grows_along_a_torus(train):
 def test_changes_are_carried_as_differences_of_motions(train, chaotic):
     """Also through losses of contact: nothing is to be added there."""
     response, settings = chaotic[0], Settings(steps=1024)
-    way = FixedStepper(train).driven(Speed(response.frequency, settings))
+    way = FixedStepper(train).kernel_arguments(Speed(response.frequency, settings))
     start, n = np.array(response.state), response.state.shape[1]
 
     def end(state):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import lumped
 from lumped import LumpedSystem, MeshTable, Settings, TrainError, pair_errors
-from lumped.steady.motion import resampled, spectrum, time_history
+from lumped.steady.motion import resample, spectrum, time_history
 from lumped.train.excitation import excitation_from_table, table_pitches
 from lumped.train.pitch_errors import pair_gaps, shortest_period
 from lumped.train.waves import Wave, constant, from_samples
@@ -107,7 +107,7 @@ def test_hunting_teeth_have_the_exact_motion_of_all_pairs(part, backlash):
     ):
         response, history = lumped.respond_with_history(system, frequency, settings)
         assert response.period_multiple.tolist() == [63]
-        samples, _ = resampled(history, time - begin)
+        samples, _ = resample(history, time - begin)
         off = np.abs(samples[:, 0] - deflection).max()
         assert off < allowed * np.ptp(deflection)
         assert response.force_peak[0] == pytest.approx(np.abs(force).max(), rel=0.01)
@@ -190,8 +190,8 @@ def test_a_later_pair_is_that_of_the_phase():
     _, here = lumped.respond_with_history(system_of(SMALL), frequency)
     _, there = lumped.respond_with_history(system_of(SMALL, phase=shift), frequency)
     x = np.arange(40 * 8) / 8.0
-    one, _ = resampled(here, (x + shift) / frequency)
-    other, _ = resampled(there, x / frequency)
+    one, _ = resample(here, (x + shift) / frequency)
+    other, _ = resample(there, x / frequency)
     np.testing.assert_allclose(one, other, atol=0.01 * np.ptp(one))
 
 

@@ -25,7 +25,7 @@ from lumped import (
     sweep,
     sweep_all,
 )
-from lumped.steady.response import FIGURES
+from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.steady.steady_state import periods_to_settle
 from lumped.steady.steppers import steps_per_period
 from lumped.train.train import TrainError
@@ -208,7 +208,7 @@ def test_models_agree_where_they_must(system, idler, fixed, method):
     assert (first[0].contact_loss == 0.0).all()
     assert (first[0].dte_rms > 1e-7).all()
     for response, history in motions[1:]:
-        for name in FIGURES:
+        for name in RESPONSE_QUANTITIES:
             one, two = getattr(first[0], name), getattr(response, name)
             np.testing.assert_allclose(two, one, rtol=1e-6, err_msg=name)
         np.testing.assert_allclose(history.deflection, first[1].deflection, rtol=1e-6)
@@ -339,9 +339,9 @@ def test_twice_the_torque_is_twice_the_response(system, idler, method, model):
         )
         for t in (100.0, 200.0)
     )
-    for name in FIGURES[:5]:
+    for name in RESPONSE_QUANTITIES[:5]:
         np.testing.assert_allclose(two.column(name), 2.0 * one.column(name), rtol=1e-6)
-    for name in FIGURES[5:]:
+    for name in RESPONSE_QUANTITIES[5:]:
         np.testing.assert_allclose(two.column(name), one.column(name), atol=1e-6)
     assert one.column("contact_loss").max() > 0.1
 
@@ -366,7 +366,7 @@ def test_a_whole_phase_is_none(system, idler, fixed, method, model):
         start = kicked(built, 0.02)
         responses.append(respond(built, 1500.0, settings, start))
     for other in responses[1:]:
-        for name in FIGURES:
+        for name in RESPONSE_QUANTITIES:
             one, two = getattr(responses[0], name), getattr(other, name)
             np.testing.assert_allclose(two, one, rtol=1e-6, atol=1e-9, err_msg=name)
 
@@ -395,7 +395,7 @@ def test_order_of_the_gears_does_not_matter(system, idler, fixed, method, transl
     settings = fixed(method=method, accuracy=1e-9)
     one = respond(system(train, relief=5e-6), 1400.0, settings)
     two = respond(system(permuted(train), relief=5e-6), 1400.0, settings)
-    for name in FIGURES:
+    for name in RESPONSE_QUANTITIES:
         first, second = getattr(one, name), getattr(two, name)
         np.testing.assert_allclose(second, first, rtol=1e-6, atol=1e-9)
 
@@ -537,7 +537,7 @@ def test_work_of_a_smooth_stiffness_pays_for_damping(system, idler, method):
 def assert_diverged(response):
     assert response.status == Status.DIVERGED
     assert response.multiple == 0
-    for name in FIGURES:
+    for name in RESPONSE_QUANTITIES:
         assert np.isnan(getattr(response, name)).all()
     assert math.isfinite(response.settling_time)
 
@@ -620,7 +620,7 @@ def test_settings_name_what_is_wrong(name, value):
 
 
 def same_bits(one, two):
-    pairs = [(one.column(name), two.column(name)) for name in FIGURES]
+    pairs = [(one.column(name), two.column(name)) for name in RESPONSE_QUANTITIES]
     pairs.append((one.frequency_Hz, two.frequency_Hz))
     return all(a.tobytes() == b.tobytes() for a, b in pairs)
 
@@ -640,8 +640,8 @@ def test_a_long_speed_reports_its_periods_and_changes_no_bit(system, monkeypatch
     """Where a period takes long it is told how far the speed has come."""
     built, speeds, reports = system(), [1000.0, 1240.0], []
     (plain,) = sweep_all([built], speeds, ["up"], report=lambda *args: None)
-    monkeypatch.setattr("lumped.steady.steppers.WATCHED", 1)
-    monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REFRESH", -1.0)
+    monkeypatch.setattr("lumped.steady.steppers.STEPS_PER_CALLBACK", 1)
+    monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REPORT_INTERVAL", -1.0)
     (watched,) = sweep_all([built], speeds, ["up"], report=lambda *w: reports.append(w))
     assert same_bits(plain, watched)
     first = reports[: reports.index(("sweep", 1, 2))]

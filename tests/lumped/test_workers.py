@@ -20,11 +20,11 @@ from lumped.rattle.basins import InitialGrid, settle_grid
 from lumped.rattle.machine import Machine
 from lumped.steady.maps import Axis, ParameterMap, run_map
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import BOTH
+from lumped.steady.sweep import DIRECTIONS
 
 GRID = InitialGrid(side=60, velocity=(0.0, 7.0))
 AT = partial(respond_at, 2000.0, Settings())
-OVER = partial(respond_over, (1900.0, 2000.0), Settings(), BOTH, NeverStop())
+OVER = partial(respond_over, (1900.0, 2000.0), Settings(), DIRECTIONS, NeverStop())
 MACHINE = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
 
 
