@@ -17,8 +17,8 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import GivenTables
-from lumped.train.excitation import at_torque
-from lumped.train.path_load_curves import FAR_GAP, PathLoadCurves, path_laws
+from lumped.train.excitation import column_at_torque
+from lumped.train.path_load_curves import OPEN_GAP, PathLoadCurves, path_load_curves
 from meshes import GearPair
 
 Array = NDArray[np.float64]
@@ -40,10 +40,10 @@ def all_table_laws(
     laws = []
     for mesh, (name, table) in enumerate(source.tables):
         try:
-            path = path_laws(
+            path = path_load_curves(
                 table, gear_set.meshes[mesh].pair.driver.base_radius, without
             )
-            largest = float(at_torque(table, "ste_m", torques[mesh]).max())
+            largest = float(column_at_torque(table, "ste_m", torques[mesh]).max())
             laws.append(table_laws(gear_set, mesh, path, largest, positions))
         except ValueError as error:
             raise InputError(f"{name}: {error}") from None
@@ -80,7 +80,7 @@ def laws_at(
     position = back_side_position(pair, position) if back else position
     low, high = (path.place[i] - position for i in (0, -1))
     ahead = np.arange(np.floor(low.min()), np.ceil(high.max()) + 1).astype(np.int64)
-    gap = _read(path, path.gap, position[:, None] + ahead, FAR_GAP)
+    gap = _read(path, path.gap, position[:, None] + ahead, OPEN_GAP)
     selected = gap.min(axis=0) < REACH * path.penetration[-1]
     teeth, place = ahead[selected], position[:, None] + ahead[selected]
     roll = pair.pitch_point + pair.base_pitch * place

@@ -151,18 +151,18 @@ class HarmonicBalance:
     def _harmonics(self, pieces: ContactPieces) -> tuple[Array, Array]:
         """Series of the forces (2 H + 1, d), and means of the slopes' products with
         waves up to 2 H (4 H + 1, d, d)."""
-        from lumped.kernels.orbit import POINTS, WEIGHTS
+        from lumped.kernels.orbit import GAUSS_POINTS, GAUSS_WEIGHTS
 
         series, sampled = self.series, self.forces.sampled
-        weight = pieces.length[:, None] * WEIGHTS / self.length
-        uncut = pieces.whole >= 0
-        times = pieces.start[~uncut, None] + pieces.length[~uncut, None] * POINTS
+        weight = pieces.length[:, None] * GAUSS_WEIGHTS / self.length
+        uncut = pieces.grid_piece >= 0
+        times = pieces.start[~uncut, None] + pieces.length[~uncut, None] * GAUSS_POINTS
         extra = series.basis(times.ravel(), 2 * series.order)
 
         def means(values: Array) -> Array:
             flat = values.reshape(*values.shape[:2], -1) * weight[..., None]
             on_grid = np.zeros((len(sampled.times), 3, flat.shape[-1]))
-            on_grid[pieces.whole[uncut]] = flat[uncut]
+            on_grid[pieces.grid_piece[uncut]] = flat[uncut]
             coefficients = sampled.twice.T @ on_grid.reshape(-1, flat.shape[-1])
             coefficients += extra.T @ flat[~uncut].reshape(-1, flat.shape[-1])
             return coefficients.reshape(len(coefficients), *values.shape[2:])
@@ -182,7 +182,7 @@ class HarmonicBalance:
         damping = self.forces.damping
         tangent = np.ascontiguousarray(self.forces.modal(pieces.slope))
         state = np.eye(2 * len(damping))
-        kernel.carry_changes(tangent, damping, pieces.length / frequency, state)
+        kernel.integrate_changes(tangent, damping, pieces.length / frequency, state)
         return state
 
     def state(self, x: Array, frequency: float) -> Array:
@@ -212,7 +212,7 @@ class HarmonicBalance:
         )
         arrays, steps = kernel_args
         out = np.empty((response.multiple * steps.h.size + 1, *response.state.shape))
-        kernel.trace(arrays, steps, np.array(response.state), out)
+        kernel.integrate_steps(arrays, steps, np.array(response.state), out)
         times = np.concatenate([[0.0], np.cumsum(np.tile(steps.h, response.multiple))])
         spline = CubicHermiteSpline(times, *self.forces.of_modes(out).swapaxes(0, 1))
         count = 8 * self.series.rows

@@ -126,7 +126,7 @@ class SpringForces:
         return ContactPieces(
             start=np.empty(count),
             length=np.empty(count),
-            whole=np.empty(count, np.int64),
+            grid_piece=np.empty(count, np.int64),
             force=np.empty((count, 3, meshes)),
             slope=np.empty((count, 3, meshes)),
         )
@@ -170,7 +170,7 @@ class SpringForces:
         return ContactPieces(
             start=grid.edges[:-1],
             length=np.diff(grid.edges),
-            whole=np.arange(len(s)),
+            grid_piece=np.arange(len(s)),
             force=force,
             slope=slope[..., None] * np.eye(self.count),
         )

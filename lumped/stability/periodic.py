@@ -21,7 +21,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.train.friction import base_pitch, friction_rows, side_of
+from lumped.train.friction import base_pitch, friction_rows, sliding_sign
 from lumped.train.system import LumpedSystem
 from lumped.train.waves import Wave
 
@@ -165,7 +165,7 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
         for pair in excitation.pairs:
             wave, place = _along(pair.stiffness, phase, rate, times)
             ahead = pair.ahead or 0
-            slide = coefficient * side_of(ahead)
+            slide = coefficient * sliding_sign(ahead)
             arm = pitch * (place + ahead)
             steady = v[m] - slide * (at_pitch[m] + arm[:, None] * per_metre[m])
             growing = -slide * pitch * rate * per_metre[m]

@@ -16,7 +16,7 @@ from lumped.common.checks import require_present
 from lumped.steady.response import History
 from lumped.steady.settings import Settings
 from lumped.steady.steppers import steps_per_period
-from lumped.train.coupled import ROUNDING
+from lumped.train.coupled import POSITION_ROUND_OFF
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -130,8 +130,8 @@ def _contact_motion(
     contacts = require_present(system.contacts, "coupled model")
     (low, high), mesh = contacts.paths[m], system.train.meshes[m]
     cycles = _mesh_cycles(system, m, frequency, history)
-    mesh_cycle = np.floor(cycles + ROUNDING).astype(np.int64)
-    pitch = np.floor(mesh.phase + cycles + ROUNDING).astype(np.int64)
+    mesh_cycle = np.floor(cycles + POSITION_ROUND_OFF).astype(np.int64)
+    pitch = np.floor(mesh.phase + cycles + POSITION_ROUND_OFF).astype(np.int64)
     ahead, loads, (drive, back) = _arrange_by_pairs(
         system, m, mesh_cycle - pitch, history
     )

@@ -22,7 +22,7 @@ from lumped.steady.steady_state import (
     new_convergence,
     steady_state,
 )
-from lumped.train.friction_samples import at_frequency
+from lumped.train.friction_samples import scale_to_frequency
 from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class FixedStepper(LumpedStepper):
             return system.coupled_arrays, self._coupled_steps(steps, frequency)
         samples = system.samples(steps)
         if isinstance(samples, FrictionSamples):
-            return system.arrays, at_frequency(samples, frequency)
+            return system.arrays, scale_to_frequency(samples, frequency)
         return system.arrays, samples._replace(h=samples.h / frequency)
 
     @lru_cache(maxsize=4)  # noqa: B019  a stepper lives as long as its run
@@ -164,13 +164,13 @@ class FixedStepper(LumpedStepper):
         """Integrate a motion and small changes of it over common periods, in place.
 
         state : (2, n (1 + k)) the motion, followed by k changes
-        sections, growth : see `lumped.kernels.rk4.carry_motion`
+        sections, growth : see `lumped.kernels.rk4.integrate_variations`
         """
         arrays, steps = self.kernel_arguments(speed)
         if self.system.contacts is None:
             n, damping = self.system.angular.size, np.diag(arrays.damping)
             steps = VariedSteps(steps.h, steps, damping, np.empty((n, n)))
-        status, _ = self._kernels.carry_motion(
+        status, _ = self._kernels.integrate_variations(
             *(arrays, steps, self.system.limit, state, self.system.angular),
             *(sections, growth),
         )

@@ -43,15 +43,23 @@ from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 
 Array = NDArray[np.float64]
-UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is omitted
-IN_MESHES = 0.25  # least part of strain energy in the meshes of a mesh mode
-FELT = 1e-3  # the same for a body mode that is listed among the resonances
-BALANCED = 1e-3  # relative imbalance of torques on a free motion that is round-off
-COUPLED = "coupled model"
+MIN_MESH_STRAIN = (
+    1e-20  # part of strain energy in the meshes below which a mode is omitted
+)
+MIN_MESH_MODE_STRAIN = 0.25  # least part of strain energy in the meshes of a mesh mode
+MIN_RESONANCE_STRAIN = (
+    1e-3  # the same for a body mode that is listed among the resonances
+)
+IMBALANCE_RTOL = (
+    1e-3  # relative imbalance of torques on a free motion that is round-off
+)
+COUPLED_MODEL = "coupled model"
 MAX_BYTES = 1e9  # largest memory of the excitation on the steps of a common period
 MOTION_BYTES = 150  # memory per step and mesh while a motion is recorded and measured
 CONTACT_BYTES = 32  # memory per step and contact of the coupled model, recorded twice
-RUNAWAY = 1e6  # multiple of the largest velocity expected from statics and gaps
+DIVERGENCE_RATIO = (
+    1e6  # multiple of the largest velocity expected from statics and gaps
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +95,11 @@ class LumpedSystem:
                 f"{len(self.train.meshes)} meshes"
             )
         self._require_friction()
-        space = self.modes.coordinates
+        coordinates = self.modes.coordinates
         free = self.modes.shapes[:, self.modes.frequency_Hz == 0.0]
-        net = np.abs(free.T @ space.load)
-        size = np.abs(free.T) @ np.abs(space.load)
-        if (net > (BALANCED + self.losses) * size).any():
+        net = np.abs(free.T @ coordinates.load)
+        magnitude = np.abs(free.T) @ np.abs(coordinates.load)
+        if (net > (IMBALANCE_RTOL + self.losses) * magnitude).any():
             raise TrainError(
                 "torques do not balance: the train would accelerate; "
                 "hold a gear by a coupling_stiffness or change a torque"
@@ -131,14 +139,14 @@ class LumpedSystem:
             for tooth_friction in self.friction
         ):
             sliding = sum(np.abs(row).max(axis=0) for row in self._friction_rows)
-            by_sliding = sliding > UNTOUCHED * np.max(sliding)
+            by_sliding = sliding > MIN_MESH_STRAIN * np.max(sliding)
             taking_part = taking_part | (by_sliding & (self.modes.frequency_Hz > 0.0))
         return np.flatnonzero(taking_part)
 
     @property
     def _moves_mesh(self) -> NDArray[np.bool_]:
         """Mask of the modes that strain a mesh."""
-        return np.asarray(self.modes.mesh_energy.sum(axis=0) > UNTOUCHED)
+        return np.asarray(self.modes.mesh_energy.sum(axis=0) > MIN_MESH_STRAIN)
 
     @cached_property
     def _friction_rows(self) -> FrictionRows:
@@ -181,7 +189,7 @@ class LumpedSystem:
 
     @cached_property
     def _linear(self) -> LinearPart:
-        return LinearPart(require_present(self.coupled_arrays, COUPLED))
+        return LinearPart(require_present(self.coupled_arrays, COUPLED_MODEL))
 
     @cached_property
     def loaded(self) -> LoadedState | None:
@@ -217,8 +225,8 @@ class LumpedSystem:
     @cached_property
     def highest_mesh_mode_angular(self) -> float:
         """Highest mode about the loaded state with strain in the meshes [rad/s]."""
-        loaded = require_present(self.loaded, COUPLED)
-        strained = loaded.mesh_energy.sum(axis=0) >= IN_MESHES
+        loaded = require_present(self.loaded, COUPLED_MODEL)
+        strained = loaded.mesh_energy.sum(axis=0) >= MIN_MESH_MODE_STRAIN
         return 2.0 * math.pi * float(loaded.frequency_Hz[strained].max(initial=0.0))
 
     @cached_property
@@ -226,7 +234,7 @@ class LumpedSystem:
         """Natural frequencies of modes that strain a mesh, under load if coupled."""
         if self.loaded is None:
             return np.asarray(self.modes.frequency_Hz[self._moves_mesh])
-        strained = self.loaded.mesh_energy.sum(axis=0) > FELT
+        strained = self.loaded.mesh_energy.sum(axis=0) > MIN_RESONANCE_STRAIN
         return np.asarray(self.loaded.frequency_Hz[strained])
 
     @cached_property
@@ -263,8 +271,8 @@ class LumpedSystem:
         squares[:, bodies.count - 2 * w :] = np.tile(pairs.sum(axis=1), 2)
         magnitudes = np.sqrt(squares)
         mesh_of, meshes = self.contacts.mesh_of, range(len(self.excitations))
-        bent = np.array([magnitudes[mesh_of == m].max(axis=0) for m in meshes])
-        return np.concatenate([self.arrays.shapes, bent], axis=1)
+        body_rows = np.array([magnitudes[mesh_of == m].max(axis=0) for m in meshes])
+        return np.concatenate([self.arrays.shapes, body_rows], axis=1)
 
     def state_from(self, other: LumpedSystem, state: Array) -> Array:
         """Modal displacements and velocities (2, n) for the motion of another system.
@@ -305,16 +313,16 @@ class LumpedSystem:
     def energy_norm(self) -> float:
         """Typical sum of modal velocities, from the loads and the gaps."""
         stiffness, backlash = self.arrays.mean_stiffness, self.arrays.backlash
-        reach = np.abs(self.static_deflection).sum() + sum(
+        deflection = np.abs(self.static_deflection).sum() + sum(
             largest_gap(pair) for e in self.excitations for pair in e.pairs
         )
-        reach += backlash[np.isfinite(backlash)].sum()
-        return math.sqrt(stiffness.max()) * max(reach, 1e-9)
+        deflection += backlash[np.isfinite(backlash)].sum()
+        return math.sqrt(stiffness.max()) * max(deflection, 1e-9)
 
     @property
     def limit(self) -> float:
         """Sum of modal velocities beyond which a run has diverged."""
-        return RUNAWAY * self.energy_norm
+        return DIVERGENCE_RATIO * self.energy_norm
 
     def samples(self, steps: int) -> ExcitationSamples | FrictionSamples:
         """Steps of one common period and the excitation on them.
@@ -331,7 +339,7 @@ class LumpedSystem:
 
     def coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
         """Steps of the coupled model at a frequency of the first mesh [Hz]."""
-        arrays = require_present(self.coupled_arrays, COUPLED)
+        arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
         return coupled_steps(
             *(arrays, self._linear, self.contact_grid(steps)),
             *(frequency, self.repetitions),
@@ -340,7 +348,7 @@ class LumpedSystem:
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
     def contact_grid(self, steps: int) -> ContactGrid:
         """Contacts of the coupled model at the steps, for any speed."""
-        arrays = require_present(self.coupled_arrays, COUPLED)
+        arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
         self._require_memory(steps)
         return contact_grid(arrays, steps, np.array(self.train.common_period))
 
@@ -385,14 +393,16 @@ class LumpedSystem:
         if self.fits_memory(steps):
             return
         quantity, teeth = "excitation", ""
-        ways = "higher speeds or simpler tooth ratios"
+        remedies = "higher speeds or simpler tooth ratios"
         if self.repetitions > 1:
             quantity, teeth = "motion", " and tooth pairs with pitch errors"
-            ways = "pitch errors of fewer gears or that repeat sooner, higher speeds"
-            ways += " or fewer steps"
+            remedies = (
+                "pitch errors of fewer gears or that repeat sooner, higher speeds"
+            )
+            remedies += " or fewer steps"
         raise TrainError(
             f"{self.common_period[0]} periods of the first mesh, after which all "
             f"meshes{teeth} repeat, of {steps:.3g} steps each: "
             f"{self._bytes(steps) / 1e9:.3g} GB of {quantity}, more than a run "
-            f"should hold in memory; allowed are {ways}"
+            f"should hold in memory; allowed are {remedies}"
         )

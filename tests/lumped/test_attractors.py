@@ -175,7 +175,7 @@ def test_changes_are_carried_as_differences_of_motions(train, chaotic):
 
     def end(state):
         out = np.empty((way[1].h.size + 1, 2, n))
-        orbit.trace(*way, np.ascontiguousarray(state), out)
+        orbit.integrate_steps(*way, np.ascontiguousarray(state), out)
         return out[-1]
 
     columns = []

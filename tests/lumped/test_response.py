@@ -29,7 +29,7 @@ from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.steady.steady_state import periods_to_settle
 from lumped.steady.steppers import steps_per_period
 from lumped.train.train import TrainError
-from lumped.train.waves import constant, from_harmonics
+from lumped.train.waves import constant_wave, wave_from_harmonics
 from validation.oracles import linear_train, piecewise
 from validation.oracles.linear_train import LinearTrain, Tone
 from validation.oracles.piecewise import Disk, PiecewiseTrain, Toothing
@@ -233,7 +233,11 @@ def excited_linearly(train):
     """Constant stiffness and transmission errors of three harmonics."""
     excitations = tuple(
         MeshExcitation(
-            (PairExcitation(constant(k), from_harmonics(0.0, transmission_error(m))),),
+            (
+                PairExcitation(
+                    constant_wave(k), wave_from_harmonics(0.0, transmission_error(m))
+                ),
+            ),
             k,
         )
         for m, k in enumerate(STIFFNESS)
@@ -447,7 +451,7 @@ def free_train(idler, backlash):
     """No load, no damping, no coupling, constant stiffness."""
     train = idler(torque=0.0, damping=0.0, coupled=False, backlash=backlash)
     excitations = tuple(
-        MeshExcitation((PairExcitation(constant(k), constant(0.0)),), k)
+        MeshExcitation((PairExcitation(constant_wave(k), constant_wave(0.0)),), k)
         for k in STIFFNESS
     )
     return LumpedSystem(train, excitations)
@@ -568,7 +572,9 @@ def test_parametric_instability_diverges(system, idler, method):
 
 def test_steps_far_too_long_diverge(idler):
     """A spring far stiffer than the mean that modes and steps are chosen by."""
-    excitation = MeshExcitation((PairExcitation(constant(3e10), constant(0.0)),), 3e8)
+    excitation = MeshExcitation(
+        (PairExcitation(constant_wave(3e10), constant_wave(0.0)),), 3e8
+    )
     built = LumpedSystem(idler(backlash=0.0), (excitation, excitation))
     settings = Settings(steps=4, step_angle=2.0)
     assert_diverged(respond(built, 3000.0, settings, kicked(built, 0.01)))
