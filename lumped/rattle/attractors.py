@@ -238,7 +238,7 @@ class AttractorClassifier:
     def _clear(self, settled: Settled) -> Numbers:
         """Index (c,) of the attractor of each cell whose motion no longer changes."""
         number = np.full(settled.period.size, -1)
-        if (quiet := settled.period == kernel.MIN_VIBRATION).any():
+        if (quiet := settled.period == kernel.PERMANENT_CONTACT).any():
             number[quiet] = self._quiet()
         for period in np.unique(settled.period[settled.period > 0]):
             same_period = settled.period == period

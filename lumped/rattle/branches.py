@@ -26,7 +26,7 @@ from lumped.continuation.arc_length import (
 )
 from lumped.continuation.bifurcations import DOUBLING, FOLD, HALVED, multiplier_test
 from lumped.rattle.arcs import ArcSequence, arcs_of, layout_of, linearised, margin_of
-from lumped.rattle.kernels.arcs import SPEED, START
+from lumped.rattle.kernels.arcs import START_SPEED, START_TIME
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import MAP_POINT_TOL, Itinerary, distance, follow
 
@@ -223,7 +223,7 @@ class OrbitFinder:
         layout = layout_of(arcs, itinerary.turns)
         if not len(arcs) or layout.itinerary != itinerary:
             return
-        starts = np.stack([arcs[:, START], arcs[:, SPEED]])
+        starts = np.stack([arcs[:, START_TIME], arcs[:, START_SPEED]])
         orbits = Orbits(
             self.machine, self.figure, self.unit, layout, float(np.abs(starts[1]).max())
         )

@@ -8,7 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.rattle.kernels.arrays import SHORT, STEADY, Rattle, Waves
+from lumped.rattle.kernels.arrays import (
+    MAX_DECAYING_FLIGHT,
+    MAX_LOAD_CHANGE,
+    Rattle,
+    Waves,
+)
 
 TURN = 2.0 * math.pi
 INSTANTS = 4096  # instants of a turn at which the forcing is evaluated
@@ -110,7 +115,7 @@ class Machine:
     @cached_property
     def arrays(self) -> Rattle:
         """Parameters in the form that the kernels take."""
-        return self.arc_arrays._replace(short=self._short())
+        return self.arc_arrays._replace(decaying_flight=self._short())
 
     @cached_property
     def arc_arrays(self) -> Rattle:
@@ -129,13 +134,13 @@ class Machine:
             order=float(self.ripple_order),
             free=_parts(free),
             pressed=_parts(pressed),
-            swing=self._largest(pressed, 0),
+            max_pressed=self._largest(pressed, 0),
             free_jerk=self._largest(free, 3),
             pressed_jerk=self._largest(pressed, 3),
             free_snap=self._largest(free, 4),
-            fading=1.0 / self.damping,
-            lasting=1.0 / self.damping,
-            short=0.0,
+            inverse_damping=1.0 / self.damping,
+            max_step=1.0 / self.damping,
+            decaying_flight=0.0,
             growth=1.0,
         )
 
@@ -151,8 +156,8 @@ class Machine:
             restitution=1.0 / loss if loss else math.inf,
             free=(m.free[0], -m.free[1], m.free[2], -m.free[3]),
             pressed=(m.pressed[0], -m.pressed[1], m.pressed[2], -m.pressed[3]),
-            fading=-m.fading,
-            short=0.0,
+            inverse_damping=-m.inverse_damping,
+            decaying_flight=0.0,
             growth=math.e,  # over the longest step
         )
 
@@ -177,7 +182,11 @@ class Machine:
         if load.min() <= 0.0:
             return 0.0
         fastest = float(np.max(np.abs(slope) / load))
-        most = min(SHORT, STEADY / fastest) if fastest else SHORT
+        most = (
+            min(MAX_DECAYING_FLIGHT, MAX_LOAD_CHANGE / fastest)
+            if fastest
+            else MAX_DECAYING_FLIGHT
+        )
         return most * float(load.min() / load.max()) ** (2.0 / 3.0)
 
     def _largest(self, waves: tuple[complex, complex], order: int) -> float:

@@ -103,7 +103,7 @@ def grazing_curve(machine: Machine, before: int, fineness: Fineness) -> PlaneCur
 
     def evaluate(times: Array) -> Array:
         departures = np.empty((times.size, 2))
-        kernel.graze(machine.backward, times, departures)
+        kernel.find_grazing_departures(machine.backward, times, departures)
         return map_points(machine, departures, -before)
 
     points = _refined(evaluate, (0.0, 1.0), _scale(machine), fineness)

@@ -95,7 +95,7 @@ class AssemblyIntegrator:
         """Motion from a state (2 n,) at `start`; its noise counts from `begin` on."""
         instants = np.empty(0) if times is None else times
         rotation = np.full(instants.size, math.nan)
-        noise, upper, lower, is_finished = kernel.run(
+        noise, upper, lower, is_finished = kernel.run_motion(
             *(self.system, state.copy(), start, begin, end, instants, rotation)
         )
         level = noise / (end - begin) if is_finished else math.nan

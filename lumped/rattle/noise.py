@@ -21,7 +21,7 @@ from lumped.rattle.assembly import Assembly
 from lumped.rattle.attractors import QUIET as QUIET_NAME
 from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.kernels import noise as kernel
-from lumped.rattle.kernels.settle import MIN_VIBRATION, UNKNOWN
+from lumped.rattle.kernels.settle import PERMANENT_CONTACT, UNKNOWN
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import AssemblyIntegrator, AssemblyRun
 from lumped.rattle.return_map import Settled, iterate_map_points
@@ -173,8 +173,8 @@ def settling_turns(assembly: Assembly) -> float:
 def _meetings(machine: Machine, periods: Numbers, ends: Array, turns: int) -> Array:
     """Noise level and impacts per turn (n, 2) of runs in steady state, see `Settled`;
     NaN for runs that are UNKNOWN."""
-    noise = np.where((periods == MIN_VIBRATION)[:, None], np.zeros(2), math.nan)
-    loud = np.flatnonzero((periods != MIN_VIBRATION) & (periods != UNKNOWN))
+    noise = np.where((periods == PERMANENT_CONTACT)[:, None], np.zeros(2), math.nan)
+    loud = np.flatnonzero((periods != PERMANENT_CONTACT) & (periods != UNKNOWN))
     meetings = np.empty((loud.size, 2))
     departures = np.ascontiguousarray(ends[loud])
     kernel.sum_impacts(

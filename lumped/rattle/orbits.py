@@ -92,7 +92,7 @@ def _from_starts(
 ) -> Iterator[Orbit]:
     slowest = SLOWEST * machine.speed
     low, high = max(velocity[0], slowest), velocity[1]
-    arcs, change = np.empty((ARCS * count + 1, kernel.COLUMNS)), np.empty((2, 2))
+    arcs, change = np.empty((ARCS * count + 1, kernel.N_COLUMNS)), np.empty((2, 2))
     for start in _starts(machine, count, low, high):
         at = kernel.find_periodic_point(
             machine.arc_arrays, *start, count, slowest, machine.speed, arcs, change

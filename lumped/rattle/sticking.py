@@ -114,7 +114,7 @@ def _possible_releases(machine: Machine) -> Iterator[Release]:
     for side in (1, -1):
         releases: list[Release] = []
         for time in np.arange(count) / count:
-            later, speed = kernel.release_of(machine.arrays, time, side)
+            later, speed = kernel.release_departure(machine.arrays, time, side)
             if not (math.isfinite(later) and later > time):
                 continue
             release = later % 1.0, speed

@@ -25,7 +25,7 @@ class Modes:
     mesh_energy : (meshes, n) fraction of the strain energy in each mesh
     """
 
-    train_coordinates: Coordinates
+    coordinates: Coordinates
     mean_stiffness: Array
     frequency_Hz: Array
     shapes: Array
