@@ -189,7 +189,7 @@ def with_body_modes(
         retained = inertia.choose(own_band(every))
     return replace(
         contacts,
-        modes=modes.only(retained),
+        modes=modes.select(retained),
         solved=modes,
         inertia=inertia,
         retained=retained,
@@ -240,8 +240,10 @@ def _inertia(
         damping_ratio=0.5 * modes.damping / modes.angular,
         families=families,
         compliance=stiffness * squares / modes.angular**2,
-        rest_Hz=rest_Hz,
-        rest=stiffness[:, 0] * np.maximum(left, 0.0) * (2.0 * np.pi * rest_Hz) ** 2,
+        unsolved_Hz=rest_Hz,
+        unsolved_compliance=stiffness[:, 0]
+        * np.maximum(left, 0.0)
+        * (2.0 * np.pi * rest_Hz) ** 2,
         amplitudes=np.stack([harmonic_amplitudes(mesh_ste) for mesh_ste in ste]),
         rate=np.array([float(rate) for rate in reference.train.mesh_rates]),
         resonances_Hz=loaded.frequency_Hz,

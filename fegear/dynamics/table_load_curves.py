@@ -78,7 +78,7 @@ def laws_at(
     loads count as if they acted along the line of action, where the path ends.
     """
     position = back_side_position(pair, position) if back else position
-    low, high = (path.place[i] - position for i in (0, -1))
+    low, high = (path.position[i] - position for i in (0, -1))
     ahead = np.arange(np.floor(low.min()), np.ceil(high.max()) + 1).astype(np.int64)
     gap = _read(path, path.gap, position[:, None] + ahead, OPEN_GAP)
     selected = gap.min(axis=0) < REACH * path.penetration[-1]
@@ -122,7 +122,7 @@ def _read(path: PathLoadCurves, values: Array, place: Array, outside: float) -> 
 
     The last holds until the base pitch ends, where another pair takes its first.
     """
-    (low, second), high = path.place[:2], path.place[-1]
-    inside = PchipInterpolator(path.place, values)(np.clip(place, low, high))
+    (low, second), high = path.position[:2], path.position[-1]
+    inside = PchipInterpolator(path.position, values)(np.clip(place, low, high))
     off = (place < low - POSITION_TOL) | (place > high + (second - low) - POSITION_TOL)
     return np.where(off.reshape(off.shape + (1,) * (values.ndim - 1)), outside, inside)

@@ -260,7 +260,7 @@ class BranchesProblem(ParametricProblem):
             self.study.numerics,
             report=watch,
             finished=[*map(branch_from_dict, job.records)],
-            keep=lambda branch: job.add_record(branch_to_dict(branch), {}),
+            store_branch=lambda branch: job.add_record(branch_to_dict(branch), {}),
         )
         try:
             finder.find(low)

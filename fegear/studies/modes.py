@@ -214,7 +214,7 @@ def modes_under_load(system: LumpedSystem) -> Modes:
     contacts = require_present(system.contacts, "coupled model")
     loaded, shapes, modes = system.loaded, system.arrays.shapes, system.modes
     loaded = require_present(loaded, "loaded state")
-    bodies, hubs = contacts.bodies, system.moving.size
+    bodies, hubs = contacts.body_modes, system.moving.size
     # of bodies that yield as they do at rest
     at_rest = replace(system, contacts=replace(contacts, modes=None))
     still = require_present(at_rest.loaded, "loaded state")
@@ -241,7 +241,7 @@ def modes_under_load(system: LumpedSystem) -> Modes:
 
 def _name_of_body_mode(system: LumpedSystem, i: int) -> tuple[str, str]:
     """Gear, and the number of nodal diameters."""
-    bodies = require_present(system.contacts, "coupled model").bodies
+    bodies = require_present(system.contacts, "coupled model").body_modes
     gear, n = system.train.gears[int(bodies.gears[i])], int(bodies.nodal_diameters[i])
     diameters = "1 nodal diameter" if n == 1 else f"{n} nodal diameters"
     return gear.name, f"body, {diameters}" if n else "body against its hub"

@@ -546,9 +546,15 @@ def _bodies_left_out(
 ) -> tuple[TruncationModel, NDArray[np.bool_]] | None:
     """All body modes of the coupled model, and those that it has."""
     contacts = system.contacts
-    if contacts is None or contacts.inertia is None or contacts.retained is None:
+    if (
+        contacts is None
+        or contacts.truncation_model is None
+        or contacts.retained is None
+    ):
         return None
-    return contacts.inertia, contacts.retained & (contacts.bodies.count > 0)
+    return contacts.truncation_model, contacts.retained & (
+        contacts.body_modes.count > 0
+    )
 
 
 def body_entries(system: LumpedSystem, speeds: Sequence[float]) -> dict[str, str]:
@@ -560,7 +566,7 @@ def body_entries(system: LumpedSystem, speeds: Sequence[float]) -> dict[str, str
     error, on_flanks = truncation_bound(system, speeds), flank_bound(system, speeds)
     if error is None or on_flanks is None or system.contacts is None:
         return {}
-    gears = system.contacts.bodies.gears
+    gears = system.contacts.body_modes.gears
     counts = [int((gears == g).sum()) for g in range(len(system.train.gears))]
     return {
         "body modes": " + ".join(map(str, counts)),
@@ -577,12 +583,12 @@ def truncation_entries(
     and what those that are left out change.
     """
     contacts = system.contacts
-    if contacts is None or contacts.solved is None:
+    if contacts is None or contacts.solved_modes is None:
         return {}
-    gears, solved = contacts.bodies.gears, contacts.solved.count
+    gears, solved = contacts.body_modes.gears, contacts.solved_modes.count
     counts = [int((gears == g).sum()) for g in range(len(system.train.gears))]
     entries = {"body modes": " + ".join(map(str, counts))}
-    if contacts.bodies.count == solved:
+    if contacts.body_modes.count == solved:
         return entries | {"body modes left out": "none"}
     if checks:
         worst = max(checks, key=lambda check: check.error)

@@ -15,12 +15,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from lumped.attractors.attractors import (
-    NEUTRAL,
+    MAX_NEUTRAL_EXPONENT,
     Attractor,
     Kind,
     SectionSettings,
     find_attractor,
-    refined,
+    fine_settings,
 )
 from lumped.common.checks import check_arguments
 from lumped.common.workers import Stop
@@ -44,8 +44,13 @@ from lumped.steady.sweep import (
 from lumped.train.system import LumpedSystem
 
 JUMP = "jump"
-MIN_JUMP, STRONG = 0.1, 2.5  # of the largest deflection; of the changes beside: a jump
-LONG = 16_000  # periods of the first mesh in which chaos that passes should end
+MIN_JUMP, MIN_JUMP_MISS = (
+    0.1,
+    2.5,
+)  # of the largest deflection; of the changes beside: a jump
+CHAOTIC_TRANSIENT_PERIODS = (
+    16_000  # periods of the first mesh in which chaos that passes should end
+)
 SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequency [Hz]
 
 
@@ -112,8 +117,8 @@ def find_jumps(attractors: Sequence[Attractor]) -> list[bool]:
     padded = [math.nan, *distances, math.nan]
     return [False] * len(attractors[:1]) + [
         distance > MIN_JUMP
-        and distance > STRONG * previous
-        and distance > STRONG * following
+        and distance > MIN_JUMP_MISS * previous
+        and distance > MIN_JUMP_MISS * following
         for previous, distance, following in zip(
             padded, distances, padded[2:], strict=False
         )
@@ -148,7 +153,7 @@ def named_change(before: Attractor, after: Attractor) -> str:
 
 def unstable(attractor: Attractor) -> bool:
     """Whether a motion that seems to repeat leaves what it repeats."""
-    return attractor.multiple > 0 and attractor.exponent > NEUTRAL
+    return attractor.multiple > 0 and attractor.exponent > MAX_NEUTRAL_EXPONENT
 
 
 def aperiodic(response: Response) -> Response:
@@ -203,8 +208,8 @@ class _AttractorRecorder:
         if attractor.kind == Kind.NOT_CONVERGED or unstable(attractor):
             response, _, steps = solution
             longer = replace(
-                refined(stepper.system, steps, stepper.system.common_period[0]),
-                max_periods=steps.max_periods or LONG,
+                fine_settings(stepper.system, steps, stepper.system.common_period[0]),
+                max_periods=steps.max_periods or CHAOTIC_TRANSIENT_PERIODS,
             )
             rerun = steady_state(
                 *(stepper, frequency, longer, response.state, frequency, callback)

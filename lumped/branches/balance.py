@@ -32,8 +32,8 @@ from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-MIN_SAMPLES = 96  # pieces of a period of the fastest mesh
-PER_HARMONIC = 6  # pieces for each harmonic
+MIN_PIECES_PER_PERIOD = 96  # pieces of a period of the fastest mesh
+PIECES_PER_HARMONIC = 6  # pieces for each harmonic
 MAX_UNKNOWNS = 3000  # whose Jacobian takes a second to factorise
 
 
@@ -84,8 +84,10 @@ class HarmonicBalance:
     @cached_property
     def forces(self) -> SpringForces:
         rate = float(max(self.system.train.mesh_rates))
-        finest = max(MIN_SAMPLES * rate, PER_HARMONIC * self.harmonics)
-        return SpringForces(self.system, self.series, finest, self.steepness)
+        min_pieces = max(
+            MIN_PIECES_PER_PERIOD * rate, PIECES_PER_HARMONIC * self.harmonics
+        )
+        return SpringForces(self.system, self.series, min_pieces, self.steepness)
 
     @property
     def size(self) -> float:
@@ -119,7 +121,7 @@ class HarmonicBalance:
         receptance, change = self.forces.receptance(omega)
         errors = self._errors(motion, force, receptance)
         by_frequency = change * (omega / frequency)[:, None, None]
-        moved = self._respond(motion, force, by_frequency)
+        errors_by_frequency = self._respond(motion, force, by_frequency)
         rows, count = self.shape
         jacobian = np.eye(x.size).reshape(rows, count, rows, count)
         for i, j in np.ndindex(count, count):
@@ -129,7 +131,11 @@ class HarmonicBalance:
             tangent[np.diag_indices(rows)] -= k[i, j]
             for r in range(count):
                 jacobian[:, r, :, j] += series.filtered(receptance[:, r, i], tangent)
-        return errors.ravel(), jacobian.reshape(x.size, x.size), moved.ravel()
+        return (
+            errors.ravel(),
+            jacobian.reshape(x.size, x.size),
+            errors_by_frequency.ravel(),
+        )
 
     def errors(self, x: Array, frequency: float) -> Array:
         """Errors of the equations (u,) alone."""

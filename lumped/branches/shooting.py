@@ -47,13 +47,13 @@ def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
     """
     if isinstance(balance, PeriodMap):
         return _shoot_finer(replace(balance, steps=FIXED), x, frequency)
-    stepper, at = stepper_of(balance.system, ADAPTIVE), Speed(frequency, ADAPTIVE)
+    stepper, speed = stepper_of(balance.system, ADAPTIVE), Speed(frequency, ADAPTIVE)
     state = balance.state(x, frequency)
     change = balance.monodromy(x, frequency) - np.eye(state.size)
     size = np.abs(state).max(axis=1, keepdims=True)
     for _ in range(MAX_CORRECTIONS):
         try:
-            end, history = stepper.record(state, at, balance.multiple)
+            end, history = stepper.record(state, speed, balance.multiple)
             step = np.linalg.solve(change, (end - state).ravel()).reshape(state.shape)
         except (Diverged, np.linalg.LinAlgError):
             break

@@ -21,11 +21,11 @@ def arcs_of(machine: Machine, path: Array) -> Array:
         return np.empty((0, kernel.N_COLUMNS))
     count = len(path) - 1
     arcs = np.empty((2 * (count + int(path[:-1, 2].sum())) + 1, kernel.N_COLUMNS))
-    used = kernel.trace_arcs(machine.arc_arrays, path[0, 0], path[0, 1], count, arcs)
-    return arcs[:used]
+    n_arcs = kernel.trace_arcs(machine.arc_arrays, path[0, 0], path[0, 1], count, arcs)
+    return arcs[:n_arcs]
 
 
-def linearised(machine: Machine, arcs: Array) -> Array:
+def linearise_arcs(machine: Machine, arcs: Array) -> Array:
     """Matrix (2, 2) that maps a change of time and speed of a departure over arcs."""
     matrix = np.empty((2, 2))
     kernel.linearise(machine.arc_arrays, arcs, len(arcs), matrix)
@@ -80,20 +80,20 @@ class ArcSequence:
         )
 
     def join_residual(
-        self, machine: Machine, starts: Array, closing: float = 1.0
+        self, machine: Machine, starts: Array, closing_sign: float = 1.0
     ) -> tuple[Array, Array]:
         """Errors (2 a,) of places and speeds by which arcs with starts (2, a), times
         and speeds, fail to join, and their derivatives (2 a, 2 a) by the starts.
 
-        closing : -1 reverses changes after a period
+        closing_sign : -1 reverses changes after a period
         """
         count = 2 * self.sides.size
-        errors, by_x = np.empty(count), np.empty((count, count))
+        errors, jacobian = np.empty(count), np.empty((count, count))
         kernel.join_residual(
             *(machine.arc_arrays, float(self.turns), self.sides, self.pressed),
-            *(np.ascontiguousarray(starts), closing, errors, by_x),
+            *(np.ascontiguousarray(starts), closing_sign, errors, jacobian),
         )
-        return errors, by_x
+        return errors, jacobian
 
     def arcs(self, machine: Machine, starts: Array) -> Array:
         """Arcs (a, 7) with starts (2, a), in the form of `trace`."""
@@ -101,8 +101,8 @@ class ArcSequence:
         arcs = np.empty((times.size, kernel.N_COLUMNS))
         arcs[:, kernel.START_TIME], arcs[:, kernel.START_SPEED] = starts
         arcs[:, kernel.END_TIME] = np.append(times[1:], times[0] + self.turns)
-        before = -machine.restitution if machine.is_impact else 1.0
-        arcs[:, kernel.END_SPEED] = np.roll(speeds, -1) / (before or math.nan)
+        impact_factor = -machine.restitution if machine.is_impact else 1.0
+        arcs[:, kernel.END_SPEED] = np.roll(speeds, -1) / (impact_factor or math.nan)
         arcs[:, kernel.START_SIDE], arcs[:, kernel.END_SIDE] = (
             self.sides,
             np.roll(self.sides, -1),

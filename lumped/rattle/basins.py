@@ -22,8 +22,8 @@ from lumped.rattle.return_map import Settled, iterate_map_points
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-TILE = 2_000  # cells that a worker takes at a time
-BOX = 5  # cells per side of the boxes of basin entropy
+CELLS_PER_TILE = 2_000  # cells that a worker takes at a time
+BOX_SIDE = 5  # cells per side of the boxes of basin entropy
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,12 +80,12 @@ class BasinMap:
 
         See A. Daza et al., Sci. Rep. 6 (2016) 31416, eq. 4.
         """
-        count = self.grid.side // BOX
+        count = self.grid.side // BOX_SIDE
         if not count or not self.attractors:
             return math.nan
-        inside = self.attractor[: count * BOX, : count * BOX]
-        split = inside.reshape(count, BOX, count, BOX).swapaxes(1, 2)
-        boxes = split.reshape(count**2, BOX**2)
+        inside = self.attractor[: count * BOX_SIDE, : count * BOX_SIDE]
+        split = inside.reshape(count, BOX_SIDE, count, BOX_SIDE).swapaxes(1, 2)
+        boxes = split.reshape(count**2, BOX_SIDE**2)
         total = 0.0
         for number in range(-1, len(self.attractors)):
             part = (boxes == number).mean(axis=1)
@@ -111,7 +111,7 @@ def settle_grid(
 
     compute : function that computes the arrays of tiles, on several cores or a cluster
     """
-    tiles = pairwise([*range(0, grid.cells, TILE), grid.cells])
+    tiles = pairwise([*range(0, grid.cells, CELLS_PER_TILE), grid.cells])
     parts = {
         f"{number}": partial(settle_tile, machine, grid, first, last, iterations)
         for number, (first, last) in enumerate(tiles)

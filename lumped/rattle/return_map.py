@@ -32,13 +32,15 @@ class Settled(NamedTuple):
 
 
 def iterate_map_points(
-    machine: Machine, departures: Array, iterations: int, early: bool = True
+    machine: Machine, departures: Array, iterations: int, stop_early: bool = True
 ) -> Settled:
     """Follow departures (c, 2), times and speeds, until they settle."""
     time, speed = np.ascontiguousarray(departures.T)
     outcomes = np.empty((time.size, 2), np.int64)
     end = np.empty((time.size, 2))
-    kernel.settle_cells(machine.arrays, time, speed, iterations, early, outcomes, end)
+    kernel.settle_cells(
+        machine.arrays, time, speed, iterations, stop_early, outcomes, end
+    )
     return Settled(outcomes[:, 0], outcomes[:, 1], end)
 
 

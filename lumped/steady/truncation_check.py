@@ -41,9 +41,9 @@ class TruncationCheck:
 def leaves_modes_out(system: LumpedSystem) -> bool:
     """Whether a system has fewer body modes than were solved."""
     contacts = system.contacts
-    if contacts is None or contacts.solved is None:
+    if contacts is None or contacts.solved_modes is None:
         return False
-    return contacts.bodies.count < contacts.solved.count
+    return contacts.body_modes.count < contacts.solved_modes.count
 
 
 def check_truncation(

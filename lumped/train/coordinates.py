@@ -23,7 +23,7 @@ class Coordinates:
     """Inertias, springs and loads in n physical coordinates (rad and m).
 
     labels : ("pinion", "rotation"), ("pinion", "x"), ...
-    places : index of the coordinate by gear index and "rotation", "x" or "y"
+    indices : index of the coordinate by gear index and "rotation", "x" or "y"
     mass : (n,) [kg m2 or kg]
     load : (n,) external loads [N m or N]
     mesh_rows : (meshes, n) rows; mesh deflection is row times displacement [m]
@@ -32,7 +32,7 @@ class Coordinates:
     """
 
     labels: tuple[tuple[str, str], ...]
-    places: Mapping[tuple[int, str], int]
+    indices: Mapping[tuple[int, str], int]
     mass: Array
     load: Array
     mesh_rows: Array

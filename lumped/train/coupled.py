@@ -96,7 +96,7 @@ class BodyModes:
     def count(self) -> int:
         return self.angular.size
 
-    def only(self, retained: NDArray[np.bool_]) -> BodyModes:
+    def select(self, retained: NDArray[np.bool_]) -> BodyModes:
         """Return a subset of the modes by a mask (b,)."""
         values = {name: vars(self)[name][retained] for name in MODE_FIELDS}
         rows = np.ascontiguousarray(self.rows[..., retained])
@@ -105,7 +105,7 @@ class BodyModes:
         )
 
     @property
-    def pairs(self) -> Array:
+    def pair_whirl(self) -> Array:
         """Rates `whirl` (w,) of the pairs."""
         travelling = self.whirl[self.nodal_diameters > 0]
         return travelling[: travelling.size // 2]
@@ -150,8 +150,8 @@ class CoupledContacts:
         per acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
     modes : modes of the bodies as separate coordinates; C, U and W still include them
-    solved : all body modes that were solved, of which `modes` are coordinates
-    inertia : inertia of all solved body modes, and of the rest of the bodies
+    solved_modes : all body modes that were solved, of which `modes` are coordinates
+    truncation_model : inertia of all solved body modes, and of the rest of the bodies
     retained : (b,) mask of the solved modes that are coordinates
     without : those of COMPONENTS that are left out
     """
@@ -165,19 +165,21 @@ class CoupledContacts:
     inertia_rows: Array
     work: Array
     modes: BodyModes | None = None
-    solved: BodyModes | None = None
-    inertia: TruncationModel | None = None
+    solved_modes: BodyModes | None = None
+    truncation_model: TruncationModel | None = None
     retained: NDArray[np.bool_] | None = None
     without: tuple[str, ...] = ()
 
     @property
     def with_all_modes(self) -> CoupledContacts:
         """The contacts with all solved body modes as coordinates."""
-        if self.solved is None or self.retained is None:
+        if self.solved_modes is None or self.retained is None:
             return self
         without = tuple(name for name in self.without if name != "modes")
         retained = np.ones_like(self.retained)
-        return replace(self, modes=self.solved, retained=retained, without=without)
+        return replace(
+            self, modes=self.solved_modes, retained=retained, without=without
+        )
 
     @property
     def of_equal_teeth(self) -> CoupledContacts:
@@ -186,7 +188,7 @@ class CoupledContacts:
         return replace(self, contacts=self.contacts._replace(errors=errors))
 
     @property
-    def bodies(self) -> BodyModes:
+    def body_modes(self) -> BodyModes:
         """Body modes that are coordinates of the model."""
         if self.modes is None or not {"body", "modes"}.isdisjoint(self.without):
             return no_body_modes(*self.rows.shape)
@@ -220,7 +222,7 @@ class LoadedState:
     load : (p + 1, c) load of the contacts [N]
     penetration : (p + 1, c) penetration of the contacts [m]
     load_sensitivity : (p + 1, c, n) load of the contacts per coordinate
-    place : (p + 1, n) coordinates
+    coordinates : (p + 1, n) coordinates
     springs : (n, n) stiffness without the meshes, in modal coordinates in mean axes
     tangent : (p, m, n, n) tangent stiffness of each mesh [1/s2]; a load that is
         transmitted to another mesh counts half for each
@@ -230,7 +232,7 @@ class LoadedState:
     load: Array
     penetration: Array
     load_sensitivity: Array
-    place: Array
+    coordinates: Array
     springs: Array
     tangent: Array
 
@@ -268,7 +270,7 @@ def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem
         zeros = np.zeros_like(coupled.inertia_rows), np.zeros_like(coupled.work)
         coupled = replace(coupled, inertia_rows=zeros[0], work=zeros[1])
     system, hubs = _in_mean_axes(
-        *_with_body_modes(coupled, train), coupled.bodies.pairs
+        *_with_body_modes(coupled, train), coupled.body_modes.pair_whirl
     )
     start = _initial_coordinates(train, system)
     for name, leave_out in LEAVE_OUT.items():
@@ -276,7 +278,7 @@ def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem
             # about the state of the model with the ingredients not yet left out
             loaded = loaded_state(system, start)
             system = system._replace(contacts=leave_out(system, loaded))
-    return system._replace(damping=_damping(system, hubs, train, coupled.bodies))
+    return system._replace(damping=_damping(system, hubs, train, coupled.body_modes))
 
 
 def _initial_coordinates(train: ModalTrain, system: CoupledSystem) -> Array:
@@ -290,7 +292,7 @@ def _with_body_modes(
     coupled: CoupledContacts, train: ModalTrain
 ) -> tuple[CoupledContacts, ModalTrain]:
     """Contacts and springs in the coordinates of hubs and body modes, of unit mass."""
-    bodies, hubs = coupled.bodies, train.load.size
+    bodies, hubs = coupled.body_modes, train.load.size
     E, G, squares = bodies.rows, bodies.coupling, bodies.angular**2
     size, to_unit = hubs + bodies.count, bodies.to_unit
 
@@ -390,7 +392,7 @@ def coupled_steps(
     steps = len(grid.gap) // int(grid.periods[0])
     h = 1.0 / (frequency * steps)
     propagator = linear.step(frequency, h)
-    a, push = linear.standing, propagator.waves[:, 2:4].sum(axis=0)
+    a, push = linear.n_standing, propagator.waves[:, 2:4].sum(axis=0)
     compliance = grid.compliance.copy()
     newest = np.ascontiguousarray(propagator.force_response[:, :a])
     add_step_compliance(grid.rows, grid.facing, newest, push, compliance)
@@ -435,7 +437,7 @@ def _allocate_workspace(system: CoupledSystem) -> dict[str, Any]:
 class Hubs:
     """Displacement of the hubs (n,), per coordinate (n, n) and load (c, p + 1, n)."""
 
-    turn: Array
+    rotation: Array
     hub_compliance: Array
 
 
@@ -526,7 +528,7 @@ def _damping(
 ) -> Array:
     """Damping matrix (n, n) of the hubs and of the body modes."""
     loaded = loaded_state(system, _initial_coordinates(train, system))
-    rotation = hubs.turn + np.einsum(
+    rotation = hubs.rotation + np.einsum(
         "cpi,pcj->pij", hubs.hub_compliance, loaded.load_sensitivity
     )
     rotation = bodies.to_unit @ rotation[:-1]
@@ -534,7 +536,7 @@ def _damping(
     damping = np.tensordot(rotation * mode_damping[:, None], rotation, ((0, 1), (0, 1)))
     damping /= len(rotation)
     # pairs retain only their own damping: they must whirl unchanged
-    pairs = slice(damping.shape[0] - 2 * bodies.pairs.size, None)
+    pairs = slice(damping.shape[0] - 2 * bodies.pair_whirl.size, None)
     damping[pairs], damping[:, pairs] = 0.0, 0.0
     damping[pairs, pairs] = np.diag(mode_damping[pairs])
     return np.asarray(damping)
@@ -653,7 +655,7 @@ def _linearise(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedSta
         load=F,
         penetration=x,
         load_sensitivity=load_sensitivity,
-        place=q,
+        coordinates=q,
         springs=system.stiffness,
         tangent=0.5 * (tangent + np.swapaxes(tangent, 2, 3)),
     )

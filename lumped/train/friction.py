@@ -139,7 +139,7 @@ class FrictionRows(NamedTuple):
     at_pitch_back: Array
     per_metre: Array
 
-    def of_shapes(self, shapes: Array) -> FrictionRows:
+    def on_modes(self, shapes: Array) -> FrictionRows:
         """Rows on modes of shapes (n, k)."""
         return FrictionRows(*(row @ shapes for row in self))
 
@@ -155,7 +155,7 @@ def friction_rows(train: Train, coordinates: Coordinates) -> FrictionRows:
         for row, angle in sides:
             row[m] = _row_at_pitch(train, mesh, coordinates, sense * angle)
         for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
-            per_metre[m, coordinates.places[gear, "rotation"]] += sense * side
+            per_metre[m, coordinates.indices[gear, "rotation"]] += sense * side
     return FrictionRows(drive, back, per_metre)
 
 
@@ -168,13 +168,13 @@ def _row_at_pitch(
     force_angle = mesh.center_line + angle
     for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
         arm = train.sense(mesh.driver) * train.gears[gear].base_radius * slope
-        row[coordinates.places[gear, "rotation"]] += arm
+        row[coordinates.indices[gear, "rotation"]] += arm
         for axis, cosine in (
             ("x", math.cos(force_angle)),
             ("y", math.sin(force_angle)),
         ):
-            if (gear, axis) in coordinates.places:
-                row[coordinates.places[gear, axis]] += side * cosine
+            if (gear, axis) in coordinates.indices:
+                row[coordinates.indices[gear, axis]] += side * cosine
     return row
 
 

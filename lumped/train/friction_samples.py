@@ -48,9 +48,9 @@ def with_friction(
     meshes = range(len(friction))
     return FrictionSamples(
         *samples,
-        excitation.on_steps(sliding, times),
-        excitation.on_steps(arm, times),
-        excitation.on_steps(bending, times),
+        excitation.sample_steps(sliding, times),
+        excitation.sample_steps(arm, times),
+        excitation.sample_steps(bending, times),
         *rows,
         np.array([sliding_rate(train, m) for m in meshes]),
         np.array(

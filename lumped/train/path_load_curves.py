@@ -49,7 +49,7 @@ FALLING_LOAD_MESSAGE = "the load of a pair must grow with its penetration"
 class PathLoadCurves:
     """Laws of equal tooth pairs along the path of contact, at s places.
 
-    place : (s,) base pitches past the pitch point
+    position : (s,) base pitches past the pitch point
     gap : (s,) transmission error that closes the pair, large off the path [m]
     penetration : (j,) [m]
     load : (s, j) [N]
@@ -57,7 +57,7 @@ class PathLoadCurves:
         of base pitches by which the other is ahead
     """
 
-    place: Array
+    position: Array
     gap: Array
     penetration: Array
     load: Array
@@ -108,7 +108,7 @@ def path_load_curves(
         table,
     )
     return PathLoadCurves(
-        place=min(teeth) + np.arange(loads.shape[0]) / table.position.size,
+        position=min(teeth) + np.arange(loads.shape[0]) / table.position.size,
         gap=_arrange_along_path(gap, teeth, OPEN_GAP),
         penetration=knots,
         load=loads,

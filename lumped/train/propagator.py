@@ -46,19 +46,19 @@ class LinearPart:
     system: CoupledSystem
 
     @property
-    def waves(self) -> int:
+    def n_wave_pairs(self) -> int:
         """Number of pairs of travelling modes."""
         return self.system.whirl.size
 
     @property
-    def standing(self) -> int:
+    def n_standing(self) -> int:
         """Number of coordinates that do not whirl."""
-        return self.system.load.size - 2 * self.waves
+        return self.system.load.size - 2 * self.n_wave_pairs
 
     @cached_property
     def _modes(self) -> tuple[Complex, Complex, Complex]:
         """Eigenvalues (2 a,), eigenvectors as rows (2 a, 2 a), and their inverse."""
-        a = self.standing
+        a = self.n_standing
         standing, eye = slice(0, a), np.eye(a)
         stiffness = self.system.stiffness[standing, standing]
         stiffness = stiffness + MIN_STIFFNESS_RATIO * self._largest * eye
@@ -74,7 +74,7 @@ class LinearPart:
     @property
     def _largest(self) -> float:
         """Squared frequency of the contacts [1/s2]."""
-        contacts, rows = self.system.contacts, self.system.rows[..., : self.standing]
+        contacts, rows = self.system.contacts, self.system.rows[..., : self.n_standing]
         max_penetration = contacts.knots[:, -1].max()
         slope = contacts.load_curve[:, 0, 0, -1, 0].max() / max_penetration
         return float(slope * (rows**2).sum(axis=2).max())
@@ -82,7 +82,7 @@ class LinearPart:
     @cached_property
     def _wave_rates(self) -> tuple[Array, Array]:
         """Decay (w,) and damped angular frequency (w,) in the frame of the gear."""
-        indices = np.arange(self.standing, self.standing + self.waves)
+        indices = np.arange(self.n_standing, self.n_standing + self.n_wave_pairs)
         squares, damping = (
             np.diag(matrix)[indices]
             for matrix in (self.system.stiffness, self.system.damping)
@@ -100,12 +100,14 @@ class LinearPart:
         factors = all_factors[:, : values.size]
         # the map of each variable, and finally of a force, over the step
         matrices = ((inverse.T[None] * factors[:, None]) @ rows).real
-        waves = all_factors[:, values.size :].reshape(5, 2, self.waves)
+        waves = all_factors[:, values.size :].reshape(5, 2, self.n_wave_pairs)
         waves[1:] /= 2j * np.stack([angular, -angular])
         return Propagator(
-            transition=np.concatenate([matrices[0], *matrices[2:, self.standing :]]),
-            force_response=np.ascontiguousarray(matrices[1, self.standing :]),
-            waves=_real_and_imaginary(waves.swapaxes(0, 1)).reshape(2, 10, self.waves),
+            transition=np.concatenate([matrices[0], *matrices[2:, self.n_standing :]]),
+            force_response=np.ascontiguousarray(matrices[1, self.n_standing :]),
+            waves=_real_and_imaginary(waves.swapaxes(0, 1)).reshape(
+                2, 10, self.n_wave_pairs
+            ),
             rates=_real_and_imaginary(rates),
         )
 

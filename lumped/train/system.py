@@ -152,7 +152,7 @@ class LumpedSystem:
     def _friction_rows(self) -> FrictionRows:
         """Rows of friction on all modes."""
         rows = friction_rows(self.train, self.modes.coordinates)
-        return rows.of_shapes(self.modes.shapes)
+        return rows.on_modes(self.modes.shapes)
 
     @cached_property
     def arrays(self) -> ModalSystem:
@@ -245,7 +245,9 @@ class LumpedSystem:
         coupled model is in equilibrium with gears at rest at the start of the cycle.
         """
         if self.loaded is not None:
-            return np.stack([self.loaded.place[0], np.zeros_like(self.loaded.place[0])])
+            return np.stack(
+                [self.loaded.coordinates[0], np.zeros_like(self.loaded.coordinates[0])]
+            )
         load = self.arrays.load
         return np.stack([load / self.arrays.rigidity, np.zeros_like(load)])
 
@@ -256,7 +258,7 @@ class LumpedSystem:
         hubs = np.sqrt(self.arrays.rigidity)
         if self.contacts is None:
             return hubs
-        return np.concatenate([hubs, self.contacts.bodies.angular])
+        return np.concatenate([hubs, self.contacts.body_modes.angular])
 
     @cached_property
     def deflection_rows(self) -> Array:
@@ -264,7 +266,7 @@ class LumpedSystem:
         the teeth in contact."""
         if self.contacts is None:
             return self.arrays.shapes
-        bodies, w = self.contacts.bodies, self.contacts.bodies.pairs.size
+        bodies, w = self.contacts.body_modes, self.contacts.body_modes.pair_whirl.size
         squares = (bodies.rows**2).mean(axis=1)  # (c, b)
         pairs = squares[:, bodies.count - 2 * w :].reshape(len(squares), 2, w)
         # whichever tooth the pattern of a pair refers to
@@ -379,7 +381,7 @@ class LumpedSystem:
             contacts = 0
         else:
             contacts, _, n = self.contacts.rows.shape
-            n += self.contacts.bodies.count
+            n += self.contacts.body_modes.count
             # pitch errors are added to steps that repeat with the meshes
             length = self.train.common_period[0]
             per_step = 8 * contacts * (2 * contacts + n + meshes + 1)

@@ -97,7 +97,7 @@ class TrainExcitation:
             ]
         )
 
-    def at(self, times: Array, side: int = 1) -> tuple[Array, Array]:
+    def evaluate(self, times: Array, side: int = 1) -> tuple[Array, Array]:
         """Stiffness [N/m] and gap [m] of all pairs (..., p) at times.
 
         side : -1 for the limit from below
@@ -151,12 +151,12 @@ class TrainExcitation:
 
     def samples(self, times: Array) -> ExcitationSamples:
         """Steps of the common period between times of a grid, with the excitation."""
-        stiffness, gap = (self.on_steps(waves, times) for waves in self._functions)
+        stiffness, gap = (self.sample_steps(waves, times) for waves in self._functions)
         return ExcitationSamples(
             np.tile(np.diff(times), self.repetitions), stiffness, gap
         )
 
-    def on_steps(self, waves: Sequence[Wave], times: Array) -> Array:
+    def sample_steps(self, waves: Sequence[Wave], times: Array) -> Array:
         """Values (s, 3, p) of a wave per pair at start, middle and end of all steps.
 
         times : times of a grid, whose steps cross no corner

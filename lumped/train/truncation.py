@@ -43,8 +43,9 @@ class TruncationModel:
 
     frequencies_Hz, damping_ratio, families : (b,); modes of one family are a pair
     compliance : (m, b) share of each mode in the mesh's compliance at rest
-    rest_Hz : lower bound of the frequencies of modes that were not solved
-    rest : (m,) compliance of modes at this frequency with the inertia of all of these
+    unsolved_Hz : lower bound of the frequencies of modes that were not solved
+    unsolved_compliance : (m,) compliance of modes at this frequency with the inertia
+        of all of these
     amplitudes : (m, h) amplitudes of harmonics of the static transmission error
     rate : (m,) frequencies of the meshes over that of the first
     resonances_Hz, energy : (r,) and (m, r) natural frequencies without body modes, and
@@ -56,8 +57,8 @@ class TruncationModel:
     damping_ratio: Array
     families: NDArray[np.int64]
     compliance: Array
-    rest_Hz: float
-    rest: Array
+    unsolved_Hz: float
+    unsolved_compliance: Array
     amplitudes: NDArray[np.complex128]
     rate: Array
     resonances_Hz: Array
@@ -116,10 +117,10 @@ class TruncationModel:
 
     def _flanks(self, band: tuple[float, float]) -> Array:
         """Change (r, b + 1) of amplitudes on each resonance's flank by each mode."""
-        frequencies = np.append(self.frequencies_Hz, self.rest_Hz)
+        frequencies = np.append(self.frequencies_Hz, self.unsolved_Hz)
         ratios = np.append(self.damping_ratio, UNSOLVED_DAMPING_RATIO)
         factor = inertia_factor(self.resonances_Hz[:, None] / frequencies, ratios)
-        share = np.column_stack([self.compliance, self.rest])
+        share = np.column_stack([self.compliance, self.unsolved_compliance])
         shift = 0.5 * (self.energy.T @ share) * factor
         damping = max(self.resonance_damping, MIN_DAMPING_RATIO)
         return 0.5 * shift / damping * self._excited(band, damping)[:, None]
@@ -146,11 +147,15 @@ class TruncationModel:
 
     def _parts(self, band: tuple[float, float]) -> list[Array]:
         """Change of each mesh's compliance (s, h, b + 1) by each mode and the rest."""
-        frequencies = np.append(self.frequencies_Hz, self.rest_Hz)
+        frequencies = np.append(self.frequencies_Hz, self.unsolved_Hz)
         ratios = np.append(self.damping_ratio, UNSOLVED_DAMPING_RATIO)
         parts = []
         meshes = zip(
-            self.compliance, self.rest, self.amplitudes, self.rate, strict=True
+            self.compliance,
+            self.unsolved_compliance,
+            self.amplitudes,
+            self.rate,
+            strict=True,
         )
         for share, rest, amplitudes, rate in meshes:
             orders = np.arange(1.0, min(len(amplitudes), MAX_HARMONICS) + 1.0)

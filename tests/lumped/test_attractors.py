@@ -191,7 +191,7 @@ def test_changes_are_carried_as_differences_of_motions(train, chaotic):
 
 
 def test_kernels_are_the_same_uncompiled(train, request, monkeypatch):
-    monkeypatch.setattr(attractors, "FINE", 16)
+    monkeypatch.setattr(attractors, "FINE_STEPS", 16)
     response, _, _ = respond_confirmed(train, 0.91 * FIRST, Settings(multiples=2))
     coarse = Settings(steps=16)
     compiled = find_attractor(train, response, coarse)

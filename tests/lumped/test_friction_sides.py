@@ -89,8 +89,8 @@ class Flanks:
         for gear, turn, arm, sign in zip(
             self.gears, self.turns, self.arms, (1, -1), strict=True
         ):
-            turn = turn + velocity[self.space.places[gear, "rotation"]]
-            centre = [velocity[self.space.places[gear, axis]] for axis in "xy"]
+            turn = turn + velocity[self.space.indices[gear, "rotation"]]
+            centre = [velocity[self.space.indices[gear, axis]] for axis in "xy"]
             sliding += (
                 sign * (centre + turn * turned(arm, 0.5 * math.pi)) @ self.tangent
             )
@@ -101,10 +101,10 @@ class Flanks:
         out = np.zeros(self.space.mass.size)
         for gear, arm, sign in zip(self.gears, self.arms, (1, -1), strict=True):
             push = sign * force * self.tangent
-            out[self.space.places[gear, "rotation"]] += arm[0] * push[1]
-            out[self.space.places[gear, "rotation"]] -= arm[1] * push[0]
+            out[self.space.indices[gear, "rotation"]] += arm[0] * push[1]
+            out[self.space.indices[gear, "rotation"]] -= arm[1] * push[0]
             for axis, part in zip("xy", push, strict=True):
-                out[self.space.places[gear, axis]] += part
+                out[self.space.indices[gear, axis]] += part
         return out
 
 

@@ -83,7 +83,7 @@ def changed(table, header=None, torque=None, **columns):
 def test_known_laws_are_found_again(hardening):
     """At the torques, between them and beyond: two pairs that deflect each other."""
     path = path_load_curves(make_table(hardening), RADIUS)
-    np.testing.assert_allclose(path.place, PLACES)
+    np.testing.assert_allclose(path.position, PLACES)
     np.testing.assert_allclose(path.gap, gap_at(PLACES))
     assert set(path.compliance) == {-1, 1}
     np.testing.assert_allclose(path.compliance[-1][POSITIONS:], COUPLING)

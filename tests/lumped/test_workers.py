@@ -60,7 +60,7 @@ def test_whatever_dask_makes_of_an_address_is_one_line(monkeypatch, error, reaso
 def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
     """The other one computes its tiles, to the bit as threads do."""
     distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(basins, "TILE", 200)
+    monkeypatch.setattr(basins, "CELLS_PER_TILE", 200)
     exact = settle_grid(MACHINE, GRID, 300)
     settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     killed, stored = [], {}

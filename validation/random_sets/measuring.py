@@ -165,7 +165,7 @@ def speeds_of(resonance: float, count: int = SPEEDS) -> list[float]:
 
 def kept_count(system: LumpedSystem) -> int:
     """Body modes that the coupled model has as coordinates."""
-    return require_present(system.contacts, "coupled model").bodies.count
+    return require_present(system.contacts, "coupled model").body_modes.count
 
 
 def fe_source(model: DynamicModel) -> SweepSpec:
@@ -235,7 +235,7 @@ def kept_modes(
 ) -> NDArray[np.bool_]:
     """Which elastic modes (e,) of the finite elements the coupled model has as well."""
     bodies, mode_mask = (
-        require_present(coupled.contacts, "coupled model").bodies,
+        require_present(coupled.contacts, "coupled model").body_modes,
         np.zeros(model.modal.rigidity.size, bool),
     )
     diameters = np.concatenate(

@@ -19,9 +19,9 @@ RECORD_COLUMNS = (
 class GroupArrays(NamedTuple):
     """Wheels that depend on each other: n coordinates q, p plays; time in periods.
 
-    Between impacts q'' = drag_acceleration - damping_rate q'; of a play
-    low <= s <= high with s = ratios e(t) + rows q + own wave. A play whose width varies is two, one for each
-    edge, with another edge out of reach.
+    Between impacts q'' = drag_acceleration - damping_rate q'; for a play,
+    low <= s <= high with s = ratios e(t) + rows q + own wave. A play whose width
+    varies counts as two, one for each edge, with the other edge out of reach.
 
     drag_acceleration, damping_rate, inverse_mass (n,) : drag and damping over the mass,
         and 1 over the mass
@@ -76,7 +76,8 @@ class ImpactWorkspace(NamedTuple):
     contact, side (p,) : closed contacts: play and its edge, 1 upper or -1 lower
     leaving (p,) : the edge that a contact without speed leaves, else 0
     edge, approach_speed, impulse, dissipated (p,) : of plays struck at an instant:
-        edge, largest speed of approach, impulse and energy; approach (p,) : speeds by contact
+        edge, largest speed of approach, impulse and energy
+    approach (p,) : speeds by contact
     delassus, inverse (p, p), b, z (p,), basis (p,), eliminated (p, p + 1) : of the
         complementarity problem
     contact_acceleration (n, p), pull (n,) : accelerations by contact forces, and the

@@ -264,8 +264,8 @@ def settle_cells(m, times, speeds, max_returns, stop_early, outcomes, end):
 
     outcomes (c, 2) : the period in returns, PERMANENT_CONTACT where the flanks stay
         together or flights decay, STICKING where they come to rest on each other
-        repeatedly, CHANGING else, UNKNOWN where an event is not found; and the returns until
-        that was clear
+        repeatedly, CHANGING else, UNKNOWN where an event is not found; and the returns
+        until that was clear
     end (c, 2) : its time, from 0 to 1, and speed; of STICKING a release from rest
     stop_early : stop where it is clear; what is found is the same
     """

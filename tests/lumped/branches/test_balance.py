@@ -51,7 +51,7 @@ def test_constant_stiffness_is_the_linear_response(system):
     x = solved(balance, frequency, balance.static)
     arrays = linear.arrays
     grid = np.linspace(0.0, 1.0, 4096, endpoint=False)
-    _, gaps = linear.excitation.at(grid)
+    _, gaps = linear.excitation.evaluate(grid)
     waves = np.fft.rfft(gaps, axis=0)[:13] / grid.size
     omega = 2.0 * math.pi * frequency * np.arange(13)
     modes = arrays.rigidity - omega[:, None] ** 2
