@@ -190,8 +190,8 @@ def with_body_modes(
     return replace(
         contacts,
         modes=modes.select(retained),
-        solved=modes,
-        inertia=inertia,
+        solved_modes=modes,
+        truncation_model=inertia,
         retained=retained,
     )
 

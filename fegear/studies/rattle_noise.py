@@ -175,8 +175,8 @@ class NoiseResult(StudyResult):
                 option = display_name(self.study, "iterations")
                 lasts = f"in {self.settling:.0f} turns ({option})"
             yield (
-                f"transients of the parts fade to {of.FADED:g} {lasts}, runs are given "
-                f"{self.iterations}: noise may still fall, unless impacts end them"
+                f"transients of the parts fade to {of.INAUDIBLE:g} {lasts}, runs are "
+                f"given {self.iterations}: noise may still fall, unless impacts end them"
             )
 
     @property

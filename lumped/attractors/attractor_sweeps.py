@@ -250,9 +250,9 @@ def sweep_attractors(
 ) -> AttractorBranch:
     """Pass through values of a parameter, which rise or fall by the direction.
 
-    system_at : called in turn for each, such as `at` of a `lumped.branches.Family`; all
-        systems have the same gears and freedoms
-    stop : ends the sweep as soon as the motion is watched
+    system_at : function that returns the system at a value, such as `at` of a
+        `lumped.branches.motions.Family`; all systems have the same coordinates
+    stop : event that ends the sweep at the next call of the callback
     """
     # no figures are shown that more windows would measure
     settings = replace(settings or Settings(), windows=1)

@@ -56,8 +56,8 @@ def _other_mode_limits(system: ParametricSystem, resonance: Resonance) -> Iterat
             distance = np.abs(system.frequency - float(order) * resonance.at)
             yield (
                 f"{float(order):.4g} times the mesh frequency, nearest to the mode at "
-                f"{system.frequency[distance.argmin()]:.5g}, moves a mesh by {part:.2g} "
-                "of its mean deflection as well"
+                f"{system.frequency[distance.argmin()]:.5g}, moves a mesh by "
+                f"{part:.2g} of its mean deflection as well"
             )
 
 
