@@ -176,7 +176,8 @@ class NoiseResult(StudyResult):
                 lasts = f"in {self.settling:.0f} turns ({option})"
             yield (
                 f"transients of the parts fade to {of.INAUDIBLE:g} {lasts}, runs are "
-                f"given {self.iterations}: noise may still fall, unless impacts end them"
+                f"given {self.iterations}: noise may still fall, unless impacts end "
+                "them"
             )
 
     @property
