@@ -17,7 +17,7 @@ from fegear.studies.study import (
     require_settings,
     setting,
 )
-from lumped.rattle.return_map import RETURNS
+from lumped.rattle.return_map import DEFAULT_RETURNS
 
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
@@ -164,7 +164,7 @@ def default_returns(settling: float) -> int:
 
     settling : returns in which transients end, see `settling_returns`
     """
-    return int(settling) if settling <= MAX_RETURNS else RETURNS
+    return int(settling) if settling <= MAX_RETURNS else DEFAULT_RETURNS
 
 
 def not_converged_warning(

@@ -44,13 +44,10 @@ from lumped.steady.sweep import (
 from lumped.train.system import LumpedSystem
 
 JUMP = "jump"
-MIN_JUMP, MIN_JUMP_MISS = (
-    0.1,
-    2.5,
-)  # of the largest deflection; of the changes beside: a jump
-CHAOTIC_TRANSIENT_PERIODS = (
-    16_000  # periods of the first mesh in which chaos that passes should end
-)
+# Of the largest deflection; of the changes beside: a jump
+MIN_JUMP, MIN_JUMP_MISS = 0.1, 2.5
+# Periods of the first mesh in which chaos that passes should end
+CHAOTIC_TRANSIENT_PERIODS = 16_000
 SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequency [Hz]
 
 

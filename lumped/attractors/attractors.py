@@ -28,19 +28,17 @@ from lumped.train.system import LumpedSystem
 from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
-ALIGNMENT_PERIODS = (
-    128  # periods of the first mesh in which a change turns to what grows most
-)
+# Periods of the first mesh in which a change turns to what grows most
+ALIGNMENT_PERIODS = 128
 PERIODS_PER_STRETCH = 1024  # periods of the first mesh between looks at the exponent
 MAX_PERIODS = 4 * PERIODS_PER_STRETCH  # after which it is left as it is
 WINDOWS = 16  # of which its standard error is taken
 MIN_Z = 5.0  # standard errors beyond which the sign of an exponent is certain
 MAX_NEUTRAL_EXPONENT = 1e-3  # per period, below which changes do not grow
 MIN_DECAY_RATE = 1e-4  # per period, beyond which they shrink
-FINE_STEPS = (
-    1024  # steps per period along which multipliers of short motions are taken,
-)
-MAX_FINE_PERIODS = 64  # those of so many periods of the first mesh
+# Steps per period along which multipliers of short motions are taken
+FINE_STEPS = 1024
+MAX_FINE_PERIODS = 64  # periods of the first mesh in the longest short motion
 HARMONICS = 20  # of the first mesh, of motions that harmonic balance confirms,
 MAX_HARMONICS = 200  # which take up to some 0.1 s each
 RMS_RTOL = 0.02  # of the RMS, between both

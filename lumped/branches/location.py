@@ -25,17 +25,13 @@ from lumped.steady.steppers import AdaptiveStepper
 Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
 Test = Callable[[Multipliers], float]
-STEPS_PER_PERIOD = (
-    256  # of a period of the fastest mesh, between which it is interpolated
-)
-NEWTON_TOL = (
-    1e-6  # largest last correction, in scaled unknowns; the next is a thousandth
-)
+# Steps of a period of the fastest mesh, between which a motion is interpolated
+STEPS_PER_PERIOD = 256
+# Largest last correction, in scaled unknowns; the next is a thousandth
+NEWTON_TOL = 1e-6
 SECANT_TOL = 1e-9  # of a secant, whose error is some times this
-FIRST_SECANT_STEP, MAX_STEP = (
-    1e-4,
-    0.2,
-)  # to the second point of the secant, and beyond all of them
+# To the second point of the secant, and beyond all of them
+FIRST_SECANT_STEP, MAX_STEP = 1e-4, 0.2
 MAX_SHIFT = 0.02  # of the parameter's unit, within which a bifurcation is the one meant
 DIFFERENCE_STEP = 1e-5  # of the parameter's unit
 MAX_CORRECTIONS, MAX_SECANTS = 12, 8

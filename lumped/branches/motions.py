@@ -20,9 +20,8 @@ from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 DIFFERENCE_STEP = 1e-6  # of the unit, between systems that tell what a figure changes
-MAX_HARMONICS = (
-    80  # harmonics of the first mesh, of motions that are known by integration
-)
+# Harmonics of the first mesh, of motions that are integrated
+MAX_HARMONICS = 80
 CACHE_SIZE = 8  # systems of neighbouring values
 PeriodicMotion = HarmonicBalance | PeriodMap
 

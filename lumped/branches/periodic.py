@@ -44,24 +44,18 @@ from lumped.steady.sweep import Direction, SweepPoint, continue_sweep
 from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
-SWITCH_LENGTH = (
-    0.01  # arc length to the first point of a branch that sets out from another
-)
+# Arc length to the first point of a branch that sets out from another
+SWITCH_LENGTH = 0.01
 RANDOM_SPREAD = 3.0  # spread of random states, over the static one
-MAX_DOUBLING_GAP = (
-    3e-4  # of the parameter's unit, by which branches miss each other at doublings
-)
-DOUBLING_TOL = (
-    1e-3  # of the parameter's unit, for a branch that ends at its parent's doubling
-)
+# Part of the parameter's unit by which branches miss each other at doublings
+MAX_DOUBLING_GAP = 3e-4
+# Part of the parameter's unit, for a branch that ends at its parent's doubling
+DOUBLING_TOL = 1e-3
 PROBE_FRACTIONS = 0.25, 0.5, 0.75  # of a branch, where it is asked whether it is known
-CIRCLE_MARGIN, MAX_SHOTS = (
-    0.002,
-    4,
-)  # of multipliers from the unit circle; points that are tried
-MIN_CONTACT_COSINE = (
-    0.8  # cosine between tangents where a step meets a contact that opens or closes
-)
+CIRCLE_MARGIN = 0.002  # distance of multipliers from the unit circle
+MAX_SHOTS = 4  # points that are tried
+# Cosine between tangents where a step meets a contact that opens or closes
+MIN_CONTACT_COSINE = 0.8
 MOTION_RTOL = 1e-5  # of the static deflection, for motions that are one
 
 
@@ -241,8 +235,8 @@ class BranchFinder:
             return
         if has_half_period(branch, start) or self._is_known(branch, start):
             return
-        both_ways = self.limits[0] < value < self.limits[1]
-        self._follow(branch, start, origin, both_ways)
+        bidirectional = self.limits[0] < value < self.limits[1]
+        self._follow(branch, start, origin, bidirectional)
 
     def _is_known(self, branch: Continuation[PeriodicProblem], motion: Point) -> bool:
         """Whether a branch that is found passes through a motion.
@@ -342,18 +336,18 @@ class BranchFinder:
         branch: Continuation[PeriodicProblem],
         start: Point,
         origin: str,
-        both_ways: bool = False,
+        bidirectional: bool = False,
     ) -> None:
         """Follow a branch from a point and keep it with its bifurcations.
 
-        both_ways : whether the branch goes on to both sides of the point
+        bidirectional : whether the branch goes on to both sides of the point
         """
         if self.finished and self.finished[0].origin == origin:
             self.branches.append(self.finished.pop(0))
             return
         motions = branch.problem
         one_way = partial(self._one_way, branch)
-        trace = follow_both_ways(start, one_way) if both_ways else one_way(start)
+        trace = follow_both_ways(start, one_way) if bidirectional else one_way(start)
         points = tuple(
             located_point(motions, point) for point in with_bifurcations(branch, trace)
         )

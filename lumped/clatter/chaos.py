@@ -11,13 +11,11 @@ from lumped.clatter.groups import WheelGroup
 from lumped.clatter.runs import State, simulate
 
 Array = NDArray[np.float64]
-NEIGHBOUR_DISTANCE = (
-    1e-7  # distance at which a neighbour is held, relative to the plays
-)
+# Distance at which a neighbour is held, relative to the plays
+NEIGHBOUR_DISTANCE = 1e-7
 MIN_SEPARATION_RATIO = 1e-5  # part of this distance that remains from round-off
-THEILER_WINDOW = (
-    10  # impacts next to each other in time that are no neighbours (Theiler 1986)
-)
+# Impacts next to each other in time that are no neighbours (Theiler 1986)
+THEILER_WINDOW = 10
 MAX_POINTS = 4000
 MIN_POINTS = 1000
 MAX_DIMENSION_ERROR = 0.5  # error of a dimension above which there is no scaling

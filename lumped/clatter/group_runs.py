@@ -18,9 +18,8 @@ from lumped.clatter.runs import CHUNK, Impacts, State, join_impacts, simulate
 
 Array = NDArray[np.float64]
 MapKind = Literal["event", "implicit", "fermi"]
-MAX_PERIODS = (
-    1000  # most periods, or impacts of a map, over which an exponent is measured
-)
+# Most periods, or impacts of a map, over which an exponent is measured
+MAX_PERIODS = 1000
 MIN_PERIODS = 100
 
 

@@ -22,12 +22,10 @@ from lumped.clatter.kernels.arrays import GroupArrays
 from lumped.rattle.kernels.flight import EVENT_TOL
 
 Array = NDArray[np.float64]
-CLOSED_GAP_RATIO = (
-    64.0  # multiple of the round-off of a position below which gaps are closed
-)
-RESTING_SPEED_RATIO = (
-    4.0  # contacts rest below this multiple of the speed of a fall through it
-)
+# Multiple of the round-off of a position below which gaps are closed
+CLOSED_GAP_RATIO = 64.0
+# Contacts rest below this multiple of the speed of a fall through it
+RESTING_SPEED_RATIO = 4.0
 UNREACHABLE_DISTANCE = 1e3  # distance in plays of an edge that is never reached
 MAX_SERIES_STEP = 0.5  # largest rate times a step in sustained contact, see TERMS
 

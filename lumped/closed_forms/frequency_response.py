@@ -27,12 +27,10 @@ from lumped.closed_forms.separation import (
 )
 
 Array = NDArray[np.float64]
-REAL_ROOT_RTOL = (
-    1e-7  # a root is real if its imaginary over absolute value is below this
-)
-ROOT_RTOL = (
-    1e-9  # two roots are one if they differ by less than this part of the detuning
-)
+# A root is real if its imaginary over absolute value is below this
+REAL_ROOT_RTOL = 1e-7
+# Two roots are one if they differ by less than this part of the detuning
+ROOT_RTOL = 1e-9
 
 
 @dataclass(frozen=True, eq=False)

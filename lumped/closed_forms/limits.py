@@ -18,12 +18,10 @@ MAX_VARIATION = 0.5  # first harmonic 2 |z_j1|, below eq. 3.12: "in practice les
 # At this fraction of a cycle without contact, integration puts the peak of the idler of
 # chapter 3 5 % below the closed forms; at 0.4, the largest of figure 3.8, 20 % below.
 MAX_SEPARATION = 0.3
-MAX_GAP_DRIVE = (
-    0.25  # largest drive by gaps of tooth pairs over that by stiffness variation
-)
-MAX_OTHER_MOTION = (
-    0.5  # largest vibration of other modes over the mean deflection of a mesh
-)
+# Largest drive by gaps of tooth pairs over that by stiffness variation
+MAX_GAP_DRIVE = 0.25
+# Largest vibration of other modes over the mean deflection of a mesh
+MAX_OTHER_MOTION = 0.5
 
 
 def limits(system: ParametricSystem, resonance: Resonance) -> tuple[str, ...]:

@@ -15,10 +15,8 @@ COLORS = (
     *("tab:orange", "tab:cyan", "tab:olive", "tab:pink", "gold", "navy", "lime"),
 )
 LETTERS_PER_INCH = 11  # letters of a title per inch
-LETTER_WIDTH, KEY_WIDTH = (
-    0.072,
-    0.5,
-)  # inches of a letter in a legend, and of a key with gaps
+# Inches of a letter in a legend, and of a key with gaps
+LETTER_WIDTH, KEY_WIDTH = 0.072, 0.5
 
 
 def color_of(number: int) -> str:

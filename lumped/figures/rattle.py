@@ -22,25 +22,19 @@ if TYPE_CHECKING:
     from lumped.rattle.manifolds import PlaneCurve
     from lumped.rattle.noise import NoiseSample
 
-QUIET_COLOR, CHAOTIC_COLOR, UNDECIDED_COLOR = (
-    "#1b2a6b",
-    "#8c1515",
-    "#d0d0d0",
-)  # quiet, chaotic, undecided
+# Quiet, chaotic, undecided
+QUIET_COLOR, CHAOTIC_COLOR, UNDECIDED_COLOR = "#1b2a6b", "#8c1515", "#d0d0d0"
 OTHERS_COLOR = "#707070"
 Color = tuple[float, float, float]
 ORBIT_NAME = re.compile(r"P\((\d+),(\d+),(\d+)\)(?: (\w))?")
 STICKING_NAME = re.compile(r"sticking\((\d+|irregular)\)(?: (\w))?")
-HUE_STEP = (
-    0.6180339887498949  # part of a turn of the hue from one itinerary to the next
-)
+# Part of a turn of the hue from one itinerary to the next
+HUE_STEP = 0.6180339887498949
 TONES = (0.45, 1.0), (1.0, 0.9), (0.55, 0.65), (0.95, 0.5)  # saturation and value
 STICKING_TONE = 0.7, 0.42  # saturation and value of motions that come to rest
 MAX_NAMED = 12
-MIN_COLOR_DISTANCE, MAX_COLOR_STEPS = (
-    0.2,
-    50,
-)  # least distance of colours, and most steps to reach it
+# Least distance of colours, and most steps to reach it
+MIN_COLOR_DISTANCE, MAX_COLOR_STEPS = 0.2, 50
 # colours of curves alone, and over basins
 CURVE_COLORS = ("black", "tab:orange", "tab:red", "tab:blue", "tab:green", "tab:purple")
 CURVE_COLORS_ON_BASINS = (

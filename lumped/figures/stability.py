@@ -15,10 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-OTHERS_LABEL, OTHERS_COLOR = (
-    "others",
-    "0.6",
-)  # label and colour of combinations other than the widest
+# Label and colour of combinations other than the widest
+OTHERS_LABEL, OTHERS_COLOR = "others", "0.6"
 
 
 def draw_chart(

@@ -27,9 +27,8 @@ STATE_NAMES = {1: "drive side", 0: "contact lost", -1: "back side"}
 SHOWN_PERIODS = 8  # periods of a mesh in the panels over time
 SHOWN_ORDERS = 10  # orders of a mesh in its spectrum
 PHASE_PLANE_REFINEMENT = 4  # refinement of the integration steps in the phase plane
-MIN_RELATIVE_AMPLITUDE = (
-    1e-5  # part of the largest line below which a spectrum is not drawn
-)
+# Part of the largest line below which a spectrum is not drawn
+MIN_RELATIVE_AMPLITUDE = 1e-5
 
 
 @dataclass(frozen=True)

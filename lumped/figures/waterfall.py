@@ -24,14 +24,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 SHOWN_HARMONICS = 6  # harmonics of a mesh that are drawn over speed
-MIN_RELATIVE_AMPLITUDE = (
-    1e-4  # part of a mesh's largest amplitude below which lines are left out
-)
+# Part of a mesh's largest amplitude below which lines are left out
+MIN_RELATIVE_AMPLITUDE = 1e-4
 MAX_RAYS = 40  # largest multiple of the mesh frequency that is drawn
 MIN_AMPLITUDE = 1e-12  # m, scale of amplitudes without vibration
-FREQUENCY_LIMIT_RATIO = (
-    1.15  # multiple of the highest natural frequency up to which lines are drawn
-)
+# Multiple of the highest natural frequency up to which lines are drawn
+FREQUENCY_LIMIT_RATIO = 1.15
 COLUMNS = (
     *("torque_Nm", "direction", "mesh_frequency_Hz", "mesh"),
     *("frequency_Hz", "order", "amplitude_m"),

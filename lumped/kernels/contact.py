@@ -25,16 +25,13 @@ PENETRATIONS_ROW, LOADS_ROW, SLOPES_ROW, ERRORS_ROW, PREVIOUS_ROW, STEP_ROW = ra
     6
 )  # rows of Newton's method
 GRID_TOL = 1e-6  # of a cell within which a position is on the grid
-LAST_STEP_RTOL = (
-    1e-7  # of the largest penetration: a step after which no other is needed,
-)
-QUADRATIC_STEP_RTOL = (
-    2e-6  # or of the penetration: what is left is of the order of its square
-)
+# A step below this part of the largest penetration is the last
+LAST_STEP_RTOL = 1e-7
+# So is one below this part of the penetration: the error is of order its square
+QUADRATIC_STEP_RTOL = 2e-6
 PENETRATION_RTOL = 1e-11  # of the largest penetration
-MIN_REVERSING_SPEED = (
-    5e-3  # m/s: a slower reversal of sliding does not reverse the friction
-)
+# A reversal of sliding slower than this [m/s] does not reverse the friction
+MIN_REVERSING_SPEED = 5e-3
 PROXIMITY_RTOL = 0.05  # of the largest penetration: gap below which contacts are active
 
 

@@ -15,9 +15,8 @@ from lumped.common.compiled import compiled, inlined
 from lumped.kernels.arrays import MULTIPLE, PERIOD, STREAK
 
 FINISHED, NOT_FINITE = 0, 1
-MIN_STREAK = (
-    3  # periods in a row, or more than an orbit: chaos passes by near unstable ones
-)
+# Periods in a row, or more than an orbit: chaos passes by near unstable ones
+MIN_STREAK = 3
 REPEATED_TOLS = 4.0  # tolerances within which two sections may be the same
 DISTINCT_TOLS = 50.0  # tolerances beyond which two sections are not the same
 STEADY_RTOL = 1e-3  # change of a distance, relative, over an orbit that has settled

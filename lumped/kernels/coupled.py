@@ -53,9 +53,8 @@ from lumped.kernels.coupled_variables import (
 )
 
 START_ITERATIONS = 4  # rounds after which the forces before the start are known
-STEPS_PER_LIMIT_UPDATE = (
-    4  # steps between looks at the range of deflection while it settles
-)
+# Steps between looks at the range of deflection while it settles
+STEPS_PER_LIMIT_UPDATE = 4
 STEPS_PER_RESCALING = 64  # steps after which small changes are brought back to length 1
 
 

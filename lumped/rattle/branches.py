@@ -40,10 +40,8 @@ Array = NDArray[np.float64]
 GRAZING = "grazing"
 KINDS = FOLD, DOUBLING, GRAZING
 DIFFERENCE_STEP = 1e-6  # difference, in the parameter's unit, for its derivatives
-FIRST_LENGTH, MAX_LENGTH = (
-    2e-3,
-    0.02,
-)  # first and largest arc length, in turns and units
+# First and largest arc length, in turns and units
+FIRST_LENGTH, MAX_LENGTH = 2e-3, 0.02
 SWITCH_LENGTH = 2e-3  # arc length to the first point of a branch of twice the period
 LIMIT_RTOL = 1e-9  # part of the range within which a point is on its limit
 GRAZE_TOL = 1e-5  # distance of unknowns within which a fold is a graze

@@ -40,10 +40,8 @@ MAX_MULTIPLIER = 1e6  # multiplier of an impact that vanishes
 MAX_HALF_DIFFERENCE = 0.02  # distance between halves of a period that become equal
 CURVE_TOL = 3e-3, 0.03  # distance from a curve: first parameter in its unit, and speed
 DIFFERENCE_STEP = 1e-7  # difference of an unknown for derivatives
-FIRST_LENGTH, MAX_LENGTH = (
-    2e-3,
-    0.02,
-)  # arc lengths, in turns and units of the parameters
+# Arc lengths, in turns and units of the parameters
+FIRST_LENGTH, MAX_LENGTH = 2e-3, 0.02
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,9 +20,8 @@ from lumped.rattle.return_map import (
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 STARTS_PER_SIDE = 6  # departures per side of the grid from which runs start
-MAX_RETURNS = (
-    200_000  # returns before motions are classified; a damping of 2e-4 needs them
-)
+# Returns before motions are classified; a damping of 2e-4 needs them
+MAX_RETURNS = 200_000
 CHAOTIC_DEPARTURES = 60  # departures that are stored of a motion that never repeats
 
 

@@ -22,9 +22,8 @@ from lumped.rattle.return_map import (
 )
 
 Array = NDArray[np.float64]
-MAX_ARCS_PER_RETURN = (
-    32  # largest number of arcs of a return in the search for an orbit
-)
+# Largest number of arcs of a return in the search for an orbit
+MAX_ARCS_PER_RETURN = 32
 STARTS_PER_SIDE = 24  # departures per side of the grid from which the search starts
 FAST_STARTS = 6  # rows of the grid for speeds that are higher than usual
 MAX_TURNS = 4  # largest number of turns of constructed motions

@@ -14,9 +14,8 @@ from scipy.optimize import minimize_scalar
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.machine import TURN
 
-INSTANTS_PER_CYCLE = (
-    256  # instants in each cycle of the fastest forcing to check flanks at
-)
+# Instants in each cycle of the fastest forcing to check flanks at
+INSTANTS_PER_CYCLE = 256
 
 
 @dataclass(frozen=True)

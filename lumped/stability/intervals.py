@@ -19,16 +19,13 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 EDGE_RTOL = 2e-8  # relative error of the speed at an edge
 MAX_BISECTIONS = 40  # largest number of bisections for an edge
-MAX_HALVINGS = (
-    6  # halvings of the distance of speeds near an extremum of the multiplier
-)
+# Halvings of the distance of speeds near an extremum of the multiplier
+MAX_HALVINGS = 6
 MAX_ORDERS = 60  # harmonics that are considered at low speeds
 ROUND_OFF = 1e-9  # round-off of a multiplier
 LOG_SPEED_STEP = 0.004  # logarithmic distance of speeds that are always examined
-SPEEDS_PER_INTERVAL, INTERVAL_MARGIN = (
-    11,
-    0.5,
-)  # speeds in an expected interval, and margin in widths
+# Speeds in an expected interval, and margin in widths
+SPEEDS_PER_INTERVAL, INTERVAL_MARGIN = 11, 0.5
 
 
 @dataclass(frozen=True)

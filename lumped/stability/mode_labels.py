@@ -22,9 +22,8 @@ Names = NDArray[np.str_]
 # excess of a multiplier over 1: two that coincide are known to half of the digits only,
 # and with damping they coincide inside the unit circle
 MIN_GROWTH, MIN_DAMPED_GROWTH = 1e-6, 1e-9
-MAX_ORDER_DISTANCE = (
-    0.5  # part of a mesh frequency within which modes match a harmonic of it
-)
+# Part of a mesh frequency within which modes match a harmonic of it
+MAX_ORDER_DISTANCE = 0.5
 
 
 @dataclass(frozen=True, eq=False)

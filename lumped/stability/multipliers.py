@@ -14,10 +14,8 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Method = Literal["peano-baker", "exponential", "integration"]
 METHODS: tuple[Method, ...] = ("peano-baker", "exponential", "integration")
-MAX_STEP_ANGLE, SERIES_ERROR = (
-    1.5,
-    1e-14,
-)  # angle of a step, and truncation error of its series
+# Angle of a step, and truncation error of its series
+MAX_STEP_ANGLE, SERIES_ERROR = 1.5, 1e-14
 PARTS_PER_PIECE = 64  # parts of a piece for exponentials
 INTEGRATION_RTOL = 1e-10  # relative error of the integration
 

@@ -21,9 +21,8 @@ MIN_SIMULTANEOUS_MISS = 1.5  # the same, for the other meshes at a speed where o
 MIN_MISS_OF_VALUE = 0.1  # least miss of a jump over the larger value
 MIN_MISS_OF_MAXIMUM = 1e-3  # least miss of a jump over the largest value of the curve
 BRANCH_RTOL = 0.02  # relative difference below which two branches are equal
-MIN_PROMINENCE = (
-    0.1  # least height of a peak over its feet, per largest value of the curve
-)
+# Least height of a peak over its feet, per largest value of the curve
+MIN_PROMINENCE = 0.1
 MAX_FLAT_RMS = 1e-12  # m, curves below are flat
 
 

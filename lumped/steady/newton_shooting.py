@@ -29,22 +29,17 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 MAX_NEWTON_ITERATIONS = 8  # Newton steps with one derivative
-MAX_FIRST_STEP = (
-    0.2  # largest first step per range of deflection: farther motions may differ
-)
-MAX_LAST_CHANGE = (
-    0.5  # largest last change, per range, of a motion that may be within LARGEST
-)
-MAX_DECAY_RATIO = (
-    20.0  # periods still to settle, per period passed, of a very slow decay
-)
-MAX_CONTRACTION_RATIO = (
-    0.2  # largest ratio of successive steps: the map is nearly linear
-)
+# Largest first step per range of deflection: farther motions may differ
+MAX_FIRST_STEP = 0.2
+# Largest last change, per range, of a motion that may be within MAX_FIRST_STEP
+MAX_LAST_CHANGE = 0.5
+# Periods still to settle, per period passed, of a very slow decay
+MAX_DECAY_RATIO = 20.0
+# Largest ratio of successive steps: the map is nearly linear
+MAX_CONTRACTION_RATIO = 0.2
 NEWTON_TOL_RATIO = 0.1  # largest error after the last round, in tolerances
-MAX_DERIVATIVE_CHANGE = (
-    0.01  # second step over the first up to which the first derivative suffices
-)
+# Second step over the first up to which the first derivative suffices
+MAX_DERIVATIVE_CHANGE = 0.01
 MAX_SQUARINGS = 14  # squarings of a derivative: multipliers above 0.9995 count as 1
 DIVERGENCE_NORM = 1e12  # size of a power of a matrix above which its powers grow
 

@@ -27,20 +27,17 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Callback = Callable[[float, int], None]  # (frequency [Hz], common periods passed there)
-MAX_SETTLING_PERIODS = (
-    200_000  # largest number of periods that a motion may take to settle
-)
+# Largest number of periods that a motion may take to settle
+MAX_SETTLING_PERIODS = 200_000
 MIN_COUPLED_PERIODS = 400  # least periods of the coupled model, whose slow motions leap
 MIN_MESH_ENERGY = 1e-3  # least part of a relevant mode's strain energy in the meshes
 MIN_WINDOWS = 4  # least number of windows for a long common period
 WINDOW_PERIODS = 2_000  # most periods of the first mesh in more than FEWEST_WINDOWS
-LONG_COMMON_PERIOD = (
-    100  # cycles of the first mesh after which nothing repeats by chance
-)
+# Cycles of the first mesh after which nothing repeats by chance
+LONG_COMMON_PERIOD = 100
 JUMP_RTOL = 0.25  # relative change of an RMS from speed to speed that may be a jump
-NEIGHBOUR_SPEED_RTOL = (
-    0.02  # relative change of the speed over which a period multiple persists
-)
+# Relative change of the speed over which a period multiple persists
+NEIGHBOUR_SPEED_RTOL = 0.02
 RESPONSE_RTOL = 0.05  # relative difference below which two responses are equal
 
 

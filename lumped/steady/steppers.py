@@ -29,9 +29,8 @@ if TYPE_CHECKING:
     from lumped.kernels.arrays import AdaptiveRules, Convergence, CoupledSteps
 
 Array = NDArray[np.float64]
-STEPS_PER_CALLBACK = (
-    100_000  # fixed steps between calls of the callback, or a common period if more
-)
+# Fixed steps between calls of the callback, or a common period if more
+STEPS_PER_CALLBACK = 100_000
 CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair
 MAX_STEPS_PER_PERIOD = 512  # fixed; beyond it results do not depend on their number
 # Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3

@@ -29,9 +29,8 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Fidelity = Literal["quasistatic", "reduced"]
-MAX_INERTIA_FACTOR = (
-    1e3  # r_i assigned to an undamped mode at resonance, as for zeta = 0.0005
-)
+# R_i assigned to an undamped mode at resonance, as for zeta = 0.0005
+MAX_INERTIA_FACTOR = 1e3
 CUTOFF_MARGIN = 1e-6  # relative margin of a cut-off above the highest mode, for pairs
 
 

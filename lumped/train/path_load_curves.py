@@ -26,13 +26,11 @@ from lumped.train.table import MeshTable, pair_compliance_name, pair_names, pair
 Array = NDArray[np.float64]
 OPEN_GAP = 1e-2  # [m] beyond any deflection
 N_INTERVALS = 256  # of penetration in a load curve, denser toward zero
-MAX_PENETRATION_RATIO = (
-    2.0  # multiple of the table's largest penetration up to which load curves bend
-)
+# Multiple of the table's largest penetration up to which load curves bend
+MAX_PENETRATION_RATIO = 2.0
 MIN_PENETRATION = 1e-4  # part of that penetration below which points are round-off
-EXTRAPOLATE_FROM = (
-    1e-1  # part of it from which a load curve is extrapolated to larger penetrations
-)
+# Part of it from which a load curve is extrapolated to larger penetrations
+EXTRAPOLATE_FROM = 1e-1
 MAX_CONTRADICTION = 1e-2  # part of it by which a table may contradict itself
 MAX_HARDENING = 0.5  # largest extrapolated relative slope of F / x over log x
 MIN_STIFFNESS_RATIO = 0.1  # least F / x toward zero, relative to the first point

@@ -23,12 +23,10 @@ Complex = NDArray[np.complex128]
 NODES = np.array([1.0, 0.0, -1.0, -2.0])  # nodes of a force, in steps
 MAX_RESOLVED_ANGLE = 1.0  # rad per step up to which a motion is resolved
 DECAY_PER_ANGLE = 0.25  # logarithm of the decay in a step per rad beyond it
-MIN_STIFFNESS_RATIO = (
-    1e-10  # least part of the largest squared frequency: no defective eigenvalues
-)
-MAX_INTEGRATED_EXPONENT = (
-    2.0  # |z| below which moments are integrated, otherwise by recurrence
-)
+# Least part of the largest squared frequency: no defective eigenvalues
+MIN_STIFFNESS_RATIO = 1e-10
+# |z| below which moments are integrated, otherwise by recurrence
+MAX_INTEGRATED_EXPONENT = 2.0
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
 GAUSS_NODES = 0.5 * (GAUSS_POINTS + 1.0)
 MOMENT_WEIGHTS = 0.5 * GAUSS_WEIGHTS * GAUSS_NODES ** np.arange(4)[:, None]

@@ -43,23 +43,19 @@ from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 
 Array = NDArray[np.float64]
-MIN_MESH_STRAIN = (
-    1e-20  # part of strain energy in the meshes below which a mode is omitted
-)
+# Part of strain energy in the meshes below which a mode is omitted
+MIN_MESH_STRAIN = 1e-20
 MIN_MESH_MODE_STRAIN = 0.25  # least part of strain energy in the meshes of a mesh mode
-MIN_RESONANCE_STRAIN = (
-    1e-3  # the same for a body mode that is listed among the resonances
-)
-IMBALANCE_RTOL = (
-    1e-3  # relative imbalance of torques on a free motion that is round-off
-)
+# The same for a body mode that is listed among the resonances
+MIN_RESONANCE_STRAIN = 1e-3
+# Relative imbalance of torques on a free motion that is round-off
+IMBALANCE_RTOL = 1e-3
 COUPLED_MODEL = "coupled model"
 MAX_BYTES = 1e9  # largest memory of the excitation on the steps of a common period
 MOTION_BYTES = 150  # memory per step and mesh while a motion is recorded and measured
 CONTACT_BYTES = 32  # memory per step and contact of the coupled model, recorded twice
-DIVERGENCE_RATIO = (
-    1e6  # multiple of the largest velocity expected from statics and gaps
-)
+# Multiple of the largest velocity expected from statics and gaps
+DIVERGENCE_RATIO = 1e6
 
 
 @dataclass(frozen=True, eq=False)

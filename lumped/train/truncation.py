@@ -21,18 +21,15 @@ from lumped.train.elastic_inertia import inertia_factor, normalise
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-MAX_ERROR = (
-    0.08  # largest error of excitation, and of amplitudes on flanks of resonances
-)
-MIN_RESONANCE_STRAIN = (
-    0.05  # least part of a resonance's strain energy in the meshes that counts
-)
+# Largest error of excitation, and of amplitudes on flanks of resonances
+MAX_ERROR = 0.08
+# Least part of a resonance's strain energy in the meshes that counts
+MIN_RESONANCE_STRAIN = 0.05
 BAND_MARGIN = 0.05  # relative distance beyond the band at which a resonance is excited
 MIN_DAMPING_RATIO = 1e-3  # least damping ratio at which a resonance is resolved
 N_SPEEDS = 25  # speeds at which the bound is evaluated, in addition to resonances
-MAX_ORDER = (
-    12  # orders of the mesh frequency whose resonances with a mode are considered
-)
+# Orders of the mesh frequency whose resonances with a mode are considered
+MAX_ORDER = 12
 MAX_HARMONICS = 32  # largest number of harmonics of the excitation
 UNSOLVED_DAMPING_RATIO = 1.0  # damping ratio of modes that were not solved
 

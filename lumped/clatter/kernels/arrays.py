@@ -11,9 +11,8 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 # of `ImpactWorkspace`
 INTEGER_FIELDS = "locked", "contact", "side", "leaving", "basis", "edge"
-RECORD_COLUMNS = (
-    7  # columns of an impact, see `lumped.clatter.kernels.events.run_events`
-)
+# Columns of an impact, see `lumped.clatter.kernels.events.run_events`
+RECORD_COLUMNS = 7
 
 
 class GroupArrays(NamedTuple):

@@ -22,9 +22,8 @@ START_TIME, START_SPEED, END_TIME, END_SPEED, START_SIDE, END_SIDE, ON_FLANK = r
     7
 )  # columns of arcs
 N_COLUMNS = 7
-SAMPLES_PER_TURN = (
-    48  # of a turn, or an oscillation on a flank, where turning points are sought
-)
+# Of a turn, or an oscillation on a flank, where turning points are sought
+SAMPLES_PER_TURN = 48
 MAX_HALVINGS = 60
 MAX_CORRECTIONS = 30
 NEWTON_TOL = 1e-11  # largest last correction
@@ -150,7 +149,7 @@ def find_periodic_point(m, t, v, count, min_speed, max_speed_correction, arcs, c
     """The departure near one that repeats after so many returns, by Newton's method.
 
     min_speed : speed of departures below which it is given up
-    max_speed_correction : of steps of the speed; those of time are up to LONGEST turns
+    max_speed_correction : of steps of the speed; those of time are up to MAX_TIME_CORRECTION
     arcs (a, 7), change (2, 2) : are overwritten
     NaN where there is none.
     """

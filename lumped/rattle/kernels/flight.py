@@ -21,11 +21,8 @@ EVENT_TOL = 1e-14  # turns: a step so short ends a search
 MAX_STEPS = 10_000  # of a search
 MAX_RESTING_SPEED = 1e-9  # rad per turn: slower flanks rest on each other
 MIN_TRANSIENT = 1e-18  # rad per turn: a transient that is none any more
-SEARCHING, EVENT_FOUND, NOT_FOUND = (
-    0.0,
-    1.0,
-    2.0,
-)  # of a search: goes on, has found it, has not
+# Of a search: goes on, has found it, has not
+SEARCHING, EVENT_FOUND, NOT_FOUND = 0.0, 1.0, 2.0
 
 
 @inlined

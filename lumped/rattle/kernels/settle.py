@@ -28,9 +28,8 @@ from lumped.rattle.kernels.flight import (
 
 MAP_POINT_TOL = 1e-9  # turns, and of a speed: departures that are one
 ROUNDOFF_DISTANCE = 1e-13  # the same to round-off
-MIN_ANCHOR_RETURNS = (
-    32  # returns, at least, after which departures are compared with another one
-)
+# Returns, at least, after which departures are compared with another one
+MIN_ANCHOR_RETURNS = 32
 PERMANENT_CONTACT, CHANGING, UNKNOWN, STICKING = -1, 0, -2, -3  # in place of a period
 LANES = 32
 # where the lanes' values of each kind begin, see `advance`

@@ -117,7 +117,7 @@ def test_a_branch_that_grows_without_bound_is_given_up():
 
 
 def test_points_are_limited():
-    branch = branch_of(Cubic(), count=5)
+    branch = branch_of(Cubic(), max_points=5)
     trace = branch.follow(branch.at(np.array([-1.5]), -1.875), (-2.0, 2.0))
     assert len(trace.points) == 5
     assert "5 points" in trace.reason
