@@ -45,7 +45,7 @@ def iterate_map_points(
 
 
 def settling_returns(machine: Machine) -> int:
-    """Returns in which a transient decays below the tolerance, at least DEFAULT_RETURNS.
+    """Returns in which a transient decays, at least DEFAULT_RETURNS.
 
     In the play and on flanks a transient decays per turn at half the damping or faster,
     and a return of a lasting motion takes about a turn.

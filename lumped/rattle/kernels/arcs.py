@@ -149,7 +149,7 @@ def find_periodic_point(m, t, v, count, min_speed, max_speed_correction, arcs, c
     """The departure near one that repeats after so many returns, by Newton's method.
 
     min_speed : speed of departures below which it is given up
-    max_speed_correction : of steps of the speed; those of time are up to MAX_TIME_CORRECTION
+    max_speed_correction : of steps of the speed; times change by MAX_TIME_CORRECTION
     arcs (a, 7), change (2, 2) : are overwritten
     NaN where there is none.
     """
