@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.steady.response import FIGURES, Response, Status
+from lumped.steady.response import RESPONSE_QUANTITIES, Response, Status
 
 
 class Records(Protocol):
@@ -28,7 +28,7 @@ def response_values(response: Response) -> dict[str, Any]:
     """Plain values of a response, its state left out."""
     names = (entry.name for entry in fields(response) if entry.name != "state")
     values = {name: getattr(response, name) for name in names}
-    arrays = (*FIGURES, "period_multiple")
+    arrays = (*RESPONSE_QUANTITIES, "period_multiple")
     return (
         values
         | {name: values[name].tolist() for name in arrays}
@@ -39,7 +39,7 @@ def response_values(response: Response) -> dict[str, Any]:
 def stored_response(stored: Mapping[str, Any], state: Any = None) -> Response:
     """The response of `response_values`, with a state that is stored with it."""
     values = dict(stored)
-    values |= {name: np.array(values[name], float) for name in FIGURES}
+    values |= {name: np.array(values[name], float) for name in RESPONSE_QUANTITIES}
     values["period_multiple"] = np.array(values["period_multiple"], np.int64)
     values["status"] = Status(values["status"])
     return Response(**values, state=state)

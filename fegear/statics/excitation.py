@@ -24,7 +24,7 @@ from fegear.gearset.pitch_errors import (
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_fields
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.common.options import Range, documented, option
 from lumped.train.analytic import Points, StiffnessParameters, analytic_excitation
 from lumped.train.excitation import (
@@ -120,7 +120,7 @@ class StiffnessSource:
         """Entries of a file's header: what was solved, and how."""
         shape = {
             "fe": "finite elements",
-            "trapezoid": f"trapezoid, ramp {exact(self.ramp)} base pitches",
+            "trapezoid": f"trapezoid, ramp {format_exact(self.ramp)} base pitches",
             "fourier": f"fourier, {self.harmonics} harmonics",
         }.get(self.kind, self.kind)
         elements: dict[str, str] = {"plane": self.plane}

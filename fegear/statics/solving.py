@@ -36,7 +36,7 @@ from fegear.gearset.pitch_errors import error_periods, mesh_errors
 from fegear.result import Result, frame
 from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_between, require_fields
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.common.options import Range, documented, option
 from lumped.common.progress import Progress, silent
 from lumped.train.table import MeshTable, format_table, pair_compliance_name
@@ -570,10 +570,10 @@ def table_header(
         "mesh": _name(gear_set, mesh),
         "teeth": _teeth(spec.pair),
         "contact ratio": f"{spec.pair.contact_ratio:.6g}",
-        "base pitch [mm]": exact(1e3 * spec.pair.base_pitch),
+        "base pitch [mm]": format_exact(1e3 * spec.pair.base_pitch),
         "plane": settings.plane,
         "resolution": settings.resolution,
-        "friction coefficient": exact(settings.friction),
+        "friction coefficient": format_exact(settings.friction),
         "corner contact": CORNERS[settings.corner_contact],
         "body": BODIES[settings.body],
         "pairs ahead of the reference pair [base pitches]": pairs,

@@ -54,14 +54,14 @@ from lumped.attractors.attractor_sweeps import (
 )
 from lumped.attractors.attractors import Attractor, SectionSettings
 from lumped.branches.motions import ParameterFamily, SpeedFamily
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
 from lumped.figures.attractors import draw_attractors
 from lumped.figures.maps import axis_label
 from lumped.steady.maps import Axis
 from lumped.steady.response import Response
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import BOTH, Direction, reporting
+from lumped.steady.sweep import DIRECTIONS, Direction, reporting_observer
 from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ class Bifurcations(
 
     @property
     def directions(self) -> tuple[Direction, ...]:
-        return BOTH if self.direction == "both" else (self.direction,)
+        return DIRECTIONS if self.direction == "both" else (self.direction,)
 
     @property
     def settling(self) -> Settings:
@@ -226,7 +226,7 @@ class BifurcationsProblem(ParametricProblem):
             *(values, self.system_at, direction),
             *(study.settling, study.sections),
             store=StoredAttractors(job),
-            observer=reporting(job.report, len(values)),
+            observer=reporting_observer(job.report, len(values)),
             stop=job.stop,
         )
 
@@ -246,9 +246,9 @@ class BifurcationsProblem(ParametricProblem):
         study, coupled = self.study, self.model.number == "coupled"
         header = self.header(integration_in_words(study.settling, coupled))
         if study.at is not None:
-            header["speed_Hz"] = exact(study.at)
+            header["speed_Hz"] = format_exact(study.at)
         if TORQUE not in study.names:
-            header["torque_Nm"] = exact(self.load)
+            header["torque_Nm"] = format_exact(self.load)
         header["largest period multiple searched"] = f"up to {study.period_multiple}"
         sections = f"{study.sections.sections} where a motion does not repeat"
         header["sections"] = sections

@@ -50,8 +50,8 @@ from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.points import BranchPoint
 from lumped.branches.serialization import branch_from_dict, branch_to_dict
-from lumped.common.checks import present
-from lumped.common.csv_text import exact
+from lumped.common.checks import require_present
+from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
 from lumped.common.workers import Stopped
 from lumped.figures.branches import draw_branches
@@ -191,7 +191,9 @@ class Branches(
     def ends(self) -> tuple[float, float]:
         """Ends of the parameter."""
         values = self.speeds if self.over is None else self.over.values
-        return present(values, "speeds")[0], present(values, "speeds")[-1]
+        return require_present(values, "speeds")[0], require_present(values, "speeds")[
+            -1
+        ]
 
     @property
     def parameter(self) -> str:
@@ -244,7 +246,7 @@ class BranchesProblem(ParametricProblem):
             self.study.numerics,
             report=watch,
             finished=[*map(branch_from_dict, job.records)],
-            keep=lambda branch: job.add_record(branch_to_dict(branch), {}),
+            store_branch=lambda branch: job.add_record(branch_to_dict(branch), {}),
         )
         try:
             finder.find(low)
@@ -258,13 +260,13 @@ class BranchesProblem(ParametricProblem):
         study, is_coupled = self.study, self.first.contacts is not None
         header = self.header(STEPPED if is_coupled else SCHEME)
         if study.at is not None:
-            header["speed_Hz"] = exact(study.at)
+            header["speed_Hz"] = format_exact(study.at)
         if TORQUE not in study.names:
-            header["torque_Nm"] = exact(self.load)
+            header["torque_Nm"] = format_exact(self.load)
         if not is_coupled:
             header["harmonics"] = str(study.numerics.harmonics)
         if study.numerics.steepness is not None:
-            steepness = exact(study.numerics.steepness)
+            steepness = format_exact(study.numerics.steepness)
             header["contact"] = f"closes by tanh, {steepness} per m"
         if not complete:
             done = f"{len(branches)} branches before it was interrupted"

@@ -40,7 +40,7 @@ from lumped.clatter.groups import WheelGroup
 from lumped.clatter.maps import MapName
 from lumped.clatter.noise import noise_of
 from lumped.clatter.runs import Impacts, State, centred_state, random_state
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
 from lumped.figures.clatter import draw_attractor, draw_motion
 
@@ -260,7 +260,7 @@ class ClatterResult(StudyResult):
         header = {
             "gearbox": self.named.name,
             "map": self.study.kind,
-            "seconds": exact(self.study.seconds),
+            "seconds": format_exact(self.study.seconds),
         }
         for place, warning in enumerate(self._warnings(), 1):
             header[f"warning {place}"] = warning

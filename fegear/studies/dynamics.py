@@ -43,8 +43,14 @@ from fegear.train.lumped_models import (
     lumped_system,
     torque_entry,
 )
-from lumped.common.csv_text import exact
-from lumped.steady.sweep import Branch, Direction, reporting, sweep, sweep_branch
+from lumped.common.csv_text import format_exact
+from lumped.steady.sweep import (
+    Branch,
+    Direction,
+    reporting_observer,
+    sweep,
+    sweep_branch,
+)
 from lumped.train.system import LumpedSystem
 
 DERIVED = "elastic freedoms"  # of a header, from the gear set and the speeds
@@ -200,7 +206,7 @@ class DynamicsProblem(Problem):
         steps = study.integration
         method = (
             f"generalised-alpha, {steps.steps} steps per period or more, tolerance "
-            f"{exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
+            f"{format_exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
         )
         mode_counts = "; ".join(
             " + ".join(map(str, choice.elastic)) or "0" for choice in choices
@@ -209,8 +215,8 @@ class DynamicsProblem(Problem):
             **file_header(self.gears, study.reference, self._damping, method),
             "fidelity": choices[0].fidelity,
             DERIVED: mode_counts,
-            "elastic damping ratio": exact(study.elements.elastic_damping),
-            "friction coefficient": exact(study.elements.friction),
+            "elastic damping ratio": format_exact(study.elements.elastic_damping),
+            "friction coefficient": format_exact(study.elements.friction),
             **torque_entry(study.torque_of),
             **study.gear_set.entries,
         }
@@ -253,13 +259,13 @@ class DynamicsProblem(Problem):
             direction,
             self.study.integration,
             store=StoredBranch(job),
-            keep=partial(self._keep, torque, direction, roots),
-            observer=reporting(job.report, len(self.frequencies)),
+            store_motion=partial(self._keep, torque, direction, roots),
+            observer=reporting_observer(job.report, len(self.frequencies)),
             stop=job.stop,
         )
 
     def _model_1(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
-        observer = reporting(job.report, len(self.frequencies))
+        observer = reporting_observer(job.report, len(self.frequencies))
         arguments = system, self.frequencies, direction
         return sweep(*arguments, observer=observer, stop=job.stop)
 
@@ -277,9 +283,9 @@ class DynamicsProblem(Problem):
             return
         model = self.prepared[torque].stepper.model
         entries = self.header | {
-            "torque_Nm": exact(torque),
+            "torque_Nm": format_exact(torque),
             "direction": direction,
-            "mesh_frequency_Hz": exact(frequency),
+            "mesh_frequency_Hz": format_exact(frequency),
         }
         steps = steps_per_cycle(model, frequency, self.study.integration)
         text = format_history(history_table(model, motion, steps, entries, roots))

@@ -37,7 +37,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
 
 LENGTH = Range(least=1e-3, most=1e6, unit="mm")
@@ -291,8 +291,8 @@ class EccentricResult(StudyResult):
     def more_tables(self) -> dict[str, Table]:
         study = self.study
         settings = {
-            "torque_Nm": exact(study.torque or 0.0),
-            "face_width_mm": exact(study.width),
+            "torque_Nm": format_exact(study.torque or 0.0),
+            "face_width_mm": format_exact(study.width),
             "resolution": study.meshing[1],
             "plane": STEEL.plane,
         }

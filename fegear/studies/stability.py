@@ -45,7 +45,7 @@ from fegear.studies.varied import (
 )
 from fegear.train.lumped_models import BENDING as RATIO
 from fegear.train.lumped_models import LumpedModel
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
 from lumped.figures.maps import axis_label
 from lumped.figures.stability import draw_chart
@@ -188,7 +188,7 @@ class StabilityProblem(ParametricProblem):
         del header["integration"]
         study, name = self.study, self.study.over.name
         if TORQUE not in study.names:
-            header["torque_Nm"] = exact(self.load)
+            header["torque_Nm"] = format_exact(self.load)
         header["method"] = study.method
         if len(columns) < len(study.over.values):
             header["incomplete"] = f"{len(columns)} of {len(study.over.values)} values"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lumped.branches.balance import HarmonicBalance
-from lumped.branches.location import root
+from lumped.branches.location import find_root
 from lumped.branches.motions import ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.branches.serialization import branch_from_dict, branch_to_dict
@@ -118,9 +118,9 @@ def test_folds_are_located(train):
 
 
 def test_a_root_by_secants():
-    assert root(lambda x: math.sin(x - 2e-4)) == pytest.approx(2e-4, abs=1e-9)
+    assert find_root(lambda x: math.sin(x - 2e-4)) == pytest.approx(2e-4, abs=1e-9)
     with pytest.raises(NoSolution, match="no bifurcation there"):
-        root(lambda x: 1.0 + x)
+        find_root(lambda x: 1.0 + x)
 
 
 @pytest.mark.slow
