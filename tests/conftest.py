@@ -10,8 +10,11 @@ import signal
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
+from slow_tests import pytest_collection_modifyitems
 
 from meshes import GearPair, SpurGear
+
+__all__ = ["pytest_collection_modifyitems"]  # a hook of pytest
 
 # commands that tests start take Ctrl-C even where these run in the background
 signal.signal(signal.SIGINT, signal.default_int_handler)

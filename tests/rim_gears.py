@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from oracles.rim_train import RimTrain
 
 from lumped import Gear, LumpedSystem, Mesh, MeshExcitation, PairExcitation, Train, Wave
 from lumped.kernels.arrays import Contacts
 from lumped.train.coupled import BodyModes, CoupledContacts
-from validation.oracles.rim_train import RimTrain
 
 RADII = np.array([0.04535, 0.06564, 0.11218])  # m, Table 2.1
 INERTIAS = np.array([0.002621, 0.01091, 0.1193])  # kg m2

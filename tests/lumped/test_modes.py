@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from oracles import linear_train
 
 from lumped import Gear, LumpedSystem, Mesh, Shaft, Train, TrainError, natural_modes
-from validation.oracles import linear_train
 
 MEANS = (2.9831e8, 3.2108e8)  # N/m
 RADII = (0.04535, 0.06564, 0.11218)

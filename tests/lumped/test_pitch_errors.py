@@ -9,6 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from oracles.piecewise import (
+    Disk,
+    PiecewiseTrain,
+    Toothing,
+    march,
+    rectangular_pairs,
+)
 
 import lumped
 from lumped import LumpedSystem, MeshTable, Settings, TrainError, pair_errors
@@ -16,13 +23,6 @@ from lumped.steady.motion import resample, spectrum, time_history
 from lumped.train.excitation import excitation_from_table, table_pitches
 from lumped.train.pitch_errors import minimal_period, pair_gaps
 from lumped.train.waves import Wave, constant_wave, wave_from_samples
-from validation.oracles.piecewise import (
-    Disk,
-    PiecewiseTrain,
-    Toothing,
-    march,
-    rectangular_pairs,
-)
 
 RADII, INERTIAS, TORQUE = (0.04535, 0.05831), (2.6e-3, 1.1e-2), 100.0
 MEAN, VARIATION, RATIO, DAMPING, BACKLASH = 3e8, 0.35, 1.5, 0.04, 40e-6

@@ -8,6 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from oracles import linear_train, piecewise
+from oracles.linear_train import LinearTrain, Tone
+from oracles.piecewise import Disk, PiecewiseTrain, Toothing
 
 from lumped import (
     Gear,
@@ -30,9 +33,6 @@ from lumped.steady.steady_state import periods_to_settle
 from lumped.steady.steppers import steps_per_period
 from lumped.train.train import TrainError
 from lumped.train.waves import constant_wave, wave_from_harmonics
-from validation.oracles import linear_train, piecewise
-from validation.oracles.linear_train import LinearTrain, Tone
-from validation.oracles.piecewise import Disk, PiecewiseTrain, Toothing
 
 MODELS = (1, 2, 3)
 METHODS = ("rk4", "dopri5")

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from validation.oracles import linear_train as lt
-from validation.oracles.linear_train import LinearTrain, Tone
+from oracles import linear_train as lt
+from oracles.linear_train import LinearTrain, Tone
 
 RADII = (0.04535, 0.06564, 0.06564, 0.1122)
 INERTIAS = (2.62e-3, 8.588e-3, 1.0721e-2, 0.119)

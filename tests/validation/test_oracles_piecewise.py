@@ -6,9 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-
-from validation.oracles import piecewise
-from validation.oracles.piecewise import Disk, Piece, PiecewiseTrain, Toothing
+from oracles import piecewise
+from oracles.piecewise import Disk, Piece, PiecewiseTrain, Toothing
 
 K, R, J = 3.0e8, 0.05, 2.5e-3
 PAIR_MASS = J / R**2 / 2.0  # kg, of two equal disks along the line of action

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 import pytest
-
-from validation.oracles.relieved_flanks import Flank, closing_way, relief_depth
+from oracles.relieved_flanks import Flank, closing_way, relief_depth
 
 BASES = 0.047, 0.0695  # m
 DISTANCE = 0.12479

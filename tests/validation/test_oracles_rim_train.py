@@ -6,9 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-
-from validation.oracles import linear_train as lt
-from validation.oracles.rim_train import RimTrain
+from oracles import linear_train as lt
+from oracles.rim_train import RimTrain
 
 INERTIA = np.array([0.0026, 0.0109, 0.1193])  # kg m2
 RADII = np.array([0.045, 0.066, 0.112])  # m

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles import thick_ring_modes as oracle
+from oracles.thick_ring_modes import ThickRing
 from scipy.special import jv, jvp, yv, yvp
-
-from validation.oracles import thick_ring_modes as oracle
-from validation.oracles.thick_ring_modes import ThickRing
 
 RING = ThickRing(
     hub_radius=20e-3,

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from oracles.relieved_flanks import Flank, closing_way, relief_depth
 
 from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.contact.problem import ContactProblem, solve_cycle, solve_drive_side
@@ -14,7 +15,6 @@ from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset.model import Relief
 from meshes import GearPair, SpurGear
-from validation.oracles.relieved_flanks import Flank, closing_way, relief_depth
 
 MODULE, CENTER_DISTANCE = 4e-3, 124.79e-3
 DEPTH = 20e-6

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from contact_at import contact_at
+from oracles import reduced_motion
 
 from fegear.contact.problem import solve_cycle
 from fegear.dynamics import stepper as stepping
@@ -17,7 +18,6 @@ from fegear.gearset.phases import mesh_phases
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import RESOLUTIONS, StaticsSettings, contact_problem
 from lumped.steady.steady_state import steady_state
-from validation.oracles import reduced_motion
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
 ERRORS = (PINION * 19, WHEEL * 11)

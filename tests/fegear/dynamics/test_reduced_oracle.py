@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracles import reduced_motion
 
 from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import TimeSteps
-from validation.oracles import reduced_motion
 
 CUTOFF = 30e3  # Hz
 FREQUENCY = 1600.0  # Hz

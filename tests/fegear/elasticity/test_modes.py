@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from oracles.thick_ring_modes import ThickRing, frequencies
 from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
 from whole_gear import COARSE, DENSITY, STEEL, WholeGear, small_gear
@@ -24,7 +25,6 @@ from fegear.elasticity.ring import nodal_diameter_phase
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from meshes import MeshSize, SectorMesh, sector_mesh
 from meshes.profile import polar
-from validation.oracles.thick_ring_modes import ThickRing, frequencies
 
 CUTOFF = 200e3  # modes at every n, of body and teeth
 

@@ -10,11 +10,11 @@ import sys
 
 import numpy as np
 import pytest
+from oracles.rattle_arcs import min_clearances
 
 from lumped.rattle.arcs import arcs_of
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import follow
-from validation.oracles.rattle_arcs import min_clearances
 
 FIGURES = {"damping": 0.6, "eccentricity": 0.1, "half_backlash": 0.6}
 KINDS = {

@@ -1,0 +1,1 @@
+"""Independent solutions that only tests compare with."""

@@ -1,0 +1,30 @@
+"""Slow tests run by `-m slow`, or where an argument names them, as `x.py::test_y`."""
+
+from __future__ import annotations
+
+import pytest
+
+
+def pytest_collection_modifyitems(
+    config: pytest.Config, items: list[pytest.Item]
+) -> None:
+    """Leave out slow tests that nothing on the command line selects."""
+    if config.option.markexpr:
+        return
+    selected, left_out = list[pytest.Item](), list[pytest.Item]()
+    for item in items:
+        is_slow = item.get_closest_marker("slow") is not None
+        (left_out if is_slow and not _is_named(item, config) else selected).append(item)
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = selected
+
+
+def _is_named(item: pytest.Item, config: pytest.Config) -> bool:
+    _, _, test = item.nodeid.partition("::")
+    for argument in config.args:
+        path, _, name = argument.partition("::")
+        if not name or (config.invocation_params.dir / path).resolve() != item.path:
+            continue
+        if test == name or test.startswith((f"{name}[", f"{name}::")):
+            return True
+    return False
