@@ -27,6 +27,20 @@ PACKAGES = frozenset({"fegear", "lumped", "meshes"})  # whose classes files may 
 SEQUENCES = {"tuple": tuple, "list": list, "set": set, "frozenset": frozenset}
 
 
+def plain_of(value: Any) -> dict[str, Any]:
+    """Convert a value to what JSON holds, arrays as lists of their numbers."""
+    encoder = Encoder()
+    tree = encoder.plain(value)
+    arrays = [[array.dtype.str, array.tolist()] for array in encoder.arrays]
+    return {"value": tree, "shared": encoder.shared, "arrays": arrays}
+
+
+def value_of(plain: Mapping[str, Any]) -> Any:
+    """Convert what `plain_of` made of a value back, to the bit."""
+    arrays = [np.array(numbers, dtype) for dtype, numbers in plain["arrays"]]
+    return Decoder(arrays, plain["shared"]).value(plain["value"])
+
+
 @dataclass
 class Encoder:
     """Arrays and shared values of a tree that is made plain.

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from fegear.files.errors import InputError
+from fegear.files.records import Records
 from fegear.files.speeds import MESH_FREQUENCY
-from fegear.files.stored import Records, response_values, stored_response
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.axes import axis_setting
 from fegear.studies.headings import edits_in_words
@@ -81,7 +81,6 @@ LEGEND = {
     "lyapunov_per_period, lyapunov_stderr_per_period": "largest Lyapunov exponent per "
     "period of the first mesh and its standard error, 0 where the motion repeats",
 }
-ARRAYS = "deflection", "rate"  # of an attractor
 COLUMNS = (
     *("direction", "mesh", "section", "dte_m", "dte_rate_m_per_s", "motion"),
     *("period_multiple", "lyapunov_per_period", "lyapunov_stderr_per_period"),
@@ -388,25 +387,12 @@ class StoredAttractors:
     records: Records
 
     def finished(self) -> list[tuple[Response, Attractor]]:
-        arrays, pairs = self.records.state, []
-        for values in self.records.records:
-            attractor = _stored_attractor(values.pop("attractor"))
-            pairs.append((stored_response(values), attractor))
+        pairs, arrays = self.records.records, self.records.state
         if pairs and arrays is not None:
             response, attractor = pairs[-1]
             pairs[-1] = replace(response, state=arrays["motion"]), attractor
         return pairs
 
     def add(self, response: Response, attractor: Attractor) -> None:
-        values = response_values(response)
-        values["attractor"] = asdict(attractor) | {
-            name: getattr(attractor, name).tolist() for name in ARRAYS
-        }
-        values["attractor"]["meshes"] = response.dte_rms.size
-        self.records.add_record(values, {"motion": response.state})
-
-
-def _stored_attractor(values: dict[str, Any]) -> Attractor:
-    shape = -1, values.pop("meshes")
-    arrays = {name: np.array(values[name], float).reshape(shape) for name in ARRAYS}
-    return Attractor(**{**values, **arrays})
+        record = replace(response, state=None), attractor
+        self.records.add_record(record, {"motion": response.state})

@@ -49,7 +49,6 @@ from fegear.train.lumped_models import LumpedModel, body_modes_warnings
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.points import BranchPoint
-from lumped.branches.serialization import branch_from_dict, branch_to_dict
 from lumped.common.checks import require_present
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
@@ -245,8 +244,8 @@ class BranchesProblem(ParametricProblem):
             self.study.ends,
             self.study.numerics,
             report=watch,
-            finished=[*map(branch_from_dict, job.records)],
-            store_branch=lambda branch: job.add_record(branch_to_dict(branch), {}),
+            finished=job.records,
+            store_branch=lambda branch: job.add_record(branch, {}),
         )
         try:
             finder.find(low)

@@ -174,9 +174,7 @@ class ClatterProblem(Problem):
     def _moved(self, group: WheelGroup, job: Job) -> GroupRun:
         study, state = self.study, job.state
         now = study.start_of(group) if state is None else State(**state)
-        before = [
-            Impacts(*(np.array(column) for column in p.values())) for p in job.records
-        ]
+        before: list[Impacts] = job.records
         name, period = group.wheels[0].name, group.excitation.period
 
         def report(count: int) -> None:
@@ -184,9 +182,7 @@ class ClatterProblem(Problem):
             job.report(f"wheel {name}", round(1000 * min(part, 1.0)), 1000)
 
         def passed(part: Impacts, count: int) -> None:
-            job.add_record(
-                {key: column.tolist() for key, column in vars(part).items()}, vars(now)
-            )
+            job.add_record(part, vars(now))
             report(count)
 
         report(sum(map(len, before)))

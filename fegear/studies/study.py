@@ -370,14 +370,14 @@ class Job(Protocol):
 
     @property
     def records(self) -> list[Any]:
-        """Records of an earlier run, in order."""
+        """Values of an earlier run, in order."""
 
     @property
     def state(self) -> Arrays | None:
         """State at the end of the last record."""
 
-    def add_record(self, record: Mapping[str, Any], state: Arrays) -> None:
-        """The next record, which JSON can hold, and the state to go on from."""
+    def add_record(self, record: Any, state: Arrays) -> None:
+        """Store a value that `Encoder` can write, and the state to go on from."""
 
     def compute(self, stage: str, parts: Parts) -> Mapping[str, Arrays]:
         """Arrays of parts by name, on all workers; those kept are not computed again.
