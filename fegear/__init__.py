@@ -19,31 +19,31 @@ Vibration over speed of a lumped model, on the mesh stiffness of key figures:
 
 >>> model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
 >>> speeds = range(2000, 3100, 100)  # mesh frequencies [Hz]
->>> asked = fegear.Sweep(gear_set=gears, torque=[100.0], speeds=speeds, model=model)
->>> swept = fegear.run(asked)
->>> (peak,) = swept.summary["branches"][0]["peaks"]
+>>> sweep = fegear.Sweep(gear_set=gears, torque=[100.0], speeds=speeds, model=model)
+>>> result = fegear.run(sweep)
+>>> (peak,) = result.summary["branches"][0]["peaks"]
 >>> print(f"{1e6 * peak['dte_rms_m']:.1f} um at {peak['frequency_Hz']:g} Hz")
 7.0 um at 2800 Hz
->>> swept.to_csv("sweep.csv")
+>>> result.to_csv("sweep.csv")
 
 The same by the finite elements themselves:
 
 >>> gears = fegear.load_gear_set("liu-pair")
->>> asked = fegear.Dynamics(gear_set=gears, torque=[100.0], speeds=[2900.0])
->>> moved = fegear.run(asked)
->>> moved.reasons[0][1].partition(":")[0]
+>>> dynamics = fegear.Dynamics(gear_set=gears, torque=[100.0], speeds=[2900.0])
+>>> result = fegear.run(dynamics)
+>>> result.reasons[0][1].partition(":")[0]
 'reduced'
->>> moved.to_csv("dynamics.csv")
+>>> result.to_csv("dynamics.csv")
 
 One speed by the lumped model that agrees with them, tooth pair by tooth pair:
 
 >>> coupled = fegear.LumpedModel(number="coupled")
->>> asked = fegear.Motion(gear_set=gears, torque=100.0, speed=2500.0, model=coupled)
->>> found = fegear.run(asked)
->>> pairs = found.motion.pairs[0]
+>>> motion = fegear.Motion(gear_set=gears, torque=100.0, speed=2500.0, model=coupled)
+>>> result = fegear.run(motion)
+>>> pairs = result.motion.pairs[0]
 >>> pairs.force.shape[1], list(pairs.conditions)
 (2, ['III'])
->>> found.to_csv("motion.csv")
+>>> result.to_csv("motion.csv")
 
 Stress in the teeth, and a picture of it:
 
@@ -60,30 +60,34 @@ hold its kind `InputError`, both in one line. `python -m fegear` is the command 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
 from fegear.studies import STUDIES, home_of
 
+with suppress(ModuleNotFoundError):  # studies of evidence, where they are installed
+    import validation.studies  # noqa: F401
+
 # what is loaded when it is first asked for, so that `import fegear` is cheap
 _HOMES = {
-    "FiniteElements": "dynamics.build",
-    "GearSet": "gearset",
-    "InputError": "files.errors",
-    "LumpedModel": "train.lumped_models",
-    "PictureSettings": "rendering.pictures",
-    "StaticsSettings": "statics.solving",
-    "StiffnessSource": "statics.excitation",
-    "builtin_names": "gearset",
-    "load": "studies.saving",
-    "load_gear_set": "gearset",
-    "lumped_system": "train.lumped_models",
-    "make_gear_set": "gearset",
-    "read_gear_set": "gearset",
-    "read_mesh_tables": "statics.excitation",
-    "solve_mesh": "statics.solving",
-    "solve_stress": "rendering.pictures",
-    "run": "studies.running",
+    "FiniteElements": "fegear.dynamics.build",
+    "GearSet": "fegear.gearset",
+    "InputError": "fegear.files.errors",
+    "LumpedModel": "fegear.train.lumped_models",
+    "PictureSettings": "fegear.rendering.pictures",
+    "StaticsSettings": "fegear.statics.solving",
+    "StiffnessSource": "fegear.statics.excitation",
+    "builtin_names": "fegear.gearset",
+    "load": "fegear.studies.saving",
+    "load_gear_set": "fegear.gearset",
+    "lumped_system": "fegear.train.lumped_models",
+    "make_gear_set": "fegear.gearset",
+    "read_gear_set": "fegear.gearset",
+    "read_mesh_tables": "fegear.statics.excitation",
+    "solve_mesh": "fegear.statics.solving",
+    "solve_stress": "fegear.rendering.pictures",
+    "run": "fegear.studies.running",
     **{name: home_of(module) for module, name, _ in STUDIES.values()},
 }
 __all__ = ["__version__", *_HOMES]
@@ -106,9 +110,7 @@ def __getattr__(name: str) -> Any:
     name = _FORMER.get(name, name)
     if name not in _HOMES:
         raise AttributeError(f"module 'fegear' has no attribute '{name}'")
-    home = _HOMES[name]
-    full = home.startswith(("fegear.", "validation."))
-    return getattr(import_module(home if full else f"fegear.{home}"), name)
+    return getattr(import_module(_HOMES[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -9,7 +9,7 @@ from typing import ParamSpec, TypeVar
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
-from lumped.common.checks import require_arguments, shortened, shown
+from lumped.common.checks import format_value, require_arguments, shorten
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -31,10 +31,10 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
 
 def require_gear_set(value: object) -> None:
     if not isinstance(value, GearSet):
-        named = f'("{shortened(value)}")' if isinstance(value, str) else ""
+        named = f'("{shorten(value)}")' if isinstance(value, str) else ""
         makes = f"load_gear_set{named}"
         raise InputError(
-            f"gear_set must be a gear set, got {shown(value)}; {makes} makes one"
+            f"gear_set must be a gear set, got {format_value(value)}; {makes} makes one"
         )
 
 

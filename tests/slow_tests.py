@@ -11,13 +11,12 @@ def pytest_collection_modifyitems(
     """Leave out slow tests that nothing on the command line selects."""
     if config.option.markexpr:
         return
-    left_out = [
-        item
-        for item in items
-        if item.get_closest_marker("slow") and not _is_named(item, config)
-    ]
+    selected, left_out = list[pytest.Item](), list[pytest.Item]()
+    for item in items:
+        is_slow = item.get_closest_marker("slow") is not None
+        (left_out if is_slow and not _is_named(item, config) else selected).append(item)
     config.hook.pytest_deselected(items=left_out)
-    items[:] = [item for item in items if item not in left_out]
+    items[:] = selected
 
 
 def _is_named(item: pytest.Item, config: pytest.Config) -> bool:

@@ -31,6 +31,7 @@ ALLOWED = {
         "lumped.common.compiled",
         "lumped.kernels.elimination",
         "lumped.common.checks",
+        "lumped.common.options",
         "lumped.common.progress",
         "lumped.common.csv_text",
         "lumped.train.table",
@@ -74,12 +75,42 @@ def test_arrows_point_one_way(path):
     parts = path.relative_to(ROOT).parts
     in_roof = parts[:2] == ("fegear", "cli") or path.name == "__main__.py"
     allowed = ALLOWED.get(".".join(parts[:2]), ALLOWED[parts[0]])
+    if parts == ("fegear", "__init__.py"):  # offers the studies of all packages
+        allowed = {*allowed, "validation.studies"}
     for module in imported_modules(path):
         if module.split(".")[0] not in PACKAGES:
             continue
         assert any(module == a or module.startswith(a + ".") for a in allowed), module
         if not in_roof:
             assert not module.startswith("fegear.cli"), "nothing imports the roof"
+
+
+@pytest.mark.parametrize("path", FILES, ids=label)
+def test_no_text_names_a_package_above(path):
+    """Studies of evidence are registered, not known by name."""
+    package = path.relative_to(ROOT).parts[0]
+    if package == "validation":
+        return
+    texts = [
+        node.value
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    ]
+    assert not [text for text in texts if re.match(r"validation(\.|$)", text)]
+
+
+def test_without_the_package_of_evidence_all_else_is_offered(tmp_path):
+    code = """
+import sys
+sys.modules["validation"] = None
+import fegear
+from fegear.cli import app
+from typer.testing import CliRunner
+result = CliRunner().invoke(app, ["--help"])
+assert "sweep" in result.output and "reproduce" not in result.output, result.output
+assert fegear.Sweep and not hasattr(fegear, "Validation")
+"""
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
 
 
 @pytest.mark.parametrize("path", FILES, ids=label)

@@ -28,7 +28,6 @@ from fegear.files.errors import InputError
 from fegear.studies.study import (
     AS_OPTIONS,
     ExposedField,
-    Range,
     Setting,
     SettingsGroup,
     declared_fields,
@@ -36,6 +35,7 @@ from fegear.studies.study import (
     options_of,
     parse_setting,
 )
+from lumped.common.options import Range
 
 
 def option(

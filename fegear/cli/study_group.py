@@ -20,7 +20,7 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
 
     class LazyGroup(TyperGroup):
         def list_commands(self, ctx: Any) -> list[str]:
-            return list(names)
+            return [n for n in names if prefix + n in STUDIES or n in self.commands]
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
             cmd_name = ALIASES.get(prefix + cmd_name, cmd_name)
@@ -31,7 +31,8 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
             return command
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:
-            rows = [(name, self._summary(ctx, name)) for name in names]
+            commands = self.list_commands(ctx)
+            rows = [(name, self._summary(ctx, name)) for name in commands]
             with formatter.section("Commands"):
                 formatter.write_dl(rows)
 

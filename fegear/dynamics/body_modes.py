@@ -24,7 +24,7 @@ from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.elasticity.modes import GearModes, lowest_modes, static_inertia
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.solving import StaticsSettings
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from lumped.train.coupled import BodyModes, CoupledContacts, LoadedState
 from lumped.train.elastic_inertia import harmonic_amplitudes
 from lumped.train.system import LumpedSystem
@@ -182,16 +182,16 @@ def with_body_modes(
     static : (m,) inertia of the meshes' static displacement, see `static_inertias`
     """
     still = replace(reference, contacts=replace(contacts, modes=None))
-    loaded = present(still.loaded, "loaded state")
+    loaded = require_present(still.loaded, "loaded state")
     inertia = _inertia(gear_set, contacts, reference, modes, static, loaded)
     if retained is None or retained.size != modes.count:
         every = replace(reference, contacts=replace(contacts, modes=modes))
         retained = inertia.choose(own_band(every))
     return replace(
         contacts,
-        modes=modes.only(retained),
-        solved=modes,
-        inertia=inertia,
+        modes=modes.select(retained),
+        solved_modes=modes,
+        truncation_model=inertia,
         retained=retained,
     )
 
@@ -208,7 +208,7 @@ def own_band(system: LumpedSystem) -> tuple[float, float]:
     strained = loaded.frequency_Hz[loaded.mesh_energy.sum(axis=0) >= STRAINED]
     rates = [float(rate) for rate in system.train.mesh_rates]
     low = BAND[0] * float(strained.min()) / max(rates)
-    high = BAND[1] * system.strained_angular / (2.0 * np.pi) / min(rates)
+    high = BAND[1] * system.highest_mesh_mode_angular / (2.0 * np.pi) / min(rates)
     return low, max(high, low)
 
 
@@ -240,8 +240,10 @@ def _inertia(
         damping_ratio=0.5 * modes.damping / modes.angular,
         families=families,
         compliance=stiffness * squares / modes.angular**2,
-        rest_Hz=rest_Hz,
-        rest=stiffness[:, 0] * np.maximum(left, 0.0) * (2.0 * np.pi * rest_Hz) ** 2,
+        unsolved_Hz=rest_Hz,
+        unsolved_compliance=stiffness[:, 0]
+        * np.maximum(left, 0.0)
+        * (2.0 * np.pi * rest_Hz) ** 2,
         amplitudes=np.stack([harmonic_amplitudes(mesh_ste) for mesh_ste in ste]),
         rate=np.array([float(rate) for rate in reference.train.mesh_rates]),
         resonances_Hz=loaded.frequency_Hz,

@@ -24,7 +24,8 @@ from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.excitation import Excitations
 from fegear.statics.solving import StaticsSettings
-from lumped.common.checks import require_between, require_fields
+from lumped.common.checks import require_fields
+from lumped.common.options import Range, documented, option
 from lumped.train.elastic_inertia import (
     Choice,
     ElasticModes,
@@ -50,31 +51,44 @@ SHARE = 1e-4  # least part of a mode in the compliance of a mesh
 SHEAR_WAVES = 3.0  # along the tip circle: modes below that frequency are looked at
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class FiniteElements:
-    """How the gears are modelled; plane and resolution are those of the tables.
+    """How the gears are modelled; plane and resolution are those of the tables."""
 
-    friction : Coulomb coefficient
-    elastic_damping : ratio where a gear's first elastic modes are, less above
-    cutoff_Hz : elastic modes below it are kept; None for what the speeds need
-    tolerance : error of the mesh compliance that auto allows, of the excitation's RMS
-    mesh : refinement of the whole gears of fidelity full, 1 for the statics' mesh
-    """
-
-    fidelity: Fidelity = "auto"
-    friction: float = 0.0
-    elastic_damping: float = 0.01
-    cutoff_Hz: float | None = None
-    tolerance: float = 0.02
-    mesh: float = 0.5
+    fidelity: Fidelity = option(
+        "auto",
+        "Degrees of freedom. full: all of the finite elements; reduced: hubs and "
+        "elastic modes of the gears; quasistatic: hubs only, without elastic inertia; "
+        "auto: reduced where elastic inertia matters, otherwise quasistatic.",
+    )
+    friction: float = option(
+        0.0, "Coulomb friction coefficient.", Range(0.0, below=0.5)
+    )
+    elastic_damping: float = option(
+        0.01,
+        "Damping ratio of the first elastic modes of the gears.",
+        Range(0.0, below=1.0),
+    )
+    cutoff_Hz: float | None = option(
+        None,
+        "Natural frequency [Hz] up to which elastic modes are considered. [default: 7 "
+        "times the highest speed or resonance, or more]",
+        Range(above=0.0, most=3e5),
+    )
+    tolerance: float = option(
+        0.02,
+        "Error of the mesh compliance that {fidelity} auto allows, relative to the RMS "
+        "of the excitation.",
+        Range(above=0.0, most=1.0),
+    )
+    mesh: float = option(
+        0.5,
+        "Size of the mesh of whole gears of {fidelity} full, over that of statics.",
+        Range(above=0.0, most=10.0),
+    )
 
     def __post_init__(self) -> None:
-        require_between("friction", self.friction, 0, 0.5, below=True)
-        require_between("elastic_damping", self.elastic_damping, 0, 1, below=True)
-        require_between("tolerance", self.tolerance, 0, 1, above=True)
-        require_between("mesh", self.mesh, 0, 10, above=True)
-        if self.cutoff_Hz is not None:
-            require_between("cutoff_Hz", self.cutoff_Hz, 0, 3e5, above=True)
         require_fields(self)
 
 

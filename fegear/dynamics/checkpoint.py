@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.dynamics.stepper import MotionState
-from fegear.files.stored import Records, response_values, stored_response
+from fegear.files.records import Records
 from lumped.steady.response import Response
 
 Array = NDArray[np.float64]
@@ -21,14 +21,13 @@ class StoredBranch:
     records: Records
 
     def finished(self) -> list[Response]:
-        responses = [stored_response(record) for record in self.records.records]
-        arrays = self.records.state
+        responses, arrays = self.records.records, self.records.state
         if responses and arrays is not None:
             responses[-1] = replace(responses[-1], state=_state(dict(arrays)))
         return responses
 
     def add(self, response: Response) -> None:
-        self.records.add_record(response_values(response), _arrays(response.state))
+        self.records.add_record(replace(response, state=None), _arrays(response.state))
 
 
 def _arrays(state: MotionState) -> dict[str, Array]:

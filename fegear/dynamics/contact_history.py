@@ -13,7 +13,7 @@ from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.root_stress import FlankLoad
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.dynamics.stepper import FeHistory
-from lumped.kernels.contact import STICKING
+from lumped.kernels.contact import MIN_REVERSING_SPEED
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -145,5 +145,5 @@ def _signed_friction(
         for values in (contacts.sliding, *contacts.arms)
     )
     slip = rotation[:, 0] * one - rotation[:, 1] * two
-    reversed_ = contacts.side[index] * slip * nominal > STICKING
+    reversed_ = contacts.side[index] * slip * nominal > MIN_REVERSING_SPEED
     return friction * nominal * np.where(reversed_, -1.0, 1.0)

@@ -171,12 +171,12 @@ class CycleInterpolator:
     def of(self, contact: int) -> tuple[int, float]:
         """The grid point and the part beyond it."""
         mesh = self.mesh_of[contact]
-        return int(self.where.place[mesh]), float(self.where.part[mesh])
+        return int(self.where.grid_index[mesh]), float(self.where.fraction[mesh])
 
     def at(self, table: Array, contacts: Indices) -> Array:
         """Entries (k, ...) of a table (p, k, ...), one for each contact."""
         mesh, column = self.mesh_of[contacts], np.arange(contacts.size)
-        place, part = self.where.place[mesh], self.where.part[mesh]
+        place, part = self.where.grid_index[mesh], self.where.fraction[mesh]
         low = table[place, column]
         if not part.any():
             return low

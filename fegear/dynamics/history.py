@@ -127,7 +127,7 @@ def _movements(
     hub, modes = motion.hub[:, 0], model.reference.modes
     columns = {f"{name}_rotation_rad": hub @ model.modal.rotation[gear]}
     for axis in "xy":
-        place = modes.coordinates.places.get((gear, axis))
+        place = modes.coordinates.indices.get((gear, axis))
         if place is not None:
             columns[f"{name}_{axis}_m"] = hub @ modes.shapes[place]
     return columns

@@ -113,7 +113,7 @@ def modal_matrices(
     mean = modes.mean_stiffness[:, None, None]
     meshes = modes.mesh_shapes[:, :, None] * modes.mesh_shapes[:, None, :]
     stiffness = np.diag(angular**2) - (mean * meshes).sum(axis=0)
-    places = [space.places[g, "rotation"] for g in range(len(gear_set.gears))]
+    places = [space.indices[g, "rotation"] for g in range(len(gear_set.gears))]
     parts = [elastic_body(g, gear) for g, gear in enumerate(elastic)]
     count = 0
     for part in parts:

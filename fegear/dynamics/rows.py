@@ -107,13 +107,13 @@ def _hub_rows(reference: LumpedSystem, side: ContactSide) -> Array:
     lever = side.laws.moment_arms.transpose(1, 0, 2)
     rows = np.zeros((2, *lever.shape[:2], space.mass.size))
     for place, (g, sign) in enumerate(zip(side.gears, (1.0, -1.0), strict=True)):
-        rotation = space.places[g, "rotation"]
+        rotation = space.indices[g, "rotation"]
         rows[0, ..., rotation] += sense * lever[..., place]
         rows[1, ..., rotation] -= sense * lever[..., 2 + place]
         for axis, *components in zip("xy", normal, tangent, strict=True):
-            if (g, axis) in space.places:
+            if (g, axis) in space.indices:
                 for row, component in zip(rows, components, strict=True):
-                    row[..., space.places[g, axis]] += sign * component
+                    row[..., space.indices[g, axis]] += sign * component
     return rows @ (reference.modes.shapes * is_supported(reference))
 
 

@@ -15,7 +15,7 @@ from fegear.dynamics.kernels.arrays import Clock, Record, StepMatrices
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.files.errors import InputError
-from lumped.common.checks import require_between
+from lumped.common.options import Range, documented, option
 from lumped.steady.response import History
 from lumped.steady.settings import SteadySettings
 from lumped.steady.steady_state import Diverged, Speed, mesh_mode_mask, new_convergence
@@ -37,31 +37,37 @@ class DynamicsError(ArithmeticError):
     """A motion that could not be integrated."""
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class DynamicSettings(SteadySettings):
-    """Numerical choices.
-
-    steps : per cycle of the fastest mesh, at least
-    step_angle : largest phase [rad] that the highest elastic mode turns in a step
-    hub_angle : the same for the highest mode of the rigid train that strains a mesh
-    rho_inf : part of an unresolved vibration that a step leaves, see `scheme`
-    ramp_periods : of the first mesh, over which the speed changes
-    """
+    """Numerical settings of finite elements in motion."""
 
     min_periods: ClassVar[int] = 400
-    steps: int = 128
-    step_angle: float = 1.0
-    hub_angle: float = 0.1
-    rho_inf: float = 0.9
-    ramp_periods: int = 8
-
-    def __post_init__(self) -> None:
-        require_between("steps", self.steps, 8, 100_000)
-        require_between("step_angle", self.step_angle, 0, 10, above=True)
-        require_between("hub_angle", self.hub_angle, 0, 10, above=True)
-        require_between("rho_inf", self.rho_inf, 0, 1)
-        require_between("ramp_periods", self.ramp_periods, 0, 10_000)
-        super().__post_init__()
+    steps: int = option(
+        128,
+        "Least number of time steps per period of the fastest mesh.",
+        Range(8, 100_000),
+    )
+    step_angle: float = option(
+        1.0,
+        "Largest phase [rad] that the highest elastic mode turns in a step.",
+        Range(above=0.0, most=10.0),
+    )
+    hub_angle: float = option(
+        0.1,
+        "Largest phase [rad] that the highest mode of the rigid train that strains a "
+        "mesh turns in a step.",
+        Range(above=0.0, most=10.0),
+    )
+    rho_inf: float = option(
+        0.9,
+        "Part of an unresolved vibration that a step leaves: spectral radius at "
+        "infinite frequency of the generalised-alpha scheme.",
+        Range(0.0, 1.0),
+    )
+    ramp_periods: int = option(
+        8, "Periods of the first mesh over which the speed changes.", Range(0, 10_000)
+    )
 
     @property
     def scheme(self) -> Scheme:
@@ -150,43 +156,54 @@ class ImplicitStepper(ABC):
             array[1:3] = 0.0
         return equilibrium
 
-    def begin(self, state: MotionState, settings: DynamicSettings) -> Convergence:
+    def new_convergence(
+        self, state: MotionState, settings: DynamicSettings
+    ) -> Convergence:
         angular = self.system.modes.angular
         angular = np.where(angular > 0.0, angular, 1.0)
         shapes = self.model.kinematics.deflection
         cycles = self.system.common_period[0]
-        check = new_convergence(shapes, angular, settings, cycles)
+        convergence = new_convergence(shapes, angular, settings, cycles)
         place, velocity = state.motion[:2, : angular.size]
-        check.sections[0] = place, velocity / angular
-        return check
+        convergence.sections[0] = place, velocity / angular
+        return convergence
 
     def advance(
-        self, state: MotionState, at: Speed, check: Convergence, most: int
+        self,
+        state: MotionState,
+        speed: Speed,
+        convergence: Convergence,
+        max_periods: int,
     ) -> tuple[MotionState, bool]:
         """Advance the motion by one common period."""
         from lumped.kernels.convergence import close_period
 
-        state, motion = self._common_period(state, at)
-        check.limits[:] = motion.deflection.min(axis=0), motion.deflection.max(axis=0)
-        check.error_bound[:] = CONTACT_ROUNDOFF * np.abs(check.limits).max(axis=0)
-        place, velocity = state.motion[:2, : check.angular.size]
-        return state, close_period(check, place, velocity)
+        state, motion = self._common_period(state, speed)
+        convergence.limits[:] = (
+            motion.deflection.min(axis=0),
+            motion.deflection.max(axis=0),
+        )
+        convergence.error_bound[:] = CONTACT_ROUNDOFF * np.abs(convergence.limits).max(
+            axis=0
+        )
+        place, velocity = state.motion[:2, : convergence.angular.size]
+        return state, close_period(convergence, place, velocity)
 
     def record(
-        self, state: MotionState, at: Speed, periods: int
+        self, state: MotionState, speed: Speed, periods: int
     ) -> tuple[MotionState, FeHistory]:
         parts = []
         for done in range(periods):
-            state, motion = self._common_period(state, at.after(done))
+            state, motion = self._common_period(state, speed.offset_by(done))
             parts.append(motion)
-            at.watch(done + 1)
+            speed.callback(done + 1)
         return state, joined(parts)
 
     def change_speed(
         self,
         state: MotionState,
-        before: float,
-        after: float,
+        start_frequency: float,
+        end_frequency: float,
         settings: DynamicSettings,
     ) -> MotionState:
         """A period of all meshes at each of several frequencies on a smooth way.
@@ -198,7 +215,11 @@ class ImplicitStepper(ABC):
         for number in range(math.ceil(stops / rounds) * rounds):
             part = (number + 1.0) / (stops + 1.0)
             smooth = part * part * (3.0 - 2.0 * part)
-            frequency = before + (after - before) * smooth if part < 1.0 else after
+            frequency = (
+                start_frequency + (end_frequency - start_frequency) * smooth
+                if part < 1.0
+                else end_frequency
+            )
             cycle = steps_per_cycle(self.model, frequency, settings)
             steps, start = cycle * length, number % rounds * length * cycle
             grid = TimeSteps(frequency, 1.0 / (frequency * cycle), steps, cycle, start)
@@ -212,21 +233,21 @@ class ImplicitStepper(ABC):
         return None
 
     def _common_period(
-        self, state: MotionState, at: Speed
+        self, state: MotionState, speed: Speed
     ) -> tuple[MotionState, FeHistory]:
         """Integrate through a common period; watched between parts of a long one.
 
         Raises InputError where it is too long to be recorded.
         """
-        cycle = steps_per_cycle(self.model, at.frequency, at.settings)
+        cycle = steps_per_cycle(self.model, speed.frequency, speed.settings)
         _require_memory(self.model, cycle)
-        grid = TimeSteps(at.frequency, 1.0 / (at.frequency * cycle), 0, cycle)
+        grid = TimeSteps(speed.frequency, 1.0 / (speed.frequency * cycle), 0, cycle)
         whole = self.system.common_period[0] * cycle
         piece = whole if self.system.repetitions == 1 else PIECE * cycle
         parts = []
         for start in range(0, whole, piece):
             if start:
-                at.watch(0)
+                speed.callback(0)
             part = replace(grid, count=min(piece, whole - start), start=start)
             state, motion = self.integrate(state, part)
             parts.append(motion)

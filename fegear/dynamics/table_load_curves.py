@@ -17,8 +17,8 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import GivenTables
-from lumped.train.excitation import at_torque
-from lumped.train.path_load_curves import FAR_GAP, PathLoadCurves, path_laws
+from lumped.train.excitation import column_at_torque
+from lumped.train.path_load_curves import OPEN_GAP, PathLoadCurves, path_load_curves
 from meshes import GearPair
 
 Array = NDArray[np.float64]
@@ -40,10 +40,10 @@ def all_table_laws(
     laws = []
     for mesh, (name, table) in enumerate(source.tables):
         try:
-            path = path_laws(
+            path = path_load_curves(
                 table, gear_set.meshes[mesh].pair.driver.base_radius, without
             )
-            largest = float(at_torque(table, "ste_m", torques[mesh]).max())
+            largest = float(column_at_torque(table, "ste_m", torques[mesh]).max())
             laws.append(table_laws(gear_set, mesh, path, largest, positions))
         except ValueError as error:
             raise InputError(f"{name}: {error}") from None
@@ -78,9 +78,9 @@ def laws_at(
     loads count as if they acted along the line of action, where the path ends.
     """
     position = back_side_position(pair, position) if back else position
-    low, high = (path.place[i] - position for i in (0, -1))
+    low, high = (path.position[i] - position for i in (0, -1))
     ahead = np.arange(np.floor(low.min()), np.ceil(high.max()) + 1).astype(np.int64)
-    gap = _read(path, path.gap, position[:, None] + ahead, FAR_GAP)
+    gap = _read(path, path.gap, position[:, None] + ahead, OPEN_GAP)
     selected = gap.min(axis=0) < REACH * path.penetration[-1]
     teeth, place = ahead[selected], position[:, None] + ahead[selected]
     roll = pair.pitch_point + pair.base_pitch * place
@@ -122,7 +122,7 @@ def _read(path: PathLoadCurves, values: Array, place: Array, outside: float) -> 
 
     The last holds until the base pitch ends, where another pair takes its first.
     """
-    (low, second), high = path.place[:2], path.place[-1]
-    inside = PchipInterpolator(path.place, values)(np.clip(place, low, high))
+    (low, second), high = path.position[:2], path.position[-1]
+    inside = PchipInterpolator(path.position, values)(np.clip(place, low, high))
     off = (place < low - POSITION_TOL) | (place > high + (second - low) - POSITION_TOL)
     return np.where(off.reshape(off.shape + (1,) * (values.ndim - 1)), outside, inside)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from meshes import GeometryError
 from meshes.eccentric import EccentricPair, PitchCurve
 from meshes.eccentric.base import (
@@ -116,7 +116,7 @@ class Gearing:
     @property
     def header(self) -> Mapping[str, str]:
         return {
-            key: exact(value) if isinstance(value, float) else str(value)
+            key: format_exact(value) if isinstance(value, float) else str(value)
             for key, value in self.summary.items()
             if value is not None
         }
@@ -125,16 +125,16 @@ class Gearing:
     def summary(self) -> dict[str, Any]:
         """Plain values, ready for JSON."""
         pair, limits = self.pair, self.feasibility
-        exact, near = pair.center_distance, pair.approximate_center_distance
+        distance, near = pair.center_distance, pair.approximate_center_distance
         ratio = pair.torque_ratio(np.array([0.0, math.pi]))
         values: dict[str, Any] = {
             "radius_mm": self.radius_mm,
             "eccentricity_mm": self.eccentricity_mm,
             "ratio": pair.lobes,
             "pressure_angle_deg": self.pressure_angle_deg,
-            "center_distance_mm": 1e3 * exact,
+            "center_distance_mm": 1e3 * distance,
             "burmester_center_distance_mm": 1e3 * near,
-            "burmester_error_mm": 1e3 * (near - exact),
+            "burmester_error_mm": 1e3 * (near - distance),
             "burmester_closing_error_deg": math.degrees(pair.closing_error(near)),
             "feasible": limits.feasible,
             "reason": limits.reason or None,

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError, file_error
 from fegear.files.output import make_directory, write_whole
+from fegear.files.values import plain_of, value_of
 
 Array = NDArray[Any]
 APPLICATION = 0x66656765  # by which SQLite files are known as checkpoints
@@ -36,6 +37,7 @@ create table states (branch text primary key, number integer, content blob, seal
 NUMBERS = "biufc"  # kinds of arrays that are saved without pickle
 SEAL_SIZE = hashlib.sha256().digest_size
 SHOWN = 40  # characters of a value in a message
+RECORDS_FORMAT = "2"  # changes with what `Records` writes
 
 
 def digest(inputs: Mapping[str, Any]) -> str:
@@ -204,27 +206,28 @@ class Checkpoint:
 
 @dataclass
 class Records:
-    """A branch of a checkpoint, or of none: nothing is stored then."""
+    """Values in a branch of a checkpoint, or in none: nothing is stored then."""
 
     checkpoint: Checkpoint | None
     key: str
 
     @property
     def records(self) -> list[Any]:
-        """Records of an earlier run, in order."""
-        return [] if self.checkpoint is None else self.checkpoint.finished(self.key)
+        """Values of an earlier run, in order."""
+        stored = [] if self.checkpoint is None else self.checkpoint.finished(self.key)
+        return [value_of(plain) for plain in stored]
 
     @property
     def state(self) -> Mapping[str, Array] | None:
         """State at the end of the last record."""
         return None if self.checkpoint is None else self.checkpoint.state(self.key)
 
-    def add_record(self, record: Mapping[str, Any], state: Mapping[str, Array]) -> None:
-        """Store the next record, which JSON can hold, and the state to resume from."""
+    def add_record(self, record: Any, state: Mapping[str, Array]) -> None:
+        """Store a value that `Encoder` can write, and the state to resume from."""
         if self.checkpoint is None:
             return
         try:
-            self.checkpoint.add(self.key, record, state)
+            self.checkpoint.add(self.key, plain_of(record), state)
         except OSError as error:
             raise file_error(self.checkpoint.path, "written", error) from None
 

@@ -23,14 +23,32 @@ from numpy.typing import NDArray
 
 from fegear.files.netcdf import EXACT_INTEGERS, largest_integer
 
-PACKAGES = "fegear", "lumped", "meshes", "validation"
+PACKAGES = frozenset({"fegear", "lumped", "meshes"})  # whose classes files may name
 SEQUENCES = {"tuple": tuple, "list": list, "set": set, "frozenset": frozenset}
+
+
+def plain_of(value: Any) -> dict[str, Any]:
+    """Convert a value to what JSON holds, arrays as lists of their numbers."""
+    encoder = Encoder()
+    tree = encoder.plain(value)
+    arrays = [[array.dtype.str, array.tolist()] for array in encoder.arrays]
+    return {"value": tree, "shared": encoder.shared, "arrays": arrays}
+
+
+def value_of(plain: Mapping[str, Any]) -> Any:
+    """Convert what `plain_of` made of a value back, to the bit."""
+    arrays = [np.array(numbers, dtype) for dtype, numbers in plain["arrays"]]
+    return Decoder(arrays, plain["shared"]).value(plain["value"])
 
 
 @dataclass
 class Encoder:
-    """Arrays and shared values of a tree that is made plain."""
+    """Arrays and shared values of a tree that is made plain.
 
+    packages : whose classes values may have
+    """
+
+    packages: frozenset[str] = PACKAGES
     arrays: list[NDArray[Any]] = field(default_factory=list)
     shared: list[Any] = field(default_factory=list)
     seen: dict[int, tuple[Any, Any]] = field(default_factory=dict)
@@ -48,7 +66,10 @@ class Encoder:
         if isinstance(value, np.generic):
             return {"numpy": value.dtype.str, "value": self.plain(value.item())}
         if isinstance(value, Enum):
-            return {"enum": name_of_class(type(value)), "name": value.name}
+            return {
+                "enum": name_of_class(type(value), self.packages),
+                "name": value.name,
+            }
         if isinstance(value, PurePath):
             return {"path": str(value)}
         if isinstance(value, Fraction):
@@ -71,10 +92,10 @@ class Encoder:
         if is_dataclass(value) and not isinstance(value, type):
             names = [f.name for f in fields(value)]
             parts = {n: self.plain(getattr(value, n)) for n in names}
-            return {"class": name_of_class(type(value)), "fields": parts}
+            return {"class": name_of_class(type(value), self.packages), "fields": parts}
         if isinstance(value, tuple) and hasattr(value, "_fields"):
             return {
-                "named": name_of_class(type(value)),
+                "named": name_of_class(type(value), self.packages),
                 "items": [self.plain(item) for item in value],
             }
         for name, kind in SEQUENCES.items():
@@ -100,10 +121,11 @@ class Encoder:
 
 @dataclass
 class Decoder:
-    """Values from plain data and arrays."""
+    """Values from plain data and arrays; packages : as in `Encoder`."""
 
     arrays: list[NDArray[Any]]
     shared: list[Any]
+    packages: frozenset[str] = PACKAGES
     made: dict[int, Any] = field(default_factory=dict)
 
     def value(self, plain: Any) -> Any:
@@ -122,7 +144,7 @@ class Decoder:
         if "numpy" in plain:
             return np.dtype(plain["numpy"]).type(self.value(plain["value"]))
         if "enum" in plain:
-            return class_of(plain["enum"])[plain["name"]]
+            return class_of(plain["enum"], self.packages)[plain["name"]]
         if "path" in plain:
             return Path(plain["path"])
         if "fraction" in plain:
@@ -136,13 +158,15 @@ class Decoder:
             if name in plain:
                 return kind(map(self.value, plain[name]))
         if "class" in plain:
-            kind = class_of(plain["class"])
+            kind = class_of(plain["class"], self.packages)
             made = object.__new__(kind)
             for name, part in plain["fields"].items():
                 object.__setattr__(made, name, self.value(part))
             return made
         if "named" in plain:
-            return class_of(plain["named"])(*map(self.value, plain["items"]))
+            return class_of(plain["named"], self.packages)(
+                *map(self.value, plain["items"])
+            )
         if "records" in plain:
             out = np.zeros(plain["shape"], _dtype_of(plain["records"]))
             for name, part in plain["fields"].items():
@@ -166,17 +190,17 @@ def _plain_float(value: float) -> Any:
     return float(value) if math.isfinite(value) else {"float": repr(float(value))}
 
 
-def name_of_class(kind: type) -> str:
+def name_of_class(kind: type, packages: frozenset[str] = PACKAGES) -> str:
     """`module:name` of a class of this program; ValueError for others."""
-    if kind.__module__.partition(".")[0] not in PACKAGES:
+    if kind.__module__.partition(".")[0] not in packages:
         raise ValueError(f"{kind.__module__}.{kind.__qualname__}")
     return f"{kind.__module__}:{kind.__qualname__}"
 
 
-def class_of(name: str) -> Any:
+def class_of(name: str, packages: frozenset[str] = PACKAGES) -> Any:
     """The class that a name stands for: a dataclass, named tuple or enumeration."""
     module, _, path = name.partition(":")
-    if module.partition(".")[0] not in PACKAGES:
+    if module.partition(".")[0] not in packages:
         raise ValueError(f"{name} is no class of this program")
     kind: Any = import_module(module)
     for part in path.split("."):

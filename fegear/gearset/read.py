@@ -21,10 +21,10 @@ from fegear.gearset.edit import edited
 from fegear.gearset.model import GearSet
 from fegear.gearset.problems import first_problem, nearest
 from fegear.gearset.schema import Document, with_defaults
-from lumped.common.checks import checked
+from lumped.common.checks import check_arguments
 
 
-@checked
+@check_arguments
 def load_gear_set(
     name_or_path: str | PathLike[str], edits: Mapping[str, Any] | None = None
 ) -> GearSet:
@@ -63,7 +63,7 @@ def read_gear_set_file(path: Path, edits: Mapping[str, Any] | None = None) -> Ge
     return read_gear_set(read_text(path), str(path), edits)
 
 
-@checked
+@check_arguments
 def read_gear_set(
     text: str, source: str = "gear set", edits: Mapping[str, Any] | None = None
 ) -> GearSet:
@@ -74,7 +74,7 @@ def read_gear_set(
         raise InputError(f"{source}: {error}") from None
 
 
-@checked
+@check_arguments
 def make_gear_set(
     tables: Mapping[str, Any], edits: Mapping[str, Any] | None = None
 ) -> GearSet:

@@ -10,7 +10,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import Document, MeshEntry
 from fegear.gearset.teeth import MM, Blank, Tip, blank_of
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from meshes.gear import ceiled, floored
 
 HIGHEST_ADDENDUM = 3.0  # modules, far beyond any pointed tooth
@@ -48,7 +48,7 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
     bases = one.base_radius + two.base_radius
     if mesh.center_distance_mm is None:
         name = f"{mesh.label}: operating_pressure_angle_deg"
-        angle = math.radians(present(mesh.operating_pressure_angle_deg, name))
+        angle = math.radians(require_present(mesh.operating_pressure_angle_deg, name))
         return Spacing(one, two, bases / math.cos(angle))
     if not mesh.center_distance_mm * MM > bases:
         raise InputError(
@@ -93,7 +93,7 @@ def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> fl
     """Addendum [m] of the gears without a tip that gives the contact ratio."""
     from scipy.optimize import brentq
 
-    wanted = present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
+    wanted = require_present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
     sides = [(place.one, tips.get(mesh.driver)), (place.two, tips.get(mesh.driven))]
     free = [blank for blank, tip in sides if tip is None]
 
@@ -121,7 +121,7 @@ def _require_contact_ratio(
 ) -> None:
     one, two = tips[mesh.driver], tips[mesh.driven]
     ratio = place.contact_ratio(one.radius, two.radius)
-    wanted = present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
+    wanted = require_present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
     if not abs(ratio - wanted) <= CONTACT_RATIO_TOLERANCE:
         raise InputError(
             f"{mesh.label}: contact_ratio = {shown(wanted)}; the tips are "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fegear.files.errors import InputError
 from fegear.gearset.schema import Document, MeshEntry
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 
 
 def mesh_torques(document: Document) -> list[tuple[float, ...]]:
@@ -74,7 +74,7 @@ def _ends(mesh: MeshEntry) -> str:
 def _require_input(
     document: Document, driven: dict[int, int], shafts: dict[str, int]
 ) -> None:
-    name = present(document.load, "load").gear
+    name = require_present(document.load, "load").gear
     inputs = [m.driver for m in document.mesh if shafts[m.driver] not in driven]
     if name not in inputs:
         listed = " or ".join(f'"{gear}"' for gear in inputs)
@@ -87,7 +87,7 @@ def _require_input(
 def _require_all_reached(document: Document, factors: dict[int, float]) -> None:
     for number, mesh in enumerate(document.mesh):
         if number not in factors:
-            load = present(document.load, "load")
+            load = require_present(document.load, "load")
             raise InputError(
                 f'load: gear = "{load.gear}"; its torque does not reach '
                 f"{mesh.label}, every mesh must be reached"

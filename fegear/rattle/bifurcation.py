@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.progress import Progress, silent
-from lumped.common.workers import Arrays, Compute, in_threads
+from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.rattle.branches import OrbitBranch, OrbitFinder, machine_with
 from lumped.rattle.long_runs import settled_departures
 from lumped.rattle.machine import Machine
@@ -71,7 +71,7 @@ class BifurcationDiagram:
 def find_bifurcations(
     machine: Machine,
     search: OrbitSearch,
-    compute: Compute = in_threads,
+    compute: Compute = compute_in_threads,
     report: Progress = silent,
 ) -> BifurcationDiagram:
     """Branches of all orbits that are found at some values, and long runs at others."""

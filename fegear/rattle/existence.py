@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fegear.rattle.bifurcation import OrbitSearch, follow_branches, orbits_of
 from lumped.common.progress import Progress, silent
-from lumped.common.workers import Compute, in_threads
+from lumped.common.workers import Compute, compute_in_threads
 from lumped.continuation.arc_length import NoSolution
 from lumped.rattle.branches import machine_with
 from lumped.rattle.curves import BifurcationCurve, curve_of, is_on
@@ -42,7 +42,7 @@ def plane_of(first: OrbitSearch, second: str, limits: tuple[float, float]) -> Pl
 def find_existence(
     machine: Machine,
     plane: Plane,
-    compute: Compute = in_threads,
+    compute: Compute = compute_in_threads,
     report: Progress = silent,
 ) -> tuple[BifurcationCurve, ...]:
     """Curves of bifurcations over two figures."""

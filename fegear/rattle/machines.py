@@ -23,7 +23,7 @@ from fegear.gearset.schema import (
     require_all_or_none,
     require_exactly_one,
 )
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.rattle.assembly import Absorber, Assembly, Shafts, SprungGear
 from lumped.rattle.machine import Machine, effective_eccentricity
 
@@ -254,7 +254,7 @@ def parameters(machine: Machine) -> dict[str, float | None]:
 
 def header_of(figures: Mapping[str, float | None]) -> dict[str, str]:
     """Figures of `figures_of` as the header of a table says them."""
-    return {k: "impacts" if v is None else exact(v) for k, v in figures.items()}
+    return {k: "impacts" if v is None else format_exact(v) for k, v in figures.items()}
 
 
 def unit_name(figure: str) -> str:

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from fegear.rendering.fields import ContactField, PairField
 from fegear.rendering.labels import legend, pair_text, state_words
 from fegear.rendering.look import COLOURS, RenderStyle, palette, ribbon_base, ribbon_of
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -140,7 +140,9 @@ def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> dict[str, str]:
         names = ("points", "motion", "crest", "values", "triangles")
         return dict.fromkeys(names, _text(b""))
     points, faces, pressure = ribbon
-    moved = present(ribbon_of(pairs, look.still(1.0)), "pressure of the moved pairs")
+    moved = require_present(
+        ribbon_of(pairs, look.still(1.0)), "pressure of the moved pairs"
+    )
     base = points.copy()
     for quad in faces:
         base[quad[2:]] = points[quad[1::-1]]

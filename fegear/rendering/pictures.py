@@ -35,8 +35,9 @@ from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
 from fegear.result import Result
 from fegear.statics.solving import StaticsSettings
-from lumped.common.checks import require_between, require_fields
+from lumped.common.checks import require_fields
 from lumped.common.csv_text import format_csv
+from lumped.common.options import Range, documented, option
 from lumped.common.progress import Progress, silent
 
 if TYPE_CHECKING:
@@ -54,29 +55,31 @@ MAX_TORQUE = 1e9  # N m
 SAMPLES = 6  # positions that fix the colours of a film
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class PictureSettings:
-    """What a picture shows, and how large.
+    """What a picture shows, and how large."""
 
-    shown : von-mises, principal, displacement or pressure
-    zoom : contact, tooth or gear
-    motion_scale : magnification of the motion, None for one that can be seen
-    width : of a picture or film [pixels], an even number; None for the usual one
-    frames : of a film
-    """
-
-    shown: Shown = "von-mises"
-    zoom: Zoom = "contact"
-    motion_scale: float | None = None
-    width: int | None = None
-    frames: int = 60
+    shown: Shown = option(
+        "von-mises",
+        "Quantity that the colours show: von Mises stress, largest principal stress, "
+        "displacement or contact pressure.",
+    )
+    zoom: Zoom = option("contact", "Field of view: the contact, a tooth or a gear.")
+    motion_scale: float | None = option(
+        None,
+        "Magnification of the motion, a number or auto. [default: auto]",
+        Range(0.0, below=1e6),
+    )
+    width: int | None = option(
+        None,
+        "Width of a picture or film [pixels]. [default: 1920 for pictures, 960 for "
+        "films]",
+        Range(480, 7680),
+    )
+    frames: int = option(60, "Number of pictures in a film.", Range(2, 1000))
 
     def __post_init__(self) -> None:
-        require_between("frames", self.frames, 2, 1000)
-        if self.motion_scale is not None:
-            require_between("motion_scale", self.motion_scale, 0, 1e6, below=True)
-        if self.width is not None:
-            require_between("width", self.width, 480, 7680)
         require_fields(self)
         if (self.width or 0) % 2:
             raise ValueError(f"width must be an even number, got {self.width}")

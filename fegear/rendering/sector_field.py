@@ -28,7 +28,7 @@ from fegear.elasticity.body_stress import (
 from fegear.elasticity.flank import SectorLoads, flamant_loads, ring_fields
 from fegear.elasticity.hats import hat_displacement
 from fegear.elasticity.sector import CyclicSector
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
@@ -162,7 +162,7 @@ class SectorField:
 
     def _focus(self) -> tuple[Array, float]:
         """Points that carry load, and the size of the smallest triangles [m]."""
-        load = present(self.load, "load of the sector")
+        load = require_present(self.load, "load of the sector")
         arcs = load.arcs[load.normal != 0.0]
         return flank_frame(self.body.sector.gear, arcs)[0], 2.0 * load.step
 

@@ -22,8 +22,10 @@ from fegear.gearset.pitch_errors import (
     without_pitch_errors,
 )
 from fegear.gearset.power_path import mesh_torques_at
-from lumped.common.checks import require_between, require_fields
-from lumped.common.csv_text import exact
+from fegear.statics.choices import PLANE, RESOLUTION
+from lumped.common.checks import require_fields
+from lumped.common.csv_text import format_exact
+from lumped.common.options import Range, documented, option
 from lumped.train.analytic import Points, StiffnessParameters, analytic_excitation
 from lumped.train.excitation import (
     MeshExcitation,
@@ -57,33 +59,47 @@ MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class StiffnessSource:
-    """Source of the mesh stiffness.
+    """Source of the mesh stiffness."""
 
-    kind : fe, tables of the finite elements; else waves from key figures, which are
-        those of the gear set, or of its tables where it gives none
-    ramp : base pitches over which a trapezoid enters and leaves
-    harmonics : kept by kind fourier
-    positions : per base pitch of a finite-element table
-    resolution, plane, corner_contact : of the finite elements
-    relief_stiffness : of tooth pairs with relief in model 1, `own` or that of
-        `unmodified` teeth; see `lumped.train.excitation.excitation_from_table`
-    """
-
-    kind: Kind = "fe"
-    ramp: float = 0.1
-    harmonics: int = 5
-    positions: int = 256
-    resolution: Literal["coarse", "default", "fine"] = "default"
-    plane: Literal["stress", "strain"] = "stress"
-    corner_contact: bool = True
-    relief_stiffness: ReliefStiffness = "own"
+    kind: Kind = option(
+        "fe",
+        "Mesh stiffness over the mesh cycle. fe: tables solved by finite elements; "
+        "rectangular, trapezoid, fourier: built from mean_stiffness_N_per_m, "
+        "stiffness_variation and load_share of the gear set; finite elements give what "
+        "is missing.",
+    )
+    ramp: float = option(
+        0.1,
+        "Length over which the stiffness of {kind} trapezoid rises and falls [base "
+        "pitches].",
+        Range(0.0, 1.0),
+    )
+    harmonics: int = option(
+        5,
+        "Number of harmonics of the mesh frequency that {kind} fourier keeps.",
+        Range(1, 1000),
+    )
+    positions: int = option(
+        256,
+        "Number of mesh positions per base pitch of a finite-element table.",
+        Range(4, 1_000_000),
+    )
+    resolution: Literal["coarse", "default", "fine"] = option("default", RESOLUTION)
+    plane: Literal["stress", "strain"] = option("stress", PLANE)
+    corner_contact: bool = option(
+        True, "Contact of tip corners before and after the nominal path of contact."
+    )
+    relief_stiffness: ReliefStiffness = option(
+        "own",
+        "Stiffness of tooth pairs with relief in model 1. own: that of the relieved "
+        "teeth where they carry load at rest; unmodified: that of teeth without "
+        "relief, as in the multi-mesh source.",
+    )
 
     def __post_init__(self) -> None:
-        require_between("ramp", self.ramp, 0, 1)
-        require_between("harmonics", self.harmonics, 1, 1000)
-        require_between("positions", self.positions, 4, 1_000_000)
         require_fields(self)
 
     @property
@@ -104,7 +120,7 @@ class StiffnessSource:
         """Entries of a file's header: what was solved, and how."""
         shape = {
             "fe": "finite elements",
-            "trapezoid": f"trapezoid, ramp {exact(self.ramp)} base pitches",
+            "trapezoid": f"trapezoid, ramp {format_exact(self.ramp)} base pitches",
             "fourier": f"fourier, {self.harmonics} harmonics",
         }.get(self.kind, self.kind)
         elements: dict[str, str] = {"plane": self.plane}

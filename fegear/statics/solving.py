@@ -34,8 +34,10 @@ from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import error_periods, mesh_errors
 from fegear.result import Result, frame
+from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_between, require_fields
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
+from lumped.common.options import Range, documented, option
 from lumped.common.progress import Progress, silent
 from lumped.train.table import MeshTable, format_table, pair_compliance_name
 from meshes import GearPair, MeshSize
@@ -78,25 +80,32 @@ BODIES = {
 }
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class StaticsSettings:
-    """How to compute a table; positions are per base pitch.
+    """How a mesh table is computed by finite elements."""
 
-    body : held at the hub, or free to accelerate: transmission errors are then those of
-        the gears' mean rotations
-    """
-
-    positions: int = 64
-    friction: float = 0.0
-    plane: Plane = "stress"
-    resolution: Fineness = "default"
-    corner_contact: bool = True
-    body: Literal["held", "free"] = "held"
-    estimate_error: bool = True
+    positions: int = option(
+        64, "Number of mesh positions per base pitch.", Range(1, MAX_ROWS)
+    )
+    friction: float = option(
+        0.0, "Coulomb friction coefficient.", Range(0.0, below=0.5)
+    )
+    plane: Plane = option("stress", PLANE)
+    resolution: Fineness = option("default", RESOLUTION)
+    corner_contact: bool = option(
+        True, "Contact of tip corners before and after the nominal path of contact."
+    )
+    body: Literal["held", "free"] = option(
+        "held",
+        "Support of the gear bodies. held: at their hubs; free: by their inertia "
+        "alone, which gives the compliance of gears that vibrate.",
+    )
+    estimate_error: bool = option(
+        True, "Whether the discretisation error is estimated on a coarser mesh."
+    )
 
     def __post_init__(self) -> None:
-        require_between("positions", self.positions, 1, MAX_ROWS)
-        require_between("friction", self.friction, 0, 0.5, below=True)
         require_fields(self)
 
     @property
@@ -561,10 +570,10 @@ def table_header(
         "mesh": _name(gear_set, mesh),
         "teeth": _teeth(spec.pair),
         "contact ratio": f"{spec.pair.contact_ratio:.6g}",
-        "base pitch [mm]": exact(1e3 * spec.pair.base_pitch),
+        "base pitch [mm]": format_exact(1e3 * spec.pair.base_pitch),
         "plane": settings.plane,
         "resolution": settings.resolution,
-        "friction coefficient": exact(settings.friction),
+        "friction coefficient": format_exact(settings.friction),
         "corner contact": CORNERS[settings.corner_contact],
         "body": BODIES[settings.body],
         "pairs ahead of the reference pair [base pitches]": pairs,

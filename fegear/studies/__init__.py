@@ -8,14 +8,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from fegear.studies.study import Study
 
-# by command: module of this package, class, what the list of commands says of it; a
-# study is loaded where it is asked for
+# by command: module, of this package where it is one word, class, and what the list of
+# commands says of it; a study is loaded where it is asked for
 STUDIES = {
     "clatter": (
         "clatter",
@@ -54,16 +55,6 @@ STUDIES = {
         "modes",
         "NaturalModes",
         "Natural frequencies of a train, and the meshes they strain.",
-    ),
-    "compare": (
-        "validation.studies.compare",
-        "ClosedForms",
-        "Finite elements compared with ISO 6336 and other closed forms.",
-    ),
-    "ablation": (
-        "validation.studies.budget",
-        "Ablation",
-        "Contribution of each part of the coupled model.",
     ),
     "map": ("map", "Map", "Vibration of a lumped train over a grid of parameters."),
     "branches": (
@@ -141,59 +132,14 @@ STUDIES = {
         "PeriodicOrbits",
         "Periodic motions P(m, n+, n-), stable or not.",
     ),
-    "validate": (
-        "validation.studies.validate",
-        "Validation",
-        "Lumped models against finite elements, with tolerances.",
-    ),
-    "reproduce": (
-        "validation.studies.reproduce",
-        "Reproduction",
-        "Figures and tables of the sources, recomputed.",
-    ),
-    "bench stiffness": (
-        "validation.studies.benchmarks",
-        "StiffnessBenchmark",
-        "Statics over mesh size, element order and contact grid.",
-    ),
-    "bench dynamics": (
-        "validation.studies.benchmarks",
-        "DynamicsBenchmark",
-        "Finite-element dynamics over time steps and modes.",
-    ),
-    "bench lumped": (
-        "validation.studies.benchmarks",
-        "LumpedBenchmark",
-        "Time integrators of the lumped models compared with those of SciPy.",
-    ),
-    "bench branches": (
-        "validation.studies.benchmarks",
-        "BranchesBenchmark",
-        "Periodic motions by harmonic balance compared with sweeps.",
-    ),
-    "bench stability": (
-        "validation.studies.benchmarks",
-        "StabilityBenchmark",
-        "Floquet multipliers of trains with tooth friction, and closed forms.",
-    ),
-    "bench eccentric": (
-        "validation.studies.benchmarks",
-        "EccentricBenchmark",
-        "Eccentric wheels: centre distance, and contact over the mesh size.",
-    ),
-    "bench clatter": (
-        "validation.studies.benchmarks",
-        "ClatterBenchmark",
-        "Clattering wheels: impacts per second, and the tolerance of events.",
-    ),
-    "bench all": (
-        "validation.studies.benchmarks",
-        "AllBenchmarks",
-        "All benchmarks on one page, index.html.",
-    ),
 }
 
 ALIASES = {"budget": "ablation", "wave": "motion"}  # earlier names of commands
+
+
+def register(studies: Mapping[str, tuple[str, str, str]]) -> None:
+    """Add the studies of another package, listed as in `STUDIES`."""
+    STUDIES.update(studies)
 
 
 def load_study(command: str) -> type[Study]:

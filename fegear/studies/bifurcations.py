@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from fegear.files.errors import InputError
+from fegear.files.records import Records
 from fegear.files.speeds import MESH_FREQUENCY
-from fegear.files.stored import Records, response_values, stored_response
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.axes import axis_setting
 from fegear.studies.headings import edits_in_words
@@ -20,13 +20,12 @@ from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
-    Setting,
     SettingsGroup,
     Study,
     StudyResult,
     Task,
     display_name,
+    expose,
     group,
     refusal,
     setting,
@@ -55,13 +54,14 @@ from lumped.attractors.attractor_sweeps import (
 )
 from lumped.attractors.attractors import Attractor, SectionSettings
 from lumped.branches.motions import ParameterFamily, SpeedFamily
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
+from lumped.common.options import Range
 from lumped.figures.attractors import draw_attractors
 from lumped.figures.maps import axis_label
 from lumped.steady.maps import Axis
 from lumped.steady.response import Response
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import BOTH, Direction, reporting
+from lumped.steady.sweep import DIRECTIONS, Direction, reporting_observer
 from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
@@ -81,22 +81,13 @@ LEGEND = {
     "lyapunov_per_period, lyapunov_stderr_per_period": "largest Lyapunov exponent per "
     "period of the first mesh and its standard error, 0 where the motion repeats",
 }
-ARRAYS = "deflection", "rate"  # of an attractor
 COLUMNS = (
     *("direction", "mesh", "section", "dte_m", "dte_rate_m_per_s", "motion"),
     *("period_multiple", "lyapunov_per_period", "lyapunov_stderr_per_period"),
 )
 
 
-SECTIONS = SettingsGroup(
-    kind=SectionSettings,
-    exposed={
-        "sections": Setting(
-            text="Points of the Poincaré section of an aperiodic motion, one in "
-            "each common period of all meshes."
-        )
-    },
-)
+SECTIONS = SettingsGroup(kind=SectionSettings, exposed=expose("sections"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,7 +165,7 @@ class Bifurcations(
 
     @property
     def directions(self) -> tuple[Direction, ...]:
-        return BOTH if self.direction == "both" else (self.direction,)
+        return DIRECTIONS if self.direction == "both" else (self.direction,)
 
     @property
     def settling(self) -> Settings:
@@ -234,7 +225,7 @@ class BifurcationsProblem(ParametricProblem):
             *(values, self.system_at, direction),
             *(study.settling, study.sections),
             store=StoredAttractors(job),
-            observer=reporting(job.report, len(values)),
+            observer=reporting_observer(job.report, len(values)),
             stop=job.stop,
         )
 
@@ -254,9 +245,9 @@ class BifurcationsProblem(ParametricProblem):
         study, coupled = self.study, self.model.number == "coupled"
         header = self.header(integration_in_words(study.settling, coupled))
         if study.at is not None:
-            header["speed_Hz"] = exact(study.at)
+            header["speed_Hz"] = format_exact(study.at)
         if TORQUE not in study.names:
-            header["torque_Nm"] = exact(self.load)
+            header["torque_Nm"] = format_exact(self.load)
         header["largest period multiple searched"] = f"up to {study.period_multiple}"
         sections = f"{study.sections.sections} where a motion does not repeat"
         header["sections"] = sections
@@ -396,25 +387,12 @@ class StoredAttractors:
     records: Records
 
     def finished(self) -> list[tuple[Response, Attractor]]:
-        arrays, pairs = self.records.state, []
-        for values in self.records.records:
-            attractor = _stored_attractor(values.pop("attractor"))
-            pairs.append((stored_response(values), attractor))
+        pairs, arrays = self.records.records, self.records.state
         if pairs and arrays is not None:
             response, attractor = pairs[-1]
             pairs[-1] = replace(response, state=arrays["motion"]), attractor
         return pairs
 
     def add(self, response: Response, attractor: Attractor) -> None:
-        values = response_values(response)
-        values["attractor"] = asdict(attractor) | {
-            name: getattr(attractor, name).tolist() for name in ARRAYS
-        }
-        values["attractor"]["meshes"] = response.dte_rms.size
-        self.records.add_record(values, {"motion": response.state})
-
-
-def _stored_attractor(values: dict[str, Any]) -> Attractor:
-    shape = -1, values.pop("meshes")
-    arrays = {name: np.array(values[name], float).reshape(shape) for name in ARRAYS}
-    return Attractor(**{**values, **arrays})
+        record = replace(response, state=None), attractor
+        self.records.add_record(record, {"motion": response.state})

@@ -23,13 +23,13 @@ from fegear.studies.page import Page, number, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
     Setting,
     SettingsGroup,
     Study,
     StudyResult,
     Task,
     display_name,
+    expose,
     group,
     refusal,
     setting,
@@ -49,9 +49,9 @@ from fegear.train.lumped_models import LumpedModel, body_modes_warnings
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.points import BranchPoint
-from lumped.branches.serialization import branch_from_dict, branch_to_dict
-from lumped.common.checks import present
-from lumped.common.csv_text import exact
+from lumped.common.checks import require_present
+from lumped.common.csv_text import format_exact
+from lumped.common.options import Range
 from lumped.common.workers import Stopped
 from lumped.figures.branches import draw_branches
 from lumped.steady.maps import Axis
@@ -81,29 +81,14 @@ LEGEND = {
 
 
 FINDING = SettingsGroup(
-    kind=BranchSettings,
-    exposed={
-        "harmonics": Setting(
-            text="Harmonics of the first mesh's frequency in motions of models 1 to 3.",
-        ),
-        "period_multiple": Setting(
-            text="Largest number of common periods of all meshes after which "
-            "motions repeat: period-doubled branches are followed up to it.",
-        ),
-        "starts": Setting(
-            text="Number of random initial conditions, the same in each run, from"
-            " which further branches are searched, including isolated ones.",
-        ),
-    },
+    kind=BranchSettings, exposed=expose("harmonics", "period_multiple", "starts")
 )
 WAVES = replace(
     SOURCE,
     exposed={
         **SOURCE.exposed,
         "harmonics": Setting(
-            option="--excitation-harmonics",
-            former="--wave-harmonics",
-            text="Harmonics of the stiffness that --excitation fourier keeps.",
+            option="--excitation-harmonics", former="--wave-harmonics"
         ),
     },
 )
@@ -205,7 +190,9 @@ class Branches(
     def ends(self) -> tuple[float, float]:
         """Ends of the parameter."""
         values = self.speeds if self.over is None else self.over.values
-        return present(values, "speeds")[0], present(values, "speeds")[-1]
+        return require_present(values, "speeds")[0], require_present(values, "speeds")[
+            -1
+        ]
 
     @property
     def parameter(self) -> str:
@@ -257,8 +244,8 @@ class BranchesProblem(ParametricProblem):
             self.study.ends,
             self.study.numerics,
             report=watch,
-            finished=[*map(branch_from_dict, job.records)],
-            keep=lambda branch: job.add_record(branch_to_dict(branch), {}),
+            finished=job.records,
+            store_branch=lambda branch: job.add_record(branch, {}),
         )
         try:
             finder.find(low)
@@ -272,13 +259,13 @@ class BranchesProblem(ParametricProblem):
         study, is_coupled = self.study, self.first.contacts is not None
         header = self.header(STEPPED if is_coupled else SCHEME)
         if study.at is not None:
-            header["speed_Hz"] = exact(study.at)
+            header["speed_Hz"] = format_exact(study.at)
         if TORQUE not in study.names:
-            header["torque_Nm"] = exact(self.load)
+            header["torque_Nm"] = format_exact(self.load)
         if not is_coupled:
             header["harmonics"] = str(study.numerics.harmonics)
         if study.numerics.steepness is not None:
-            steepness = exact(study.numerics.steepness)
+            steepness = format_exact(study.numerics.steepness)
             header["contact"] = f"closes by tanh, {steepness} per m"
         if not complete:
             done = f"{len(branches)} branches before it was interrupted"

@@ -20,7 +20,6 @@ from fegear.studies.study import (
     Draw,
     Job,
     Problem,
-    Range,
     Study,
     StudyResult,
     Task,
@@ -41,7 +40,8 @@ from lumped.clatter.groups import WheelGroup
 from lumped.clatter.maps import MapName
 from lumped.clatter.noise import noise_of
 from lumped.clatter.runs import Impacts, State, centred_state, random_state
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
+from lumped.common.options import Range
 from lumped.figures.clatter import draw_attractor, draw_motion
 
 if TYPE_CHECKING:
@@ -174,9 +174,7 @@ class ClatterProblem(Problem):
     def _moved(self, group: WheelGroup, job: Job) -> GroupRun:
         study, state = self.study, job.state
         now = study.start_of(group) if state is None else State(**state)
-        before = [
-            Impacts(*(np.array(column) for column in p.values())) for p in job.records
-        ]
+        before: list[Impacts] = job.records
         name, period = group.wheels[0].name, group.excitation.period
 
         def report(count: int) -> None:
@@ -184,9 +182,7 @@ class ClatterProblem(Problem):
             job.report(f"wheel {name}", round(1000 * min(part, 1.0)), 1000)
 
         def passed(part: Impacts, count: int) -> None:
-            job.add_record(
-                {key: column.tolist() for key, column in vars(part).items()}, vars(now)
-            )
+            job.add_record(part, vars(now))
             report(count)
 
         report(sum(map(len, before)))
@@ -260,7 +256,7 @@ class ClatterResult(StudyResult):
         header = {
             "gearbox": self.named.name,
             "map": self.study.kind,
-            "seconds": exact(self.study.seconds),
+            "seconds": format_exact(self.study.seconds),
         }
         for place, warning in enumerate(self._warnings(), 1):
             header[f"warning {place}"] = warning

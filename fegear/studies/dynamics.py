@@ -16,33 +16,24 @@ from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.studies.page import Page
 from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import (
     Job,
     Problem,
-    Range,
     Setting,
     SettingsGroup,
     Study,
     Task,
     display_name,
+    expose,
     group,
     setting,
+    setting_of,
 )
 from fegear.studies.sweep import SweptSpeeds, unbegun
 from fegear.studies.train_problem import TrainFacts, refuse_edits
-from fegear.studies.trains import (
-    DAMPING,
-    FRICTION,
-    PLANE,
-    RESOLUTION,
-    SETTLING,
-    TORQUE_OF,
-    TRANSLATIONS,
-    GearSetRef,
-    chosen_torques,
-    torques_setting,
-)
+from fegear.studies.trains import SETTLING, GearSetRef, chosen_torques, torques_setting
 from fegear.train.lumped_models import (
     LumpedModel,
     TorqueOf,
@@ -52,8 +43,14 @@ from fegear.train.lumped_models import (
     lumped_system,
     torque_entry,
 )
-from lumped.common.csv_text import exact
-from lumped.steady.sweep import Branch, Direction, reporting, sweep, sweep_branch
+from lumped.common.csv_text import format_exact
+from lumped.steady.sweep import (
+    Branch,
+    Direction,
+    reporting_observer,
+    sweep,
+    sweep_branch,
+)
 from lumped.train.system import LumpedSystem
 
 DERIVED = "elastic freedoms"  # of a header, from the gear set and the speeds
@@ -70,33 +67,12 @@ def _idle_elements(elements: FiniteElements) -> Iterator[tuple[str, str]]:
 ELEMENTS = SettingsGroup(
     kind=FiniteElements,
     unused_options=_idle_elements,
-    exposed={
-        "fidelity": Setting(
-            text="Degrees of freedom. full: all of the finite elements; reduced: "
-            "hubs and elastic modes of the gears; quasistatic: hubs only, "
-            "without elastic inertia; auto: reduced where elastic inertia "
-            "matters, otherwise quasistatic."
-        ),
-        "friction": FRICTION,
-        "elastic_damping": Setting(
-            text="Damping ratio of the first elastic modes of the gears.",
-        ),
-        "cutoff_Hz": Setting(
-            option="--cutoff",
-            text="Natural frequency [Hz] up to which elastic modes are considered. "
-            "[default: 7 times the highest speed or resonance, or more]",
-        ),
-    },
+    exposed=expose(
+        *("fidelity", "friction", "elastic_damping", "cutoff_Hz"),
+        cutoff_Hz=Setting(option="--cutoff"),
+    ),
 )
-INTEGRATION = SettingsGroup(
-    kind=DynamicSettings,
-    exposed={
-        **SETTLING,
-        "steps": Setting(
-            text="Least number of time steps per period of the fastest mesh."
-        ),
-    },
-)
+INTEGRATION = SettingsGroup(kind=DynamicSettings, exposed=expose(*SETTLING, "steps"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,15 +94,15 @@ class Dynamics(
     gear_set: GearSetRef
     torque: tuple[float, ...] = torques_setting()
     elements: FiniteElements = group(ELEMENTS)
-    torque_of: TorqueOf = setting("nominal", TORQUE_OF.text)
-    damping_ratio: float | None = setting(
-        None, DAMPING.text, Range(0.0, below=1.0), option=DAMPING.option
+    torque_of: TorqueOf = setting_of(LumpedModel, "torque_of")
+    damping_ratio: float | None = setting_of(
+        LumpedModel, "damping_ratio", option="--damping"
     )
-    translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
+    translations: bool = setting_of(
+        LumpedModel, "translations", option="--translations"
+    )
     source: StiffnessSource = group(
-        SettingsGroup(
-            kind=StiffnessSource, exposed={"plane": PLANE, "resolution": RESOLUTION}
-        )
+        SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resolution"))
     )
     integration: DynamicSettings = group(INTEGRATION)
     model_1: bool = setting(
@@ -230,7 +206,7 @@ class DynamicsProblem(Problem):
         steps = study.integration
         method = (
             f"generalised-alpha, {steps.steps} steps per period or more, tolerance "
-            f"{exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
+            f"{format_exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
         )
         mode_counts = "; ".join(
             " + ".join(map(str, choice.elastic)) or "0" for choice in choices
@@ -239,8 +215,8 @@ class DynamicsProblem(Problem):
             **file_header(self.gears, study.reference, self._damping, method),
             "fidelity": choices[0].fidelity,
             DERIVED: mode_counts,
-            "elastic damping ratio": exact(study.elements.elastic_damping),
-            "friction coefficient": exact(study.elements.friction),
+            "elastic damping ratio": format_exact(study.elements.elastic_damping),
+            "friction coefficient": format_exact(study.elements.friction),
             **torque_entry(study.torque_of),
             **study.gear_set.entries,
         }
@@ -283,13 +259,13 @@ class DynamicsProblem(Problem):
             direction,
             self.study.integration,
             store=StoredBranch(job),
-            keep=partial(self._keep, torque, direction, roots),
-            observer=reporting(job.report, len(self.frequencies)),
+            store_motion=partial(self._keep, torque, direction, roots),
+            observer=reporting_observer(job.report, len(self.frequencies)),
             stop=job.stop,
         )
 
     def _model_1(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
-        observer = reporting(job.report, len(self.frequencies))
+        observer = reporting_observer(job.report, len(self.frequencies))
         arguments = system, self.frequencies, direction
         return sweep(*arguments, observer=observer, stop=job.stop)
 
@@ -307,9 +283,9 @@ class DynamicsProblem(Problem):
             return
         model = self.prepared[torque].stepper.model
         entries = self.header | {
-            "torque_Nm": exact(torque),
+            "torque_Nm": format_exact(torque),
             "direction": direction,
-            "mesh_frequency_Hz": exact(frequency),
+            "mesh_frequency_Hz": format_exact(frequency),
         }
         steps = steps_per_cycle(model, frequency, self.study.integration)
         text = format_history(history_table(model, motion, steps, entries, roots))
@@ -358,18 +334,27 @@ class DynamicsProblem(Problem):
                     "body_modes_left_out": None,
                 },
                 header=self.header,
-                notes=tuple(
-                    f"{torque:g} N m, {choice.reason}"
-                    for torque, choice in self.prepared.items()
-                ),
                 warnings=tuple(sweep_warnings(self.gears, (*found, *beside))),
             ),
             frequencies=self.frequencies,
             found=found,
             beside=beside,
+            reasons=tuple(
+                (torque, choice.reason) for torque, choice in self.prepared.items()
+            ),
         )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class DynamicsResult(ResponsesResult):
-    """Branches of the finite elements."""
+    """Branches of the finite elements.
+
+    reasons : for the fidelity at each torque [N m], sentences that begin with it
+    """
+
+    reasons: tuple[tuple[float, str], ...] = ()
+
+    def page(self) -> Page:
+        for torque, reason in self.reasons:
+            yield f"{torque:g} N m, {reason}"
+        yield from super().page()

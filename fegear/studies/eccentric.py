@@ -23,13 +23,13 @@ from fegear.eccentric.files import (
 from fegear.eccentric.gearing import ANGLES, Gearing
 from fegear.eccentric.turn import STEEL, Columns, contact_columns, wheel_meshes
 from fegear.files.errors import InputError
+from fegear.statics.choices import RESOLUTION
 from fegear.statics.plausibility import check_warnings, plausibility_warnings
 from fegear.studies.page import Page, number
 from fegear.studies.study import (
     Draw,
     Job,
     Problem,
-    Range,
     Study,
     StudyResult,
     Task,
@@ -37,8 +37,8 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from fegear.studies.trains import RESOLUTION
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
+from lumped.common.options import Range
 
 LENGTH = Range(least=1e-3, most=1e6, unit="mm")
 WIDTH = 10.0  # mm
@@ -135,7 +135,7 @@ class Eccentric(
         LENGTH,
     )
     resolution: Literal["coarse", "default", "fine"] | None = setting(
-        None, f"{RESOLUTION.text} [default: default]"
+        None, f"{RESOLUTION} [default: default]"
     )
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -291,8 +291,8 @@ class EccentricResult(StudyResult):
     def more_tables(self) -> dict[str, Table]:
         study = self.study
         settings = {
-            "torque_Nm": exact(study.torque or 0.0),
-            "face_width_mm": exact(study.width),
+            "torque_Nm": format_exact(study.torque or 0.0),
+            "face_width_mm": format_exact(study.width),
             "resolution": study.meshing[1],
             "plane": STEEL.plane,
         }

@@ -26,24 +26,19 @@ from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
     SettingsGroup,
     Study,
     StudyResult,
     Task,
     display_name,
+    expose,
     group,
     setting,
 )
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import refuse_edits
-from fegear.studies.trains import (
-    PLANE,
-    RESOLUTION,
-    GearSetRef,
-    chosen_torque,
-    torque_setting,
-)
+from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting
+from lumped.common.options import Range
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:
@@ -105,9 +100,7 @@ class Identification(
     )
     torque: float | None = torque_setting()
     elements: StaticsSettings = group(
-        SettingsGroup(
-            kind=StaticsSettings, exposed={"plane": PLANE, "resolution": RESOLUTION}
-        )
+        SettingsGroup(kind=StaticsSettings, exposed=expose("plane", "resolution"))
     )
 
     @property

@@ -10,14 +10,9 @@ from typing import TYPE_CHECKING, Any
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
-from fegear.studies.study import (
-    Range,
-    argument,
-    display_name,
-    require_settings,
-    setting,
-)
-from lumped.rattle.return_map import RETURNS
+from fegear.studies.study import argument, display_name, require_settings, setting
+from lumped.common.options import Range
+from lumped.rattle.return_map import DEFAULT_RETURNS
 
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
@@ -164,7 +159,7 @@ def default_returns(settling: float) -> int:
 
     settling : returns in which transients end, see `settling_returns`
     """
-    return int(settling) if settling <= MAX_RETURNS else RETURNS
+    return int(settling) if settling <= MAX_RETURNS else DEFAULT_RETURNS
 
 
 def not_converged_warning(

@@ -44,7 +44,7 @@ from fegear.studies.varied import (
     digest,
 )
 from fegear.train.lumped_models import LumpedModel, integration_in_words, require_method
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.common.workers import NeverStop, Stop, Stopped
 from lumped.figures.maps import draw_map
 from lumped.steady.maps import (
@@ -58,7 +58,7 @@ from lumped.steady.maps import (
 )
 from lumped.steady.respond import respond_confirmed
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import BOTH, Direction, sweep
+from lumped.steady.sweep import DIRECTIONS, Direction, sweep
 from lumped.train.system import LumpedSystem
 
 FORMAT = "lumped parameter map 2"
@@ -123,7 +123,7 @@ class Map(
     def response(self) -> str:
         """What each point is asked for, in words."""
         if self.at is not None:
-            return f"at {exact(self.at)} Hz of the first mesh, from rest"
+            return f"at {format_exact(self.at)} Hz of the first mesh, from rest"
         speeds = written_speeds(self.band)
         return f"largest over {speeds} Hz of the first mesh, up and down"
 
@@ -157,14 +157,14 @@ class MapProblem(ParametricProblem):
         study = self.study
         if study.at is not None:
             return partial(respond_at, study.at, study.integration)
-        return partial(respond_over, study.band, study.integration, BOTH, stop)
+        return partial(respond_over, study.band, study.integration, DIRECTIONS, stop)
 
     @cached_property
     def _header(self) -> dict[str, str]:
         study, coupled = self.study, self.model.number == "coupled"
         header = self.header(integration_in_words(study.integration, coupled))
         if TORQUE not in study.names:
-            header["torque on the input gear [N m]"] = exact(self.load)
+            header["torque on the input gear [N m]"] = format_exact(self.load)
         return header | {
             **study.gear_set.entries,
             "digest of the gear set": digest(self.gears),

@@ -20,11 +20,12 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
+    expose,
     group,
     setting,
 )
 from fegear.studies.train_problem import refuse_edits
-from fegear.studies.trains import DEFAULT_PAIR, RESOLUTION, GearSetRef
+from fegear.studies.trains import DEFAULT_PAIR, GearSetRef
 from meshes import SectorMesh, sector_mesh
 from meshes.files import FORMATS, write_mesh
 
@@ -46,7 +47,7 @@ class GearMesh(
     gear_set: GearSetRef = DEFAULT_PAIR
     gear: int = setting(1, "Number of the gear, counted from 1.")
     elements: StaticsSettings = group(
-        SettingsGroup(kind=StaticsSettings, exposed={"resolution": RESOLUTION})
+        SettingsGroup(kind=StaticsSettings, exposed=expose("resolution"))
     )
     whole: bool = setting(
         False, "Write all teeth instead of one tooth sector.", option="--whole"

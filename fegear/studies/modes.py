@@ -21,21 +21,16 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
+    expose,
     group,
     refusal,
     refuse_given,
     setting,
+    setting_of,
 )
 from fegear.studies.table import Table
 from fegear.studies.train_problem import bodies_described
-from fegear.studies.trains import (
-    PLANE,
-    RESOLUTION,
-    TRANSLATIONS,
-    GearSetRef,
-    chosen_torque,
-    torque_setting,
-)
+from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
@@ -43,14 +38,12 @@ from fegear.train.lumped_models import (
     default_speeds,
     lumped_system,
 )
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.system import LumpedSystem
 
 UNSTRAINED = 1e-6  # part of the strain energy in the meshes below which there is none
-ELEMENTS = SettingsGroup(
-    kind=StiffnessSource, exposed={"plane": PLANE, "resolution": RESOLUTION}
-)
+ELEMENTS = SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resolution"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +54,9 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
 
     gear_set: GearSetRef
     torque: float | None = torque_setting()
-    translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
+    translations: bool = setting_of(
+        LumpedModel, "translations", option="--translations"
+    )
     stiffness: Literal["given", "fe", "coupled"] = setting(
         "given",
         "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, or "
@@ -214,13 +209,13 @@ def modes_under_load(system: LumpedSystem) -> Modes:
 
     Mean stiffnesses are tangents of the meshes.
     """
-    contacts = present(system.contacts, "coupled model")
+    contacts = require_present(system.contacts, "coupled model")
     loaded, shapes, modes = system.loaded, system.arrays.shapes, system.modes
-    loaded = present(loaded, "loaded state")
-    bodies, hubs = contacts.bodies, system.moving.size
+    loaded = require_present(loaded, "loaded state")
+    bodies, hubs = contacts.body_modes, system.moving.size
     # of bodies that yield as they do at rest
     at_rest = replace(system, contacts=replace(contacts, modes=None))
-    still = present(at_rest.loaded, "loaded state")
+    still = require_present(at_rest.loaded, "loaded state")
     modal_stiffness = np.einsum("mi,mij,mj->m", shapes, still.meshes, shapes)
     turned = bodies.to_unit @ loaded.shapes
     space = modes.coordinates
@@ -244,7 +239,7 @@ def modes_under_load(system: LumpedSystem) -> Modes:
 
 def _name_of_body_mode(system: LumpedSystem, i: int) -> tuple[str, str]:
     """Gear, and the number of nodal diameters."""
-    bodies = present(system.contacts, "coupled model").bodies
+    bodies = require_present(system.contacts, "coupled model").body_modes
     gear, n = system.train.gears[int(bodies.gears[i])], int(bodies.nodal_diameters[i])
     diameters = "1 nodal diameter" if n == 1 else f"{n} nodal diameters"
     return gear.name, f"body, {diameters}" if n else "body against its hub"

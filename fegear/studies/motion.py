@@ -45,21 +45,21 @@ from fegear.train.lumped_models import (
     truncation_error,
     truncation_warnings,
 )
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.figures.sweeps import draw_time_history
 from lumped.steady.losses import efficiency
 from lumped.steady.motion import (
     WAVE_LEGEND,
     TimeHistory,
-    arrive,
     speeds_between,
+    sweep_to_speed,
     time_history,
     wave_columns,
 )
 from lumped.steady.pair_motions import CONDITIONS
-from lumped.steady.response import FIGURES
+from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import reporting
+from lumped.steady.sweep import reporting_observer
 from lumped.steady.truncation_check import TruncationCheck, check_truncation
 from lumped.train.system import LumpedSystem
 
@@ -136,12 +136,14 @@ class MotionProblem(TrainProblem):
         job.report("stiffness", 0, 1)
         system = self.system
         start = study.speed if study.from_speed is None else study.from_speed
-        observer = reporting(job.report, len(speeds_between(start, study.speed)))
-        state = arrive(system, start, study.speed, integration, observer)
+        observer = reporting_observer(
+            job.report, len(speeds_between(start, study.speed))
+        )
+        state = sweep_to_speed(system, start, study.speed, integration, observer)
         arguments = system, study.speed, integration, state
-        motion = time_history(*arguments, watch=observer.watch)
+        motion = time_history(*arguments, callback=observer.callback)
         checks = check_truncation(
-            system, [motion.response], integration, observer.watch
+            system, [motion.response], integration, observer.callback
         )
         return MotionResult(study, self._facts(torque, motion, checks), torque, motion)
 
@@ -163,8 +165,8 @@ class MotionProblem(TrainProblem):
                 **file_header(self.gears, model, ratio, method),
                 **bodies,
                 "model": model.name,
-                "torque_Nm": exact(torque),
-                "speed_Hz": exact(study.speed),
+                "torque_Nm": format_exact(torque),
+                "speed_Hz": format_exact(study.speed),
                 **study.gear_set.entries,
             },
             notes=(self.reason,) if self.reason else (),
@@ -281,7 +283,7 @@ def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
     response, pairs = motion.response, motion.pairs[m]
     figures = {
         UNITS[name]: float(getattr(response, name)[m])
-        for name in FIGURES
+        for name in RESPONSE_QUANTITIES
         if name in UNITS
     }
     return {

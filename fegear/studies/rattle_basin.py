@@ -23,11 +23,12 @@ from fegear.studies.machines import (
     not_converged_warning,
 )
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
-from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
 from fegear.studies.table import Table, finite_or_none
+from lumped.common.options import Range
 from lumped.figures.rattle import draw_basins
 from lumped.rattle import basins as of
-from lumped.rattle.return_map import RETURNS, settling_returns
+from lumped.rattle.return_map import DEFAULT_RETURNS, settling_returns
 
 Z_95 = 1.96  # standard errors of an interval that holds the value 19 times of 20
 MAX_CELLS = 6324  # per side: 40 million cells of 48 bytes each
@@ -81,7 +82,7 @@ class Basins(
 
 def default_side(iterations: int) -> int:
     """Cells per side that all together take as many returns as 400 of 1499 returns."""
-    side = math.floor(DEFAULT_CELLS * math.sqrt(RETURNS / iterations))
+    side = math.floor(DEFAULT_CELLS * math.sqrt(DEFAULT_RETURNS / iterations))
     return min(max(side, MIN_CELLS), DEFAULT_CELLS)
 
 

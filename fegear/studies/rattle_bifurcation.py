@@ -17,7 +17,6 @@ from fegear.studies.page import Page, heading, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
     Study,
     StudyResult,
     Task,
@@ -26,6 +25,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels
 from lumped.figures.rattle_branches import draw_curves, draw_orbit_branches
 from lumped.rattle.branches import OrbitBranch, machine_with

@@ -24,23 +24,17 @@ from fegear.studies.stiffness import at_torque, table_warnings
 from fegear.studies.study import (
     NO_PICTURES,
     Job,
-    Range,
     SettingsGroup,
     Study,
     StudyResult,
     Task,
     declared_fields,
+    expose,
     group,
     setting,
 )
-from fegear.studies.trains import (
-    MIN_TORQUE,
-    PLANE,
-    RESOLUTION,
-    GearSetRef,
-    mesh_index,
-    mesh_setting,
-)
+from fegear.studies.trains import MIN_TORQUE, GearSetRef, mesh_index, mesh_setting
+from lumped.common.options import Range
 from lumped.rattle.assembly import Assembly, Shafts
 from lumped.rattle.machine import Machine
 from lumped.rattle.permanent_contact import quiet_motion
@@ -55,9 +49,7 @@ OF_MESH = (
 UNCHANGED = SettingsGroup(
     kind=GearSetRef, exposed={"name": declared_fields(GearSetRef)["name"]}
 )
-ELEMENTS = SettingsGroup(
-    kind=StaticsSettings, exposed={"plane": PLANE, "resolution": RESOLUTION}
-)
+ELEMENTS = SettingsGroup(kind=StaticsSettings, exposed=expose("plane", "resolution"))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,8 +13,9 @@ from fegear.files.errors import InputError
 from fegear.rattle.machines import NamedMachine, header_of, parameters
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
-from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
+from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels, draw_curves
 from lumped.rattle.basins import BasinMap, basins_of, settle_grid
 from lumped.rattle.basins import InitialGrid as Cells
@@ -27,7 +28,7 @@ from lumped.rattle.manifolds import (
     saddles,
 )
 from lumped.rattle.orbits import Orbit, find_orbits
-from lumped.rattle.return_map import RETURNS
+from lumped.rattle.return_map import DEFAULT_RETURNS
 
 SADDLE = "saddle"  # of the keys of tasks
 LEGEND = {
@@ -131,8 +132,8 @@ class Manifolds(
     def _basins(self, side: int, job: Job) -> BasinMap:
         cells = Cells(side=side, velocity=self.speeds)
         compute = partial(job.compute, "tiles of cells")
-        settled = settle_grid(self.named.machine, cells, RETURNS, compute)
-        return basins_of(self.named.machine, cells, RETURNS, settled)
+        settled = settle_grid(self.named.machine, cells, DEFAULT_RETURNS, compute)
+        return basins_of(self.named.machine, cells, DEFAULT_RETURNS, settled)
 
     def gather(self, results: Mapping[str, Any]) -> ManifoldsResult:
         grazing, basins = results["grazing"], results.get("basins")

@@ -25,7 +25,6 @@ from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
     Study,
     StudyResult,
     Task,
@@ -33,10 +32,11 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table, finite_or_none
+from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels, draw_noise
 from lumped.rattle import noise as of
 from lumped.rattle.attractors import QUIET
-from lumped.rattle.return_map import RETURNS, settling_returns
+from lumped.rattle.return_map import DEFAULT_RETURNS, settling_returns
 
 Array = NDArray[np.float64]
 Z_95 = 1.96  # standard errors of an interval that holds the value 19 times of 20
@@ -87,7 +87,9 @@ class RattleNoise(
             )
         except ValueError as error:
             raise InputError(f"{named.name}: {error}") from None
-        iterations = self.iterations or (RETURNS if many else default_returns(settling))
+        iterations = self.iterations or (
+            DEFAULT_RETURNS if many else default_returns(settling)
+        )
         how = starts, iterations, self.turns, partial(job.report, "runs")
         if many:
             noise = of.measure_noise_of_parts(assembly, *how)
@@ -176,8 +178,9 @@ class NoiseResult(StudyResult):
                 option = display_name(self.study, "iterations")
                 lasts = f"in {self.settling:.0f} turns ({option})"
             yield (
-                f"transients of the parts fade to {of.FADED:g} {lasts}, runs are given "
-                f"{self.iterations}: noise may still fall, unless impacts end them"
+                f"transients of the parts fade to {of.INAUDIBLE:g} {lasts}, runs are "
+                f"given {self.iterations}: noise may still fall, unless impacts end "
+                "them"
             )
 
     @property

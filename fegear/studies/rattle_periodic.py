@@ -11,8 +11,9 @@ from typing import Any, ClassVar
 from fegear.rattle.machines import NamedMachine, parameters
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading, number
-from fegear.studies.study import Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.study import Job, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
+from lumped.common.options import Range
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import Orbit, find_orbits
 from lumped.rattle.periodic import (

@@ -15,17 +15,10 @@ from numpy.typing import NDArray
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.studies.page import Page
-from fegear.studies.study import (
-    Job,
-    Range,
-    Study,
-    StudyResult,
-    Task,
-    argument,
-    setting,
-)
+from fegear.studies.study import Job, Study, StudyResult, Task, argument, setting
 from fegear.studies.table import Table
 from lumped.common.csv_text import TableError, parse_csv
+from lumped.common.options import Range
 from lumped.rattle.machine import TURN
 from lumped.rattle.run_down import ExponentialFit as Fitted
 from lumped.rattle.run_down import fit_run_down

@@ -35,6 +35,7 @@ from fegear.studies.study import (
     StudyResult,
     Task,
     display_name,
+    expose,
     group,
     refuse_given,
     setting,
@@ -42,9 +43,6 @@ from fegear.studies.study import (
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,
-    FRICTION,
-    PLANE,
-    RESOLUTION,
     GearSetRef,
     chosen_torque,
     mesh_index,
@@ -67,24 +65,11 @@ def _scale(text: str) -> float | None:
 
 PICTURE = SettingsGroup(
     kind=PictureSettings,
-    exposed={
-        "shown": Setting(
-            option="--field",
-            text="Quantity that the colours show: von Mises stress, largest "
-            "principal stress, displacement or contact pressure.",
-        ),
-        "motion_scale": Setting(
-            option="--scale",
-            text="Magnification of the motion, a number or auto. [default: auto]",
-            parse=_scale,
-        ),
-        "zoom": Setting(text="Field of view: the contact, a tooth or a gear."),
-        "width": Setting(
-            text="Width of a picture or film [pixels]. [default: 1920 for "
-            "pictures, 960 for films]"
-        ),
-        "frames": Setting(text="Number of pictures in a film."),
-    },
+    exposed=expose(
+        *("shown", "motion_scale", "zoom", "width", "frames"),
+        shown=Setting(option="--field"),
+        motion_scale=Setting(option="--scale", parse=_scale),
+    ),
 )
 
 
@@ -133,7 +118,7 @@ class ContactPictures(
     elements: StaticsSettings = group(
         SettingsGroup(
             kind=StaticsSettings,
-            exposed={"friction": FRICTION, "plane": PLANE, "resolution": RESOLUTION},
+            exposed=expose("friction", "plane", "resolution"),
         )
     )
     picture: PictureSettings = group(PICTURE)

@@ -22,7 +22,12 @@ from fegear.train.lumped_models import (
     truncation_warnings,
 )
 from lumped.figures.sweeps import ResponseCurve, draw_sweep
-from lumped.steady.jumps import find_jumps, find_peaks, largest_responses, opposites
+from lumped.steady.jumps import (
+    find_jumps,
+    find_peaks,
+    largest_responses,
+    opposite_branches,
+)
 from lumped.steady.motion import DivergedError
 from lumped.steady.sweep import Branch
 from lumped.steady.sweep_table import COLUMNS, sweep_table
@@ -178,7 +183,7 @@ class ResponsesResult(StudyResult):
 
 
 def _summarise_branches(branches: Branches) -> list[dict[str, Any]]:
-    others = opposites([branch for _, branch in branches])
+    others = opposite_branches([branch for _, branch in branches])
     return [
         _summarise_branch(torque, branch, other)
         for (torque, branch), other in zip(branches, others, strict=True)

@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.boundary import public
 from fegear.files.errors import InputError
-from fegear.files.store import NO_CHECKPOINT, Checkpoint, CheckpointOptions, Records
+from fegear.files.store import (
+    NO_CHECKPOINT,
+    RECORDS_FORMAT,
+    Checkpoint,
+    CheckpointOptions,
+    Records,
+)
 from fegear.files.version import package_version
 from fegear.studies.study import Solvable, Study, Task
 from lumped.common.checks import require_between
@@ -97,7 +103,11 @@ def _opened(
 ) -> Checkpoint | None:
     """The checkpoint of a problem; says what was finished where it is taken up."""
     checkpoint = checkpoint_options.open(
-        {**problem.inputs, "version": package_version()}
+        {
+            **problem.inputs,
+            "version": package_version(),
+            "format of records": RECORDS_FORMAT,
+        }
     )
     if (
         checkpoint is not None

@@ -21,8 +21,9 @@ from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.files.netcdf import Variable, read_netcdf, write_netcdf
 from fegear.files.output import path_of
-from fegear.files.values import Decoder, Encoder, class_of, name_of_class
+from fegear.files.values import PACKAGES, Decoder, Encoder, class_of, name_of_class
 from fegear.files.version import package_version
+from fegear.studies import STUDIES, home_of
 from fegear.studies.page import ColumnTable, Page, RowTable
 from fegear.studies.study import StudyResult
 from fegear.studies.table import Table
@@ -70,10 +71,10 @@ def save(result: StudyResult, path: str | Path) -> None:
     if target.suffix != ".nc":
         raise InputError(f"{target}: the name of a saved result ends with .nc")
     instance: Any = result
-    encoder, variables = Encoder(), dict[str, Variable]()
+    encoder, variables = Encoder(_packages()), dict[str, Variable]()
     try:
         tree = {
-            "class": name_of_class(_class_of_result(result)),
+            "class": name_of_class(_class_of_result(result), _packages()),
             "fields": {
                 f.name: encoder.plain(getattr(result, f.name)) for f in fields(instance)
             },
@@ -115,7 +116,7 @@ def load(path: str | Path) -> Any:
         parts = (name for name in variables if name.startswith("part_"))
         count = len(list(parts))
         arrays = [variables[f"part_{number}"] for number in range(count)]
-        decoder = Decoder(arrays, tree["shared"])
+        decoder = Decoder(arrays, tree["shared"], _packages())
         return _loaded(tree, decoder, variables)
     except (ValueError, KeyError, AttributeError, ImportError, TypeError):
         made = attributes.get("made_with", "another version")
@@ -126,7 +127,7 @@ def load(path: str | Path) -> Any:
 
 
 def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> StudyResult:
-    kind = class_of(tree["class"])
+    kind = class_of(tree["class"], _packages())
     if not issubclass(kind, StudyResult):
         raise ValueError(f"{kind.__name__} is no result")
     names = {"__module__": kind.__module__, "__qualname__": kind.__qualname__}
@@ -143,6 +144,12 @@ def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> StudyR
     )
     object.__setattr__(result, "_shown", shown)
     return result
+
+
+def _packages() -> frozenset[str]:
+    """Packages of this program and of all studies."""
+    homes = (home_of(module) for module, _, _ in STUDIES.values())
+    return PACKAGES | {home.partition(".")[0] for home in homes}
 
 
 def _class_of_result(result: StudyResult) -> type:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import MISSING, asdict, dataclass
+from dataclasses import MISSING, dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
-
-import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
@@ -19,7 +17,6 @@ from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
-    Range,
     Study,
     StudyResult,
     Task,
@@ -46,10 +43,10 @@ from fegear.studies.varied import (
 )
 from fegear.train.lumped_models import BENDING as RATIO
 from fegear.train.lumped_models import LumpedModel
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
+from lumped.common.options import Range
 from lumped.figures.maps import axis_label
 from lumped.figures.stability import draw_chart
-from lumped.stability.combinations import Combination
 from lumped.stability.intervals import Interval, StabilityScan, scan_stability
 from lumped.stability.periodic import PeriodicSystem, periodic_system
 from lumped.steady.maps import Axis
@@ -159,15 +156,15 @@ class StabilityProblem(ParametricProblem):
             yield Task(repr(value), partial(self._examined, value), size=1)
 
     def _examined(self, value: float, job: Job) -> StabilityScan:
-        for record in job.records:
-            return _read(record)
+        for column in job.records:
+            return column
         with self._lock:
             system = self._system_at(value)
         try:
             column = scan_stability(system, self.study.rising, self.study.method)
         except ArithmeticError as error:
             raise InputError(f"{self.gears.name}: {error}") from None
-        job.add_record(_stored(column), {})
+        job.add_record(column, {})
         return column
 
     def _system_at(self, value: float) -> PeriodicSystem:
@@ -188,7 +185,7 @@ class StabilityProblem(ParametricProblem):
         del header["integration"]
         study, name = self.study, self.study.over.name
         if TORQUE not in study.names:
-            header["torque_Nm"] = exact(self.load)
+            header["torque_Nm"] = format_exact(self.load)
         header["method"] = study.method
         if len(columns) < len(study.over.values):
             header["incomplete"] = f"{len(columns)} of {len(study.over.values)} values"
@@ -342,19 +339,3 @@ def _interval_values(interval: Interval) -> dict[str, Any]:
         "floquet_max": interval.largest,
         "at_Hz": interval.worst,
     }
-
-
-def _stored(column: StabilityScan) -> dict[str, Any]:
-    return {
-        "largest": column.largest.tolist(),
-        "intervals": [asdict(interval) for interval in column.intervals],
-        "expected": [asdict(combination) for combination in column.expected],
-    }
-
-
-def _read(values: Mapping[str, Any]) -> StabilityScan:
-    return StabilityScan(
-        np.array(values["largest"], float),
-        tuple(Interval(**interval) for interval in values["intervals"]),
-        tuple(Combination(**combination) for combination in values["expected"]),
-    )

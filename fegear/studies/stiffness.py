@@ -31,11 +31,11 @@ from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.study import (
     Draw,
     Job,
-    Setting,
     SettingsGroup,
     Study,
     StudyResult,
     Task,
+    expose,
     group,
     setting,
 )
@@ -43,9 +43,6 @@ from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,
-    FRICTION,
-    PLANE,
-    RESOLUTION,
     GearSetRef,
     chosen_torques,
     mesh_index,
@@ -54,20 +51,9 @@ from fegear.studies.trains import (
 
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
-    exposed={
-        "positions": Setting(text="Number of mesh positions per base pitch."),
-        "friction": FRICTION,
-        "plane": PLANE,
-        "resolution": RESOLUTION,
-        "body": Setting(
-            text="Support of the gear bodies. held: at their hubs; free: by their"
-            " inertia alone, which gives the compliance of gears that "
-            "vibrate."
-        ),
-        "corner_contact": Setting(
-            text="Contact of tip corners before and after the nominal path of contact."
-        ),
-    },
+    exposed=expose(
+        *("positions", "friction", "plane", "resolution", "body", "corner_contact")
+    ),
 )
 COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",

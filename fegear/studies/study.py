@@ -25,7 +25,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from math import inf
 from pathlib import Path
 from types import MappingProxyType
@@ -33,6 +33,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
 
 from fegear.files.errors import InputError
 from fegear.result import Result
+from lumped.common.options import Range, allowed_of, help_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,30 +49,11 @@ TABLES = (".csv", ".txt", "")  # endings of names
 PLOT = {"plot": "Draw the results into this file, .png, .pdf or .svg."}
 
 
-@dataclass(frozen=True)
-class Range:
-    """Numbers that a setting takes: from or above, and to or below."""
-
-    least: float = -inf
-    most: float = inf
-    unit: str = ""
-    above: float = -inf
-    below: float = inf
-
-    def __contains__(self, value: float) -> bool:
-        inside = self.least <= value <= self.most
-        return inside and self.above < value < self.below
-
-    def __str__(self) -> str:
-        low = f"above {self.above:.12g}" if self.least == -inf else f"{self.least:.12g}"
-        high = f"below {self.below:.12g}" if self.most == inf else f"{self.most:.12g}"
-        return f"{low} to {high} {self.unit}".strip()
-
-
 @dataclass(frozen=True, kw_only=True)
 class Setting:
     """Help, limits and text form of a field.
 
+    text : that of the field itself where it is empty
     option : its name on the command line, that of the field where it is empty; a field
         with `place` has none, it is found by its place; short : another one
     former : spelling of earlier versions, which is accepted and not in the help
@@ -82,7 +64,7 @@ class Setting:
     several : whether the option is repeated for a tuple of values that are read
     """
 
-    text: str
+    text: str = ""
     allowed: Range | None = None
     option: str = ""
     short: str = ""
@@ -114,12 +96,26 @@ class SettingsGroup:
     default: Any = None
 
 
+def expose(
+    *names: str, **changes: Setting | SettingsGroup
+) -> dict[str, Setting | SettingsGroup]:
+    """Fields of a class of options, in order, some with changes on the command line."""
+    return {name: changes.get(name, Setting()) for name in names}
+
+
 def setting(
     default: Any, text: str, allowed: Range | None = None, **options: Any
 ) -> Any:
     """A field of a study; options : see `Setting`."""
     declared = Setting(text=text, allowed=allowed, **options)
     return field(default=default, metadata={"setting": declared})
+
+
+def setting_of(kind: type, name: str, **options: Any) -> Any:
+    """A field of a study that is the option of a class; options : see `Setting`."""
+    entry = next(entry for entry in fields(kind) if entry.name == name)
+    text = help_of(kind, name)
+    return setting(entry.default, text, allowed_of(entry), **options)
 
 
 def argument(place: str, text: str, default: Any = MISSING, reads: bool = False) -> Any:
@@ -208,9 +204,17 @@ def declared_fields(kind: Any) -> dict[str, Any]:
 def exposed_fields(group: SettingsGroup) -> Iterator[ExposedField]:
     """Settings of a group, in order."""
     hints, by_name = get_type_hints(group.kind), {f.name: f for f in fields(group.kind)}
+    options = {
+        name: getattr(declared, "option", "") or f"--{name.replace('_', '-')}"
+        for name, declared in group.exposed.items()
+    }
     for name, declared in group.exposed.items():
-        default = getattr(group.default, name, by_name[name].default)
-        yield ExposedField(by_name[name], hints[name], declared, default)
+        entry = by_name[name]
+        default = getattr(group.default, name, entry.default)
+        if isinstance(declared, Setting):
+            text = declared.text or help_of(group.kind, name, options)
+            declared = replace(declared, text=text)
+        yield ExposedField(entry, hints[name], declared, default)
 
 
 def to_argv(settings: Any, group: SettingsGroup | None = None) -> list[str]:
@@ -366,14 +370,14 @@ class Job(Protocol):
 
     @property
     def records(self) -> list[Any]:
-        """Records of an earlier run, in order."""
+        """Values of an earlier run, in order."""
 
     @property
     def state(self) -> Arrays | None:
         """State at the end of the last record."""
 
-    def add_record(self, record: Mapping[str, Any], state: Arrays) -> None:
-        """The next record, which JSON can hold, and the state to go on from."""
+    def add_record(self, record: Any, state: Arrays) -> None:
+        """Store a value that `Encoder` can write, and the state to go on from."""
 
     def compute(self, stage: str, parts: Parts) -> Mapping[str, Arrays]:
         """Arrays of parts by name, on all workers; those kept are not computed again.

@@ -45,7 +45,7 @@ from lumped.figures.waterfall import (
     spectra_rows,
 )
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import BOTH, Branch, Direction, reporting, sweep
+from lumped.steady.sweep import DIRECTIONS, Branch, Direction, reporting_observer, sweep
 from lumped.steady.truncation_check import check_truncation
 from lumped.train.system import LumpedSystem
 
@@ -71,7 +71,7 @@ class SweptSpeeds:
     @property
     def directions(self) -> tuple[Direction, ...]:
         """The directions of the speed, in order."""
-        return BOTH if self.direction == "both" else (self.direction,)
+        return DIRECTIONS if self.direction == "both" else (self.direction,)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,14 +148,14 @@ class SweepProblem(TrainProblem):
 
     def _swept(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
         settings = self.study.integration
-        observer = reporting(job.report, len(self.frequencies))
+        observer = reporting_observer(job.report, len(self.frequencies))
         arguments = self.frequencies, direction, settings
         branch = sweep(system, *arguments, observer=observer, stop=job.stop)
         if direction != self.study.directions[0]:
             return branch
         with suppress(Stopped):  # the speeds are finished without it
-            watch = observer.watch
-            checks = check_truncation(system, branch.responses, settings, watch)
+            callback = observer.callback
+            checks = check_truncation(system, branch.responses, settings, callback)
             return replace(branch, checks=checks)
         return branch
 

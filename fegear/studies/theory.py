@@ -38,7 +38,7 @@ from lumped.closed_forms import (
     predictions,
 )
 from lumped.closed_forms.parametric import MIN_DAMPING
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from lumped.train.excitation import MeshExcitation
 from lumped.train.system import LumpedSystem
 
@@ -145,7 +145,7 @@ class TheoryProblem(TrainProblem):
             header={
                 **file_header(self.gears, self.model, ratio, method),
                 "model": self.model.name,
-                "torque_Nm": exact(torque),
+                "torque_Nm": format_exact(torque),
             },
             notes=self.notes,
             warnings=(
@@ -232,7 +232,7 @@ class TheoryResult(StudyResult):
     def _relief_entries(self) -> dict[str, str]:
         """Best relief of each mesh that has one, and what it is."""
         best = [
-            f"mesh {row['mesh']} {exact(row['optimal_tip_relief_m'])} m"
+            f"mesh {row['mesh']} {format_exact(row['optimal_tip_relief_m'])} m"
             for row in self.summary["meshes"]
             if row["optimal_tip_relief_m"] is not None
         ]

@@ -18,11 +18,11 @@ from fegear.gearset.power_path import input_torques
 from fegear.statics.excitation import StiffnessSource
 from fegear.studies.page import pluralize
 from fegear.studies.study import (
-    Range,
     Setting,
     SettingsGroup,
     argument,
     display_name,
+    expose,
     exposed_fields,
     group,
     group_of,
@@ -30,10 +30,8 @@ from fegear.studies.study import (
     require_settings,
     setting,
 )
-from fegear.train.lumped_models import (
-    LumpedModel,
-    Number,
-)
+from fegear.train.lumped_models import COUPLED_MODEL, SPRING_MODELS, LumpedModel, Number
+from lumped.common.options import Range
 from lumped.steady.settings import Settings
 
 MIN_TORQUE = 1e-6  # N m, less is lost in round-off
@@ -200,23 +198,6 @@ def _number(text: str) -> Any:
     return int(text)
 
 
-DAMPING = Setting(
-    option="--damping",
-    text="Damping ratio of every vibration mode. [default: that of the gear set, else "
-    "0.04]",
-)
-TRANSLATIONS = Setting(
-    option="--translations",
-    text="Let gears with bearing stiffnesses move in the plane; by default all "
-    "gears only rotate.",
-)
-PLANE = Setting(text="Plane stress or plane strain of the finite elements.")
-FRICTION = Setting(text="Coulomb friction coefficient.")
-RESOLUTION = Setting(
-    text="Fineness of the finite-element mesh and of the contact grid."
-)
-
-
 def _idle_source(source: StiffnessSource) -> Iterator[tuple[str, str]]:
     if source.kind != "trapezoid":
         yield "ramp", "needs {kind} trapezoid"
@@ -229,85 +210,37 @@ def _idle_source(source: StiffnessSource) -> Iterator[tuple[str, str]]:
 SOURCE = SettingsGroup(
     kind=StiffnessSource,
     unused_options=_idle_source,
-    exposed={
-        "kind": Setting(
-            option="--excitation",
-            text="Mesh stiffness over the mesh cycle. fe: tables solved by finite"
-            " elements; rectangular, trapezoid, fourier: built from "
-            "mean_stiffness_N_per_m, stiffness_variation and load_share of "
-            "the gear set; finite elements give what is missing.",
-        ),
-        "ramp": Setting(
-            text="Length over which the stiffness of --excitation trapezoid rises and "
-            "falls [base pitches]."
-        ),
-        "harmonics": Setting(
-            option="--excitation-harmonics",
-            former="--harmonics",
-            text="Number of harmonics of the mesh frequency that --excitation fourier "
-            "keeps.",
-        ),
-        "plane": PLANE,
-        "resolution": RESOLUTION,
-        "relief_stiffness": Setting(
-            text="Stiffness of tooth pairs with relief in model 1. own: that of the "
-            "relieved teeth where they carry load at rest; unmodified: that of teeth "
-            "without relief, as in the multi-mesh source."
-        ),
-    },
+    exposed=expose(
+        *("kind", "ramp", "harmonics", "plane", "resolution", "relief_stiffness"),
+        kind=Setting(option="--excitation"),
+        harmonics=Setting(option="--excitation-harmonics", former="--harmonics"),
+    ),
 )
-SPRING_MODELS = (
-    "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean mesh "
-    "stiffness, excited by the loaded static transmission error; 3: total mesh "
-    "stiffness and no-load transmission error"
-)
-SPRINGS: dict[str, Setting | SettingsGroup] = {
-    "number": Setting(
+SPRINGS = expose(
+    *("number", "damping_ratio", "translations", "stiffness"),
+    number=Setting(
         option="--model", metavar="1|2|3", text=f"{SPRING_MODELS}.", parse=_number
     ),
-    "damping_ratio": DAMPING,
-    "translations": TRANSLATIONS,
-    "stiffness": SOURCE,
-}
-COUPLED: dict[str, Setting | SettingsGroup] = SPRINGS | {
-    "number": Setting(
+    damping_ratio=Setting(option="--damping"),
+    translations=Setting(option="--translations"),
+    stiffness=SOURCE,
+)
+COUPLED = SPRINGS | expose(
+    *("number", "without"),
+    number=Setting(
         option="--model",
         metavar="1|2|3|coupled",
-        text=f"{SPRING_MODELS}; coupled: tooth pairs that stiffen with load and "
-        "deflect each other through elastic bodies with inertia.",
+        text=f"{SPRING_MODELS}; {COUPLED_MODEL}.",
         parse=_number,
     ),
-    "without": Setting(
-        text="Part of --model coupled to leave out; may be repeated. hardening: "
-        "contact stiffens with load; pairs: tooth pairs deflect each other; body: "
-        "inertia of the elastic bodies; meshes: meshes of one gear deflect each "
-        "other; modes: vibration of the bodies against their hubs. [default: none]"
-    ),
-}
-AUTO: dict[str, Setting | SettingsGroup] = COUPLED | {
-    "number": Setting(
-        option="--model",
-        metavar="auto|coupled|1|2|3",
-        text=f"{SPRING_MODELS}; coupled: tooth pairs that stiffen with load and "
-        "deflect each other through elastic bodies with inertia; auto: coupled, or 1 "
-        "where friction, given stiffness or mesh tables need it.",
-        parse=_number,
-    ),
-}
-TORQUE_OF = Setting(
-    text="Meaning of --torque with friction. nominal: torque without friction; "
-    "the friction loss raises the input torque and lowers the output torque "
-    "in proportion to their inertias; input: mean torque of the input gear; "
-    "the output torque is lowered by the efficiency of the meshes."
 )
-SLIDING: dict[str, Setting | SettingsGroup] = {
-    "friction": Setting(
-        text="Coulomb friction coefficient of the teeth of all meshes, of model 1."
-    ),
-    "bending": Setting(
-        text="Friction-bending ratio: deflection of a tooth pair by a friction force "
-        "over that by a normal force of the same size. [default: mean of the mesh "
-        "tables]",
+AUTO = COUPLED | expose(
+    "number",
+    number=Setting(option="--model", metavar="auto|coupled|1|2|3", parse=_number),
+)
+SLIDING = expose(
+    *("friction", "bending"),
+    bending=Setting(
         metavar="RATIO",
         parse=float,
         flags=(
@@ -324,20 +257,11 @@ SLIDING: dict[str, Setting | SettingsGroup] = {
             ),
         ),
     ),
-}
-MOVING: dict[str, Setting | SettingsGroup] = SLIDING | {
-    "sliding": Setting(
-        text="Sliding velocity that friction opposes. nominal: that of uniformly "
-        "rotating gears; instantaneous: including the vibration, which can "
-        "reverse friction near the pitch point."
-    ),
-    "transition": Setting(
-        option="--transition-speed",
-        text="Sliding speed [m/s] over which instantaneous friction reverses "
-        "smoothly, by tanh; 0: friction reverses at once.",
-    ),
-    "torque_of": TORQUE_OF,
-}
+)
+MOVING = SLIDING | expose(
+    *("sliding", "transition", "torque_of"),
+    transition=Setting(option="--transition-speed"),
+)
 
 
 def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
@@ -367,33 +291,14 @@ def _idle_integration(settings: Settings) -> Iterator[tuple[str, str]]:
         yield "steps", f"{settings.method} chooses its own steps"
 
 
-SETTLING: dict[str, Setting | SettingsGroup] = {
-    "tolerance": Setting(
-        text="Relative tolerance of the steady state: distance to the periodic "
-        "motion over the range of the deflection."
-    ),
-    "max_periods": Setting(
-        text="Periods of the first mesh after which a motion that has not become "
-        "periodic counts as aperiodic. [default: as the damping requires, "
-        "2000 or more]"
-    ),
-}
+SETTLING = "tolerance", "max_periods"
 
 
 def lumped_integration() -> Any:
     """A field for the time integration of lumped models."""
-    offers = SETTLING | {
-        "steps": Setting(
-            text="Least number of time steps per period of the fastest mesh, with"
-            " --method rk4. [default: 64, or 80 with --model coupled]"
-        ),
-        "method": Setting(
-            text="Time integration. rk4: fixed steps of fourth order; dopri5: adaptive "
-            "steps of fifth order that end on every change of contact."
-        ),
-    }
+    exposed = expose(*SETTLING, "steps", "method")
     return group(
-        SettingsGroup(kind=Settings, exposed=offers, unused_options=_idle_integration)
+        SettingsGroup(kind=Settings, exposed=exposed, unused_options=_idle_integration)
     )
 
 

@@ -28,7 +28,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from lumped.common.compiled import ENDING, CompileCount, kernel_cache
+from lumped.common.compiled import CACHE_SUFFIX, CompileCount, kernel_cache
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -210,7 +210,7 @@ class WarmupResult(StudyResult):
         """Functions and signatures that each directory of the cache holds."""
         rows = []
         for directory in filter(None, map(kernel_cache, kernel_folders())):
-            files = [path.name for path in directory.rglob(f"*{ENDING}")]
+            files = [path.name for path in directory.rglob(f"*{CACHE_SUFFIX}")]
             functions = {name.rsplit(".", 2)[0] for name in files}
             values = str(directory), len(functions), len(files)
             rows.append(dict(zip(COLUMNS, values, strict=True)))

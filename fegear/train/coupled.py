@@ -84,7 +84,7 @@ def contacts_of(
     rigid: list[ElasticGear | None] = [None] * len(gear_set.gears)
     model = dynamic_model(gear_set, reference, laws, rigid, beside)
     moving, modes = reference.moving, reference.modes
-    places = modes.coordinates.places
+    places = modes.coordinates.indices
     turns = [modes.shapes[places[g, "rotation"]] for g in range(len(rigid))]
     reliefs = [relief_once(settings.sector(g), g.density) for g in gear_set.gears]
     inertial = np.concatenate([_inertial(side, reliefs, turns) for side in model.sides])

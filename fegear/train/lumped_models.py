@@ -26,20 +26,21 @@ from fegear.statics.excitation import (
     StiffnessSource,
 )
 from fegear.statics.plausibility import mesh_warnings
-from lumped.common.checks import require_between, require_choice, require_fields
-from lumped.common.csv_text import exact
+from lumped.common.checks import require_choice, require_fields
+from lumped.common.csv_text import format_exact
+from lumped.common.options import Range, documented, option
 from lumped.steady.losses import nominal_efficiency
 from lumped.steady.settings import Method, Settings
 from lumped.steady.truncation_check import TruncationCheck
-from lumped.train.at_rest import RestReference, of_equal_teeth
+from lumped.train.at_rest import RestReference, remove_pitch_errors
 from lumped.train.coupled import COMPONENTS
-from lumped.train.excitation import MeshExcitation, at_torque, bending_along_path
+from lumped.train.excitation import MeshExcitation, bending_along_path, column_at_torque
 from lumped.train.friction import Sliding, ToothFriction, with_bending
-from lumped.train.path_load_curves import path_laws
+from lumped.train.path_load_curves import path_load_curves
 from lumped.train.system import LumpedSystem
 from lumped.train.table import pair_names
 from lumped.train.train import TrainError
-from lumped.train.truncation import ALLOWED, TruncationModel
+from lumped.train.truncation import MAX_ERROR, TruncationModel
 from lumped.train.waves import Wave
 
 BENDING = "friction-bending ratio"  # entries of the header of a file
@@ -57,46 +58,78 @@ LEAVES_OUT = {  # of what the coupled model has
 STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
 DEFAULT_SPEEDS = 400  # at most, where none are given
+SPRING_MODELS = (
+    "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean mesh "
+    "stiffness, excited by the loaded static transmission error; 3: total mesh "
+    "stiffness and no-load transmission error"
+)
+COUPLED_MODEL = (
+    "coupled: tooth pairs that stiffen with load and deflect each other through "
+    "elastic bodies with inertia"
+)
+AUTO_MODEL = (
+    "auto: coupled, or 1 where friction, given stiffness or mesh tables need it"
+)
 BendingRatio = float | Mapping[int, Wave]
 RATIO = "friction_bending_ratio"  # column of a mesh table
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class LumpedModel:
-    """Which lumped model of a gear set's train.
+    """Lumped model of a gear set's train."""
 
-    number : 1, every tooth pair with its own stiffness and gap; 2, mean mesh stiffness
-        excited by the loaded static transmission error; 3, total mesh stiffness and
-        no-load transmission error; "coupled", see `lumped.train.coupled`; "auto", see
-        `resolve_model`
-    without : which of `lumped.train.coupled.COMPONENTS` are left out
-    translations : gears with bearings move in the plane, else they rotate only
-    damping_ratio : of every mode, None for the gear set's
-    stiffness : where the mesh stiffness comes from, or mesh tables that give it
-    friction : coefficient of sliding friction of all meshes
-    bending : friction-bending ratio of all, None for the mean of the mesh tables,
-        "cycle" for that of each pair over its way, as they have it
-    sliding, transition : see `lumped.train.friction.ToothFriction`
-    torque_of : meaning of the torque with friction; "nominal", of gears without it: the
-        friction loss raises the input and lowers the output torque, in parts by the
-        inertia of both; "input", the mean of the input gear: the efficiency of the
-        meshes lowers the output torque
-    """
-
-    number: Number = 1
-    without: tuple[str, ...] = ()
-    translations: bool = False
-    damping_ratio: float | None = None
+    number: Number = option(1, f"{SPRING_MODELS}; {COUPLED_MODEL}; {AUTO_MODEL}.")
+    without: tuple[str, ...] = option(
+        (),
+        "Part of the coupled model to leave out; there may be several. hardening: "
+        "contact stiffens with load; pairs: tooth pairs deflect each other; body: "
+        "inertia of the elastic bodies; meshes: meshes of one gear deflect each other; "
+        "modes: vibration of the bodies against their hubs. [default: none]",
+    )
+    translations: bool = option(
+        False,
+        "Let gears with bearing stiffnesses move in the plane; by default all gears "
+        "only rotate.",
+    )
+    damping_ratio: float | None = option(
+        None,
+        "Damping ratio of every vibration mode. [default: that of the gear set, else "
+        "0.04]",
+        Range(0.0, below=1.0),
+    )
     stiffness: StiffnessSource | GivenTables = field(default_factory=StiffnessSource)
-    friction: float = 0.0
-    bending: float | Literal["cycle"] | None = None
-    sliding: Sliding = "nominal"
-    transition: float = 0.0
-    torque_of: TorqueOf = "nominal"
+    friction: float = option(
+        0.0,
+        "Coulomb friction coefficient of the teeth of all meshes, of model 1.",
+        Range(0.0, below=1.0),
+    )
+    bending: float | Literal["cycle"] | None = option(
+        None,
+        "Friction-bending ratio: deflection of a tooth pair by a friction force over "
+        "that by a normal force of the same size. [default: mean of the mesh tables]",
+        Range(0.0, below=1.0),
+    )
+    sliding: Sliding = option(
+        "nominal",
+        "Sliding velocity that friction opposes. nominal: that of uniformly rotating "
+        "gears; instantaneous: including the vibration, which can reverse friction "
+        "near the pitch point.",
+    )
+    transition: float = option(
+        0.0,
+        "Sliding speed [m/s] over which instantaneous friction reverses smoothly, by "
+        "tanh; 0: friction reverses at once.",
+    )
+    torque_of: TorqueOf = option(
+        "nominal",
+        "Meaning of the torque with friction. nominal: torque without friction; the "
+        "friction loss raises the input torque and lowers the output torque in "
+        "proportion to their inertias; input: mean torque of the input gear; the "
+        "output torque is lowered by the efficiency of the meshes.",
+    )
 
     def __post_init__(self) -> None:
-        if self.damping_ratio is not None:
-            require_between("damping_ratio", self.damping_ratio, 0, 1, below=True)
         require_fields(self)
         if self.without and self.number != "coupled":
             raise ValueError(f"without needs the coupled model, got {self.number}")
@@ -110,12 +143,7 @@ class LumpedModel:
             raise ValueError(
                 f"relief_stiffness = unmodified needs model 1, got {self.number}"
             )
-        require_between("friction", self.friction, 0, 1, below=True)
-        ratio = self.bending
-        if ratio is None or isinstance(ratio, str):
-            ratio = 0.0
-        require_between("bending", ratio, 0, 1, below=True)
-        self.tooth_friction(ratio)  # checks its fields
+        self.tooth_friction(0.0)  # checks its fields
 
     def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
         """Friction of a mesh, with its friction-bending ratio."""
@@ -269,7 +297,7 @@ def _require_coupled_tables(gear_set: GearSet, source: GivenTables) -> None:
     _known_contacts(gear_set, LumpedModel(number="coupled"), source)
     for (name, table), mesh in zip(source.tables, gear_set.meshes, strict=True):
         try:
-            path_laws(table, mesh.pair.driver.base_radius)
+            path_load_curves(table, mesh.pair.driver.base_radius)
         except ValueError as error:
             raise InputError(f"{name}: {error}") from None
 
@@ -301,12 +329,12 @@ def rest_references(
             table = source.table(equal, mesh, torque)
         error = None
         if torque > 0.0 and table is not None and "ste_m" in table.columns:
-            error = at_torque(table, "ste_m", torque)
+            error = column_at_torque(table, "ste_m", torque)
         if error is None or not np.isfinite(error).all():
             references.append(None)
             continue
         force = torque / gear_set.meshes[mesh].pair.driver.base_radius
-        nominal = of_equal_teeth(excitation) if of_pairs else excitation
+        nominal = remove_pitch_errors(excitation) if of_pairs else excitation
         references.append(RestReference(force, error, nominal))
     return tuple(references)
 
@@ -439,7 +467,7 @@ def bending_ratios(
         if model.bending == "cycle":
             ratios.append(bending_along_path(table, torque))
         else:
-            ratios.append(float(at_torque(table, RATIO, torque).mean()))
+            ratios.append(float(column_at_torque(table, RATIO, torque).mean()))
     return ratios
 
 
@@ -496,20 +524,20 @@ def body_modes_warnings(system: LumpedSystem, speeds: Sequence[float]) -> Iterat
     speeds : mesh frequencies of the first mesh [Hz]
     """
     error, on_flanks = truncation_bound(system, speeds), flank_bound(system, speeds)
-    if on_flanks is not None and on_flanks > ALLOWED:
+    if on_flanks is not None and on_flanks > MAX_ERROR:
         yield (
             "body modes that the coupled model leaves out shift sharp resonances: "
             f"amplitudes on their flanks change by up to {100.0 * on_flanks:.2g} % "
             f"between mesh frequencies of {min(speeds):g} and {max(speeds):g} Hz, "
-            f"allowed are {100.0 * ALLOWED:g} %; finite elements are as sensitive to "
+            f"allowed are {100.0 * MAX_ERROR:g} %; finite elements are as sensitive to "
             "their cutoff frequency there"
         )
-    if error is not None and error > ALLOWED:
+    if error is not None and error > MAX_ERROR:
         yield (
             "body modes that the coupled model leaves out change the mesh compliance "
             f"by up to {100.0 * error:.2g} % of the excitation's RMS between mesh "
             f"frequencies of {min(speeds):g} and {max(speeds):g} Hz, allowed are "
-            f"{100.0 * ALLOWED:g} %; finite elements of fidelity reduced have more"
+            f"{100.0 * MAX_ERROR:g} %; finite elements of fidelity reduced have more"
         )
 
 
@@ -546,9 +574,15 @@ def _bodies_left_out(
 ) -> tuple[TruncationModel, NDArray[np.bool_]] | None:
     """All body modes of the coupled model, and those that it has."""
     contacts = system.contacts
-    if contacts is None or contacts.inertia is None or contacts.retained is None:
+    if (
+        contacts is None
+        or contacts.truncation_model is None
+        or contacts.retained is None
+    ):
         return None
-    return contacts.inertia, contacts.retained & (contacts.bodies.count > 0)
+    return contacts.truncation_model, contacts.retained & (
+        contacts.body_modes.count > 0
+    )
 
 
 def body_entries(system: LumpedSystem, speeds: Sequence[float]) -> dict[str, str]:
@@ -560,7 +594,7 @@ def body_entries(system: LumpedSystem, speeds: Sequence[float]) -> dict[str, str
     error, on_flanks = truncation_bound(system, speeds), flank_bound(system, speeds)
     if error is None or on_flanks is None or system.contacts is None:
         return {}
-    gears = system.contacts.bodies.gears
+    gears = system.contacts.body_modes.gears
     counts = [int((gears == g).sum()) for g in range(len(system.train.gears))]
     return {
         "body modes": " + ".join(map(str, counts)),
@@ -577,12 +611,12 @@ def truncation_entries(
     and what those that are left out change.
     """
     contacts = system.contacts
-    if contacts is None or contacts.solved is None:
+    if contacts is None or contacts.solved_modes is None:
         return {}
-    gears, solved = contacts.bodies.gears, contacts.solved.count
+    gears, solved = contacts.body_modes.gears, contacts.solved_modes.count
     counts = [int((gears == g).sum()) for g in range(len(system.train.gears))]
     entries = {"body modes": " + ".join(map(str, counts))}
-    if contacts.bodies.count == solved:
+    if contacts.body_modes.count == solved:
         return entries | {"body modes left out": "none"}
     if checks:
         worst = max(checks, key=lambda check: check.error)
@@ -608,14 +642,14 @@ def truncation_error(checks: Sequence[TruncationCheck]) -> float | None:
 def truncation_warnings(checks: Sequence[TruncationCheck]) -> Iterator[str]:
     """Warn where body modes that are left out matter, at the worst of the speeds."""
     worst = max(checks, key=lambda check: check.error, default=None)
-    if worst is None or worst.error <= ALLOWED:
+    if worst is None or worst.error <= MAX_ERROR:
         return
     change = f"RMS changes by {100.0 * worst.error:.2g} %"
     change = change if math.isfinite(worst.error) else "motion diverges"
     yield (
         f"body modes that the coupled model leaves out matter, most at "
         f"{worst.frequency:.6g} Hz of {len(checks)} compared speeds: with all solved "
-        f"ones the {change}, allowed are {100.0 * ALLOWED:g} %; finite elements of "
+        f"ones the {change}, allowed are {100.0 * MAX_ERROR:g} %; finite elements of "
         "fidelity reduced have more"
     )
 
@@ -661,7 +695,7 @@ def file_header(
         "gear set": gear_set.name,
         "fegear version": package_version(),
         **model.stiffness.header,
-        "damping ratio": exact(damping_ratio),
+        "damping ratio": format_exact(damping_ratio),
         "translations": "yes" if model.translations else "no",
         **_friction(model),
         "integration": integration,
@@ -676,13 +710,15 @@ def _friction(model: LumpedModel) -> dict[str, str]:
     if isinstance(model.bending, str):
         bending = "of the mesh tables, over the way of each pair"
     elif model.bending is not None:
-        bending = exact(model.bending)
+        bending = format_exact(model.bending)
     entries = {
-        "friction coefficient": exact(model.friction),
+        "friction coefficient": format_exact(model.friction),
         BENDING: bending,
     }
     if model.sliding == "instantaneous":
-        turns = f" within {exact(model.transition)} m/s" if model.transition else ""
+        turns = (
+            f" within {format_exact(model.transition)} m/s" if model.transition else ""
+        )
         entries[TURNED] = f"turned by vibration{turns}"
     return entries | torque_entry(model.torque_of)
 
@@ -706,7 +742,7 @@ def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
 def integration_in_words(settings: Settings, coupled: bool = False) -> str:
     """coupled : whether it is of the coupled model"""
     method = "exact but for cubic contact forces" if coupled else settings.method
-    scheme = f"{method}, tolerance {exact(settings.tolerance)}"
+    scheme = f"{method}, tolerance {format_exact(settings.tolerance)}"
     if settings.method == "rk4":
         steps = settings.min_steps(coupled)
         scheme += f", {steps} steps per period or more"

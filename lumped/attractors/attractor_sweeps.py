@@ -15,20 +15,20 @@ from typing import Any, Protocol
 import numpy as np
 
 from lumped.attractors.attractors import (
-    NEUTRAL,
+    MAX_NEUTRAL_EXPONENT,
     Attractor,
     Kind,
     SectionSettings,
     find_attractor,
-    refined,
+    fine_settings,
 )
-from lumped.common.checks import checked
+from lumped.common.checks import check_arguments
 from lumped.common.workers import Stop
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import (
+    Callback,
     Stepper,
-    Watch,
     confirm_steady_state,
     steady_state,
 )
@@ -39,13 +39,15 @@ from lumped.steady.sweep import (
     Observer,
     SweepPoint,
     continue_sweep,
-    in_order,
+    sort_values,
 )
 from lumped.train.system import LumpedSystem
 
 JUMP = "jump"
-MIN_JUMP, STRONG = 0.1, 2.5  # of the largest deflection; of the changes beside: a jump
-LONG = 16_000  # periods of the first mesh in which chaos that passes should end
+# Of the largest deflection; of the changes beside: a jump
+MIN_JUMP, MIN_JUMP_MISS = 0.1, 2.5
+# Periods of the first mesh in which chaos that passes should end
+CHAOTIC_TRANSIENT_PERIODS = 16_000
 SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequency [Hz]
 
 
@@ -112,8 +114,8 @@ def find_jumps(attractors: Sequence[Attractor]) -> list[bool]:
     padded = [math.nan, *distances, math.nan]
     return [False] * len(attractors[:1]) + [
         distance > MIN_JUMP
-        and distance > STRONG * previous
-        and distance > STRONG * following
+        and distance > MIN_JUMP_MISS * previous
+        and distance > MIN_JUMP_MISS * following
         for previous, distance, following in zip(
             padded, distances, padded[2:], strict=False
         )
@@ -148,7 +150,7 @@ def named_change(before: Attractor, after: Attractor) -> str:
 
 def unstable(attractor: Attractor) -> bool:
     """Whether a motion that seems to repeat leaves what it repeats."""
-    return attractor.multiple > 0 and attractor.exponent > NEUTRAL
+    return attractor.multiple > 0 and attractor.exponent > MAX_NEUTRAL_EXPONENT
 
 
 def aperiodic(response: Response) -> Response:
@@ -189,7 +191,7 @@ class _AttractorRecorder:
         settings: Settings,
         state: Any,
         before: Response | None,
-        watch: Watch,
+        callback: Callback,
     ) -> tuple[Response, Any, Settings]:
         """Response of `confirm_steady_state` on the attractor of the motion.
 
@@ -197,33 +199,33 @@ class _AttractorRecorder:
         does not repeat though changes shrink may have been chaotic for a while.
         """
         solution = confirm_steady_state(
-            stepper, frequency, settings, state, before, watch
+            stepper, frequency, settings, state, before, callback
         )
-        attractor = self._attractor(stepper, solution, watch)
+        attractor = self._attractor(stepper, solution, callback)
         if attractor.kind == Kind.NOT_CONVERGED or unstable(attractor):
             response, _, steps = solution
             longer = replace(
-                refined(stepper.system, steps, stepper.system.common_period[0]),
-                max_periods=steps.max_periods or LONG,
+                fine_settings(stepper.system, steps, stepper.system.common_period[0]),
+                max_periods=steps.max_periods or CHAOTIC_TRANSIENT_PERIODS,
             )
             rerun = steady_state(
-                *(stepper, frequency, longer, response.state, frequency, watch)
+                *(stepper, frequency, longer, response.state, frequency, callback)
             )
             solution = *rerun, longer
-            attractor = self._attractor(stepper, solution, watch)
+            attractor = self._attractor(stepper, solution, callback)
         if unstable(attractor):
             solution = aperiodic(solution[0]), *solution[1:]
-            attractor = self._attractor(stepper, solution, watch)
+            attractor = self._attractor(stepper, solution, callback)
         self.attractors.append(attractor)
         return solution
 
     def _attractor(
-        self, stepper: Stepper, solution: tuple[Response, Any, Any], watch: Watch
+        self, stepper: Stepper, solution: tuple[Response, Any, Any], callback: Callback
     ) -> Attractor:
         response, _, steps = solution
         return find_attractor(
             *(stepper.system, response, steps, self.sections),
-            partial(watch, response.frequency),
+            partial(callback, response.frequency),
         )
 
     def add(self, response: Response) -> None:
@@ -231,7 +233,7 @@ class _AttractorRecorder:
             self.store.add(response, self.attractors[-1])
 
 
-@checked
+@check_arguments
 def sweep_attractors(
     values: Sequence[float],
     system_at: SystemAt,
@@ -245,13 +247,13 @@ def sweep_attractors(
 ) -> AttractorBranch:
     """Pass through values of a parameter, which rise or fall by the direction.
 
-    system_at : called in turn for each, such as `at` of a `lumped.branches.Family`; all
-        systems have the same gears and freedoms
-    stop : ends the sweep as soon as the motion is watched
+    system_at : function that returns the system at a value, such as `at` of a
+        `lumped.branches.motions.Family`; all systems have the same coordinates
+    stop : event that ends the sweep at the next call of the callback
     """
     # no figures are shown that more windows would measure
     settings = replace(settings or Settings(), windows=1)
-    ordered = in_order(values, direction)
+    ordered = sort_values(values, direction)
     recorder = _AttractorRecorder(sections or SectionSettings(), store)
 
     def station(value: float) -> SweepPoint:

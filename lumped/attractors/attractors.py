@@ -18,29 +18,32 @@ from numpy.typing import NDArray
 from lumped.branches.motions import PeriodicProblem, SpeedFamily
 from lumped.branches.periodic import has_half_period
 from lumped.branches.points import branch_point
-from lumped.common.checks import checked, require_between, require_fields
+from lumped.common.checks import check_arguments, require_fields
+from lumped.common.options import Range, documented, option
 from lumped.continuation.arc_length import Continuation, NoSolution, StepControl
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
-from lumped.steady.steppers import FixedStepper, room_to_record
+from lumped.steady.steppers import FixedStepper, allocate_record
 from lumped.train.system import LumpedSystem
 from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
-TURNING = 128  # periods of the first mesh in which a change turns to what grows most
-STRETCH = 1024  # periods of the first mesh between looks at the exponent
-MAX_PERIODS = 4 * STRETCH  # after which it is left as it is
+# Periods of the first mesh in which a change turns to what grows most
+ALIGNMENT_PERIODS = 128
+PERIODS_PER_STRETCH = 1024  # periods of the first mesh between looks at the exponent
+MAX_PERIODS = 4 * PERIODS_PER_STRETCH  # after which it is left as it is
 WINDOWS = 16  # of which its standard error is taken
 MIN_Z = 5.0  # standard errors beyond which the sign of an exponent is certain
-NEUTRAL = 1e-3  # per period, below which changes do not grow
-FADES = 1e-4  # per period, beyond which they shrink
-FINE = 1024  # steps per period along which multipliers of short motions are taken,
-SHORT = 64  # those of so many periods of the first mesh
+MAX_NEUTRAL_EXPONENT = 1e-3  # per period, below which changes do not grow
+MIN_DECAY_RATE = 1e-4  # per period, beyond which they shrink
+# Steps per period along which multipliers of short motions are taken
+FINE_STEPS = 1024
+MAX_FINE_PERIODS = 64  # periods of the first mesh in the longest short motion
 HARMONICS = 20  # of the first mesh, of motions that harmonic balance confirms,
 MAX_HARMONICS = 200  # which take up to some 0.1 s each
 RMS_RTOL = 0.02  # of the RMS, between both
-CLOSING = 16  # times the motion's period in which it closes on those steps
+CLOSING_PERIODS = 16  # times the motion's period in which it closes on those steps
 
 
 class Kind(StrEnum):
@@ -57,14 +60,19 @@ class Kind(StrEnum):
     DIVERGED = "diverged"
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class SectionSettings:
-    """How attractors are looked at; sections : points of one that does not repeat."""
+    """How attractors are looked at."""
 
-    sections: int = 100
+    sections: int = option(
+        100,
+        "Points of the Poincaré section of an aperiodic motion, one in each common "
+        "period of all meshes.",
+        Range(1, 10_000),
+    )
 
     def __post_init__(self) -> None:
-        require_between("sections", self.sections, 1, 10_000)
         require_fields(self)
 
 
@@ -98,36 +106,36 @@ class Attractor:
             return Kind.DIVERGED
         sure = abs(self.exponent) > MIN_Z * self.stderr
         if self.exponent < 0.0:
-            decays = sure and self.exponent < -FADES
+            decays = sure and self.exponent < -MIN_DECAY_RATE
             return Kind.NOT_CONVERGED if decays else Kind.QUASI_PERIODIC
-        grows = sure and self.exponent > NEUTRAL
+        grows = sure and self.exponent > MAX_NEUTRAL_EXPONENT
         return Kind.CHAOTIC if grows else Kind.QUASI_PERIODIC
 
 
-@checked
+@check_arguments
 def find_attractor(
     system: LumpedSystem,
     response: Response,
     settings: Settings,
     sections: SectionSettings | None = None,
-    watch: Callable[[int], None] = lambda done: None,
+    callback: Callable[[int], None] = lambda done: None,
 ) -> Attractor:
     """The attractor on which a response ends, by fixed steps.
 
     settings : of the response's steps
-    watch : called on the way with the common periods that are done; what it raises ends
-        the work
+    callback : function called with the common periods done; an exception that it
+        raises ends the work
     """
     sections = sections or SectionSettings()
     if system.has_friction:
         raise TrainError("friction must be 0; changes of a motion leave it out")
     if response.status == Status.DIVERGED:
         return _diverged(system)
-    at = Speed(response.frequency, settings)
+    speed = Speed(response.frequency, settings)
     try:
         if response.multiple:
-            return _repeating(system, response, at)
-        return _aperiodic(system, response, at, sections.sections, watch)
+            return _repeating(system, response, speed)
+        return _aperiodic(system, response, speed, sections.sections, callback)
     except Diverged:
         return _diverged(system)
 
@@ -149,15 +157,17 @@ class _TangentFlow:
         """Angular frequencies by which velocities are scaled (n,) [rad/s]."""
         return self.system.angular
 
-    def carry(self, state: Array, periods: int) -> tuple[Array, Array, Array]:
+    def integrate_variations(
+        self, state: Array, periods: int
+    ) -> tuple[Array, Array, Array]:
         """Deflections and rates (periods, m) at the start of each, and how much changes
         grow in it as a logarithm (periods,); the state (2, n (1 + k)) moves on."""
-        rows, growth = room_to_record(self.system, periods), np.empty(periods)
-        FixedStepper(self.system).carry(state, self.at, rows, growth)
+        rows, growth = allocate_record(self.system, periods), np.empty(periods)
+        FixedStepper(self.system).integrate_variations(state, self.at, rows, growth)
         return rows[:, 0], rows[:, 1], growth
 
 
-def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
+def _repeating(system: LumpedSystem, response: Response, speed: Speed) -> Attractor:
     """Attractor by harmonic balance where that confirms the motion, otherwise along
     fine steps.
 
@@ -166,12 +176,14 @@ def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor
     """
     if not np.isfinite(response.state).all():
         raise Diverged(0.0)
-    exact = _by_harmonic_balance(system, response, at.settings)
+    exact = _by_harmonic_balance(system, response, speed.settings)
     if exact is None:
-        return _by_monodromy(system, response, at)
+        return _by_monodromy(system, response, speed)
     multiple, exponent = exact
     state = np.concatenate([response.state, np.ones_like(response.state)], axis=1)
-    deflection, rate, _ = _TangentFlow(system, at).carry(state, multiple)
+    deflection, rate, _ = _TangentFlow(system, speed).integrate_variations(
+        state, multiple
+    )
     return Attractor(multiple, deflection, rate, exponent, 0.0)
 
 
@@ -210,7 +222,7 @@ def _by_harmonic_balance(
     return multiple, math.log(orbit.largest) / (multiple * length)
 
 
-def _by_monodromy(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
+def _by_monodromy(system: LumpedSystem, response: Response, speed: Speed) -> Attractor:
     """Changes of every coordinate and velocity together are the monodromy.
 
     A spring that opens within a step leaves an error in it of the order of the step,
@@ -218,57 +230,65 @@ def _by_monodromy(system: LumpedSystem, response: Response, at: Speed) -> Attrac
     """
     state, periods = np.array(response.state), response.multiple
     length = periods * system.common_period[0]
-    fine = refined(system, at.settings, length)
-    if fine != at.settings:
-        at = replace(at, settings=fine)
+    fine = fine_settings(system, speed.settings, length)
+    if fine != speed.settings:
+        speed = replace(speed, settings=fine)
         varied = np.concatenate([state, np.ones_like(state)], axis=1)
-        _TangentFlow(system, at).carry(varied, CLOSING * periods)
+        _TangentFlow(system, speed).integrate_variations(
+            varied, CLOSING_PERIODS * periods
+        )
         state = varied[:, : state.shape[1]]
     varied = np.concatenate([state, np.ones_like(state)], axis=1)
-    deflection, rate, _ = _TangentFlow(system, at).carry(varied, periods)
-    _, scaled, growth = FixedStepper(system).scaled_monodromy(state, at, periods)
+    deflection, rate, _ = _TangentFlow(system, speed).integrate_variations(
+        varied, periods
+    )
+    _, scaled, growth = FixedStepper(system).scaled_monodromy(state, speed, periods)
     exponent = growth + math.log(np.abs(np.linalg.eigvals(scaled)).max())
     return Attractor(response.multiple, deflection, rate, exponent / length, 0.0)
 
 
-def refined(system: LumpedSystem, settings: Settings, length: int) -> Settings:
+def fine_settings(system: LumpedSystem, settings: Settings, length: int) -> Settings:
     """Settings of fine steps, for springs that open within them and short motions.
 
     length : periods of the first mesh after which the motion repeats
     """
     contacts = system.contacts is not None
-    if contacts or length > SHORT or settings.min_steps(contacts) >= FINE:
+    if (
+        contacts
+        or length > MAX_FINE_PERIODS
+        or settings.min_steps(contacts) >= FINE_STEPS
+    ):
         return settings
-    return replace(settings, steps=FINE)
+    return replace(settings, steps=FINE_STEPS)
 
 
 def _aperiodic(
     system: LumpedSystem,
     response: Response,
-    at: Speed,
+    speed: Speed,
     sections: int,
-    watch: Callable[[int], None],
+    callback: Callable[[int], None],
 ) -> Attractor:
     """One change, until the sign of its growth is certain or it took long enough."""
-    way, length = _TangentFlow(system, at), system.common_period[0]
-    changed = np.full((2, way.angular.size), 1.0)  # which no mode leaves out
-    changed[1] *= way.angular
+    flow, length = _TangentFlow(system, speed), system.common_period[0]
+    changed = np.full((2, flow.angular.size), 1.0)  # which no mode leaves out
+    changed[1] *= flow.angular
     state = np.concatenate([response.state, changed], axis=1)
-    way.carry(state, math.ceil(TURNING / length))
-    stretch = max(sections, WINDOWS, math.ceil(STRETCH / length))
-    deflection, rate, growth = way.carry(state, stretch)
+    flow.integrate_variations(state, math.ceil(ALIGNMENT_PERIODS / length))
+    stretch = max(sections, WINDOWS, math.ceil(PERIODS_PER_STRETCH / length))
+    deflection, rate, growth = flow.integrate_variations(state, stretch)
     while True:
         windows = np.array([part.mean() for part in np.array_split(growth, WINDOWS)])
         exponent, spread = growth.mean(), windows.std(ddof=1) / math.sqrt(WINDOWS)
-        certain = abs(exponent) > max(MIN_Z * spread, NEUTRAL * length)
+        certain = abs(exponent) > max(MIN_Z * spread, MAX_NEUTRAL_EXPONENT * length)
         if (
             certain
             or not math.isfinite(exponent)
             or growth.size * length >= MAX_PERIODS
         ):
             break
-        watch(growth.size)
-        growth = np.concatenate([growth, way.carry(state, stretch)[2]])
+        callback(growth.size)
+        growth = np.concatenate([growth, flow.integrate_variations(state, stretch)[2]])
     return Attractor(
         multiple=0,
         deflection=deflection[:sections].copy(),

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from lumped.branches.series import Series
 from lumped.branches.springs import SpringForces
 from lumped.kernels.arrays import ContactPieces
-from lumped.steady.measures import measures
+from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
@@ -32,8 +32,8 @@ from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-MIN_SAMPLES = 96  # pieces of a period of the fastest mesh
-PER_HARMONIC = 6  # pieces for each harmonic
+MIN_PIECES_PER_PERIOD = 96  # pieces of a period of the fastest mesh
+PIECES_PER_HARMONIC = 6  # pieces for each harmonic
 MAX_UNKNOWNS = 3000  # whose Jacobian takes a second to factorise
 
 
@@ -84,8 +84,10 @@ class HarmonicBalance:
     @cached_property
     def forces(self) -> SpringForces:
         rate = float(max(self.system.train.mesh_rates))
-        finest = max(MIN_SAMPLES * rate, PER_HARMONIC * self.harmonics)
-        return SpringForces(self.system, self.series, finest, self.steepness)
+        min_pieces = max(
+            MIN_PIECES_PER_PERIOD * rate, PIECES_PER_HARMONIC * self.harmonics
+        )
+        return SpringForces(self.system, self.series, min_pieces, self.steepness)
 
     @property
     def size(self) -> float:
@@ -119,7 +121,7 @@ class HarmonicBalance:
         receptance, change = self.forces.receptance(omega)
         errors = self._errors(motion, force, receptance)
         by_frequency = change * (omega / frequency)[:, None, None]
-        moved = self._respond(motion, force, by_frequency)
+        errors_by_frequency = self._respond(motion, force, by_frequency)
         rows, count = self.shape
         jacobian = np.eye(x.size).reshape(rows, count, rows, count)
         for i, j in np.ndindex(count, count):
@@ -129,7 +131,11 @@ class HarmonicBalance:
             tangent[np.diag_indices(rows)] -= k[i, j]
             for r in range(count):
                 jacobian[:, r, :, j] += series.filtered(receptance[:, r, i], tangent)
-        return errors.ravel(), jacobian.reshape(x.size, x.size), moved.ravel()
+        return (
+            errors.ravel(),
+            jacobian.reshape(x.size, x.size),
+            errors_by_frequency.ravel(),
+        )
 
     def errors(self, x: Array, frequency: float) -> Array:
         """Errors of the equations (u,) alone."""
@@ -151,18 +157,18 @@ class HarmonicBalance:
     def _harmonics(self, pieces: ContactPieces) -> tuple[Array, Array]:
         """Series of the forces (2 H + 1, d), and means of the slopes' products with
         waves up to 2 H (4 H + 1, d, d)."""
-        from lumped.kernels.orbit import POINTS, WEIGHTS
+        from lumped.kernels.orbit import GAUSS_POINTS, GAUSS_WEIGHTS
 
         series, sampled = self.series, self.forces.sampled
-        weight = pieces.length[:, None] * WEIGHTS / self.length
-        uncut = pieces.whole >= 0
-        times = pieces.start[~uncut, None] + pieces.length[~uncut, None] * POINTS
+        weight = pieces.length[:, None] * GAUSS_WEIGHTS / self.length
+        uncut = pieces.grid_piece >= 0
+        times = pieces.start[~uncut, None] + pieces.length[~uncut, None] * GAUSS_POINTS
         extra = series.basis(times.ravel(), 2 * series.order)
 
         def means(values: Array) -> Array:
             flat = values.reshape(*values.shape[:2], -1) * weight[..., None]
             on_grid = np.zeros((len(sampled.times), 3, flat.shape[-1]))
-            on_grid[pieces.whole[uncut]] = flat[uncut]
+            on_grid[pieces.grid_piece[uncut]] = flat[uncut]
             coefficients = sampled.twice.T @ on_grid.reshape(-1, flat.shape[-1])
             coefficients += extra.T @ flat[~uncut].reshape(-1, flat.shape[-1])
             return coefficients.reshape(len(coefficients), *values.shape[2:])
@@ -182,7 +188,7 @@ class HarmonicBalance:
         damping = self.forces.damping
         tangent = np.ascontiguousarray(self.forces.modal(pieces.slope))
         state = np.eye(2 * len(damping))
-        kernel.carry_changes(tangent, damping, pieces.length / frequency, state)
+        kernel.integrate_changes(tangent, damping, pieces.length / frequency, state)
         return state
 
     def state(self, x: Array, frequency: float) -> Array:
@@ -198,7 +204,7 @@ class HarmonicBalance:
 
     def figures(self, x: Array, frequency: float) -> dict[str, Array]:
         """Quantities of a sweep's response, (m,) each; see `lumped.steady.measures`."""
-        return measures(self.forces.history(x.reshape(self.shape), frequency))
+        return measure_motion(self.forces.history(x.reshape(self.shape), frequency))
 
     def of_response(self, response: Response, settings: Settings) -> Array:
         """Unknowns x of a motion that has settled by fixed steps."""
@@ -207,12 +213,12 @@ class HarmonicBalance:
         from lumped.kernels import orbit as kernel
 
         stepper = FixedStepper(self.system)
-        kernel_args: tuple[Any, Any] = stepper.driven(
+        kernel_args: tuple[Any, Any] = stepper.kernel_arguments(
             Speed(response.frequency, settings)
         )
         arrays, steps = kernel_args
         out = np.empty((response.multiple * steps.h.size + 1, *response.state.shape))
-        kernel.trace(arrays, steps, np.array(response.state), out)
+        kernel.integrate_steps(arrays, steps, np.array(response.state), out)
         times = np.concatenate([[0.0], np.cumsum(np.tile(steps.h, response.multiple))])
         spline = CubicHermiteSpline(times, *self.forces.of_modes(out).swapaxes(0, 1))
         count = 8 * self.series.rows

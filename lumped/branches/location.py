@@ -25,14 +25,15 @@ from lumped.steady.steppers import AdaptiveStepper
 Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
 Test = Callable[[Multipliers], float]
-STEPS = 256  # of a period of the fastest mesh, between which it is interpolated
-NEWTON_TOL = (
-    1e-6  # largest last correction, in scaled unknowns; the next is a thousandth
-)
-NEAR_ENOUGH = 1e-9  # of a secant, whose error is some times this
-FIRST, MAX_STEP = 1e-4, 0.2  # to the second point of the secant, and beyond all of them
+# Steps of a period of the fastest mesh, between which a motion is interpolated
+STEPS_PER_PERIOD = 256
+# Largest last correction, in scaled unknowns; the next is a thousandth
+NEWTON_TOL = 1e-6
+SECANT_TOL = 1e-9  # of a secant, whose error is some times this
+# To the second point of the secant, and beyond all of them
+FIRST_SECANT_STEP, MAX_STEP = 1e-4, 0.2
 MAX_SHIFT = 0.02  # of the parameter's unit, within which a bifurcation is the one meant
-DIFFERENCE = 1e-5  # of the parameter's unit
+DIFFERENCE_STEP = 1e-5  # of the parameter's unit
 MAX_CORRECTIONS, MAX_SECANTS = 12, 8
 
 
@@ -72,7 +73,7 @@ class Shooting:
         balance, frequency = self.motions.finer.at(self.value(z))
         if not isinstance(balance, HarmonicBalance):
             raise TypeError("motions of the coupled model have no harmonic balance")
-        x = integrated(balance, self.state(z), frequency)
+        x = integrated_unknowns(balance, self.state(z), frequency)
         return balance.monodromy(x, frequency)
 
     def derivative(self, z: Array, monodromy: Array) -> Array:
@@ -80,19 +81,19 @@ class Shooting:
 
         monodromy : derivative of the state after a period by the state
         """
-        size, beside = self.size.ravel(), z.copy()
+        size, shifted = self.size.ravel(), z.copy()
         by_state = monodromy * size / size[:, None] - np.eye(size.size)
-        beside[-1] = self._beside(self.value(z)) / self.unit
-        by_parameter = (self.change(beside) - self.change(z)) / (beside - z)[-1]
+        shifted[-1] = self._beside(self.value(z)) / self.unit
+        by_parameter = (self.change(shifted) - self.change(z)) / (shifted - z)[-1]
         return np.column_stack([by_state, by_parameter])
 
     def _beside(self, value: float) -> float:
         """A value so far away that the noise of the integration does not count."""
-        step = DIFFERENCE * self.unit
+        step = DIFFERENCE_STEP * self.unit
         above = self.motions.family.within(value + step)
         return above if above - value > 0.5 * step else value - step
 
-    def onto(self, z: Array, matrix: Array) -> Array:
+    def project(self, z: Array, matrix: Array) -> Array:
         """The periodic motion on the plane through z across the last row of a matrix,
         whose other rows are the derivative of the change."""
         start = z
@@ -125,43 +126,47 @@ def locate_bifurcation(
     derivative = shooting.derivative(z, balance.monodromy(x, frequency))
     tangent = np.linalg.svd(derivative)[2][-1]
     matrix = np.vstack([derivative, tangent])
-    start = shooting.onto(z, matrix)
+    start = shooting.project(z, matrix)
 
-    def error(part: float) -> float:
-        now = shooting.onto(start + part * tangent, matrix) if part else start
-        multipliers = np.linalg.eigvals(shooting.monodromy(now))
+    def error(distance: float) -> float:
+        solution = (
+            shooting.project(start + distance * tangent, matrix) if distance else start
+        )
+        multipliers = np.linalg.eigvals(shooting.monodromy(solution))
         return test(np.asarray(multipliers, complex))
 
     critical_value = shooting.value(
-        shooting.onto(start + root(error) * tangent, matrix)
+        shooting.project(start + find_root(error) * tangent, matrix)
     )
     if not abs(critical_value - value) <= MAX_SHIFT * shooting.unit:
         raise NoSolution("shooting found another bifurcation")
     return critical_value
 
 
-def root(function: Callable[[float], float]) -> float:
+def find_root(function: Callable[[float], float]) -> float:
     """Root of a function near 0, by secants; raises NoSolution."""
-    a, b, before = 0.0, FIRST, function(0.0)
+    a, b, previous = 0.0, FIRST_SECANT_STEP, function(0.0)
     for _ in range(MAX_SECANTS):
-        now = function(b)
-        slope = (now - before) / (b - a)
-        a, b, before = b, b - now / slope, now
+        value = function(b)
+        slope = (value - previous) / (b - a)
+        a, b, previous = b, b - value / slope, value
         if not abs(b) < MAX_STEP:
             break
         # a secant's error is of second order
-        if abs((b - a) * b) <= NEAR_ENOUGH:
+        if abs((b - a) * b) <= SECANT_TOL:
             return b
     raise NoSolution("shooting found no bifurcation there")
 
 
-def integrated(balance: HarmonicBalance, state: Array, frequency: float) -> Array:
+def integrated_unknowns(
+    balance: HarmonicBalance, state: Array, frequency: float
+) -> Array:
     """Unknowns of the motion that a state (2, n) sets out on."""
     from scipy.interpolate import CubicHermiteSpline
 
-    settings = replace(ADAPTIVE, steps=STEPS)
-    stepper, at = AdaptiveStepper(balance.system), Speed(frequency, settings)
-    _, history = stepper.record(state, at, balance.multiple)
+    settings = replace(ADAPTIVE, steps=STEPS_PER_PERIOD)
+    stepper, speed = AdaptiveStepper(balance.system), Speed(frequency, settings)
+    _, history = stepper.record(state, speed, balance.multiple)
     spline = CubicHermiteSpline(history.time, history.deflection, history.rate)
     count = 8 * balance.series.rows
     samples = spline(history.time[-1] * np.arange(count) / count)

@@ -19,9 +19,10 @@ from lumped.branches.period_map import PeriodMap
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
-DIFFERENCE = 1e-6  # of the unit, between systems that tell what a figure changes
-FINER = 80  # harmonics of the first mesh, of motions that are known by integration
-KEPT = 8  # systems of neighbouring values
+DIFFERENCE_STEP = 1e-6  # of the unit, between systems that tell what a figure changes
+# Harmonics of the first mesh, of motions that are integrated
+MAX_HARMONICS = 80
+CACHE_SIZE = 8  # systems of neighbouring values
 PeriodicMotion = HarmonicBalance | PeriodMap
 
 
@@ -59,7 +60,7 @@ class SpeedFamily:
     label: ClassVar[str] = "mesh frequency of the first mesh [Hz]"
 
     def neighbour(self, value: float) -> float:
-        return value * (1.0 + DIFFERENCE)
+        return value * (1.0 + DIFFERENCE_STEP)
 
     def within(self, value: float) -> float:
         return value
@@ -91,14 +92,14 @@ class ParameterFamily:
 
     def neighbour(self, value: float) -> float:
         inward = 1.0 if value < sum(self.limits) / 2.0 else -1.0
-        return value + inward * DIFFERENCE * self.unit
+        return value + inward * DIFFERENCE_STEP * self.unit
 
     def within(self, value: float) -> float:
         return min(max(value, self.limits[0]), self.limits[1])
 
     @cached_property
     def _kept(self) -> Callable[[float], LumpedSystem]:
-        return lru_cache(maxsize=KEPT)(self.system_of)
+        return lru_cache(maxsize=CACHE_SIZE)(self.system_of)
 
     def at(self, value: float) -> tuple[LumpedSystem, float]:
         return self._kept(value), self.frequency
@@ -136,7 +137,7 @@ class PeriodicProblem:
                 system, self.harmonics, self.multiple, self.steepness
             )
 
-        return lru_cache(maxsize=KEPT)(balance)
+        return lru_cache(maxsize=CACHE_SIZE)(balance)
 
     @cached_property
     def finer(self) -> PeriodicProblem:
@@ -144,8 +145,8 @@ class PeriodicProblem:
         balance, _ = self.at(self.family.within(math.inf))
         if not isinstance(balance, HarmonicBalance):
             raise TypeError("motions of the coupled model have no harmonic balance")
-        most = (MAX_UNKNOWNS // balance.shape[1] - 1) // (2 * balance.length)
-        finer = max(self.harmonics, min(FINER, most))
+        max_harmonics = (MAX_UNKNOWNS // balance.shape[1] - 1) // (2 * balance.length)
+        finer = max(self.harmonics, min(MAX_HARMONICS, max_harmonics))
         return replace(self, harmonics=finer)
 
     def equations(self, x: Array, value: float) -> tuple[Array, Array, Array]:
@@ -156,9 +157,9 @@ class PeriodicProblem:
         if self.family.is_speed:
             return errors, by_x, by_frequency
         # solutions and folds do not depend on how exact this is
-        other = self.family.neighbour(inside)
-        beside, frequency = self.at(other)
-        change = (beside.errors(x, frequency) - errors) / (other - inside)
+        neighbour_value = self.family.neighbour(inside)
+        neighbour, frequency = self.at(neighbour_value)
+        change = (neighbour.errors(x, frequency) - errors) / (neighbour_value - inside)
         # straight on beyond a limit, so that branches pass through it
         return errors + (value - inside) * change, by_x, change
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.steady.measures import measures
+from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
@@ -21,7 +21,7 @@ from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 STEPS = Settings(steps=256)
-BESIDE = 1e-6  # of a frequency, between two that tell what its change does
+DIFFERENCE_STEP = 1e-6  # of a frequency, between two that tell what its change does
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +47,10 @@ class PeriodMap:
     def _ends(self, x: Array, frequency: float, periods: int = 0) -> Array:
         """Unknowns after so many common periods, those of the motion if 0."""
         state = self.state(x, frequency)
-        after, _ = self._stepper.record(
+        end_state, _ = self._stepper.record(
             state, Speed(frequency, self.steps), periods or self.multiple
         )
-        return self._stepper.section_of(after)
+        return self._stepper.section_of(end_state)
 
     @property
     def _stepper(self) -> FixedStepper:
@@ -63,10 +63,10 @@ class PeriodMap:
         Raises Diverged, an ArithmeticError, where the motion leaves every bound.
         """
         state, speed = self.state(x, frequency), Speed(frequency, self.steps)
-        after, transfer = self._stepper.monodromy(state, speed, self.multiple)
-        ends, change = self._stepper.section_of(after), BESIDE * frequency
-        moved = (self._ends(x, frequency + change) - ends) / change
-        return x - ends, np.eye(x.size) - transfer, -moved
+        end_state, transfer = self._stepper.monodromy(state, speed, self.multiple)
+        ends, change = self._stepper.section_of(end_state), DIFFERENCE_STEP * frequency
+        end_by_frequency = (self._ends(x, frequency + change) - ends) / change
+        return x - ends, np.eye(x.size) - transfer, -end_by_frequency
 
     def errors(self, x: Array, frequency: float) -> Array:
         """Errors of the equations (u,) alone."""
@@ -81,7 +81,7 @@ class PeriodMap:
     def figures(self, x: Array, frequency: float) -> dict[str, Array]:
         """Quantities of a sweep's response, (m,) each; see `lumped.steady.measures`."""
         state, speed = self.state(x, frequency), Speed(frequency, self.steps)
-        return measures(self._stepper.record(state, speed, self.multiple)[1])
+        return measure_motion(self._stepper.record(state, speed, self.multiple)[1])
 
     def of_response(self, response: Response, settings: Settings) -> Array:
         """Unknowns x of a motion that has settled by fixed steps."""

@@ -19,7 +19,8 @@ from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem
 from lumped.branches.period_map import PeriodMap
 from lumped.branches.points import BranchPoint, branch_point, with_bifurcations
 from lumped.branches.shooting import shoot
-from lumped.common.checks import require_between, require_fields
+from lumped.common.checks import require_fields
+from lumped.common.options import Range, documented, option
 from lumped.continuation.arc_length import (
     MIN_COSINE,
     BranchTrace,
@@ -44,56 +45,63 @@ from lumped.steady.sweep import Direction, SweepPoint, continue_sweep
 from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
-ASIDE = 0.01  # arc length to the first point of a branch that sets out from another
+# Arc length to the first point of a branch that sets out from another
+SWITCH_LENGTH = 0.01
 RANDOM_SPREAD = 3.0  # spread of random states, over the static one
-SEAM = 3e-4  # of the parameter's unit, by which branches miss each other at doublings
-DOUBLING_TOL = (
-    1e-3  # of the parameter's unit, for a branch that ends at its parent's doubling
-)
-PROBED = 0.25, 0.5, 0.75  # of a branch, where it is asked whether it is known
-CIRCLE_MARGIN, SHOTS = (
-    0.002,
-    4,
-)  # of multipliers from the unit circle; points that are tried
-KINKED = (
-    0.8  # cosine between tangents where a step meets a contact that opens or closes
-)
+# Part of the parameter's unit by which branches miss each other at doublings
+MAX_DOUBLING_GAP = 3e-4
+# Part of the parameter's unit, for a branch that ends at its parent's doubling
+DOUBLING_TOL = 1e-3
+PROBE_FRACTIONS = 0.25, 0.5, 0.75  # of a branch, where it is asked whether it is known
+CIRCLE_MARGIN = 0.002  # distance of multipliers from the unit circle
+MAX_SHOTS = 4  # points that are tried
+# Cosine between tangents where a step meets a contact that opens or closes
+MIN_CONTACT_COSINE = 0.8
 MOTION_RTOL = 1e-5  # of the static deflection, for motions that are one
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class BranchSettings:
-    """Numerical choices.
+    """Numerical choices of branches that are followed."""
 
-    harmonics : of the first mesh's frequency
-    step, max_step : first and largest arc length, in which the static deflection and
-        the parameter's unit count one
-    points : at most, of a branch
-    sweep_points : of the sweeps in which further branches are looked for
-    period_multiple : most common periods after which motions may repeat
-    starts : random states from which motions on further branches are looked for
-    steepness : [1/m] of contact that closes by tanh, None for true contact
-    """
-
-    harmonics: int = 20
-    step: float = 0.02
-    max_step: float = 0.1
-    points: int = 5000
-    sweep_points: int = 41
-    period_multiple: int = 2
-    starts: int = 0
-    steepness: float | None = None
+    harmonics: int = option(
+        20,
+        "Harmonics of the first mesh's frequency in motions of models 1 to 3.",
+        Range(1, 200),
+    )
+    step: float = option(
+        0.02,
+        "First arc length, in which the static deflection and the parameter's unit "
+        "count one.",
+        Range(above=0.0, most=1.0),
+    )
+    max_step: float = option(0.1, "Largest arc length.", Range(above=0.0, most=10.0))
+    points: int = option(5000, "Points of a branch at most.", Range(2, 1_000_000))
+    sweep_points: int = option(
+        41,
+        "Points of the sweeps in which further branches are looked for.",
+        Range(2, 100_000),
+    )
+    period_multiple: int = option(
+        2,
+        "Largest number of common periods of all meshes after which motions repeat: "
+        "period-doubled branches are followed up to it.",
+        Range(1, 64),
+    )
+    starts: int = option(
+        0,
+        "Number of random initial conditions, the same in each run, from which further "
+        "branches are searched, including isolated ones.",
+        Range(0, 100_000),
+    )
+    steepness: float | None = option(
+        None,
+        "Steepness [1/m] of contact that closes by tanh; none for true contact.",
+        Range(1, 1e15),
+    )
 
     def __post_init__(self) -> None:
-        require_between("harmonics", self.harmonics, 1, 200)
-        require_between("step", self.step, 0, 1, above=True)
-        require_between("max_step", self.max_step, 0, 10, above=True)
-        require_between("points", self.points, 2, 1_000_000)
-        require_between("sweep_points", self.sweep_points, 2, 100_000)
-        require_between("period_multiple", self.period_multiple, 1, 64)
-        require_between("starts", self.starts, 0, 100_000)
-        if self.steepness is not None:
-            require_between("steepness", self.steepness, 1, 1e15)
         require_fields(self)
 
 
@@ -126,7 +134,7 @@ class BranchFinder:
     report : is told the number of the branch and the parameter on the way
     finished : branches in the order in which they were found before, which are not
         followed again
-    keep : is told each other branch as it is found
+    store_branch : is told each other branch as it is found
     """
 
     family: Family
@@ -134,7 +142,7 @@ class BranchFinder:
     settings: BranchSettings = field(default_factory=BranchSettings)
     report: Callable[[int, float], None] = lambda number, value: None
     finished: list[PeriodicBranch] = field(default_factory=list)
-    keep: Callable[[PeriodicBranch], None] = lambda branch: None
+    store_branch: Callable[[PeriodicBranch], None] = lambda branch: None
     branches: list[PeriodicBranch] = field(default_factory=list)
     doubled: int = 0  # of those found, the doublings of which were followed
 
@@ -167,21 +175,22 @@ class BranchFinder:
                 "the load, another one is needed"
             )
         self.report(len(self.branches), value)
-        response, at = respond(system, frequency), self.family.label_of(value)
+        response, label = respond(system, frequency), self.family.label_of(value)
         if response.status != Status.PERIODIC:
             raise ArithmeticError(
-                f"the motion at {at} is {response.status}, it was not seen to repeat: "
+                f"the motion at {label} is {response.status}, it was not seen to "
+                "repeat: "
                 "no branch can begin there; allowed is a range that begins elsewhere"
             )
-        self._from_motion(value, response, f"from rest at {at}")
+        self._from_motion(value, response, f"from rest at {label}")
 
     def from_sweeps(self) -> None:
         """Branches of motions that sweeps up and down reach and none yet holds."""
         directions: tuple[Direction, ...] = ("up", "down")
         for direction in directions:
             for value, response in self._sweep(direction):
-                at = self.family.label_of(value)
-                origin = f"from a sweep {direction} at {at}"
+                label = self.family.label_of(value)
+                origin = f"from a sweep {direction} at {label}"
                 self._from_settled(value, response, origin)
 
     def from_states(self) -> None:
@@ -202,8 +211,8 @@ class BranchFinder:
             )
             state = np.stack([rest + spread[0], turn * spread[1]])
             response = respond(system, frequency, state=state)
-            at = self.family.label_of(value)
-            self._from_settled(value, response, f"from a random state at {at}")
+            label = self.family.label_of(value)
+            self._from_settled(value, response, f"from a random state at {label}")
 
     def _from_settled(self, value: float, response: Response, origin: str) -> None:
         """Follow the branch of a motion that repeats soon enough."""
@@ -221,9 +230,9 @@ class BranchFinder:
             self.report(len(self.branches), value)
             return stepper_of(system, settings), frequency
 
-        passed = values if direction == "up" else values[::-1]
-        responses, _ = continue_sweep(passed, station, settings)
-        yield from zip(passed, responses, strict=False)
+        ordered = values if direction == "up" else values[::-1]
+        responses, _ = continue_sweep(ordered, station, settings)
+        yield from zip(ordered, responses, strict=False)
 
     def _from_motion(self, value: float, response: Response, origin: str) -> None:
         """Follow the branch of a settled motion, both ways if it is inside."""
@@ -236,21 +245,21 @@ class BranchFinder:
             return
         if has_half_period(branch, start) or self._is_known(branch, start):
             return
-        inside = self.limits[0] < value < self.limits[1]
-        self._follow(branch, start, origin, inside)
+        bidirectional = self.limits[0] < value < self.limits[1]
+        self._follow(branch, start, origin, bidirectional)
 
     def _is_known(self, branch: Continuation[PeriodicProblem], motion: Point) -> bool:
         """Whether a branch that is found passes through a motion.
 
         It may begin in any of its common periods, or repeat sooner than it seemed to.
         """
-        at, times = motion.parameter, branch.problem.multiple
-        balance, frequency = branch.problem.at(at)
+        value, times = motion.parameter, branch.problem.multiple
+        balance, frequency = branch.problem.at(value)
         for existing in self.branches:
             if times % existing.multiple:
                 continue
-            for crossing in self._motions_of(existing, at):
-                existing_balance, _ = self.balance(existing.multiple, at)
+            for crossing in self._motions_of(existing, value):
+                existing_balance, _ = self.balance(existing.multiple, value)
                 x = existing_balance.lengthened(crossing.x, times // existing.multiple)
                 for periods in range(times):
                     shifted = balance.delayed(x, periods, frequency)
@@ -301,7 +310,7 @@ class BranchFinder:
         branch, single_period = (self._branch(n * parent.multiple) for n in (2, 1))
         x = single_period.problem.at(point.parameter)[0].lengthened(point.x, 2)
         try:
-            start = branch.branch_switch(x, point.parameter, ASIDE)
+            start = branch.branch_switch(x, point.parameter, SWITCH_LENGTH)
         except NoSolution:
             return
         if has_half_period(branch, start) or self._is_known(branch, start):
@@ -323,10 +332,12 @@ class BranchFinder:
         steps = StepControl(
             size=balance.size,
             unit=self.family.unit,
-            first=settings.step,
-            most=settings.max_step,
-            count=settings.points,
-            straight=KINKED if isinstance(balance, PeriodMap) else MIN_COSINE,
+            first_length=settings.step,
+            max_length=settings.max_step,
+            max_points=settings.points,
+            min_cosine=MIN_CONTACT_COSINE
+            if isinstance(balance, PeriodMap)
+            else MIN_COSINE,
         )
         return Continuation(motions, steps)
 
@@ -335,30 +346,29 @@ class BranchFinder:
         branch: Continuation[PeriodicProblem],
         start: Point,
         origin: str,
-        inside: bool = False,
+        bidirectional: bool = False,
     ) -> None:
         """Follow a branch from a point and keep it with its bifurcations.
 
-        inside : whether the branch goes on to both sides of the point
+        bidirectional : whether the branch goes on to both sides of the point
         """
         if self.finished and self.finished[0].origin == origin:
             self.branches.append(self.finished.pop(0))
             return
         motions = branch.problem
         one_way = partial(self._one_way, branch)
-        followed = follow_both_ways(start, one_way) if inside else one_way(start)
+        trace = follow_both_ways(start, one_way) if bidirectional else one_way(start)
         points = tuple(
-            located_point(motions, point)
-            for point in with_bifurcations(branch, followed)
+            located_point(motions, point) for point in with_bifurcations(branch, trace)
         )
         new_branch = PeriodicBranch(
-            motions.multiple, points, origin, followed.reason, followed.closed
+            motions.multiple, points, origin, trace.reason, trace.closed
         )
         if self._is_duplicate(branch, points):
             return
         points = tuple(self._drop_doubling_artefacts(motions.multiple, points))
         new_branch = replace(new_branch, points=points, error=_error(motions, points))
-        self.keep(new_branch)
+        self.store_branch(new_branch)
         self.branches.append(new_branch)
 
     def _drop_doubling_artefacts(
@@ -377,7 +387,8 @@ class BranchFinder:
         ]
         for point in points:
             near = any(
-                abs(point.parameter - at) < SEAM * self.family.unit for at in seams
+                abs(point.parameter - at) < MAX_DOUBLING_GAP * self.family.unit
+                for at in seams
             )
             seam = near and point.kind in (FOLD, CROSSING)
             yield replace(point, kind="") if seam else point
@@ -386,7 +397,7 @@ class BranchFinder:
         self, branch: Continuation[PeriodicProblem], points: tuple[BranchPoint, ...]
     ) -> bool:
         """Whether a branch that is found passes through most of some points."""
-        probes = [points[round(part * (len(points) - 1))] for part in PROBED]
+        probes = [points[round(part * (len(points) - 1))] for part in PROBE_FRACTIONS]
         matches = 0
         for point in probes:
             motion = Point(point.x, point.parameter, np.zeros(point.x.size + 1))
@@ -397,15 +408,15 @@ class BranchFinder:
         self, branch: Continuation[PeriodicProblem], start: Point
     ) -> BranchTrace:
         motions, number = branch.problem, len(self.branches)
-        followed = branch.follow(
+        trace = branch.follow(
             start,
             self.limits,
-            lambda before, after: _halves(motions, before, after),
+            lambda before, after: _halving_reason(motions, before, after),
             lambda value: self.report(number, value),
         )
-        if followed.reason != HALVED:
-            return followed
-        return _cut_at_its_end(branch, followed)
+        if trace.reason != HALVED:
+            return trace
+        return _cut_at_halving(branch, trace)
 
 
 def located_point(motions: PeriodicProblem, point: BranchPoint) -> BranchPoint:
@@ -434,7 +445,7 @@ def _error(motions: PeriodicProblem, points: tuple[BranchPoint, ...]) -> float:
     clear = [
         p for p in points if np.abs(np.abs(p.multipliers) - 1.0).min() > CIRCLE_MARGIN
     ]
-    for point in sorted(clear, key=lambda p: -p.figures["dte_rms"].max())[:SHOTS]:
+    for point in sorted(clear, key=lambda p: -p.figures["dte_rms"].max())[:MAX_SHOTS]:
         balance, frequency = motions.at(point.parameter)
         try:
             exact = shoot(balance, point.x, frequency)
@@ -444,7 +455,7 @@ def _error(motions: PeriodicProblem, points: tuple[BranchPoint, ...]) -> float:
     return math.nan
 
 
-def _halves(motions: PeriodicProblem, before: Point, after: Point) -> str:
+def _halving_reason(motions: PeriodicProblem, before: Point, after: Point) -> str:
     """Why a branch ends between points: its motions repeat in half their period."""
     if motions.multiple % 2:
         return ""
@@ -464,19 +475,19 @@ def has_half_period(branch: Continuation[PeriodicProblem], point: Point) -> bool
     if motions.multiple % 2:
         return False
     size = float(np.linalg.norm(odd_part(motions, point)))
-    return size < 0.3 * ASIDE * branch.steps.size
+    return size < 0.3 * SWITCH_LENGTH * branch.steps.size
 
 
-def _cut_at_its_end(
-    branch: Continuation[PeriodicProblem], followed: BranchTrace
+def _cut_at_halving(
+    branch: Continuation[PeriodicProblem], trace: BranchTrace
 ) -> BranchTrace:
     """The last point where motions of half the period are reached."""
-    motions, (*_, before, after) = branch.problem, followed.points
+    motions, (*_, before, after) = branch.problem, trace.points
     towards = odd_part(motions, before)
     try:
-        last = branch.between(
+        last = branch.locate(
             before, after, lambda point: float(odd_part(motions, point) @ towards)
         )
     except ArithmeticError:
-        return followed
-    return replace(followed, points=(*followed.points[:-1], last))
+        return trace
+    return replace(trace, points=(*trace.points[:-1], last))

@@ -30,10 +30,10 @@ from lumped.continuation.bifurcations import (
 Array = NDArray[np.float64]
 Test = Callable[[Point], float]
 KINDS = FOLD, DOUBLING, CROSSING, TORUS
-ONE = 2e-5  # of the parameter's unit: a fold and what its multiplier does
-FINE = 8e-3  # of the unit, between points while a multiplier is near to -1
-TURN = 15.0  # of a multiplier, at most, per unit of the parameter
-UPRIGHT = 1e-8  # of the tangent along the parameter: the branch is vertical
+FOLD_TOL = 2e-5  # of the parameter's unit: a fold and what its multiplier does
+MAX_SPACING = 8e-3  # of the unit, between points while a multiplier is near to -1
+MAX_MULTIPLIER_RATE = 15.0  # of a multiplier, at most, per unit of the parameter
+VERTICAL_TOL = 1e-8  # of the tangent along the parameter: the branch is vertical
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,25 +78,27 @@ class BranchPoint:
 
 
 def with_bifurcations(
-    branch: Continuation[PeriodicProblem], followed: BranchTrace
+    branch: Continuation[PeriodicProblem], trace: BranchTrace
 ) -> Iterator[BranchPoint]:
     """The points of a branch, and between them those where something changes."""
     motions, unit = branch.problem, branch.steps.unit
     folds: list[float] = []
-    computed = list(_with_points_between(branch, followed.points))
+    computed = list(_with_points_between(branch, trace.points))
     for (a, here), (b, there) in pairwise(computed):
         yield here
         for kind, test in _tests(motions, (a, here), (b, there)):
             try:
-                between = branch.between(a, b, test)
+                bifurcation = branch.locate(a, b, test)
             except ArithmeticError:
                 continue
-            at = between.parameter
+            parameter = bifurcation.parameter
             if kind == FOLD:
-                folds.append(at)
-            elif kind == CROSSING and any(abs(f - at) < ONE * unit for f in folds):
+                folds.append(parameter)
+            elif kind == CROSSING and any(
+                abs(f - parameter) < FOLD_TOL * unit for f in folds
+            ):
                 continue  # the multiplier of the fold, a hair beside it
-            yield replace(branch_point(motions, between), kind=kind)
+            yield replace(branch_point(motions, bifurcation), kind=kind)
     yield computed[-1][1]
 
 
@@ -105,34 +107,36 @@ def _with_points_between(
 ) -> Iterator[tuple[Point, BranchPoint]]:
     """Points, and more of them where two period doublings could be between."""
     motions = branch.problem
-    before: tuple[Point, BranchPoint] | None = None
-    waiting = list(reversed(points))
-    while waiting:
-        here = waiting[-1]
-        now = here, branch_point(motions, here)
-        if before is not None and _may_double(before[1], now[1], branch.steps.unit):
+    previous: tuple[Point, BranchPoint] | None = None
+    stack = list(reversed(points))
+    while stack:
+        here = stack[-1]
+        current = here, branch_point(motions, here)
+        if previous is not None and _may_double(
+            previous[1], current[1], branch.steps.unit
+        ):
             try:
-                waiting.append(branch.middle(before[0], here))
+                stack.append(branch.midpoint(previous[0], here))
                 continue
             except ArithmeticError:
                 pass
-        yield now
-        before = now
-        waiting.pop()
+        yield current
+        previous = current
+        stack.pop()
 
 
 def _may_double(one: BranchPoint, two: BranchPoint, unit: float) -> bool:
     """Whether points are far apart while a multiplier is near to -1."""
-    apart = abs(one.parameter - two.parameter) / unit
+    spacing = abs(one.parameter - two.parameter) / unit
     nearest = min(np.abs(point.multipliers + 1.0).min() for point in (one, two))
-    return bool(apart > FINE and nearest < apart * TURN)
+    return bool(spacing > MAX_SPACING and nearest < spacing * MAX_MULTIPLIER_RATE)
 
 
 def branch_point(motions: PeriodicProblem, point: Point) -> BranchPoint:
     figures = motions.figures(point.x, point.parameter)
     multipliers = _multipliers(motions, point)
     _, frequency = motions.at(point.parameter)
-    vertical = bool(abs(point.along) < UPRIGHT)
+    vertical = bool(abs(point.parameter_rate) < VERTICAL_TOL)
     return BranchPoint(
         point.parameter, frequency, point.x, multipliers, figures, vertical
     )
@@ -151,20 +155,20 @@ def _tests(
     """Bifurcations between two points, with test functions."""
     (a, one), (b, two) = before, after
     vertical = one.vertical or two.vertical
-    turns = a.along * b.along < 0.0
+    turns = a.parameter_rate * b.parameter_rate < 0.0
     if turns and not vertical:
-        yield FOLD, lambda point: point.along
+        yield FOLD, lambda point: point.parameter_rate
     for kind, at in ((DOUBLING, -1.0), (CROSSING, 1.0)):
         crosses = (
             multiplier_test(one.multipliers, at) * multiplier_test(two.multipliers, at)
             < 0.0
         )
         if crosses and not (kind == CROSSING and (turns or vertical)):
-            yield kind, partial(_beyond_at, motions, at)
+            yield kind, partial(_multiplier_test_at, motions, at)
     pairs = pair_modulus(one.multipliers), pair_modulus(two.multipliers)
     if (pairs[0] - 1.0) * (pairs[1] - 1.0) < 0.0:
         yield TORUS, lambda point: pair_modulus(_multipliers(motions, point)) - 1.0
 
 
-def _beyond_at(motions: PeriodicProblem, at: float, point: Point) -> float:
+def _multiplier_test_at(motions: PeriodicProblem, at: float, point: Point) -> float:
     return multiplier_test(_multipliers(motions, point), at)

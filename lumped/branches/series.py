@@ -110,9 +110,11 @@ class SampledSeries:
     @cached_property
     def times(self) -> Array:
         """Times of the checks (e, 5), in periods of the first mesh."""
-        from lumped.kernels.orbit import CHECKS
+        from lumped.kernels.orbit import PIECE_CHECKS
 
-        return np.asarray(self.edges[:-1, None] + np.diff(self.edges)[:, None] * CHECKS)
+        return np.asarray(
+            self.edges[:-1, None] + np.diff(self.edges)[:, None] * PIECE_CHECKS
+        )
 
     @property
     def points(self) -> Array:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lumped.branches.motions import PeriodicMotion
 from lumped.branches.period_map import PeriodMap
 from lumped.continuation.arc_length import NoSolution
-from lumped.steady.measures import measures
+from lumped.steady.measures import measure_motion
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import stepper_of
@@ -47,18 +47,18 @@ def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
     """
     if isinstance(balance, PeriodMap):
         return _shoot_finer(replace(balance, steps=FIXED), x, frequency)
-    stepper, at = stepper_of(balance.system, ADAPTIVE), Speed(frequency, ADAPTIVE)
+    stepper, speed = stepper_of(balance.system, ADAPTIVE), Speed(frequency, ADAPTIVE)
     state = balance.state(x, frequency)
     change = balance.monodromy(x, frequency) - np.eye(state.size)
     size = np.abs(state).max(axis=1, keepdims=True)
     for _ in range(MAX_CORRECTIONS):
         try:
-            end, history = stepper.record(state, at, balance.multiple)
+            end, history = stepper.record(state, speed, balance.multiple)
             step = np.linalg.solve(change, (end - state).ravel()).reshape(state.shape)
         except (Diverged, np.linalg.LinAlgError):
             break
         if np.abs(step / size).max() <= NEWTON_TOL:
-            return Shot(state, measures(history))
+            return Shot(state, measure_motion(history))
         state = state - step
     raise NoSolution("shooting found no periodic motion")
 

@@ -30,7 +30,7 @@ from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-ROOM = 4  # times the pieces of the grid, for those that are cut
+CAPACITY_RATIO = 4  # times the pieces of the grid, for those that are cut
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +86,8 @@ class SpringForces:
     @cached_property
     def grid(self) -> QuadratureGrid:
         times = self.sampled.times
-        inside = self.system.excitation.at(times[:, :4])
-        at_end = self.system.excitation.at(times[:, 4:], side=-1)
+        inside = self.system.excitation.evaluate(times[:, :4])
+        at_end = self.system.excitation.evaluate(times[:, 4:], side=-1)
         stiffness, gap = (
             np.concatenate(both, axis=1) for both in zip(inside, at_end, strict=True)
         )
@@ -105,14 +105,14 @@ class SpringForces:
         # a path that ends within a piece would make its quadrature depend on where
         # contact cuts it, which the Jacobian does not know
         stops = np.union1d(excitation.pieces.stops, excitation.breaks())
-        marks = (
+        corners = (
             mesh_period * np.arange(length // mesh_period)[:, None] + stops
         ).ravel()
-        marks = np.concatenate([[0.0], marks, [float(length)]])
-        marks = marks[np.append(np.diff(marks) > 1e-9, True)]
+        corners = np.concatenate([[0.0], corners, [float(length)]])
+        corners = corners[np.append(np.diff(corners) > 1e-9, True)]
         parts = [
             np.linspace(a, b, math.ceil((b - a) * self.finest), endpoint=False)
-            for a, b in pairwise(marks)
+            for a, b in pairwise(corners)
         ]
         return np.concatenate([*parts, [float(length)]])
 
@@ -122,11 +122,11 @@ class SpringForces:
 
     @cached_property
     def _room(self) -> ContactPieces:
-        count, meshes = ROOM * (self.sampled.edges.size - 1), self.count
+        count, meshes = CAPACITY_RATIO * (self.sampled.edges.size - 1), self.count
         return ContactPieces(
             start=np.empty(count),
             length=np.empty(count),
-            whole=np.empty(count, np.int64),
+            grid_piece=np.empty(count, np.int64),
             force=np.empty((count, 3, meshes)),
             slope=np.empty((count, 3, meshes)),
         )
@@ -161,7 +161,7 @@ class SpringForces:
         s = self.sampled.values(x)[:, 1:4, meshes]
         elastic = s - grid.gap[:, 1:4]
         drive, back = (
-            _closing(overlap, steepness)
+            _smooth_overlap(overlap, steepness)
             for overlap in (elastic, -elastic - self.arrays.backlash[meshes])
         )
         stiffness = grid.stiffness[:, 1:4]
@@ -170,7 +170,7 @@ class SpringForces:
         return ContactPieces(
             start=grid.edges[:-1],
             length=np.diff(grid.edges),
-            whole=np.arange(len(s)),
+            grid_piece=np.arange(len(s)),
             force=force,
             slope=slope[..., None] * np.eye(self.count),
         )
@@ -223,7 +223,7 @@ class SpringForces:
         return q @ self.arrays.shapes.T
 
 
-def _closing(overlap: Array, steepness: float) -> tuple[Array, Array]:
+def _smooth_overlap(overlap: Array, steepness: float) -> tuple[Array, Array]:
     """Overlap of flanks that close by tanh, and its slope; none where it is -inf."""
     clipped = np.maximum(overlap, -1e3 / steepness)
     turn = np.tanh(steepness * clipped)
@@ -237,11 +237,11 @@ def _contact(
     """Force and overlaps of the nearest flanks of a mesh, of the shape of s."""
     elastic = s[..., None] - gap
     pressed = np.maximum(elastic, 0.0)
-    behind = -elastic - backlash
-    force = stiffness * (pressed - np.maximum(behind, 0.0))
-    stiff = stiffness > 0.0
+    back = -elastic - backlash
+    force = stiffness * (pressed - np.maximum(back, 0.0))
+    is_engaged = stiffness > 0.0
     return {
         "force": force.sum(axis=-1),
-        "drive": np.where(stiff, elastic, -np.inf).max(axis=-1),
-        "back": np.where(stiff, behind, -np.inf).max(axis=-1),
+        "drive": np.where(is_engaged, elastic, -np.inf).max(axis=-1),
+        "back": np.where(is_engaged, back, -np.inf).max(axis=-1),
     }

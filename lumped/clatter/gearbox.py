@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-FASTEST = 1e6  # rad/s
+MAX_ANGULAR_SPEED = 1e6  # rad/s
 AXIAL, RADIAL, TEETH = "axial", "radial", "teeth"
 
 
@@ -81,8 +81,10 @@ class SpeedSignal:
             raise ValueError(f"a speed signal needs 4 rows, got {len(self.times)}")
         if not np.all(np.diff(self.times) > 0.0):
             raise ValueError("times of a speed signal must rise")
-        if not np.all(np.abs(self.speeds) <= FASTEST):
-            raise ValueError(f"speeds must be numbers up to {FASTEST:g} rad/s")
+        if not np.all(np.abs(self.speeds) <= MAX_ANGULAR_SPEED):
+            raise ValueError(
+                f"speeds must be numbers up to {MAX_ANGULAR_SPEED:g} rad/s"
+            )
 
     @property
     def period(self) -> float:
@@ -183,14 +185,20 @@ class LooseWheel:
     @property
     def freedoms(self) -> dict[str, Freedom]:
         """Coordinates by play, in their order."""
-        every = {TEETH: self.rotation, AXIAL: self.axial, RADIAL: self.radial}
-        return {name: freedom for name, freedom in every.items() if freedom is not None}
+        candidates = {TEETH: self.rotation, AXIAL: self.axial, RADIAL: self.radial}
+        return {
+            name: freedom for name, freedom in candidates.items() if freedom is not None
+        }
 
     def direction(self, helix_angle: float, ratio: float = 1.0) -> Array:
         """Displacement w along the line of action of a mesh per coordinate."""
         cosine, sine = math.cos(helix_angle), math.sin(helix_angle)
-        every = {TEETH: ratio * self.base_radius * cosine, AXIAL: sine, RADIAL: cosine}
-        return np.array([every[name] for name in self.freedoms])
+        components = {
+            TEETH: ratio * self.base_radius * cosine,
+            AXIAL: sine,
+            RADIAL: cosine,
+        }
+        return np.array([components[name] for name in self.freedoms])
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,16 +211,16 @@ class Gearbox:
     def __post_init__(self) -> None:
         if not self.wheels:
             raise ValueError("a gearbox needs a wheel")
-        seen: list[str] = []
+        names: list[str] = []
         for wheel in self.wheels:
-            if wheel.name in seen:
+            if wheel.name in names:
                 raise ValueError(f"wheel {wheel.name} is there more than once")
-            if wheel.driver is not None and wheel.driver not in seen:
+            if wheel.driver is not None and wheel.driver not in names:
                 raise ValueError(
                     f"driver {wheel.driver} of wheel {wheel.name} must be a wheel "
                     "before it"
                 )
-            seen.append(wheel.name)
+            names.append(wheel.name)
 
     @property
     def groups(self) -> list[tuple[LooseWheel, ...]]:
@@ -220,7 +228,8 @@ class Gearbox:
         roots: dict[str, str] = {}
         for wheel in self.wheels:
             roots[wheel.name] = roots[wheel.driver] if wheel.driver else wheel.name
-        every = dict.fromkeys(roots.values())
+        group_roots = dict.fromkeys(roots.values())
         return [
-            tuple(w for w in self.wheels if roots[w.name] == root) for root in every
+            tuple(w for w in self.wheels if roots[w.name] == root)
+            for root in group_roots
         ]

@@ -14,11 +14,12 @@ from lumped.clatter.chaos import lyapunov_exponent
 from lumped.clatter.gearbox import TEETH, LooseWheel
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.maps import MapName, follow_map, map_exponent, require_mapped
-from lumped.clatter.runs import CHUNK, Impacts, State, joined, simulate
+from lumped.clatter.runs import CHUNK, Impacts, State, join_impacts, simulate
 
 Array = NDArray[np.float64]
 MapKind = Literal["event", "implicit", "fermi"]
-PERIODS = 1000  # most periods, or impacts of a map, over which an exponent is measured
+# Most periods, or impacts of a map, over which an exponent is measured
+MAX_PERIODS = 1000
 MIN_PERIODS = 100
 
 
@@ -45,9 +46,9 @@ class GroupRun:
         """Unit and largest Lyapunov exponent, per second or per impact of a map."""
         if kind != "event":
             last = self.last_edge
-            return "impact", map_exponent(self.group, kind, self.end, last, PERIODS)
+            return "impact", map_exponent(self.group, kind, self.end, last, MAX_PERIODS)
         periods = int(self.seconds / self.group.excitation.period)
-        count = min(max(periods, MIN_PERIODS), PERIODS)
+        count = min(max(periods, MIN_PERIODS), MAX_PERIODS)
         return "s", lyapunov_exponent(self.group, self.end, count)
 
     def teeth(self, wheel: LooseWheel) -> tuple[Array, Array, Array]:
@@ -66,32 +67,32 @@ def run_events(
     group: WheelGroup,
     state: State,
     seconds: float,
-    most: int,
-    before: Sequence[Impacts] = (),
-    passed: Callable[[Impacts, int], None] = lambda part, count: None,
+    max_impacts: int,
+    previous_impacts: Sequence[Impacts] = (),
+    callback: Callable[[Impacts, int], None] = lambda part, count: None,
 ) -> GroupRun:
     """Compute all impacts until a time [s] or up to a number of impacts.
 
     state : initial state, which is advanced
-    before : number of impacts before it
-    passed : function called after each part with it and the number of impacts so far
+    previous_impacts : impacts before it
+    callback : function called after each part with it and the number of impacts so far
     """
-    parts, count = list(before), sum(map(len, before))
-    parts_to_come = simulate(group, state, seconds, min(CHUNK, most))
-    while count < most and (part := next(parts_to_come, None)) is not None:
+    parts, count = list(previous_impacts), sum(map(len, previous_impacts))
+    parts_to_come = simulate(group, state, seconds, min(CHUNK, max_impacts))
+    while count < max_impacts and (part := next(parts_to_come, None)) is not None:
         parts.append(part)
         count += len(part)
-        passed(part, count)
-    impacts = joined(parts)
-    lasts = min(state.time * group.excitation.period, seconds)
-    if count >= most:
-        impacts = _first(impacts, most)
-        lasts = float(impacts.time[-1])
-    return GroupRun(group, impacts, lasts, state)
+        callback(part, count)
+    impacts = join_impacts(parts)
+    duration = min(state.time * group.excitation.period, seconds)
+    if count >= max_impacts:
+        impacts = _first_impacts(impacts, max_impacts)
+        duration = float(impacts.time[-1])
+    return GroupRun(group, impacts, duration, state)
 
 
 def run_map(
-    group: WheelGroup, name: MapName, state: State, seconds: float, most: int
+    group: WheelGroup, name: MapName, state: State, seconds: float, max_impacts: int
 ) -> GroupRun:
     """Compute impacts of one wheel by a map, after a first impact by events.
 
@@ -100,31 +101,33 @@ def run_map(
     require_mapped(group)
     if group.wheels[0].driver is not None:
         raise ValueError("has no map of its own")
-    parts = [_first_of_teeth(group, state, seconds)]
+    parts = [_first_tooth_impact(group, state, seconds)]
     count = 1
-    while parts[-1].time[-1] <= seconds and count < most:
+    while parts[-1].time[-1] <= seconds and count < max_impacts:
         edge = int(parts[-1].edge[-1])
-        part = follow_map(group, name, state, edge, min(CHUNK, most - count))
+        part = follow_map(group, name, state, edge, min(CHUNK, max_impacts - count))
         if not len(part):
             break
         parts.append(part)
         count += len(part)
-    impacts = joined(parts)
-    cut = _first(impacts, min(int(np.sum(impacts.time <= seconds)), most))
-    is_complete = len(cut) < min(len(impacts), most)
-    lasts = seconds if is_complete else float(cut.time[-1])
-    return GroupRun(group, cut, lasts, state, int(impacts.edge[-1]))
+    impacts = join_impacts(parts)
+    cut = _first_impacts(
+        impacts, min(int(np.sum(impacts.time <= seconds)), max_impacts)
+    )
+    is_complete = len(cut) < min(len(impacts), max_impacts)
+    duration = seconds if is_complete else float(cut.time[-1])
+    return GroupRun(group, cut, duration, state, int(impacts.edge[-1]))
 
 
-def _first_of_teeth(group: WheelGroup, state: State, seconds: float) -> Impacts:
+def _first_tooth_impact(group: WheelGroup, state: State, seconds: float) -> Impacts:
     """First impact of teeth by events; the state is advanced to it."""
-    for part in simulate(group, state, seconds, most=0):
+    for part in simulate(group, state, seconds, max_impacts=0):
         if part.play[:1] == 0:  # in the order of the group, teeth come first
-            return _first(part, 1)
+            return _first_impacts(part, 1)
     raise ValueError(f"has teeth that do not meet in {seconds:g} s")
 
 
-def _first(impacts: Impacts, count: int) -> Impacts:
+def _first_impacts(impacts: Impacts, count: int) -> Impacts:
     return Impacts(*(values[:count] for values in vars(impacts).values()))
 
 

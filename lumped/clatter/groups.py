@@ -19,13 +19,15 @@ from lumped.clatter.gearbox import (
     Variation,
 )
 from lumped.clatter.kernels.arrays import GroupArrays
-from lumped.rattle.kernels.flight import CLOSE
+from lumped.rattle.kernels.flight import EVENT_TOL
 
 Array = NDArray[np.float64]
-CLOSED = 64.0  # multiple of the round-off of a position below which gaps are closed
-RESTING = 4.0  # contacts rest below this multiple of the speed of a fall through it
-BEYOND = 1e3  # distance in plays of an edge that is never reached
-SERIES = 0.5  # largest rate times a step in sustained contact, see TERMS
+# Multiple of the round-off of a position below which gaps are closed
+CLOSED_GAP_RATIO = 64.0
+# Contacts rest below this multiple of the speed of a fall through it
+RESTING_SPEED_RATIO = 4.0
+UNREACHABLE_DISTANCE = 1e3  # distance in plays of an edge that is never reached
+MAX_SERIES_STEP = 0.5  # largest rate times a step in sustained contact, see TERMS
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +39,7 @@ class WheelGroup:
 
     wheels: tuple[LooseWheel, ...]
     excitation: Excitation
-    tolerance: float = CLOSE
+    tolerance: float = EVENT_TOL
 
     @cached_property
     def plays(self) -> list[tuple[LooseWheel, str]]:
@@ -104,25 +106,29 @@ class WheelGroup:
         teeth = np.array([name == TEETH for _, name in self.plays])[number]
         play = np.array([freedom.play for freedom in freedoms])[number]
         orders, cosines, sines, pieces = _waves(self.excitation)
-        jerk, snap = _largest(orders, cosines, sines, pieces)
+        jerk, snap = _largest_derivatives(orders, cosines, sines, pieces)
         ratios = self.ratios[number]
-        fading = np.array([freedom.damping for freedom in freedoms]) / masses * period
+        damping_rate = (
+            np.array([freedom.damping for freedom in freedoms]) / masses * period
+        )
         fastest = 2.0 * math.pi * max([*orders, *own_order, 0.0])
-        fastest = max(fastest, fading.max())
+        fastest = max(fastest, damping_rate.max())
         restitution = np.array([freedom.restitution for freedom in freedoms])
-        near = CLOSED * float(np.finfo(float).eps) * _reach(self)
+        closed_gap = (
+            CLOSED_GAP_RATIO * float(np.finfo(float).eps) * _largest_displacement(self)
+        )
         return GroupArrays(
             drag_acceleration=np.array([freedom.drag for freedom in freedoms])
             / masses
             * period**2,
-            damping_rate=fading,
+            damping_rate=damping_rate,
             inverse_mass=1.0 / masses,
             rows=self.rows[number],
             ratios=ratios,
-            low=np.where(upper, -BEYOND, -1.0) * play,
-            high=np.where(lower, BEYOND, 0.0) * play,
+            low=np.where(upper, -UNREACHABLE_DISTANCE, -1.0) * play,
+            high=np.where(lower, UNREACHABLE_DISTANCE, 0.0) * play,
             restitution=restitution[number],
-            near=near,
+            closed_gap=closed_gap,
             own_order=own_order,
             own_cosine=own_cosine,
             own_sine=own_sine,
@@ -134,10 +140,12 @@ class WheelGroup:
             pieces=pieces,
             jerk=np.abs(ratios) * jerk + own_size * own_turn**3,
             snap=np.abs(ratios) * snap + own_size * own_turn**4,
-            rest=_resting(self, float(np.max(own_size * own_turn**2)), near),
+            resting_speed=_resting_speed(
+                self, float(np.max(own_size * own_turn**2)), closed_gap
+            ),
             max_impacts=_max_impacts(restitution),
             tolerance=self.tolerance,
-            longest=SERIES / fastest if fastest > 0.0 else math.inf,
+            max_held_step=MAX_SERIES_STEP / fastest if fastest > 0.0 else math.inf,
         )
 
 
@@ -150,42 +158,47 @@ def _own_waves(
         variation = variations[number[k]]
         if variation is not None:
             cosine, sine = math.sin(variation.phase), math.cos(variation.phase)
-            size = variation.amplitude
-            waves[:, k] = variation.order, size * cosine, size * sine
+            amplitude = variation.amplitude
+            waves[:, k] = variation.order, amplitude * cosine, amplitude * sine
     return waves[0], waves[1], waves[2]
 
 
-def _reach(group: WheelGroup) -> float:
+def _largest_displacement(group: WheelGroup) -> float:
     """Largest displacement of teeth [m]; the plays of a row of wheels add up."""
     times = np.linspace(0.0, group.excitation.period, 1001)
     e = float(np.abs(group.excitation.at(times)).max())
-    most: dict[str, float] = {}
+    largest: dict[str, float] = {}
     for wheel in group.wheels:
         displacement = abs(wheel.ratio) * e
         if wheel.driver is not None:  # its shifts count in full
-            displacement = max(abs(wheel.ratio), 1.0) * most[wheel.driver]
+            displacement = max(abs(wheel.ratio), 1.0) * largest[wheel.driver]
         amplitude = wheel.variation.amplitude if wheel.variation is not None else 0.0
         plays = abs(amplitude) + sum(
             freedom.play for freedom in wheel.freedoms.values()
         )
-        most[wheel.name] = displacement + plays
-    return max(most.values())
+        largest[wheel.name] = displacement + plays
+    return max(largest.values())
 
 
-def _resting(group: WheelGroup, own_bend: float, near: float) -> float:
+def _resting_speed(
+    group: WheelGroup, edge_acceleration: float, closed_gap: float
+) -> float:
     """Speed below which contacts no longer bounce [m per period].
 
     A gap that counts as closed contains energy: contacts at rest must be slower than a
     fall through it, otherwise it would move them for ever.
 
-    own_bend : largest acceleration of an edge
-    near : largest gap that counts as closed [m]
+    edge_acceleration : largest acceleration of an edge
+    closed_gap : largest gap that counts as closed [m]
     """
     period, rows = group.excitation.period, group.rows
     ratio = max(abs(wheel.ratio) for wheel in group.wheels)
     push = np.array([f.drag for f in group.freedoms]) / group.masses * period**2
-    pull = np.abs(rows @ push).max() + ratio * _largest_bend(group.excitation)
-    return RESTING * math.sqrt(2.0 * (pull + own_bend) * near) + near
+    pull = np.abs(rows @ push).max() + ratio * _largest_acceleration(group.excitation)
+    return (
+        RESTING_SPEED_RATIO * math.sqrt(2.0 * (pull + edge_acceleration) * closed_gap)
+        + closed_gap
+    )
 
 
 def _max_impacts(restitution: Array) -> int:
@@ -200,7 +213,7 @@ def _max_impacts(restitution: Array) -> int:
     return int(np.clip(math.log(1e7) / max(share, 1e-9), 10.0, 1e6))
 
 
-def _largest_bend(excitation: Excitation) -> float:
+def _largest_acceleration(excitation: Excitation) -> float:
     """Largest second derivative, with time in periods."""
     orders, cosines, sines, pieces = _waves(excitation)
     if pieces.size:
@@ -213,14 +226,19 @@ def _largest_bend(excitation: Excitation) -> float:
 def _waves(excitation: Excitation) -> tuple[Array, Array, Array, Array]:
     """Orders, cosines and sines of harmonics, or pieces of a signal."""
     if isinstance(excitation, SpeedSignal):
-        nothing = np.zeros(0)
-        return nothing, nothing, nothing, excitation.pieces
-    size, phase = np.array(excitation.amplitudes), np.array(excitation.phases)
-    orders = np.arange(1.0, size.size + 1.0)
-    return orders, size * np.sin(phase), size * np.cos(phase), np.zeros((0, 6))
+        empty = np.zeros(0)
+        return empty, empty, empty, excitation.pieces
+    amplitude, phase = np.array(excitation.amplitudes), np.array(excitation.phases)
+    orders = np.arange(1.0, amplitude.size + 1.0)
+    return (
+        orders,
+        amplitude * np.sin(phase),
+        amplitude * np.cos(phase),
+        np.zeros((0, 6)),
+    )
 
 
-def _largest(
+def _largest_derivatives(
     orders: Array, cosines: Array, sines: Array, pieces: Array
 ) -> tuple[float, float]:
     """Largest third and fourth derivatives of an excitation, with time in periods."""
@@ -229,5 +247,5 @@ def _largest(
         first, fourth = 6.0 * pieces[:, 4], 24.0 * pieces[:, 5]
         last = first + fourth * spans
         return float(np.abs([first, last]).max()), float(np.abs(fourth).max())
-    size, angular = np.hypot(cosines, sines), 2.0 * math.pi * orders
-    return float(np.sum(size * angular**3)), float(np.sum(size * angular**4))
+    amplitude, angular = np.hypot(cosines, sines), 2.0 * math.pi * orders
+    return float(np.sum(amplitude * angular**3)), float(np.sum(amplitude * angular**4))

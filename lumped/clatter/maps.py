@@ -14,8 +14,8 @@ from lumped.clatter.kernels import maps as kernel
 from lumped.clatter.runs import Impacts, State
 
 Array = NDArray[np.float64]
-NEIGHBOUR = 1e-7  # distance at which a neighbour is held, in periods and plays
-SETTLE = 100  # impacts before an exponent is measured
+NEIGHBOUR_DISTANCE = 1e-7  # distance at which a neighbour is held, in periods and plays
+TRANSIENT_IMPACTS = 100  # impacts before an exponent is measured
 MapName = Literal["implicit", "fermi"]
 
 
@@ -70,24 +70,26 @@ def map_exponent(
     require_mapped(group)
     scale = np.abs(group.box.rows[0]) / (group.box.high[0] - group.box.low[0])
     reference, other = state.copy(), state.copy()
-    other.clock[1] += NEIGHBOUR
+    other.clock[1] += NEIGHBOUR_DISTANCE
     total = 0.0
-    for number in range(-SETTLE, count):
+    for number in range(-TRANSIENT_IMPACTS, count):
         other.clock[0] -= reference.clock[0]  # so that round-off of times stays small
         reference.clock[0] = 0.0
         rows = _advance(group, name, reference, edge, 1)
         if not len(rows) or not len(_advance(group, name, other, edge, 1)):
             return math.nan
-        edge, kick = int(rows[0, 1]), other.v - reference.v
-        shift = other.time - reference.time
-        separation = math.hypot(shift, float(np.linalg.norm(scale * kick)))
+        edge, velocity_shift = int(rows[0, 1]), other.v - reference.v
+        time_shift = other.time - reference.time
+        separation = math.hypot(
+            time_shift, float(np.linalg.norm(scale * velocity_shift))
+        )
         if separation == 0.0:
             return -math.inf
         if number >= 0:
-            total += math.log(separation / NEIGHBOUR)
+            total += math.log(separation / NEIGHBOUR_DISTANCE)
         other = reference.copy()
-        other.clock[1] += shift * NEIGHBOUR / separation
-        other.v += kick * NEIGHBOUR / separation
+        other.clock[1] += time_shift * NEIGHBOUR_DISTANCE / separation
+        other.v += velocity_shift * NEIGHBOUR_DISTANCE / separation
     return total / count
 
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.kernels import events
-from lumped.clatter.kernels.arrays import RECORD, GroupArrays, work_for
-from lumped.clatter.kernels.contact import TERMS
+from lumped.clatter.kernels.arrays import RECORD_COLUMNS, GroupArrays, new_workspace
+from lumped.clatter.kernels.contact import N_TERMS
 
 Array = NDArray[np.float64]
 CHUNK = 50_000  # impacts that are computed at a time
@@ -47,20 +47,20 @@ class State:
 
 def centred_state(group: WheelGroup) -> State:
     """State in the middle of every play, at rest."""
-    return _placed(group, np.full(len(group.plays), 0.5))
+    return _state_at(group, np.full(len(group.plays), 0.5))
 
 
 def random_state(group: WheelGroup, seed: int) -> State:
     """State at rest at random positions in the plays."""
     random = np.random.default_rng(seed)
-    return _placed(group, random.uniform(0.05, 0.95, len(group.plays)))
+    return _state_at(group, random.uniform(0.05, 0.95, len(group.plays)))
 
 
-def _placed(group: WheelGroup, parts: Array) -> State:
+def _state_at(group: WheelGroup, fractions: Array) -> State:
     """State at rest, at fractions of the plays from their lower edges."""
     n, start = len(group.plays), np.zeros(1)
     e = float(group.excitation.at(start)[0])
-    shifts = (parts - 1.0) * group.widths(start)[0] - group.ratios * e
+    shifts = (fractions - 1.0) * group.widths(start)[0] - group.ratios * e
     q: Array = np.linalg.solve(group.rows, shifts).astype(np.float64)
     held = np.zeros(group.box.low.size, np.int64)
     return State(np.zeros(2), q, np.zeros(n), held)
@@ -90,28 +90,28 @@ class Impacts:
 
 
 def simulate(
-    group: WheelGroup, state: State, until: float, most: int = CHUNK
+    group: WheelGroup, state: State, end: float, max_impacts: int = CHUNK
 ) -> Iterator[Impacts]:
     """Compute impacts until a time [s] in parts; the state is advanced with them.
 
-    most : approximate number of impacts of each part
+    max_impacts : approximate number of impacts of each part
 
     Raises LostMotion if an event is not found.
     """
     box, period = group.box, group.excitation.period
     n = len(group.plays)
-    work = work_for(n, box.low.size, TERMS)
-    part, whole = math.modf(until / period)
-    goal = whole, part
-    records = np.empty((most + box.low.size, RECORD))
-    status = events.FULL
-    while status == events.FULL:
-        taken, status = events.run(
+    work = new_workspace(n, box.low.size, N_TERMS)
+    fraction, periods = math.modf(end / period)
+    goal = periods, fraction
+    records = np.empty((max_impacts + box.low.size, RECORD_COLUMNS))
+    status = events.RECORDS_FULL
+    while status == events.RECORDS_FULL:
+        count, status = events.run_events(
             *(box, work, state.clock, state.q, state.v, state.held, goal, records)
         )
-        if status == events.LOST:
+        if status == events.NOT_FOUND:
             raise LostMotion(f"no event is found after {state.time * period:.9g} s")
-        yield _impacts(records[:taken], box, period)
+        yield _impacts(records[:count], box, period)
 
 
 def _impacts(records: Array, box: GroupArrays, period: float) -> Impacts:
@@ -125,7 +125,7 @@ def _impacts(records: Array, box: GroupArrays, period: float) -> Impacts:
     )
 
 
-def joined(parts: list[Impacts]) -> Impacts:
+def join_impacts(parts: list[Impacts]) -> Impacts:
     names = [column.name for column in fields(Impacts)]
     return Impacts(*(np.concatenate([getattr(p, n) for p in parts]) for n in names))
 

@@ -27,10 +27,10 @@ from lumped.closed_forms.separation import (
 )
 
 Array = NDArray[np.float64]
-REAL = 1e-7  # a root is real if its imaginary over absolute value is below this
-ROOT_RTOL = (
-    1e-9  # two roots are one if they differ by less than this part of the detuning
-)
+# A root is real if its imaginary over absolute value is below this
+REAL_ROOT_RTOL = 1e-7
+# Two roots are one if they differ by less than this part of the detuning
+ROOT_RTOL = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ def _real_roots(polynomial: Array) -> list[float]:
     """Distinct real roots of a polynomial given with the highest power first."""
     roots = np.roots(polynomial)
     scale = np.abs(roots).max(initial=1e-300)
-    real = np.sort(roots[np.abs(roots.imag) <= REAL * scale].real)
+    real = np.sort(roots[np.abs(roots.imag) <= REAL_ROOT_RTOL * scale].real)
     return [float(x) for x in real[np.diff(real, prepend=-np.inf) > ROOT_RTOL * scale]]
 
 
@@ -129,17 +129,17 @@ def _vibration(
     f, p = resonance.drive, resonance.parametric
     d = complex(x, 2.0 * resonance.damping_ratio)
     if f == 0.0:
-        turn = -p / d  # u / conj(u)
-        u = amplitude * turn**0.5
+        phase_factor = -p / d  # u / conj(u)
+        u = amplitude * phase_factor**0.5
     else:
         size = abs(d) ** 2 - abs(p) ** 2
         if size == 0.0:
             return None
         u = (p * f.conjugate() - f * d.conjugate()) / size
-        turn = u / u.conjugate()
+        phase_factor = u / u.conjugate()
     # the eigenvalues of the linearised condition have the sum -2 zeta w_r
     slope = 0.5 * lost_stiffness_slope(resonance, amplitude)
-    stable = abs(d - slope) > abs(p - slope * turn) * (1.0 + ROOT_RTOL)
+    stable = abs(d - slope) > abs(p - slope * phase_factor) * (1.0 + ROOT_RTOL)
     return SteadyVibration(
         frequency=resonance.at * (1.0 - 0.5 * (x + lost)),
         amplitude=amplitude,

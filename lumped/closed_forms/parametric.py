@@ -26,9 +26,9 @@ from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-HARMONICS = 16  # number of harmonics of the mesh frequency that are included
+N_HARMONICS = 16  # number of harmonics of the mesh frequency that are included
 MIN_DAMPING = 1e-9  # least damping ratio; below it peaks are not meaningful
-ROUND_OFF = 1e-12  # round-off of the harmonics over the largest amplitude
+ROUND_OFF_RTOL = 1e-12  # round-off of the harmonics over the largest amplitude
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -118,7 +118,7 @@ class ParametricSystem:
 
 
 def parametric_system(
-    system: LumpedSystem, harmonics: int = HARMONICS
+    system: LumpedSystem, harmonics: int = N_HARMONICS
 ) -> ParametricSystem:
     """Parametric system of a train, with a number of harmonics of each mesh frequency.
 
@@ -184,10 +184,12 @@ def excitation_harmonics(
     gap = np.array([pair.gap(x) for pair in excitation.pairs])
     turns = np.exp(-2j * np.pi * np.outer(np.arange(count + 1), x - phase))
     springs, lifts = stiffness.sum(axis=0), (stiffness * gap).sum(axis=0)
-    return _rounded(turns @ (weight * springs)), _rounded(turns @ (weight * lifts))
+    return _remove_round_off(turns @ (weight * springs)), _remove_round_off(
+        turns @ (weight * lifts)
+    )
 
 
-def _rounded(amplitudes: ComplexArray) -> ComplexArray:
+def _remove_round_off(amplitudes: ComplexArray) -> ComplexArray:
     """Set round-off to zero, or it would drive a resonance."""
-    least = ROUND_OFF * np.abs(amplitudes).max()
+    least = ROUND_OFF_RTOL * np.abs(amplitudes).max()
     return np.where(np.abs(amplitudes) > least, amplitudes, 0.0)

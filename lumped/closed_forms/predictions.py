@@ -25,7 +25,7 @@ KINDS = {
     Fraction(1): "fundamental",
     Fraction(2): "second harmonic",
 }
-STRAINED = 0.05  # least fraction of a mode's energy in the meshes that excite it
+MIN_MESH_ENERGY = 0.05  # least fraction of a mode's energy in the meshes that excite it
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,7 +64,7 @@ def predictions(system: ParametricSystem) -> tuple[Prediction, ...]:
 def _resonances(system: ParametricSystem) -> Iterator[tuple[int, Fraction]]:
     orders = sorted({kind * rate for kind in KINDS for rate in system.rates})
     for mode in range(system.modes):
-        if system.energy[:, mode].sum() >= STRAINED:
+        if system.energy[:, mode].sum() >= MIN_MESH_ENERGY:
             yield from ((mode, order) for order in orders)
 
 

@@ -28,12 +28,14 @@ from typing import (
 
 import numpy as np
 
+from lumped.common.options import Range, allowed_of
+
 P = ParamSpec("P")
 T = TypeVar("T")
 R = TypeVar("R")
-FREQUENCIES = 0.0, 1e9  # Hz, both excluded
-LONGEST = 200  # letters of a value in a message
-WORDS = {
+FREQUENCY_RANGE = 0.0, 1e9  # Hz, both excluded
+MAX_SHOWN_LENGTH = 200  # letters of a value in a message
+TYPE_DESCRIPTIONS = {
     bool: "True or False",
     int: "a whole number",
     float: "a finite number",
@@ -42,7 +44,7 @@ WORDS = {
 }
 
 
-def present(value: T | None, name: str) -> T:
+def require_present(value: T | None, name: str) -> T:
     """A value that is there; ValueError that names what is missing."""
     if value is None:
         raise ValueError(f"{name} is missing")
@@ -66,29 +68,41 @@ def require_between(
     )
     start, end = "above " if above else "", "below " if below else ""
     raise ValueError(
-        f"{name} must be {start}{first} to {end}{last}, got {shown(value)}"
+        f"{name} must be {start}{first} to {end}{last}, got {format_value(value)}"
     )
+
+
+def require_in(name: str, value: object, allowed: Range) -> None:
+    """Require a number of a range."""
+    above, below = allowed.least == -math.inf, allowed.most == math.inf
+    low = allowed.above if above else allowed.least
+    high = allowed.below if below else allowed.most
+    require_between(name, value, low, high, above, below)  # type: ignore[arg-type]
 
 
 def require_choice(name: str, value: object, allowed: Collection[object]) -> None:
     """Require one of several values."""
-    if not any(_is(value, choice) for choice in allowed):
-        raise ValueError(f"{name} must be {_listed(allowed)}, got {shown(value)}")
+    if not any(_equals(value, choice) for choice in allowed):
+        raise ValueError(
+            f"{name} must be {_join_choices(allowed)}, got {format_value(value)}"
+        )
 
 
 def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
-    """Require that the fields of a dataclass match their types and are finite.
+    """Require that the fields of a dataclass match their types, are finite and allowed.
 
-    NumPy's numbers, also in tuples, become Python's. The contents of arrays and
-    mappings are checked elsewhere.
+    Limits are those of `lumped.common.options.option`. NumPy's numbers, also in
+    tuples, become Python's. The contents of arrays and mappings are checked elsewhere.
 
     infinite : fields whose number may also be infinite
     """
-    for name, kind in _kinds(settings.__class__).items():
+    for name, (kind, allowed) in _field_types(settings.__class__).items():
         value = getattr(settings, name)
         if value is not (plain := plain_numbers(value)):
             object.__setattr__(settings, name, plain)
             value = plain
+        if allowed is not None and (is_number(value) or not _matches_type(value, kind)):
+            require_in(name, value, allowed)
         if not (name in infinite and is_number(value) and value == math.inf):
             require_kind(name, value, kind)
 
@@ -105,10 +119,10 @@ def plain_numbers(value: Any) -> Any:
 
 def require_frequency(name: str, value: float) -> None:
     """Require a valid mesh frequency [Hz]."""
-    require_between(name, value, *FREQUENCIES, above=True, below=True)
+    require_between(name, value, *FREQUENCY_RANGE, above=True, below=True)
 
 
-def checked(function: Callable[P, R]) -> Callable[P, R]:
+def check_arguments(function: Callable[P, R]) -> Callable[P, R]:
     """Decorate an interface function so that it checks the types of its arguments."""
 
     @wraps(function)
@@ -124,15 +138,17 @@ def require_arguments(
     function: Callable[..., Any], arguments: Mapping[str, object]
 ) -> None:
     """Require that arguments, given by name, match the types of a function."""
-    kinds = _arguments(function)
+    kinds = _argument_types(function)
     for name, value in arguments.items():
         require_kind(name, value, kinds[name])
 
 
 def require_kind(name: str, value: object, kind: Any) -> None:
     """Require a value of a type: a float is finite, a Literal is one of its words."""
-    if not _fits(value, kind):
-        raise ValueError(f"{name} must be {_words(kind)}, got {shown(value)}")
+    if not _matches_type(value, kind):
+        raise ValueError(
+            f"{name} must be {_describe_type(kind)}, got {format_value(value)}"
+        )
 
 
 def is_number(value: object) -> bool:
@@ -141,31 +157,34 @@ def is_number(value: object) -> bool:
     return number and not math.isnan(value)  # type: ignore[arg-type]
 
 
-def shown(value: object) -> str:
+def format_value(value: object) -> str:
     """Received value as text for a message: numbers as printed, all else by repr.
 
     Of a long one it is the beginning.
     """
-    return shortened(str(value) if isinstance(value, Real) else repr(value))
+    return shorten(str(value) if isinstance(value, Real) else repr(value))
 
 
-def shortened(text: str, longest: int = LONGEST) -> str:
+def shorten(text: str, max_length: int = MAX_SHOWN_LENGTH) -> str:
     """A text for a message, of a long one the beginning."""
-    return text if len(text) <= longest else f"{text[: longest - 3]}..."
+    return text if len(text) <= max_length else f"{text[: max_length - 3]}..."
 
 
 @lru_cache(maxsize=256)
-def _kinds(kind: Any) -> dict[str, Any]:
+def _field_types(kind: Any) -> dict[str, tuple[Any, Range | None]]:
+    """Type and limits of each field."""
     hints = get_type_hints(kind)
-    return {entry.name: hints[entry.name] for entry in fields(kind)}
+    return {
+        entry.name: (hints[entry.name], allowed_of(entry)) for entry in fields(kind)
+    }
 
 
 @lru_cache(maxsize=256)
-def _arguments(function: Callable[..., Any]) -> dict[str, Any]:
+def _argument_types(function: Callable[..., Any]) -> dict[str, Any]:
     return get_type_hints(function)
 
 
-def _fits(value: object, kind: Any) -> bool:
+def _matches_type(value: object, kind: Any) -> bool:
     simple: dict[Any, Callable[[object], bool]] = {
         bool: lambda v: isinstance(v, bool | np.bool_),
         int: lambda v: isinstance(v, Integral) and not isinstance(v, bool),
@@ -175,27 +194,27 @@ def _fits(value: object, kind: Any) -> bool:
         return simple[kind](value)
     origin, arguments = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
-        return any(_fits(value, member) for member in arguments)
+        return any(_matches_type(value, member) for member in arguments)
     if origin is Literal:
-        return any(_is(value, choice) for choice in arguments)
+        return any(_equals(value, choice) for choice in arguments)
     if origin is tuple:
-        return isinstance(value, tuple) and _fit_in_turn(value, arguments)
+        return isinstance(value, tuple) and _match_types(value, arguments)
     if origin is Sequence:
-        return _is_several(value) and all(
-            _fits(element, *arguments) for element in value
+        return _is_sequence(value) and all(
+            _matches_type(element, *arguments) for element in value
         )
     plain = origin or kind
-    checked = isinstance(plain, type) and plain is not Any and not _is_protocol(plain)
-    return isinstance(value, plain) if checked else True
+    checkable = isinstance(plain, type) and plain is not Any and not _is_protocol(plain)
+    return isinstance(value, plain) if checkable else True
 
 
-def _fit_in_turn(values: tuple[object, ...], kinds: tuple[Any, ...]) -> bool:
+def _match_types(values: tuple[object, ...], kinds: tuple[Any, ...]) -> bool:
     if kinds[-1] is Ellipsis:
         kinds = (kinds[0],) * len(values)
-    return len(kinds) == len(values) and all(map(_fits, values, kinds))
+    return len(kinds) == len(values) and all(map(_matches_type, values, kinds))
 
 
-def _is_several(value: object) -> TypeGuard[Sequence[object]]:
+def _is_sequence(value: object) -> TypeGuard[Sequence[object]]:
     if isinstance(value, np.ndarray):
         return value.ndim > 0
     return isinstance(value, Sequence) and not isinstance(value, str)
@@ -205,28 +224,28 @@ def _is_protocol(kind: type) -> bool:
     return bool(getattr(kind, "_is_protocol", False))
 
 
-def _is(value: object, choice: object) -> bool:
+def _equals(value: object, choice: object) -> bool:
     """Whether a value equals a choice, also as a NumPy number; 1 is not True or 1.0."""
     plain = value.item() if isinstance(value, np.generic) else value
     return type(plain) is type(choice) and plain == choice
 
 
-def _words(kind: Any) -> str:
+def _describe_type(kind: Any) -> str:
     origin, arguments = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
-        return " or ".join(map(_words, arguments))
+        return " or ".join(map(_describe_type, arguments))
     if origin is Literal:
-        return _listed(arguments)
+        return _join_choices(arguments)
     if origin is tuple:
-        members = [_words(a) for a in arguments if a is not Ellipsis]
+        members = [_describe_type(a) for a in arguments if a is not Ellipsis]
         if Ellipsis in arguments:
             return f"a tuple, each {members[0]}"
         return f"a tuple of {', '.join(members)}"
     if origin is Sequence:
-        return f"a list, each {_words(arguments[0])}"
-    return WORDS.get(kind, f"a {getattr(kind, '__name__', kind)}")
+        return f"a list, each {_describe_type(arguments[0])}"
+    return TYPE_DESCRIPTIONS.get(kind, f"a {getattr(kind, '__name__', kind)}")
 
 
-def _listed(choices: Collection[object]) -> str:
+def _join_choices(choices: Collection[object]) -> str:
     *others, last = map(str, choices)
     return f"{', '.join(others)} or {last}" if others else last

@@ -32,12 +32,12 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.types import unliteral
 from numba.extending import overload
 
-IMPORTED = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
+IMPORT_LINE = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
-PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-DIGEST = 32  # bytes of SHA-256 before what a file of the cache holds
-ENDING = ".nbc"  # of its name
-INLINED = {**PART, "_nrt": False, "forceinline": True}
+PART_OPTIONS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+DIGEST_SIZE = 32  # bytes of SHA-256 before what a file of the cache holds
+CACHE_SUFFIX = ".nbc"
+INLINE_OPTIONS = {**PART_OPTIONS, "_nrt": False, "forceinline": True}
 LOG = logging.getLogger(__name__)
 
 
@@ -45,13 +45,15 @@ LOG = logging.getLogger(__name__)
 def kernel_cache(folder: Path) -> Path | None:
     """A writable directory for the kernels of a source folder as it is, or None."""
     digest = hashlib.sha256(Path(__file__).read_bytes())
-    for path in sorted({p for f in (folder, *_called(folder)) for p in f.glob("*.py")}):
+    for path in sorted(
+        {p for f in (folder, *_imported_folders(folder)) for p in f.glob("*.py")}
+    ):
         digest.update(path.read_bytes())
     name = f"kernels-{digest.hexdigest()[:16]}"
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    places = [Path(chosen)] if chosen else []
-    for place in [*places, folder / "__pycache__", Path.home() / ".cache" / "fegear"]:
-        directory = place / name
+    cache_dir = os.environ.get("NUMBA_CACHE_DIR")
+    parents = [Path(cache_dir)] if cache_dir else []
+    for parent in [*parents, folder / "__pycache__", Path.home() / ".cache" / "fegear"]:
+        directory = parent / name
         try:
             directory.mkdir(parents=True, exist_ok=True)
         except OSError:
@@ -61,21 +63,22 @@ def kernel_cache(folder: Path) -> Path | None:
     return None
 
 
-def _called(folder: Path) -> set[Path]:
+def _imported_folders(folder: Path) -> set[Path]:
     """Other folders from which the kernels of a folder import."""
-    top = folder.parents[len(_package(folder)) - 1]
+    top = folder.parents[len(_package_names(folder)) - 1]
     folders = set()
     for path in folder.glob("*.py"):
         text = path.read_text(encoding="utf-8")
         if "from lumped.common.compiled import" in text:
             folders |= {
-                top.joinpath(*name.split(".")[:-1]) for name in IMPORTED.findall(text)
+                top.joinpath(*name.split(".")[:-1])
+                for name in IMPORT_LINE.findall(text)
             }
     return folders - {folder, Path(__file__).parent}
 
 
-def _package(folder: Path) -> list[str]:
-    """Names of the packages down to a folder."""
+def _package_names(folder: Path) -> list[str]:
+    """Return the names of the packages down to a folder."""
     names = [folder.name]
     while (folder.parent / "__init__.py").exists():
         folder = folder.parent
@@ -86,19 +89,19 @@ def _package(folder: Path) -> list[str]:
 @contextmanager
 def _cache_in(directory: Path) -> Iterator[None]:
     settings: Any = config  # its attributes are made when it is imported
-    before = settings.CACHE_DIR
+    previous_dir = settings.CACHE_DIR
     settings.CACHE_DIR = str(directory)
     try:
         yield
     finally:
-        settings.CACHE_DIR = before
+        settings.CACHE_DIR = previous_dir
 
 
 class _SealedFiles(IndexDataCacheFile):
     """Code of a function, each signature in a file of its own behind its digest.
 
     Processes that compile at once then cannot overwrite what others have added, as in
-    numba's index of all signatures. The directory's name says of which sources it is.
+    numba's index of all signatures. The directory's name holds the sources' digest.
     """
 
     def save(self, key: Any, data: Any) -> None:
@@ -107,23 +110,23 @@ class _SealedFiles(IndexDataCacheFile):
             file.write(hashlib.sha256(content).digest() + content)
 
     def load(self, key: Any) -> Any:
-        """What was saved, None where there is nothing or it is damaged."""
+        """Return the saved code, or None if there is none or it is damaged."""
         path = Path(self._path(key))
         try:
             content = path.read_bytes()
         except OSError:
             return None
-        seal, content = content[:DIGEST], content[DIGEST:]
-        if hashlib.sha256(content).digest() != seal:
-            _say_damaged(path.parent)
+        digest, content = content[:DIGEST_SIZE], content[DIGEST_SIZE:]
+        if hashlib.sha256(content).digest() != digest:
+            _warn_damaged(path.parent)
             return None
-        saved, data = pickle.loads(content)
-        return data if saved == key else None
+        saved_key, data = pickle.loads(content)
+        return data if saved_key == key else None
 
     def _path(self, key: Any) -> str:
         name = hashlib.sha256(repr((self._version, key)).encode()).hexdigest()[:16]
         base = self._index_name.removesuffix(".nbi")
-        return self._data_path(f"{base}.{name}{ENDING}")
+        return self._data_path(f"{base}.{name}{CACHE_SUFFIX}")
 
 
 class _SealedCache(FunctionCache):
@@ -134,7 +137,7 @@ class _SealedCache(FunctionCache):
 
 
 @cache
-def _say_damaged(directory: Path) -> None:
+def _warn_damaged(directory: Path) -> None:
     LOG.warning(f"{directory}: compiled kernels are damaged and compiled again")
 
 
@@ -142,7 +145,7 @@ def _compile(function: F, **options: Any) -> F:
     options["error_model"] = "numpy"  # division by zero gives inf, caught as such
     options["nogil"] = True
     dispatcher = njit(**options)(function)
-    dispatcher.get_call_template = partial(_template, dispatcher.get_call_template)
+    dispatcher.get_call_template = partial(_call_template, dispatcher.get_call_template)
     directory = kernel_cache(Path(inspect.getfile(function)).parent)
     if directory is None:
         return dispatcher
@@ -151,17 +154,17 @@ def _compile(function: F, **options: Any) -> F:
     return dispatcher
 
 
-def _template(of_types: Callable[..., Any], args: Any, kws: Any) -> Any:
+def _call_template(get_template: Callable[..., Any], args: Any, kws: Any) -> Any:
     """How other compiled code calls a function: with constants as with variables.
 
     numba would compile it again for every constant among the arguments.
     """
     variables = {name: unliteral(kind) for name, kind in kws.items()}
-    return of_types([unliteral(kind) for kind in args], variables)
+    return get_template([unliteral(kind) for kind in args], variables)
 
 
 class CompileCount(event.Listener):
-    """Counts in a `with` block what this process compiles of ours.
+    """Counts the kernels that this process compiles in a `with` block.
 
     names : of functions with the types of their arguments; processes that run at once
         may compile the same ones, of which the cache keeps one
@@ -188,13 +191,13 @@ class CompileCount(event.Listener):
         dispatcher = event.data["dispatcher"]
         if isinstance(dispatcher._cache, _SealedCache):
             function = dispatcher.py_func
-            place = f"{function.__module__}.{function.__qualname__}"
+            name = f"{function.__module__}.{function.__qualname__}"
             line = function.__code__.co_firstlineno
-            self.names.add(f"{place}:{line} {event.data['args']}")
+            self.names.add(f"{name}:{line} {event.data['args']}")
 
 
-class _FirstUse(event.Listener):
-    """Says once that something is compiled and not found in the cache."""
+class _CompileMessage(event.Listener):
+    """Logs once that a kernel is compiled and was not found in the cache."""
 
     def __init__(self) -> None:
         self.silent = False
@@ -216,7 +219,7 @@ class _FirstUse(event.Listener):
         """Nothing is said."""
 
 
-event.register("numba:compile", _FirstUse())
+event.register("numba:compile", _CompileMessage())
 
 
 def compiled(function: F) -> F:
@@ -231,7 +234,7 @@ def compiled_part(function: F) -> F:
     an atomic operation wherever an array is taken out of a record, which is most of
     the work of a small step. Python calls a part uncompiled as `function.py_func`.
     """
-    return _compile(function, _nrt=False, **PART)
+    return _compile(function, _nrt=False, **PART_OPTIONS)
 
 
 def inlined(function: F) -> F:
@@ -239,15 +242,15 @@ def inlined(function: F) -> F:
 
     Arrays are handed over in many words each, so that calls cost more than the work.
     """
-    return _compile(function, **INLINED)
+    return _compile(function, **INLINE_OPTIONS)
 
 
 def allocating(function: F) -> F:
     """A part that makes arrays, once in a run."""
-    return _compile(function, **PART)
+    return _compile(function, **PART_OPTIONS)
 
 
-def chosen_by_record(function: F, choices: Mapping[type, F]) -> None:
+def dispatch_by_record(function: F, choices: Mapping[type, F]) -> None:
     """Let compiled code take others for `function`, by its second argument.
 
     choices : by the record that this is. All have the same arguments; Python calls
@@ -258,5 +261,5 @@ def chosen_by_record(function: F, choices: Mapping[type, F]) -> None:
         chosen: Any = choices[steps.instance_class]
         return chosen.py_func
 
-    options: Any = {**INLINED, "error_model": "numpy", "nogil": True}
+    options: Any = {**INLINE_OPTIONS, "error_model": "numpy", "nogil": True}
     overload(function, jit_options=options, strict=False)(choose)

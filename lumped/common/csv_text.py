@@ -16,7 +16,7 @@ from typing import Any
 
 DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*")
 # thousands, or three decimals
-GROUPS = {
+AMBIGUOUS_NUMBER = {
     mark: re.compile(rf"\s*[-+]?[1-9]\d{{0,2}}\{mark}\d{{3}}\s*") for mark in ",."
 }
 
@@ -34,7 +34,7 @@ class CsvText:
     rows: Mapping[str, Sequence[str]]
 
 
-def exact(value: float) -> str:
+def format_exact(value: float) -> str:
     """Number as text that reads back to the same bits, a whole number as `100`."""
     short = f"{value:g}"
     return short if float(short) == value else repr(float(value)).removesuffix(".0")
@@ -70,41 +70,45 @@ def parse_csv(text: str, source: str) -> CsvText:
     """Parse a table; TableError if names are missing or rows have other lengths."""
     header: dict[str, str] = {}
     body: dict[str, list[str]] = {}
-    between = ""
+    separator = ""
     for number, line in enumerate(text.lstrip("\ufeff").splitlines(), start=1):
         if line.startswith("#"):
             key, _, value = line[1:].partition(":")
             header[key.strip()] = value.strip()
         elif line.strip():
-            between = between or _between(line)
-            place = f"{source}, line {number}"
-            body[place] = _cells(line, between, place)
+            separator = separator or _separator(line)
+            location = f"{source}, line {number}"
+            body[location] = _cells(line, separator, location)
     if not body:
         raise TableError(f"{source}: no column names")
     names = body.pop(next(iter(body)))
     for name in names:
         if names.count(name) > 1:
             raise TableError(f"{source}: column {name} is there more than once")
-    for place, row in body.items():
+    for location, row in body.items():
         if len(row) != len(names):
-            raise TableError(f"{place}: {len(row)} cells where {len(names)} are named")
-    return CsvText(header, names, body if between == "," else _with_points(body))
+            raise TableError(
+                f"{location}: {len(row)} cells where {len(names)} are named"
+            )
+    return CsvText(
+        header, names, body if separator == "," else _with_decimal_points(body)
+    )
 
 
-def _between(line: str) -> str:
+def _separator(line: str) -> str:
     """Separator of the column names of a table."""
     return next((c for c in "\t;" if c in line and "," not in line), ",")
 
 
-def _cells(line: str, between: str, place: str) -> list[str]:
+def _cells(line: str, separator: str, location: str) -> list[str]:
     try:
-        cells = next(csv.reader([line], delimiter=between))
+        cells = next(csv.reader([line], delimiter=separator))
     except csv.Error as error:
-        raise TableError(f"{place}: {error}") from None
+        raise TableError(f"{location}: {error}") from None
     return cells
 
 
-def _with_points(rows: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+def _with_decimal_points(rows: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
     """Rows of a spreadsheet with decimal points in place of decimal commas.
 
     TableError where a mark may as well separate thousands: a comma where no other
@@ -112,18 +116,18 @@ def _with_points(rows: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
     """
     cells = [cell for row in rows.values() for cell in row]
     commas = {cell for cell in cells if DECIMAL_COMMA.fullmatch(cell)}
-    decimal = any(not GROUPS[","].fullmatch(cell) for cell in commas)
-    unclear = GROUPS["." if decimal else ","]
-    for place, row in rows.items():
-        for cell in filter(unclear.fullmatch, row):
+    decimal = any(not AMBIGUOUS_NUMBER[","].fullmatch(cell) for cell in commas)
+    ambiguous = AMBIGUOUS_NUMBER["." if decimal else ","]
+    for location, row in rows.items():
+        for cell in filter(ambiguous.fullmatch, row):
             mark = "." if decimal else ","
             number = cell.strip()
-            one, other = number.replace(mark, "."), number.replace(mark, "")
+            as_decimal, as_whole = number.replace(mark, "."), number.replace(mark, "")
             raise TableError(
-                f"{place}: {number!r} may be {one} or {other}; write thousands without "
-                "a separator, and decimals with a point"
+                f"{location}: {number!r} may be {as_decimal} or {as_whole}; write "
+                "thousands without a separator, and decimals with a point"
             )
     return {
-        place: [c.replace(",", ".") if c in commas else c for c in row]
-        for place, row in rows.items()
+        location: [c.replace(",", ".") if c in commas else c for c in row]
+        for location, row in rows.items()
     }

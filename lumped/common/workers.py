@@ -27,8 +27,8 @@ R = TypeVar("R")
 Arrays = Mapping[str, NDArray[Any]]
 Parts = Mapping[str, Callable[[], Arrays]]
 Compute = Callable[[Parts], Mapping[str, Arrays]]
-QUEUE = 4  # tasks prepared ahead of each worker
-PATIENCE = 20  # seconds for a scheduler to answer
+TASKS_PER_WORKER = 4  # tasks prepared ahead of each worker
+SCHEDULER_TIMEOUT = 20  # seconds for a scheduler to answer
 
 
 @dataclass(frozen=True)
@@ -65,14 +65,14 @@ class NoClusterError(Exception):
 
 def run_tasks(
     tasks: Iterable[tuple[K, Callable[[], R]]],
-    take: Callable[[K, R], None],
+    store_result: Callable[[K, R], None],
     stop: threading.Event,
     workers: int | Cluster | None = None,
 ) -> None:
-    """Run tasks and pass each result to `take`, in this thread, as it is finished.
+    """Run tasks and pass each result to `store_result`, in this thread, when finished.
 
     tasks : names and tasks, prepared in this thread, a few at a time
-    take : function called with the name and the result of each task
+    store_result : function called with the name and the result of each task
     stop : event that tasks may check; if it is set from elsewhere, the work ends as
         after Ctrl-C, by Stopped
     workers : number of threads, one per core if None, or a cluster
@@ -82,18 +82,18 @@ def run_tasks(
     """
     running: dict[Future[R], K] = {}
 
-    def collect(most: int) -> None:
-        while len(running) > most:
+    def collect(max_running: int) -> None:
+        while len(running) > max_running:
             if stop.is_set():
                 raise Stopped
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                take(running.pop(future), future.result())
+                store_result(running.pop(future), future.result())
 
     with _executor(workers) as (pool, count):
         try:
             for name, task in tasks:
                 running[pool.submit(task)] = name
-                collect(QUEUE * count)
+                collect(TASKS_PER_WORKER * count)
             collect(0)
         except BaseException as error:
             stop.set()
@@ -101,11 +101,11 @@ def run_tasks(
             unfinished = [f for f in list(running) if not f.cancel() and is_interrupt]
             for future in unfinished:
                 with suppress(Stopped):
-                    take(running[future], future.result())
+                    store_result(running[future], future.result())
             raise
 
 
-def in_threads(
+def compute_in_threads(
     parts: Parts, report: Callable[[int, int], None] = lambda done, total: None
 ) -> Mapping[str, Arrays]:
     """Compute arrays of parts by name, on all cores.
@@ -137,7 +137,7 @@ def _executor(workers: int | Cluster | None) -> Iterator[tuple[Executor, int]]:
         raise NoClusterError(message) from None
     if workers.scheduler:
         try:
-            client = Client(workers.scheduler, timeout=PATIENCE)
+            client = Client(workers.scheduler, timeout=SCHEDULER_TIMEOUT)
         except Exception as error:  # whatever dask makes of what is no scheduler
             reason = next(iter(str(error).splitlines()), type(error).__name__)
             raise NoClusterError(f"scheduler {workers.scheduler}: {reason}") from None
@@ -146,13 +146,13 @@ def _executor(workers: int | Cluster | None) -> Iterator[tuple[Executor, int]]:
         return
     settings = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
     with (
-        LocalCluster(os.cpu_count() or 1, **settings) as here,
-        Client(here, set_as_default=False) as client,
+        LocalCluster(os.cpu_count() or 1, **settings) as local_cluster,
+        Client(local_cluster, set_as_default=False) as client,
     ):
         yield client.get_executor(), os.cpu_count() or 1
 
 
-def run_together(
+def run_in_threads(
     tasks: Sequence[Callable[[], R]], stop: threading.Event, workers: int | None = None
 ) -> list[R]:
     """Results of tasks, in their order; Ctrl-C and failures stop all.

@@ -24,9 +24,9 @@ GROWTH, SHRINKAGE = 1.5, 0.4
 MIN_COSINE = 0.95  # least cosine between tangents one step apart
 CLOSURE_STEPS = 0.6  # steps within which a branch has come back to where it began
 NEWTON_TOL = 1e-6  # largest last correction, of the solution: the error is its square
-NEAR_ENOUGH = 1e-8  # of the arc between two points, where something is located
-LARGE = 5.0  # solution's size beyond which steps grow with it
-LARGEST = 1000.0  # solution's size at which a branch is given up
+LOCATION_TOL = 1e-8  # of the arc between two points, where something is located
+MIN_GROWING_NORM = 5.0  # solution's size beyond which steps grow with it
+MAX_NORM = 1000.0  # solution's size at which a branch is given up
 
 
 class ParametricEquations(Protocol):
@@ -42,18 +42,18 @@ class StepControl:
     """Arc lengths, in units of the solution's size and the parameter's.
 
     size : of x; unit : of the parameter
-    straight : least cosine between tangents one step apart
+    min_cosine : least cosine between tangents one step apart
     regular : whether no two branches cross, so that a step after which the determinant
         of the equations and the tangent has another sign has led to another branch
     """
 
     size: float
     unit: float
-    first: float = 0.02
-    most: float = 0.1
-    least: float = 1e-6
-    count: int = 5000
-    straight: float = MIN_COSINE
+    first_length: float = 0.02
+    max_length: float = 0.1
+    min_length: float = 1e-6
+    max_points: int = 5000
+    min_cosine: float = MIN_COSINE
     regular: bool = False
 
 
@@ -66,7 +66,7 @@ class Point:
     tangent: Array
 
     @property
-    def along(self) -> float:
+    def parameter_rate(self) -> float:
         """How fast the parameter grows along the branch."""
         return float(self.tangent[-1])
 
@@ -88,19 +88,21 @@ def follow_both_ways(
 
     one_way : follows the branch from a point along its tangent
     """
-    onward = one_way(start)
-    if onward.closed:
-        return onward
-    return joined(one_way(replace(start, tangent=-start.tangent)), onward)
+    forward = one_way(start)
+    if forward.closed:
+        return forward
+    return join_traces(one_way(replace(start, tangent=-start.tangent)), forward)
 
 
-def joined(back: BranchTrace, onward: BranchTrace) -> BranchTrace:
+def join_traces(backward: BranchTrace, forward: BranchTrace) -> BranchTrace:
     """One branch of two that were followed from one point in opposite directions."""
-    turned = [replace(point, tangent=-point.tangent) for point in back.points[1:]]
-    reason = onward.reason
-    if back.reason != reason:
-        reason = f"{reason}; at its other end {back.reason}"
-    return BranchTrace((*reversed(turned), *onward.points), reason)
+    reversed_points = [
+        replace(point, tangent=-point.tangent) for point in backward.points[1:]
+    ]
+    reason = forward.reason
+    if backward.reason != reason:
+        reason = f"{reason}; at its other end {backward.reason}"
+    return BranchTrace((*reversed(reversed_points), *forward.points), reason)
 
 
 class NoSolution(ArithmeticError):
@@ -138,33 +140,33 @@ class Continuation(Generic[P]):
         return errors / size, matrix
 
     def solve(
-        self, z: Array, row: Array, allowed: float = math.inf
+        self, z: Array, row: Array, max_distance: float = math.inf
     ) -> tuple[Point, int]:
         """The solution on the plane through z across `row`, and its corrections.
 
-        allowed : largest sum of corrections
+        max_distance : largest sum of corrections
         Raises NoSolution.
         """
         start, z = z, z.copy()
         for number in range(1, MAX_CORRECTIONS + 1):
             errors, matrix = self._linear(z)
-            whole = np.vstack([matrix, row])
-            right = np.append(errors, row @ (z - start))
+            extended = np.vstack([matrix, row])
+            rhs = np.append(errors, row @ (z - start))
             try:
-                step = np.linalg.solve(whole, right)
+                step = np.linalg.solve(extended, rhs)
             except np.linalg.LinAlgError:
                 break
             z = z - step
-            if not np.isfinite(z).all() or np.linalg.norm(z - start) > allowed:
+            if not np.isfinite(z).all() or np.linalg.norm(z - start) > max_distance:
                 break
             if np.abs(step).max() <= NEWTON_TOL:
                 return self._point(z, self._tangent(matrix, row)), number
         raise NoSolution("Newton's method found no solution")
 
     def _tangent(self, matrix: Array, along: Array) -> Array:
-        right = np.zeros(along.size)
-        right[-1] = 1.0
-        tangent = np.linalg.solve(np.vstack([matrix, along]), right)
+        rhs = np.zeros(along.size)
+        rhs[-1] = 1.0
+        tangent = np.linalg.solve(np.vstack([matrix, along]), rhs)
         return np.asarray(tangent / np.linalg.norm(tangent))
 
     def _point(self, z: Array, tangent: Array) -> Point:
@@ -175,8 +177,10 @@ class Continuation(Generic[P]):
         row = np.zeros(x.size + 1)
         row[-1] = 1.0
         point, _ = self.solve(self.scaled(x, parameter), row)
-        turned = point.tangent if (point.along > 0.0) == grows else -point.tangent
-        return Point(point.x, point.parameter, turned)
+        tangent = (
+            point.tangent if (point.parameter_rate > 0.0) == grows else -point.tangent
+        )
+        return Point(point.x, point.parameter, tangent)
 
     def crossings(
         self, points: Sequence[Solution], parameter: float
@@ -208,45 +212,48 @@ class Continuation(Generic[P]):
         self,
         start: Point,
         limits: tuple[float, float],
-        ends: Callable[[Point, Point], str] = lambda before, after: "",
-        watch: Callable[[float], None] = lambda parameter: None,
+        end_reason: Callable[[Point, Point], str] = lambda before, after: "",
+        callback: Callable[[float], None] = lambda parameter: None,
     ) -> BranchTrace:
         """From a point along its tangent until the parameter leaves its limits.
 
         The last point is on the limit. A branch that comes back to its start is closed.
 
-        ends : why the branch ends between two points, empty where it goes on
+        end_reason : why the branch ends between two points, empty where it goes on
         """
         steps, points = self.steps, [start]
-        length, reason = steps.first, f"{steps.count} points, as many as were allowed"
+        length, reason = (
+            steps.first_length,
+            f"{steps.max_points} points, as many as were allowed",
+        )
         low, high = limits
-        while len(points) < steps.count:
-            here = points[-1]
-            z = self.scaled(here.x, here.parameter)
+        while len(points) < steps.max_points:
+            last = points[-1]
+            z = self.scaled(last.x, last.parameter)
             try:
                 point, corrections = self.solve(
-                    z + length * here.tangent, here.tangent, 2.0 * length
+                    z + length * last.tangent, last.tangent, 2.0 * length
                 )
                 ends_here = not low <= point.parameter <= high
                 if ends_here:
-                    point = self._on_limit(here, point, limits)
-                turn = float(point.tangent @ here.tangent)
-                if steps.regular and self._side(point) != self._side(here):
-                    turn = min(turn, 0.0)
+                    point = self._on_limit(last, point, limits)
+                cosine = float(point.tangent @ last.tangent)
+                if steps.regular and self._side(point) != self._side(last):
+                    cosine = min(cosine, 0.0)
             except ArithmeticError:
-                corrections, turn, ends_here = SHRINK_FROM + 1, -1.0, False
-            if turn < steps.straight and length > steps.least:
-                length = max(SHRINKAGE * length, steps.least)
+                corrections, cosine, ends_here = SHRINK_FROM + 1, -1.0, False
+            if cosine < steps.min_cosine and length > steps.min_length:
+                length = max(SHRINKAGE * length, steps.min_length)
                 continue
-            if turn < 0.0:
+            if cosine < 0.0:
                 reason = (
-                    f"no solution was found beyond {here.parameter:g}, however small "
+                    f"no solution was found beyond {last.parameter:g}, however small "
                     "the step"
                 )
                 break
-            if self._size(point) > LARGEST:
+            if self._size(point) > MAX_NORM:
                 reason = (
-                    f"solutions beyond {here.parameter:g} are more than {LARGEST:g} "
+                    f"solutions beyond {last.parameter:g} are more than {MAX_NORM:g} "
                     "times the static one"
                 )
                 break
@@ -255,8 +262,8 @@ class Continuation(Generic[P]):
                 reason = "the end of the range was reached"
                 break
             points.append(point)
-            watch(point.parameter)
-            if reason_now := ends(here, point):
+            callback(point.parameter)
+            if reason_now := end_reason(last, point):
                 return BranchTrace(tuple(points), reason_now)
             if self._is_closed(points, length):
                 return BranchTrace(
@@ -264,8 +271,10 @@ class Continuation(Generic[P]):
                 )
             factor = GROWTH if corrections <= GROW_UP_TO else 1.0
             factor = SHRINKAGE if corrections >= SHRINK_FROM else factor
-            most = steps.most * max(1.0, self._size(point) / LARGE)
-            length = min(factor * length, most)
+            max_length = steps.max_length * max(
+                1.0, self._size(point) / MIN_GROWING_NORM
+            )
+            length = min(factor * length, max_length)
         return BranchTrace(tuple(points), reason)
 
     def _side(self, point: Point) -> float:
@@ -294,14 +303,14 @@ class Continuation(Generic[P]):
         near = np.linalg.norm(apart) < CLOSURE_STEPS * length
         return bool(near and first.tangent @ last.tangent > MIN_COSINE)
 
-    def middle(self, before: Point, after: Point) -> Point:
+    def midpoint(self, before: Point, after: Point) -> Point:
         """The point of the arc between two, half way; raises NoSolution."""
         a, b = (self.scaled(point.x, point.parameter) for point in (before, after))
         chord = float(np.linalg.norm(b - a))
         midpoint, _ = self.solve(0.5 * (a + b), (b - a) / chord, chord)
         return midpoint
 
-    def between(
+    def locate(
         self, before: Point, after: Point, test: Callable[[Point], float]
     ) -> Point:
         """The point of the arc between two where a test function passes through zero.
@@ -320,6 +329,6 @@ class Continuation(Generic[P]):
             return test(points[part])
 
         try:
-            return points[brentq(value, 0.0, 1.0, xtol=NEAR_ENOUGH)]
+            return points[brentq(value, 0.0, 1.0, xtol=LOCATION_TOL)]
         except ValueError as error:  # no change of sign, or not a number
             raise NoSolution(str(error)) from None

@@ -19,7 +19,7 @@ Multipliers = NDArray[np.complex128]
 FOLD, DOUBLING = "fold", "period doubling"
 CROSSING, TORUS = "branch point", "torus"
 HALVED = "the period is half of it again"  # why a branch of a doubled period ends
-REAL = 1e-9  # imaginary part of a multiplier that is real
+REAL_TOL = 1e-9  # imaginary part of a multiplier that is real
 
 
 class HasStability(Protocol):
@@ -41,17 +41,17 @@ def stability_segments(points: Sequence[P]) -> Iterator[tuple[bool, list[P]]]:
         last = segment[-1:]
 
 
-def multiplier_test(multipliers: Multipliers, at: float) -> float:
+def multiplier_test(multipliers: Multipliers, value: float) -> float:
     """Changes its sign where a real multiplier passes through 1 or -1."""
-    return float(np.prod(multipliers * at - 1.0).real)
+    return float(np.prod(multipliers * value - 1.0).real)
 
 
 def bifurcation_test(kind: str) -> Callable[[Multipliers], float] | None:
     """A function of multipliers that is zero in bifurcations of a kind, and around them
     not; None of crossings, around which another branch is as near."""
     tests: dict[str, Callable[[Multipliers], float]] = {
-        FOLD: partial(multiplier_test, at=1.0),
-        DOUBLING: partial(multiplier_test, at=-1.0),
+        FOLD: partial(multiplier_test, value=1.0),
+        DOUBLING: partial(multiplier_test, value=-1.0),
         TORUS: lambda multipliers: pair_modulus(multipliers) - 1.0,
     }
     return tests.get(kind)
@@ -59,5 +59,5 @@ def bifurcation_test(kind: str) -> Callable[[Multipliers], float] | None:
 
 def pair_modulus(multipliers: Multipliers) -> float:
     """Largest modulus of complex multipliers, NaN where all are real."""
-    pairs = np.abs(multipliers[np.abs(multipliers.imag) > REAL])
+    pairs = np.abs(multipliers[np.abs(multipliers.imag) > REAL_TOL])
     return float(pairs.max()) if pairs.size else float("nan")

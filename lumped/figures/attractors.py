@@ -14,9 +14,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-NUMBERS = {"up": 0, "down": 1}  # numbers of the colours
-DOTS = ((1_000, 4.5), (20_000, 2.5))  # largest number of points of a panel, their size
-DENSE = 0.9  # size of more points
+COLOR_NUMBERS = {"up": 0, "down": 1}  # numbers of the colours
+MARKER_SIZES = (
+    (1_000, 4.5),
+    (20_000, 2.5),
+)  # largest number of points of a panel, their size
+MIN_MARKER_SIZE = 0.9  # size of more points
 
 
 def draw_attractors(
@@ -42,7 +45,7 @@ def draw_attractors(
     axes.axhline(0.0, color="0.4", lw=0.8)
     for branch in branches:
         exponents = [attractor.exponent for attractor in branch.attractors]
-        color = color_of(NUMBERS[branch.direction])
+        color = color_of(COLOR_NUMBERS[branch.direction])
         axes.plot(branch.values, exponents, ".-", color=color, lw=0.9, ms=2.5)
     axes.set_ylabel("largest Lyapunov\nexponent [1/period]")
     axes.set_xlabel(label)
@@ -54,8 +57,11 @@ def draw_attractors(
 def _draw_sections(axes: Axes, branch: AttractorBranch, m: int) -> None:
     points = [attractor.deflection[:, m] for attractor in branch.attractors]
     values = np.repeat(branch.values, [section.size for section in points])
-    size = next((size for most, size in DOTS if values.size < most), DENSE)
-    color = color_of(NUMBERS[branch.direction])
+    size = next(
+        (size for max_points, size in MARKER_SIZES if values.size < max_points),
+        MIN_MARKER_SIZE,
+    )
+    color = color_of(COLOR_NUMBERS[branch.direction])
     errors = 1e6 * np.concatenate(points)
     axes.plot(values, errors, ".", color=color, ms=size, mew=0.0, rasterized=True)
 
@@ -65,7 +71,7 @@ def _handles(branches: Sequence[AttractorBranch]) -> list[Any]:
 
     dot: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4}
     return [
-        Line2D([], [], **dot, color=color_of(NUMBERS[direction]), label=text)
+        Line2D([], [], **dot, color=color_of(COLOR_NUMBERS[direction]), label=text)
         for direction, text in (("up", "rising values"), ("down", "falling values"))
         if any(branch.direction == direction for branch in branches)
     ]

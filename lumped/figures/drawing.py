@@ -14,8 +14,9 @@ COLORS = (
     *("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown"),
     *("tab:orange", "tab:cyan", "tab:olive", "tab:pink", "gold", "navy", "lime"),
 )
-LETTERS = 11  # letters of a title per inch
-LETTER, SIGN = 0.072, 0.5  # inches of a letter in a legend, and of a key with gaps
+LETTERS_PER_INCH = 11  # letters of a title per inch
+# Inches of a letter in a legend, and of a key with gaps
+LETTER_WIDTH, KEY_WIDTH = 0.072, 0.5
 
 
 def color_of(number: int) -> str:
@@ -39,17 +40,17 @@ def panels(
 
     figure = Figure(figsize=size, layout="constrained")
     sharing: Any = "col" if share else False
-    every = figure.subplots(
+    axes_grid = figure.subplots(
         *(rows, columns), squeeze=False, sharex=sharing, height_ratios=heights
     )
-    for axes in every.flat:
+    for axes in axes_grid.flat:
         axes.grid(alpha=0.25)
-    return figure, every.tolist()
+    return figure, axes_grid.tolist()
 
 
 def draw_title(figure: Figure, title: str) -> None:
     """Draw a title above a plot, with line breaks to fit the width."""
-    letters = int(LETTERS * figure.get_figwidth())
+    letters = int(LETTERS_PER_INCH * figure.get_figwidth())
     lines = [part for line in title.splitlines() for part in wrap(line, letters)]
     figure.suptitle("\n".join(lines), fontsize=11)
 
@@ -67,10 +68,10 @@ def draw_legend(figure: Figure, handles: Iterable[Any], columns: int) -> None:
 
 def _legend_width(lengths: Sequence[int], columns: int) -> float:
     """Width [inch] of labels of given lengths, which fill one column after another."""
-    rows, more = divmod(len(lengths), columns)
+    rows, remainder = divmod(len(lengths), columns)
     longest, start = 0, 0
     for column in range(columns):
-        end = start + rows + (column < more)
+        end = start + rows + (column < remainder)
         longest += max(lengths[start:end], default=0)
         start = end
-    return LETTER * longest + SIGN * columns
+    return LETTER_WIDTH * longest + KEY_WIDTH * columns

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LEVELS = 14
-LOST = 1e-3  # fraction of the cycle above which contact counts as lost
+N_LEVELS = 14
+MAX_CONTACT_LOSS = 1e-3  # fraction of the cycle above which contact counts as lost
 
 
 def draw_map(parameter_map: ParameterMap, title: str = "") -> Figure:
@@ -43,11 +43,13 @@ def _draw_contours(axes: Axes, parameter_map: ParameterMap, mesh: int) -> None:
     if min(x.size, y.size) < 2 or np.isnan(rms).all():
         axes.text(0.5, 0.5, "no contours", transform=axes.transAxes, ha="center")
         return
-    filled = axes.contourf(x, y, rms, LEVELS, cmap="viridis")
+    filled = axes.contourf(x, y, rms, N_LEVELS, cmap="viridis")
     lines = axes.contour(x, y, rms, filled.levels, colors="white", linewidths=0.6)
     axes.clabel(lines, fontsize=7, fmt="%g")
-    if np.nanmax(lost) > LOST:
-        axes.contourf(x, y, lost, [LOST, 2.0], colors="none", hatches=["//"])
+    if np.nanmax(lost) > MAX_CONTACT_LOSS:
+        axes.contourf(
+            x, y, lost, [MAX_CONTACT_LOSS, 2.0], colors="none", hatches=["//"]
+        )
         swatch = Patch(fill=False, hatch="//", label="contact is lost")
         axes.legend(handles=[swatch], loc="upper right", fontsize=8)
     axes.figure.colorbar(filled, ax=axes, label="RMS of the DTE without mean [um]")
@@ -58,7 +60,7 @@ def _draw_contours(axes: Axes, parameter_map: ParameterMap, mesh: int) -> None:
 def _draw_curve(axes: Axes, parameter_map: ParameterMap, mesh: int) -> None:
     axis = parameter_map.axes[0]
     rms = 1e6 * parameter_map.on_grid("dte_rms_m", mesh)
-    lost = parameter_map.on_grid("contact_loss_fraction", mesh) > LOST
+    lost = parameter_map.on_grid("contact_loss_fraction", mesh) > MAX_CONTACT_LOSS
     axes.plot(axis.values, rms, "o-", markersize=4)
     axes.plot(np.array(axis.values)[lost], rms[lost], "s", label="contact is lost")
     if lost.any():

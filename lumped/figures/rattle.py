@@ -22,49 +22,60 @@ if TYPE_CHECKING:
     from lumped.rattle.manifolds import PlaneCurve
     from lumped.rattle.noise import NoiseSample
 
-NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, undecided
-OTHERS = "#707070"
+# Quiet, chaotic, undecided
+QUIET_COLOR, CHAOTIC_COLOR, UNDECIDED_COLOR = "#1b2a6b", "#8c1515", "#d0d0d0"
+OTHERS_COLOR = "#707070"
 Color = tuple[float, float, float]
-ORBIT = re.compile(r"P\((\d+),(\d+),(\d+)\)(?: (\w))?")
-STICKING = re.compile(r"sticking\((\d+|irregular)\)(?: (\w))?")
-GOLDEN = 0.6180339887498949  # part of a turn of the hue from one itinerary to the next
+ORBIT_NAME = re.compile(r"P\((\d+),(\d+),(\d+)\)(?: (\w))?")
+STICKING_NAME = re.compile(r"sticking\((\d+|irregular)\)(?: (\w))?")
+# Part of a turn of the hue from one itinerary to the next
+HUE_STEP = 0.6180339887498949
 TONES = (0.45, 1.0), (1.0, 0.9), (0.55, 0.65), (0.95, 0.5)  # saturation and value
-AT_REST = 0.7, 0.42  # saturation and value of motions that come to rest
+STICKING_TONE = 0.7, 0.42  # saturation and value of motions that come to rest
 MAX_NAMED = 12
-LABEL_DISTANCE, MAX_OUTSIDE = (
-    0.2,
-    50,
-)  # least distance of colours, and most steps to reach it
+# Least distance of colours, and most steps to reach it
+MIN_COLOR_DISTANCE, MAX_COLOR_STEPS = 0.2, 50
 # colours of curves alone, and over basins
-CURVES = ("black", "tab:orange", "tab:red", "tab:blue", "tab:green", "tab:purple")
-CURVES_OVER = ("white", "black", "yellow", "magenta", "lime", "cyan", "orange")
+CURVE_COLORS = ("black", "tab:orange", "tab:red", "tab:blue", "tab:green", "tab:purple")
+CURVE_COLORS_ON_BASINS = (
+    "white",
+    "black",
+    "yellow",
+    "magenta",
+    "lime",
+    "cyan",
+    "orange",
+)
 
 
-def color_of_motion(name: str, away: int = 0) -> Color:
+def color_of_motion(name: str, shift: int = 0) -> Color:
     """Colour of a motion by its itinerary, so that it is the same in all plots.
 
-    away : steps from this colour, for motions that would look like others
+    shift : steps from this colour, for motions that would look like others
     """
     from matplotlib.colors import hsv_to_rgb, to_rgb
 
     if name == QUIET:
-        return to_rgb(NIGHT)
-    if (match := ORBIT.match(name)) is not None:
+        return to_rgb(QUIET_COLOR)
+    if (match := ORBIT_NAME.match(name)) is not None:
         turns, upper, lower, copy = match.groups()
-        number, begin = _number(int(turns), int(upper), int(lower)) + away, 0.47
+        number, begin = (
+            _itinerary_index(int(turns), int(upper), int(lower)) + shift,
+            0.47,
+        )
         saturation, value = TONES[number % len(TONES)]
-    elif (match := STICKING.match(name)) is not None:
+    elif (match := STICKING_NAME.match(name)) is not None:
         turns, copy = match.groups()
-        number = away + (int(turns) if turns.isdigit() else 0)
-        (saturation, value), begin = AT_REST, 0.7
+        number = shift + (int(turns) if turns.isdigit() else 0)
+        (saturation, value), begin = STICKING_TONE, 0.7
     else:
-        return to_rgb(RED if name.startswith(CHAOTIC) else GREY)
-    hue = begin + GOLDEN * number + 0.09 * (ord(copy or "a") - ord("a"))
+        return to_rgb(CHAOTIC_COLOR if name.startswith(CHAOTIC) else UNDECIDED_COLOR)
+    hue = begin + HUE_STEP * number + 0.09 * (ord(copy or "a") - ord("a"))
     red, green, blue = hsv_to_rgb([hue % 1.0, saturation, value])
     return float(red), float(green), float(blue)
 
 
-def _number(turns: int, upper: int, lower: int) -> int:
+def _itinerary_index(turns: int, upper: int, lower: int) -> int:
     """Index of an itinerary in a list of all of them, short ones first."""
     one, two = turns - 1 + upper - 1 + lower, upper - 1 + lower
     return one * (one + 1) * (one + 2) // 6 + two * (two + 1) // 2 + lower
@@ -75,21 +86,21 @@ def colors_of(basins: BasinMap) -> list[Color]:
     from those of larger basins; the smallest of many share one."""
     from matplotlib.colors import to_rgb
 
-    colors: list[Color] = len(basins.attractors) * [to_rgb(OTHERS)]
-    taken: list[Color] = [to_rgb(GREY), to_rgb(OTHERS)]
+    colors: list[Color] = len(basins.attractors) * [to_rgb(OTHERS_COLOR)]
+    used_colors: list[Color] = [to_rgb(UNDECIDED_COLOR), to_rgb(OTHERS_COLOR)]
     for number in _largest(basins):
         name = basins.attractors[number].name
-        choices = (color_of_motion(name, away) for away in range(MAX_OUTSIDE))
+        choices = (color_of_motion(name, away) for away in range(MAX_COLOR_STEPS))
         first = color_of_motion(name)
         colors[number] = next(
             (
                 c
                 for c in choices
-                if min(math.dist(c, t) for t in taken) > LABEL_DISTANCE
+                if min(math.dist(c, t) for t in used_colors) > MIN_COLOR_DISTANCE
             ),
             first,
         )
-        taken.append(colors[number])
+        used_colors.append(colors[number])
     return colors
 
 
@@ -114,7 +125,7 @@ def _show_basins(axes: Axes, basins: BasinMap) -> list[Any]:
 
     axes.grid(False)
     colors = colors_of(basins)
-    palette = np.array([*colors, to_rgb(GREY)])
+    palette = np.array([*colors, to_rgb(UNDECIDED_COLOR)])
     axes.imshow(
         palette[basins.attractor],
         origin="lower",
@@ -125,7 +136,7 @@ def _show_basins(axes: Axes, basins: BasinMap) -> list[Any]:
     for attractor in basins.attractors:
         if attractor.period:
             axes.plot(*attractor.point, "kx", ms=6)
-    _label(axes, basins.grid.velocity)
+    _label_axes(axes, basins.grid.velocity)
     shown = _largest(basins)
     parts = 100.0 * basins.fractions
     handles: list[Any] = [
@@ -134,13 +145,13 @@ def _show_basins(axes: Axes, basins: BasinMap) -> list[Any]:
     ]
     if others := len(basins.attractors) - len(shown):
         part = parts.sum() - parts[shown].sum()
-        handles.append(Patch(color=OTHERS, label=f"{others} others {part:.3g} %"))
+        handles.append(Patch(color=OTHERS_COLOR, label=f"{others} others {part:.3g} %"))
     if (basins.attractor < 0).any():
-        handles.append(Patch(color=GREY, label="undecided"))
+        handles.append(Patch(color=UNDECIDED_COLOR, label="undecided"))
     return handles
 
 
-def _label(axes: Axes, velocity: tuple[float, float]) -> None:
+def _label_axes(axes: Axes, velocity: tuple[float, float]) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(*velocity)
     axes.set_xlabel("time of lift-off from the upper flank [turns]")
@@ -162,27 +173,27 @@ def draw_curves(
 
     figure, ((axes,),) = panels(1, size=(8.0, 7.0))
     handles = [] if basins is None else _show_basins(axes, basins)
-    palette = list(CURVES if basins is None else CURVES_OVER)
+    palette = list(CURVE_COLORS if basins is None else CURVE_COLORS_ON_BASINS)
     labels = list(dict.fromkeys(label for label, _ in curves))
     for label, curve in curves:
         color = palette[labels.index(label) % len(palette)]
         is_labelled = label in {handle.get_label() for handle in handles}
-        axes.plot(*_open(curve).T, "-", color=color, lw=0.8)
+        axes.plot(*_split_at_jumps(curve).T, "-", color=color, lw=0.8)
         patch = Patch(facecolor=color, edgecolor="black", lw=0.5, label=label)
         handles += [] if is_labelled else [patch]
     for time, speed in marks:
         axes.plot(time, speed, "P", color="white", mec="black", ms=7)
-    _label(axes, velocity)
+    _label_axes(axes, velocity)
     draw_legend(figure, handles, 4)
     draw_title(figure, title)
     return figure
 
 
-def _open(curve: PlaneCurve) -> NDArray[np.float64]:
+def _split_at_jumps(curve: PlaneCurve) -> NDArray[np.float64]:
     """Points of a curve, separated where it jumps from one side of the plot to the
     other."""
-    around = np.flatnonzero(np.abs(np.diff(curve.points[:, 0])) > 0.5) + 1
-    return np.insert(curve.points, around, np.nan, axis=0)
+    jumps = np.flatnonzero(np.abs(np.diff(curve.points[:, 0])) > 0.5) + 1
+    return np.insert(curve.points, jumps, np.nan, axis=0)
 
 
 def draw_noise(noise: NoiseSample, title: str) -> Figure:
@@ -190,15 +201,19 @@ def draw_noise(noise: NoiseSample, title: str) -> Figure:
     figure, ((axes,),) = panels(1, size=(8.0, 5.0))
     order = np.argsort(noise.level, kind="stable")
     order = order[np.isfinite(noise.level[order])]
-    part = (np.arange(order.size) + 1.0) / len(noise.level)
-    axes.step(noise.level[order], part, color="black", lw=0.8, where="post")
+    fraction = (np.arange(order.size) + 1.0) / len(noise.level)
+    axes.step(noise.level[order], fraction, color="black", lw=0.8, where="post")
     for number in range(-1, len(noise.attractors)):
         selected = noise.motion[order] == number
-        color = GREY if number < 0 else color_of_motion(noise.attractors[number].name)
+        color = (
+            UNDECIDED_COLOR
+            if number < 0
+            else color_of_motion(noise.attractors[number].name)
+        )
         label = "undecided" if number < 0 else noise.attractors[number].name
         if selected.any():
             levels = noise.level[order][selected]
-            axes.plot(levels, part[selected], ".", color=color, ms=4, label=label)
+            axes.plot(levels, fraction[selected], ".", color=color, ms=4, label=label)
     axes.set_xlabel("noise level: squared speeds of impacts [rad² per turn³]")
     axes.set_ylabel("part of the runs that are less loud")
     axes.set_ylim(0.0, 1.02)
@@ -215,14 +230,14 @@ def axis_labels(machine: Machine, *without: str) -> str:
 
     without : parameters that vary
     """
-    law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
+    contact = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
     if machine.is_impact and "restitution" not in without:
-        law += f" with restitution {machine.restitution:g}"
+        contact += f" with restitution {machine.restitution:g}"
     labels = {
         "damping": f"damping {machine.damping:g}",
         "eccentricity": f"eccentricity {machine.eccentricity:g} rad",
         "half_backlash": f"half backlash {machine.half_backlash:g} rad",
-        "stiffness": law,
+        "stiffness": contact,
     }
     if machine.ripple:
         labels["ripple"] = f"ripple {machine.ripple:g} of order {machine.ripple_order}"

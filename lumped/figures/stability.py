@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-OTHERS, GREY = "others", "0.6"  # label and colour of combinations other than the widest
+# Label and colour of combinations other than the widest
+OTHERS_LABEL, OTHERS_COLOR = "others", "0.6"
 
 
 def draw_chart(
@@ -44,12 +45,12 @@ def draw_chart(
     named = dict(zip(widest, COLORS, strict=False))
     handles: list[Any] = []
     for kind in widest[len(named) :]:
-        _fill(axes, values, columns, kind, GREY)
+        _fill(axes, values, columns, kind, OTHERS_COLOR)
     for kind, color in named.items():
         handles.append(_fill(axes, values, columns, kind, color))
         handles[-1].set_label(kind)
     if len(widest) > len(named):
-        handles.append(Patch(color=GREY, label=OTHERS))
+        handles.append(Patch(color=OTHERS_COLOR, label=OTHERS_LABEL))
     handles += _draw_expected(axes, values, columns)
     if len(set(values)) > 1:
         axes.set_xlim(min(values), max(values))

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
-from lumped.steady.jumps import find_jumps, opposites
-from lumped.steady.motion import TimeHistory, resampled
+from lumped.steady.jumps import find_jumps, opposite_branches
+from lumped.steady.motion import TimeHistory, resample
 from lumped.steady.sweep import Branch
 from lumped.train.system import LumpedSystem
 
@@ -26,8 +26,9 @@ STATE_COLORS = {1: "tab:green", 0: "tab:red", -1: "tab:purple"}
 STATE_NAMES = {1: "drive side", 0: "contact lost", -1: "back side"}
 SHOWN_PERIODS = 8  # periods of a mesh in the panels over time
 SHOWN_ORDERS = 10  # orders of a mesh in its spectrum
-FINER = 4  # refinement of the integration steps in the phase plane
-NOISE = 1e-5  # part of the largest line below which a spectrum is not drawn
+PHASE_PLANE_REFINEMENT = 4  # refinement of the integration steps in the phase plane
+# Part of the largest line below which a spectrum is not drawn
+MIN_RELATIVE_AMPLITUDE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def _opposite(curve: ResponseCurve, curves: Sequence[ResponseCurve]) -> Branch |
     Finite elements and the lumped model compared with them refer to the same system.
     """
     same = [other.branch for other in curves if other.name == curve.name]
-    return opposites([curve.branch, *same])[0]
+    return opposite_branches([curve.branch, *same])[0]
 
 
 def _speed_label(system: LumpedSystem) -> str:
@@ -124,16 +125,16 @@ def _mark_resonances(axes: Axes, system: LumpedSystem, m: int) -> None:
     low, high = axes.get_xlim()
     for natural in system.resonances_Hz:
         for rate in rates:
-            at = natural / rate
-            if not low < at < high:
+            frequency = natural / rate
+            if not low < frequency < high:
                 continue
-            axes.axvline(at, color="0.4", lw=0.7, ls="-" if rate == 1.0 else ":")
+            axes.axvline(frequency, color="0.4", lw=0.7, ls="-" if rate == 1.0 else ":")
             if m == 0:
                 name = f"{natural:.0f} Hz"
                 if rate != 1.0:
                     name += f" / {rate:.3g}"
                 axes.text(
-                    at,
+                    frequency,
                     1.01,
                     name,
                     transform=axes.get_xaxis_transform(),
@@ -221,15 +222,17 @@ def _draw_teeth(
     phase = motion.system.train.meshes[m].phase
     cycle = np.floor(periods + phase + 1e-9).astype(int)
     force = np.where(pairs.in_mesh[shown], 1e-3 * pairs.force[shown], np.nan)
-    rows, places = np.arange(cycle.size), force.shape[1]
-    for tooth in range(cycle[0] - places + 1, cycle[-1] + 1):
-        place = cycle - tooth
-        inside = (place >= 0) & (place < places)
-        way = np.where(inside, force[rows, np.clip(place, 0, places - 1)], np.nan)
-        turn = tooth % len(TOOTH_LINES)
-        color, width = TOOTH_LINES[turn]
+    rows, columns = np.arange(cycle.size), force.shape[1]
+    for tooth in range(cycle[0] - columns + 1, cycle[-1] + 1):
+        column = cycle - tooth
+        inside = (column >= 0) & (column < columns)
+        tooth_force = np.where(
+            inside, force[rows, np.clip(column, 0, columns - 1)], np.nan
+        )
+        style = tooth % len(TOOTH_LINES)
+        color, width = TOOTH_LINES[style]
         label = "tooth pairs in turn" if tooth == cycle[0] else None
-        axes.plot(periods, way, color=color, lw=width, label=label)
+        axes.plot(periods, tooth_force, color=color, lw=width, label=label)
 
 
 def _mesh_frequency(motion: TimeHistory, m: int) -> float:
@@ -255,8 +258,8 @@ def _draw_states(
 
 def _draw_phase_plane(axes: Axes, motion: TimeHistory, m: int) -> None:
     time = motion.history.time
-    fine = np.linspace(time[0], time[-1], FINER * time.size)
-    deflection, rate = resampled(motion.history, fine)
+    fine = np.linspace(time[0], time[-1], PHASE_PLANE_REFINEMENT * time.size)
+    deflection, rate = resample(motion.history, fine)
     axes.plot(1e6 * deflection[:, m], 1e3 * rate[:, m], color="0.6", lw=0.8)
     points = len(motion.section_rate)
     axes.plot(
@@ -280,10 +283,10 @@ def _draw_spectrum(axes: Axes, motion: TimeHistory, m: int) -> None:
     order = motion.spectrum_frequency / frequency
     shown = (order > 0.0) & (order <= SHOWN_ORDERS + 0.5)
     height = 1e6 * motion.spectrum[shown, m]
-    floor = NOISE * max(float(height.max()), 1e-9)
-    seen = height > floor
-    axes.vlines(order[shown][seen], floor, height[seen], color="black", lw=1.2)
-    axes.plot(order[shown][seen], height[seen], "k.", ms=4.0)
+    floor = MIN_RELATIVE_AMPLITUDE * max(float(height.max()), 1e-9)
+    is_drawn = height > floor
+    axes.vlines(order[shown][is_drawn], floor, height[is_drawn], color="black", lw=1.2)
+    axes.plot(order[shown][is_drawn], height[is_drawn], "k.", ms=4.0)
     axes.set_yscale("log")
     axes.set_ylim(floor, 3.0 * max(float(height.max()), 2.0 * floor))
     axes.set_xlim(0.0, SHOWN_ORDERS + 0.5)

@@ -24,10 +24,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 SHOWN_HARMONICS = 6  # harmonics of a mesh that are drawn over speed
-FAINT = 1e-4  # part of a mesh's largest amplitude below which lines are left out
+# Part of a mesh's largest amplitude below which lines are left out
+MIN_RELATIVE_AMPLITUDE = 1e-4
 MAX_RAYS = 40  # largest multiple of the mesh frequency that is drawn
-REST = 1e-12  # m, scale of amplitudes without vibration
-ABOVE = 1.15  # multiple of the highest natural frequency up to which lines are drawn
+MIN_AMPLITUDE = 1e-12  # m, scale of amplitudes without vibration
+# Multiple of the highest natural frequency up to which lines are drawn
+FREQUENCY_LIMIT_RATIO = 1.15
 COLUMNS = (
     *("torque_Nm", "direction", "mesh_frequency_Hz", "mesh"),
     *("frequency_Hz", "order", "amplitude_m"),
@@ -36,7 +38,7 @@ LEGEND = {
     "mesh_frequency_Hz": "of the first mesh",
     "order": "frequency over that of the mesh",
     "amplitude_m": "of the dynamic transmission error, without its mean; lines below "
-    f"{FAINT:g} of the largest are left out",
+    f"{MIN_RELATIVE_AMPLITUDE:g} of the largest are left out",
 }
 
 
@@ -82,12 +84,12 @@ class SpectraOverSpeed:
 
     def seen(self, mesh: int) -> Iterator[tuple[float, float, float]]:
         """Speed [Hz], order and amplitude [m] of a mesh's lines that are not faint."""
-        least = FAINT * self.largest(mesh)
+        min_amplitude = MIN_RELATIVE_AMPLITUDE * self.largest(mesh)
         for lines in self.lines:
             amplitude = lines.amplitude[:, mesh]
-            for place in 1 + np.flatnonzero(amplitude[1:] > least):
-                order = Fraction(int(place), lines.periods) / self.rates[mesh]
-                yield lines.speed, float(order), float(amplitude[place])
+            for index in 1 + np.flatnonzero(amplitude[1:] > min_amplitude):
+                order = Fraction(int(index), lines.periods) / self.rates[mesh]
+                yield lines.speed, float(order), float(amplitude[index])
 
     def largest(self, mesh: int) -> float:
         """Largest amplitude of a mesh [m]."""
@@ -104,12 +106,12 @@ def spectra_over_speed(
     for response in branch.responses:
         if response.status == Status.DIVERGED:
             continue
-        spans = response.multiple or max(
+        common_periods = response.multiple or max(
             1, settings.multiples // branch.system.repetitions
         )
-        at = Speed(response.frequency, settings)
-        _, history = stepper.record(response.state, at, spans)
-        periods = spans * branch.system.common_period[0]
+        speed = Speed(response.frequency, settings)
+        _, history = stepper.record(response.state, speed, common_periods)
+        periods = common_periods * branch.system.common_period[0]
         lines.append(Lines(response.frequency, periods, spectrum(history)[1]))
     return SpectraOverSpeed(torque, branch, tuple(lines))
 
@@ -131,7 +133,9 @@ def draw_waterfall(branches: Sequence[SpectraOverSpeed], title: str = "") -> Fig
     for column, spectra in enumerate(branches):
         for mesh in range(meshes):
             lines, harmonics = (rows[2 * mesh + i][column] for i in range(2))
-            largest = 1e6 * max(REST, *(other.largest(mesh) for other in branches))
+            largest = 1e6 * max(
+                MIN_AMPLITUDE, *(other.largest(mesh) for other in branches)
+            )
             _draw_lines(lines, spectra, mesh, largest)
             _draw_harmonics(harmonics, spectra, mesh)
             harmonics.set_ylim(0.0, 1.05 * largest)
@@ -157,7 +161,7 @@ def _draw_lines(
     from matplotlib.colors import LogNorm
 
     system, rate = spectra.branch.system, float(spectra.rates[mesh])
-    highest = ABOVE * float(system.resonances_Hz.max())
+    highest = FREQUENCY_LIMIT_RATIO * float(system.resonances_Hz.max())
     _draw_rays(axes, rate, spectra.speeds, highest)
     for natural in system.resonances_Hz:
         axes.axhline(natural, color="tab:red", lw=0.8, ls="--")
@@ -168,7 +172,7 @@ def _draw_lines(
         (order * rate * speed)[rising],
         14.0,
         1e6 * amplitude[rising],
-        norm=LogNorm(FAINT * largest, largest),
+        norm=LogNorm(MIN_RELATIVE_AMPLITUDE * largest, largest),
         cmap="viridis_r",
         zorder=3,
     )

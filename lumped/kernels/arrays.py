@@ -1,4 +1,4 @@
-"""What the compiled kernels know of a lumped system, by name.
+"""Records of a lumped system for the compiled kernels.
 
 n modes, m meshes, p pairs in all, s steps.
 """
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 R = TypeVar("R", bound=tuple[Any, ...])
-PHASE, RATE, OFFSET = 0, 1, 2  # columns of Pieces.place
+PHASE, RATE, OFFSET = 0, 1, 2  # columns of Pieces.pair_positions
 FIRST_ROW, SHAPES, FIRST_OFFSET, OFFSETS, PITCH, ROW = range(6)  # of Pieces.pitches
 PERIOD, MULTIPLE, STREAK = range(3)  # of Convergence.counts
 
 
-def in_row_order(record: R) -> R:
-    """A record whose arrays have C order: kernels are compiled again for any other."""
+def make_contiguous(record: R) -> R:
+    """Return a record with arrays in C order: kernels are recompiled for any other."""
     named_tuple: Any = record
     return named_tuple._make(
         np.ascontiguousarray(value) if isinstance(value, np.ndarray) else value
@@ -33,7 +33,7 @@ class ModalSystem(NamedTuple):
     damping (n,) 2 zeta omega [1/s]
     load (n,) external [N/sqrt(kg)]
     shapes (m, n) mesh deflection of each mode [1/sqrt(kg)]
-    mean_stiffness (m,) that the natural frequencies stand on [N/m]
+    mean_stiffness (m,) of the meshes, included in rigidity [N/m]
     backlash (m,) [m]
     first_pair (m + 1,) where each mesh's pairs begin
     """
@@ -59,22 +59,22 @@ class ExcitationSamples(NamedTuple):
 
 
 class FrictionSamples(NamedTuple):
-    """Samples of a train whose teeth rub.
+    """Samples of a train with tooth friction.
 
-    slide (s, 3, p) coefficient of friction, negative in recess; arm (s, 3, p) way of
-    the pair ahead of the pitch point [m]; bending (s, 3, p) by how much friction
-    stiffens a pair in approach, relative
+    signed_friction (s, 3, p) coefficient of friction, negative in recess; arm (s, 3, p)
+    distance of the pair ahead of the pitch point [m]; bending (s, 3, p) relative
+    increase of a pair's stiffness by friction in approach
     at_pitch, at_pitch_back, per_metre (m, n) rows of friction in the modes; see
     `lumped.train.friction`
-    sliding_rate (m,) nominal sliding speed per way from the pitch point [1/s]
-    reversible (m,) whether vibration can turn the friction; transition (m,) sliding
-    speed about which it then turns, 0 at once [m/s]
+    sliding_rate (m,) nominal sliding speed per distance from the pitch point [1/s]
+    reversible (m,) whether vibration can reverse the friction; transition (m,) sliding
+    speed over which it then reverses, 0 for a jump [m/s]
     """
 
     h: Array
     stiffness: Array
     gap: Array
-    slide: Array
+    signed_friction: Array
     arm: Array
     bending: Array
     at_pitch: Array
@@ -86,20 +86,20 @@ class FrictionSamples(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """The excitation as piecewise cubic functions, of each pair its stiffness and gap.
+    """Stiffness and gap of each pair as piecewise cubic functions.
 
-    place (p, 3) phase and rate of the pair's mesh, offset of its gap at present
+    pair_positions (p, 3) phase and rate of the pair's mesh, current offset of its gap
     first_piece (2 p + 1,) where the pieces of each function begin
     breaks (pieces + 2 p,), coefficients (pieces, 4) of all functions
     stops (k,) times until all meshes repeat that no step crosses
     mesh_of (p,)
-    pitches (2 p, 6) of each function where its coefficients begin and how many base
-        pitches of it differ, the same of its offsets; whole base pitches that come to
-        the position, and where the coefficients of the present one begin
+    pitches (2 p, 6) for each function: first row of its coefficients, number of
+        different base pitches, first offset, number of offsets, base pitches to add to
+        the position, and first row of the coefficients of the current base pitch
     offsets (o,) of all functions
     """
 
-    place: Array
+    pair_positions: Array
     first_piece: Array
     breaks: Array
     coefficients: Array
@@ -110,18 +110,18 @@ class Pieces(NamedTuple):
 
 
 class Convergence(NamedTuple):
-    """What is remembered of a motion to tell when it has become periodic.
+    """State of the convergence test for periodic motions.
 
     Sections are modal displacements, and velocities over the natural angular
     frequency, at the start of each common period.
 
-    sections (slots, 2, n), a ring of two or more beyond twice the largest multiple
+    sections (slots, 2, n), a ring buffer of 2 or more than twice the largest multiple
     shapes (m, n) mesh deflection of each mode; angular (n,) [rad/s]
     tolerance : distance to the periodic motion, relative to the range of deflection
-    limits (2, m) smallest and largest deflection of the present period [m]
-    error_bound (m,) what the integrator adds to the deflection in a period [m]
+    limits (2, m) smallest and largest deflection of the current period [m]
+    error_bound (m,) error of the deflection by the integrator in a period [m]
     scale (m,) range of deflection that distances are relative to [m]
-    counts (3,) common periods passed, the multiple that was found, how often in a row
+    counts (3,) common periods passed, period multiple, consecutive confirmations of it
     accept_immediately : whether sections that are the same but for round-off need no
         confirmation, as after a long common period
     """
@@ -148,21 +148,22 @@ class Convergence(NamedTuple):
 
 
 class AdaptiveRules(NamedTuple):
-    """What adaptive steps keep to.
+    """Error bounds of adaptive steps.
 
     accuracy : error of a step, in the norm of the energy, relative to its size
     limit : sum of modal velocities beyond which a motion has diverged
-    frequency : of the first mesh [Hz]; size : norm of the energy that is moderate
+    frequency : of the first mesh [Hz]
+    velocity_scale : typical energy norm, of which errors below accuracy are accepted
     """
 
     accuracy: float
     limit: float
     frequency: float
-    size: float
+    velocity_scale: float
 
 
 class AdaptiveWork(NamedTuple):
-    """Room for an adaptive step.
+    """Workspace of an adaptive step.
 
     contact (p,) state of each pair, held within a step
     slopes (7, 2, n) of the stages; end, probe, trial (2, n)
@@ -182,19 +183,19 @@ class AdaptiveWork(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """The laws of the contacts.
+    """Load curves and compliance of the contacts.
 
     first (m + 1,) where each mesh's contacts begin
     side (c,) 1 on the drive side, -1 on the back
-    gap (c, p + 1) penetration that is missing where the deflection is 0 [m]
+    gap (c, p + 1) gap at zero deflection [m]
     sliding (c, p + 1) direction of friction at nominal speeds
     arms (2, c, p + 1) of friction about driver and driven centre [m]
-    knots (m, j + 1), law (c, p + 1, 2, j, 4) cubics of the load [N] in the penetration
-        beyond each knot; friction as it is nominally, and reversed
+    knots (m, j + 1), load_curve (c, p + 1, 2, j, 4) cubics of the load [N] in the
+        penetration beyond each knot; for nominal and for reversed friction
     normal_compliance, tangential_compliance (p + 1, c, c) static, besides that of the
         coordinates [m/N]
-    errors (c, n) gap that comes to each contact in the cycles of its mesh, one after
-        another, from pitch errors [m]; (c, 0) where there are none
+    errors (c, n) additional gap of each contact by pitch errors in successive cycles
+        of its mesh [m]; (c, 0) without pitch errors
     """
 
     first: Array
@@ -210,40 +211,41 @@ class Contacts(NamedTuple):
 
 
 class Position(NamedTuple):
-    """Places of the meshes (m,) in their tables.
+    """Positions of the meshes (m,) in their tables.
 
-    place, part : grid point and the part of a cell beyond it
+    grid_index, fraction : grid point, and fraction of the cell beyond it
     cycle : number of the mesh cycle
     gap : (c, p + 1) gaps of the contacts with the pitch errors of these cycles [m]
     """
 
-    place: Array
-    part: Array
+    grid_index: Array
+    fraction: Array
     cycle: Array
     gap: Array
 
 
 class PenetrationProblem(NamedTuple):
-    """The equations for the penetrations of the n first `chosen` contacts, of all c.
+    """Equations for the penetrations of the active contacts, of all c.
 
-    knots, load_curve : as in Contacts; place, part : as in Position; mesh_of : (c,)
-    reversed : (c,) whether a contact slides against its nominal direction
-    free : (c,) penetrations without contact forces [m]; start : (c,) first guess
-    cell : (c,) of the law where the last penetration was looked up
-    chosen : (c,); Q : (c, c) [m/N], of those chosen
+    knots, load_curve : as in Contacts
+    grid_index, fraction : as in Position; mesh_of : (c,)
+    friction_reversed : (c,) whether a contact slides against its nominal direction
+    free : (c,) penetrations without contact forces [m]; guess : (c,) initial guess
+    cell : (c,) interval of the load curve that was evaluated last
+    active : (c,) active contacts first; Q : (c, c) compliance of these [m/N]
     newton : (6, c), loaded : (c,), matrix : (c, c + 1) working arrays
     """
 
     knots: Array
     load_curve: Array
-    place: Array
-    part: Array
+    grid_index: Array
+    fraction: Array
     mesh_of: Array
-    reversed: Array
+    friction_reversed: Array
     free: Array
-    start: Array
+    guess: Array
     cell: Array
-    chosen: Array
+    active: Array
     Q: Array
     newton: Array
     loaded: Array
@@ -282,23 +284,23 @@ class CoupledSystem(NamedTuple):
 class ContactGrid(NamedTuple):
     """The contacts at s equal steps of the time after which all meshes repeat.
 
-    place, part (s, m) in the tables; turn (s, m) whole cycles of each mesh
+    grid_index, fraction (s, m) in the tables; mesh_cycle (s, m) whole cycles passed
     periods (m,) cycles of each mesh after which the steps repeat but for pitch errors
     gap (s, c) [m]; rows (s, c, n), ahead (s, c, m); compliance (s, c, c) [m/N]
-    facing (s, c) whether flanks face each other; faces (s, k) those that do,
-    then -1
+    facing (s, c) whether flanks face each other; facing_contacts (s, k) indices of
+    those that do, then -1
     """
 
-    place: Array
-    part: Array
-    turn: Array
+    grid_index: Array
+    fraction: Array
+    mesh_cycle: Array
     periods: Array
     gap: Array
     rows: Array
     ahead: Array
     compliance: Array
     facing: Array
-    faces: Array
+    facing_contacts: Array
 
 
 class Propagator(NamedTuple):
@@ -308,15 +310,16 @@ class Propagator(NamedTuple):
     a pair of travelling modes Z = E1 - i E2 is the sum of a forward and a backward
     wave, of which real and imaginary parts are stored.
 
-    carry (5 a, 2 a) transposed, of the state and then of forces at the start of the
-    step, and one and two steps before that; push (a, 2 a) of forces at its end
+    transition (5 a, 2 a) transposed matrix of the state, then of forces at the start of
+    the step, one and two steps before that
+    force_response (a, 2 a) state per force at the end of the step
     waves (2, 10, w) : forward and backward, real and imaginary factors for the wave
     itself, then for forces at the end of the step, at its start and so on
     rates (2, 2, w) of the waves [1/s]
     """
 
-    carry: Array
-    push: Array
+    transition: Array
+    force_response: Array
     waves: Array
     rates: Array
 
@@ -324,13 +327,13 @@ class Propagator(NamedTuple):
 class CoupledSteps(NamedTuple):
     """Equal steps of a common period at a speed, for the coupled model.
 
-    h (s,) step sizes [s], of all rounds of the grid
-    compliance (s, c, c) of the contacts at the end of the step that ends there, with
-    what moves in it [m/N]
+    h (s,) step sizes [s], of all repetitions of the grid
+    compliance (s, c, c) of the contacts at the end of the step that ends there,
+    including the motion in the step [m/N]
     penetration [m], load [N] (c,) of an instant; ratio (c,) of the penetration to that
     without new forces, at the step before, 0 where it is not known
-    continues (1,) whether a motion goes on from where these steps ended, after force
-    (4, n) at the last nodes
+    continues (1,) whether a motion continues from the end of the last call, after
+    force (4, n) at the last nodes
     """
 
     h: Array
@@ -349,8 +352,8 @@ class CoupledMotion(NamedTuple):
     """A motion in the variables of a Propagator.
 
     state (2 a,), waves (2, 2, w); force (4, n) on the coordinates at the last four
-    nodes, in a ring whose newest is head (1,); q (n,) displacements
-    inputs (5 a,), begin_state, begin_waves as state and waves : working arrays
+    nodes, in a ring buffer whose newest entry is head (1,); q (n,) displacements
+    inputs (5 a,), start_state, start_waves as state and waves : working arrays
     """
 
     state: Array
@@ -359,15 +362,15 @@ class CoupledMotion(NamedTuple):
     head: Array
     q: Array
     inputs: Array
-    begin_state: Array
-    begin_waves: Array
+    start_state: Array
+    start_waves: Array
 
 
 class CoupledChanges(NamedTuple):
     """k small changes of a CoupledMotion.
 
     state (2 a, k), waves (2, 2, w, k), force (4, n, k), q (n, k), as of the motion
-    inputs (5 a, k), begin_state, begin_waves as state and waves, matrix (c, c + k) :
+    inputs (5 a, k), start_state, start_waves as state and waves, matrix (c, c + k) :
     working arrays
     """
 
@@ -376,13 +379,13 @@ class CoupledChanges(NamedTuple):
     force: Array
     q: Array
     inputs: Array
-    begin_state: Array
-    begin_waves: Array
+    start_state: Array
+    start_waves: Array
     matrix: Array
 
 
 class VariedSteps(NamedTuple):
-    """Steps along which small changes are carried with a motion.
+    """Steps along which small changes of a motion are integrated.
 
     h (s,) of the steps [s]; steps : Samples of the motion
     damping (n, n) [1/s]; tangent (n, n) stiffness at an instant [1/s2]
@@ -398,7 +401,7 @@ class QuadratureGrid(NamedTuple):
     """Pieces of a common period that end on corners, and the excitation in them.
 
     edges (e + 1,) [periods of the first mesh]
-    stiffness, gap (e, 5, p) at `lumped.kernels.orbit.CHECKS` of each piece
+    stiffness, gap (e, 5, p) at `lumped.kernels.orbit.PIECE_CHECKS` of each piece
     """
 
     edges: Array
@@ -412,7 +415,7 @@ class FourierOrbit(NamedTuple):
     series (2 h + 1, m) mean, then h cosines and h sines [m]
     length : period, in periods of the first mesh
     deflection (e, 5, m) at the checks of a QuadratureGrid [m]
-    waves : Pieces, its own
+    waves : Pieces, not shared with other motions
     """
 
     series: Array
@@ -425,13 +428,13 @@ class ContactPieces(NamedTuple):
     """Pieces of a period in which no pair changes its contact, at three Gauss points.
 
     start, length (n,) [periods of the first mesh]
-    whole (n,) piece of the grid that it is, -1 where that was cut
+    grid_piece (n,) index of the same piece of the grid, -1 if that was cut
     force (n, 3, m) [N]; slope (n, 3, m) tangent stiffness [N/m]; of the coupled model
     on its coordinates, slope as matrices
     """
 
     start: Array
     length: Array
-    whole: Array
+    grid_piece: Array
     force: Array
     slope: Array

@@ -22,8 +22,8 @@ from lumped.common.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.arrays import CoupledMotion
 from lumped.kernels.contact import (
     CONVERGED,
-    LOADS,
-    X,
+    LOADS_ROW,
+    PENETRATIONS_ROW,
     may_touch,
     solve_penetrations,
 )
@@ -31,30 +31,31 @@ from lumped.kernels.convergence import (
     FINISHED,
     NOT_FINITE,
     begin_period,
-    bounded,
     close_section,
+    is_bounded,
     set_error_bound,
-    widen,
+    update_limits,
 )
 from lumped.kernels.coupled_changes import (
     advance_changes,
-    begin_changes,
     get_changes,
     new_changes,
     normalise_perturbations,
     set_changes,
+    start_changes,
 )
 from lumped.kernels.coupled_variables import (
-    SLOTS,
+    FORCE_NODES,
     add_columns,
     dot,
     get_variables,
     set_variables,
 )
 
-STARTS = 4  # rounds after which the forces before the start are known
-BETWEEN_LOOKS = 4  # steps between looks at the range of deflection while it settles
-RESCALED = 64  # steps after which small changes are brought back to length 1
+START_ITERATIONS = 4  # rounds after which the forces before the start are known
+# Steps between looks at the range of deflection while it settles
+STEPS_PER_LIMIT_UPDATE = 4
+STEPS_PER_RESCALING = 64  # steps after which small changes are brought back to length 1
 
 
 @compiled_part
@@ -82,7 +83,7 @@ def set_displacement(motion):
 
 
 @inlined
-def carry_linear(steps, motion):
+def advance_linear_part(steps, motion):
     """The linear part through a step, under the forces that are known."""
     propagator, head = steps.propagator, motion.head[0]
     size, a = motion.state.size, motion.state.size // 2
@@ -90,17 +91,20 @@ def carry_linear(steps, motion):
     for i in range(size):
         inputs[i] = state[i]
         state[i] = 0.0
-    for back in range(1, SLOTS):
-        force, begin = motion.force[(head + SLOTS - back) % SLOTS], (back + 1) * a
+    for back in range(1, FORCE_NODES):
+        force, begin = (
+            motion.force[(head + FORCE_NODES - back) % FORCE_NODES],
+            (back + 1) * a,
+        )
         for j in range(a):
             inputs[begin + j] = force[j]
-    add_columns(propagator.carry, inputs, state)
+    add_columns(propagator.transition, inputs, state)
     for s in range(2):
-        carry_waves(propagator.waves[s], motion, s)
+        advance_waves(propagator.waves[s], motion, s)
 
 
 @inlined
-def carry_waves(factors, motion, s):
+def advance_waves(factors, motion, s):
     """Forward or backward waves through a step, under the forces that are known.
 
     factors (10, w) : real and imaginary parts for the waves, then for forces at the end
@@ -108,9 +112,9 @@ def carry_waves(factors, motion, s):
     """
     a, w, head = motion.state.size // 2, motion.waves.shape[2], motion.head[0]
     waves = motion.waves[s]
-    one = motion.force[(head + 3) % SLOTS]
-    two = motion.force[(head + 2) % SLOTS]
-    three = motion.force[(head + 1) % SLOTS]
+    one = motion.force[(head + 3) % FORCE_NODES]
+    two = motion.force[(head + 2) % FORCE_NODES]
+    three = motion.force[(head + 1) % FORCE_NODES]
     for p in range(w):
         x, y = waves[0, p], waves[1, p]
         i, j = a + p, a + w + p
@@ -129,11 +133,11 @@ def carry_waves(factors, motion, s):
 
 
 @inlined
-def push(steps, motion):
+def add_end_forces(steps, motion):
     """Add what the newest forces do in the step."""
     propagator, force = steps.propagator, motion.force[motion.head[0]]
     state, a, w = motion.state, motion.state.size // 2, motion.waves.shape[2]
-    add_columns(propagator.push, force[:a], state)
+    add_columns(propagator.force_response, force[:a], state)
     for s in range(2):
         waves, factors = motion.waves[s], propagator.waves[s]
         for p in range(w):
@@ -144,12 +148,12 @@ def push(steps, motion):
 
 
 @inlined
-def push_constant(system, steps, motion):
+def add_constant_loads(system, steps, motion):
     """Displacement by the constant loads as forces at the end of the step."""
-    a, pushed = motion.state.size // 2, steps.propagator.push
+    a, response = motion.state.size // 2, steps.propagator.force_response
     for j in range(a):
         for i in range(a):
-            motion.q[i] += pushed[j, i] * system.load[j]
+            motion.q[i] += response[j, i] * system.load[j]
 
 
 @inlined
@@ -160,39 +164,42 @@ def find_free_penetrations(system, steps, node, motion):
     node : step, and whole rounds before it
     Also the first guess of each penetration: where it goes on, nearly in proportion.
     """
-    i, passed = node
+    i, repetition = node
     grid, problem = steps.grid, steps.problem
     q, n = motion.q, motion.q.size
-    for m in range(grid.place.shape[1]):
-        problem.place[m], problem.part[m] = grid.place[i, m], grid.part[i, m]
-    near = 0
-    for at in range(grid.faces.shape[1]):
-        c = grid.faces[i, at]
+    for m in range(grid.grid_index.shape[1]):
+        problem.grid_index[m], problem.fraction[m] = (
+            grid.grid_index[i, m],
+            grid.fraction[i, m],
+        )
+    n_active = 0
+    for k in range(grid.facing_contacts.shape[1]):
+        c = grid.facing_contacts[i, k]
         if c < 0:
             break
         x = -grid.gap[i, c]
         if system.contacts.errors.shape[1] > 0:
             m = problem.mesh_of[c]
-            cycle = grid.turn[i, m] + passed * grid.periods[m]
+            cycle = grid.mesh_cycle[i, m] + repetition * grid.periods[m]
             x -= system.contacts.errors[c, cycle % system.contacts.errors.shape[1]]
         x += dot(grid.rows[i, c], q, n)
         before, last_free = steps.penetration[c], problem.free[c]
-        problem.start[c] = x
+        problem.guess[c] = x
         if before > 0.0 and last_free > 0.5 * before:
             ratio, last = before / last_free, steps.ratio[c]
             steps.ratio[c] = ratio
             if last > 0.0:
                 ratio = max(2.0 * ratio - last, 0.5 * ratio)
-            problem.start[c] = ratio * x
+            problem.guess[c] = ratio * x
         else:
             steps.ratio[c] = 0.0
             if before > 0.0:
-                problem.start[c] = before
+                problem.guess[c] = before
         problem.free[c], steps.penetration[c] = x, x
         if may_touch(problem, c, x):
-            problem.chosen[near] = c
-            near += 1
-    return near
+            problem.active[n_active] = c
+            n_active += 1
+    return n_active
 
 
 @inlined
@@ -203,63 +210,68 @@ def find_loads(system, steps, node, motion, compliance):
     Loads are NaN where they were not found, so that the motion ends as diverged.
     """
     i, problem, load, grid = node[0], steps.problem, steps.load, steps.grid
-    near = find_free_penetrations(system, steps, node, motion)
+    n_active = find_free_penetrations(system, steps, node, motion)
     for c in range(load.size):
         load[c] = 0.0
-    for p in range(near):
-        for s in range(near):
-            c, d = problem.chosen[p], problem.chosen[s]
+    for p in range(n_active):
+        for s in range(n_active):
+            c, d = problem.active[p], problem.active[s]
             problem.Q[p, s] = compliance[i, c, d]
-    if near > 0 and solve_penetrations(problem, near) != CONVERGED:
-        problem.newton[LOADS, 0] = math.nan
+    if n_active > 0 and solve_penetrations(problem, n_active) != CONVERGED:
+        problem.newton[LOADS_ROW, 0] = math.nan
     force = motion.force[motion.head[0]]
     for j in range(force.size):
         force[j] = system.load[j]
-    for p in range(near):
-        c, pressed = problem.chosen[p], problem.newton[LOADS, p]
-        load[c], steps.penetration[c] = pressed, problem.newton[X, p]
-        if pressed != 0.0:
+    for p in range(n_active):
+        c, contact_load = problem.active[p], problem.newton[LOADS_ROW, p]
+        load[c], steps.penetration[c] = (
+            contact_load,
+            problem.newton[PENETRATIONS_ROW, p],
+        )
+        if contact_load != 0.0:
             row = grid.rows[i, c]
             for j in range(force.size):
-                force[j] -= row[j] * pressed
-    return near
+                force[j] -= row[j] * contact_load
+    return n_active
 
 
 @inlined
 def advance(system, steps, node, motion):
     """A step to a node (step of the common period, whole rounds before it); how many
     contacts may touch there."""
-    motion.head[0] = (motion.head[0] + 1) % SLOTS
-    carry_linear(steps, motion)
+    motion.head[0] = (motion.head[0] + 1) % FORCE_NODES
+    advance_linear_part(steps, motion)
     set_displacement(motion)
-    push_constant(system, steps, motion)
-    near = find_loads(system, steps, node, motion, steps.compliance)
-    push(steps, motion)
-    return near
+    add_constant_loads(system, steps, motion)
+    n_active = find_loads(system, steps, node, motion, steps.compliance)
+    add_end_forces(steps, motion)
+    return n_active
 
 
 @compiled_part
-def start(system, steps, passed, motion, changes):
+def set_start_forces(system, steps, repetition, motion, changes):
     """Forces before the first step: those of the parabola through the next nodes."""
     state, waves, number = motion.state, motion.waves, steps.grid.gap.shape[0]
-    moved, compliance = changes.q.shape[1] > 0, steps.grid.compliance
-    copy_variables(state, waves, motion.begin_state, motion.begin_waves)
-    for again in range(STARTS + 1):
-        copy_variables(motion.begin_state, motion.begin_waves, state, waves)
+    has_changes, compliance = changes.q.shape[1] > 0, steps.grid.compliance
+    copy_variables(state, waves, motion.start_state, motion.start_waves)
+    for iteration in range(START_ITERATIONS + 1):
+        copy_variables(motion.start_state, motion.start_waves, state, waves)
         set_displacement(motion)
         motion.head[0] = 0
-        near = find_loads(system, steps, (0, passed), motion, compliance)
-        if moved:
-            begin_changes(steps, near, motion, changes)
-        if again == STARTS:
+        n_active = find_loads(system, steps, (0, repetition), motion, compliance)
+        if has_changes:
+            start_changes(steps, n_active, motion, changes)
+        if iteration == START_ITERATIONS:
             break
-        if again == 0:
+        if iteration == 0:
             extrapolate(motion.force, 0.0)
             extrapolate_changes(changes.force, 0.0)
         for i in range(1, 3):
-            near = advance(system, steps, (i % number, passed + i // number), motion)
-            if moved:
-                advance_changes(steps, i % number, near, motion, changes)
+            n_active = advance(
+                system, steps, (i % number, repetition + i // number), motion
+            )
+            if has_changes:
+                advance_changes(steps, i % number, n_active, motion, changes)
         extrapolate(motion.force, 1.0)
         extrapolate_changes(changes.force, 1.0)
 
@@ -275,21 +287,21 @@ def copy_variables(state, waves, to_state, to_waves):
 
 
 @inlined
-def extrapolate(force, part):
+def extrapolate(force, weight):
     """Forces one and two steps before the start, from those at the next three nodes.
 
-    part : 1.0 for the parabola through them, 0.0 for the first alone
+    weight : 1.0 for the parabola through them, 0.0 for the first alone
     """
     for j in range(force.shape[1]):
         g0, g1, g2 = force[0, j], force[1, j], force[2, j]
-        force[3, j] = g0 + part * (2.0 * g0 - 3.0 * g1 + g2)
-        force[2, j] = g0 + part * (5.0 * g0 - 8.0 * g1 + 3.0 * g2)
+        force[3, j] = g0 + weight * (2.0 * g0 - 3.0 * g1 + g2)
+        force[2, j] = g0 + weight * (5.0 * g0 - 8.0 * g1 + 3.0 * g2)
 
 
 @inlined
-def extrapolate_changes(force, part):
+def extrapolate_changes(force, weight):
     for j in range(force.shape[1]):
-        extrapolate(force[:, j], part)
+        extrapolate(force[:, j], weight)
 
 
 @inlined
@@ -337,7 +349,7 @@ def new_motion(system):
     return CoupledMotion(
         np.zeros(size),
         np.zeros((2, 2, w)),
-        np.zeros((SLOTS, n)),
+        np.zeros((FORCE_NODES, n)),
         np.zeros(1, np.int64),
         np.zeros(n),
         np.zeros(5 * (n - 2 * w)),
@@ -347,57 +359,57 @@ def new_motion(system):
 
 
 @compiled
-def settle_motion(system, steps, limit, state, check, most):
+def settle_motion(system, steps, limit, state, convergence, max_periods):
     """Advance the motion as `lumped.kernels.rk4.settle_motion` does."""
     q, v = state[0], state[1]
     motion, changes = new_motion(system), new_changes(system, steps, 0)
     count = steps.h.size
-    whole, s = steps.grid.gap.shape[0], np.empty(system.offset.size)
+    grid_steps, s = steps.grid.gap.shape[0], np.empty(system.offset.size)
     set_state(steps, motion, q, v)
     if steps.continues[0]:
-        recall(steps, motion)
+        restore_forces(steps, motion)
     else:
-        start(system, steps, 0, motion, changes)
-    for _ in range(most):
-        begin_period(check)
+        set_start_forces(system, steps, 0, motion, changes)
+    for _ in range(max_periods):
+        begin_period(convergence)
         for k in range(count):
-            if k % BETWEEN_LOOKS == 0:
-                set_deflection(system, steps, k % whole, motion, s)
-                widen(check.limits, s)
-            advance(system, steps, node_after(k, whole), motion)
+            if k % STEPS_PER_LIMIT_UPDATE == 0:
+                set_deflection(system, steps, k % grid_steps, motion, s)
+                update_limits(convergence.limits, s)
+            advance(system, steps, next_node(k, grid_steps), motion)
             if not math.isfinite(s[0]):
                 return NOT_FINITE, (k + 1) / count, False
         get_state(steps, motion, q, v)
-        if not bounded(q, v, limit):
+        if not is_bounded(q, v, limit):
             return NOT_FINITE, 1.0, False
-        set_error_bound(check, count)
-        if close_section(check, q, v):
+        set_error_bound(convergence, count)
+        if close_section(convergence, q, v):
             return FINISHED, 0.0, True
-    remember(steps, motion)
+    save_forces(steps, motion)
     return FINISHED, 0.0, False
 
 
 @inlined
-def remember(steps, motion):
+def save_forces(steps, motion):
     """Save nodal forces, from which the next call continues."""
-    for back in range(SLOTS):
-        slot = (motion.head[0] + SLOTS - back) % SLOTS
+    for back in range(FORCE_NODES):
+        slot = (motion.head[0] + FORCE_NODES - back) % FORCE_NODES
         for j in range(steps.force.shape[1]):
             steps.force[back, j] = motion.force[slot, j]
 
 
 @inlined
-def recall(steps, motion):
+def restore_forces(steps, motion):
     motion.head[0] = 0
-    for back in range(SLOTS):
+    for back in range(FORCE_NODES):
         for j in range(steps.force.shape[1]):
-            motion.force[(SLOTS - back) % SLOTS, j] = steps.force[back, j]
+            motion.force[(FORCE_NODES - back) % FORCE_NODES, j] = steps.force[back, j]
 
 
 @inlined
-def node_after(k, whole):
+def next_node(k, grid_steps):
     """Step of the grid, of so many, and whole rounds before it, after step k."""
-    return (k + 1) % whole, (k + 1) // whole
+    return (k + 1) % grid_steps, (k + 1) // grid_steps
 
 
 @compiled
@@ -406,47 +418,47 @@ def record_motion(system, steps, periods, state, limit, out):
     q, v = state[0], state[1]
     motion, changes = new_motion(system), new_changes(system, steps, 0)
     count = steps.h.size
-    whole = steps.grid.gap.shape[0]
+    grid_steps = steps.grid.gap.shape[0]
     set_state(steps, motion, q, v)
-    start(system, steps, 0, motion, changes)
+    set_start_forces(system, steps, 0, motion, changes)
     for row in range(periods * count):
         k = row % count
         get_state(steps, motion, q, v)
-        if not bounded(q, v, limit):
+        if not is_bounded(q, v, limit):
             return NOT_FINITE, row + 1
-        record_row(system, steps, k % whole, motion, v, out[row])
-        advance(system, steps, node_after(k, whole), motion)
+        record_row(system, steps, k % grid_steps, motion, v, out[row])
+        advance(system, steps, next_node(k, grid_steps), motion)
     get_state(steps, motion, q, v)
-    if not bounded(q, v, limit):
+    if not is_bounded(q, v, limit):
         return NOT_FINITE, periods * count
     record_row(system, steps, 0, motion, v, out[-1])
     return FINISHED, periods * count
 
 
 @compiled
-def carry_motion(system, steps, limit, state, angular, sections, growth):
-    """Carry perturbations as `lumped.kernels.rk4.carry_motion` does."""
+def integrate_variations(system, steps, limit, state, angular, sections, growth):
+    """Carry perturbations as `lumped.kernels.rk4.integrate_variations` does."""
     n, q, v = angular.size, state[0], state[1]
     number, count = state.shape[1] // n - 1, steps.h.size
     motion, changes = new_motion(system), new_changes(system, steps, number)
-    whole, base = steps.grid.gap.shape[0], slice(0, n)
+    grid_steps, base = steps.grid.gap.shape[0], slice(0, n)
     set_state(steps, motion, q[base], v[base])
     set_changes(steps, changes, state)
-    start(system, steps, 0, motion, changes)
+    set_start_forces(system, steps, 0, motion, changes)
     for period in range(growth.size):
         growth[period] = 0.0
         for k in range(count):
             if k == 0:
                 get_state(steps, motion, q[base], v[base])
                 record_row(system, steps, 0, motion, v[base], sections[period])
-            node = node_after(k, whole)
-            near = advance(system, steps, node, motion)
+            node = next_node(k, grid_steps)
+            n_active = advance(system, steps, node, motion)
             if number > 0:
-                advance_changes(steps, node[0], near, motion, changes)
-            if (k % RESCALED == 0 or k == count - 1) and number > 0:
+                advance_changes(steps, node[0], n_active, motion, changes)
+            if (k % STEPS_PER_RESCALING == 0 or k == count - 1) and number > 0:
                 get_state(steps, motion, q[base], v[base])
                 get_changes(steps, changes, state)
-                if not bounded(q[base], v[base], limit):
+                if not is_bounded(q[base], v[base], limit):
                     return NOT_FINITE, period
                 growth[period] += normalise_perturbations(changes, state, angular)
     get_state(steps, motion, q[base], v[base])
@@ -455,7 +467,7 @@ def carry_motion(system, steps, limit, state, angular, sections, growth):
 
 
 @compiled
-def add_moving(rows, facing, push, waves, compliance):
+def add_step_compliance(rows, facing, force_response, waves, compliance):
     """Add to a compliance (s, c, c) what moves in a step, B W B', of contacts that face
     each other (s, c).
 
@@ -463,24 +475,24 @@ def add_moving(rows, facing, push, waves, compliance):
     travelling modes, both senses together, real and imaginary
     """
     steps, count, n = rows.shape
-    a = push.shape[0]
-    moved = np.empty(n)
+    a = force_response.shape[0]
+    displacement = np.empty(n)
     for k in range(steps):
         for d in range(count):
             if not facing[k, d]:
                 continue
             row = rows[k, d]
             for j in range(a):
-                moved[j] = 0.0
+                displacement[j] = 0.0
             for j in range(a):
                 for i in range(a):
-                    moved[i] += push[j, i] * row[j]
+                    displacement[i] += force_response[j, i] * row[j]
             w = waves.shape[1]
             for p in range(w):
                 one, two = row[a + p], row[a + w + p]
                 # of Z = E1 - i E2 under the force one - i two
-                moved[a + p] = waves[0, p] * one + waves[1, p] * two
-                moved[a + w + p] = waves[0, p] * two - waves[1, p] * one
+                displacement[a + p] = waves[0, p] * one + waves[1, p] * two
+                displacement[a + w + p] = waves[0, p] * two - waves[1, p] * one
             for c in range(count):
                 if facing[k, c]:
-                    compliance[k, c, d] += dot(rows[k, c], moved, n)
+                    compliance[k, c, d] += dot(rows[k, c], displacement, n)

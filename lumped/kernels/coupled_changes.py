@@ -11,9 +11,9 @@ import numpy as np
 
 from lumped.common.compiled import allocating, compiled_part, inlined
 from lumped.kernels.arrays import CoupledChanges
-from lumped.kernels.contact import SLOPES, load_at
+from lumped.kernels.contact import SLOPES_ROW, load_at
 from lumped.kernels.coupled_variables import (
-    SLOTS,
+    FORCE_NODES,
     add_columns,
     get_variables,
     set_variables,
@@ -28,7 +28,7 @@ def new_changes(system, steps, count):
     return CoupledChanges(
         np.zeros((size, count)),
         np.zeros((2, 2, w, count)),
-        np.zeros((SLOTS, n, count)),
+        np.zeros((FORCE_NODES, n, count)),
         np.zeros((n, count)),
         np.zeros((5 * size // 2, count)),
         np.zeros((size, count)),
@@ -43,8 +43,8 @@ def set_changes(steps, changes, state):
     rates, (n, count) = steps.propagator.rates, changes.q.shape
     for k in range(count):
         block = slice((k + 1) * n, (k + 2) * n)
-        begin, waves = changes.begin_state[:, k], changes.begin_waves[..., k]
-        set_variables(rates, state[0, block], state[1, block], begin, waves)
+        start_state, waves = changes.start_state[:, k], changes.start_waves[..., k]
+        set_variables(rates, state[0, block], state[1, block], start_state, waves)
 
 
 @compiled_part
@@ -52,8 +52,8 @@ def get_changes(steps, changes, state):
     rates, (n, count) = steps.propagator.rates, changes.q.shape
     for k in range(count):
         block = slice((k + 1) * n, (k + 2) * n)
-        now, waves = changes.state[:, k], changes.waves[..., k]
-        get_variables(rates, now, waves, state[0, block], state[1, block])
+        end_state, waves = changes.state[:, k], changes.waves[..., k]
+        get_variables(rates, end_state, waves, state[0, block], state[1, block])
 
 
 @inlined
@@ -70,35 +70,39 @@ def set_displacement(changes):
 
 
 @compiled_part
-def carry_changes(steps, head, changes):
+def advance_linear_part(steps, head, changes):
     """The linear part through a step, under the forces that are known."""
-    carry, state, inputs = steps.propagator.carry, changes.state, changes.inputs
+    transition, state, inputs = (
+        steps.propagator.transition,
+        changes.state,
+        changes.inputs,
+    )
     size, count = state.shape
     for i in range(size):
         for k in range(count):
             inputs[i, k] = state[i, k]
             state[i, k] = 0.0
-    for back in range(1, SLOTS):
-        force = changes.force[(head + SLOTS - back) % SLOTS]
+    for back in range(1, FORCE_NODES):
+        force = changes.force[(head + FORCE_NODES - back) % FORCE_NODES]
         begin = (back + 1) * (size // 2)
         for i in range(size // 2):
             for k in range(count):
                 inputs[begin + i, k] = force[i, k]
     for i in range(size):
-        add_columns(inputs, carry[:, i], state[i])
+        add_columns(inputs, transition[:, i], state[i])
     for s in range(2):
         factors = steps.propagator.waves[s]
         for p in range(changes.waves.shape[2]):
             real, imaginary = changes.waves[s, 0, p], changes.waves[s, 1, p]
-            turn_wave(factors[0, p], factors[1, p], real, imaginary)
-            for back in range(1, SLOTS):
-                force = changes.force[(head + SLOTS - back) % SLOTS]
+            multiply_wave(factors[0, p], factors[1, p], real, imaginary)
+            for back in range(1, FORCE_NODES):
+                force = changes.force[(head + FORCE_NODES - back) % FORCE_NODES]
                 row = 2 * back + 2
-                push_wave(factors, row, changes, p, force, real, imaginary)
+                add_wave_forces(factors, row, changes, p, force, real, imaginary)
 
 
 @inlined
-def turn_wave(a, b, real, imaginary):
+def multiply_wave(a, b, real, imaginary):
     """A wave, in real and imaginary parts (k,), times a + i b."""
     for k in range(real.size):
         x, y = real[k], imaginary[k]
@@ -107,7 +111,7 @@ def turn_wave(a, b, real, imaginary):
 
 
 @inlined
-def push_wave(factors, row, changes, p, force, real, imaginary):
+def add_wave_forces(factors, row, changes, p, force, real, imaginary):
     """Add what forces (n, k) do to wave p, by two rows of the factors."""
     i, a, b = changes.state.shape[0] // 2 + p, factors[row, p], factors[row + 1, p]
     one, two = force[i], force[i + changes.waves.shape[2]]
@@ -117,77 +121,77 @@ def push_wave(factors, row, changes, p, force, real, imaginary):
 
 
 @compiled_part
-def push_changes(steps, head, changes):
+def add_end_forces(steps, head, changes):
     """Add what the newest forces do in the step."""
-    pushed, force, w = (
-        steps.propagator.push,
+    response, force, w = (
+        steps.propagator.force_response,
         changes.force[head],
         changes.waves.shape[2],
     )
     size = changes.state.shape[0]
     for i in range(size):
-        add_columns(force, pushed[:, i], changes.state[i])
+        add_columns(force, response[:, i], changes.state[i])
     for s in range(2):
         factors = steps.propagator.waves[s]
         for p in range(w):
             real, imaginary = changes.waves[s, 0, p], changes.waves[s, 1, p]
-            push_wave(factors, 2, changes, p, force, real, imaginary)
+            add_wave_forces(factors, 2, changes, p, force, real, imaginary)
     set_displacement(changes)
 
 
 @inlined
-def change_loads(steps, i, near, head, changes):
+def set_changed_forces(steps, i, n_active, head, changes):
     """Forces of the changes at node i, about the loads that were found.
 
     x + Q F' x = B q for every change: Q as `lumped.kernels.coupled.find_loads` left it.
     """
     problem, matrix, rows = steps.problem, changes.matrix, steps.grid.rows
     n, count = changes.q.shape
-    for a in range(near):
-        c = problem.chosen[a]
-        _, problem.newton[SLOPES, a] = load_at(problem, c, steps.penetration[c])
-    for a in range(near):
-        for b in range(near):
-            matrix[a, b] = problem.Q[a, b] * problem.newton[SLOPES, b]
+    for a in range(n_active):
+        c = problem.active[a]
+        _, problem.newton[SLOPES_ROW, a] = load_at(problem, c, steps.penetration[c])
+    for a in range(n_active):
+        for b in range(n_active):
+            matrix[a, b] = problem.Q[a, b] * problem.newton[SLOPES_ROW, b]
         matrix[a, a] += 1.0
-        row, right = rows[i, problem.chosen[a]], matrix[a, near : near + count]
+        row, rhs = rows[i, problem.active[a]], matrix[a, n_active : n_active + count]
         for k in range(count):
-            right[k] = 0.0
-        add_columns(changes.q, row, right)
-    eliminate(matrix, near, near + count)
+            rhs[k] = 0.0
+        add_columns(changes.q, row, rhs)
+    eliminate(matrix, n_active, n_active + count)
     force = changes.force[head]
     for j in range(n):
         for k in range(count):
             force[j, k] = 0.0
-        for a in range(near):
-            factor = rows[i, problem.chosen[a], j] * problem.newton[SLOPES, a]
+        for a in range(n_active):
+            factor = rows[i, problem.active[a], j] * problem.newton[SLOPES_ROW, a]
             for k in range(count):
-                force[j, k] -= factor * matrix[a, near + k]
+                force[j, k] -= factor * matrix[a, n_active + k]
 
 
 @compiled_part
-def begin_changes(steps, near, motion, changes):
+def start_changes(steps, n_active, motion, changes):
     """To the start, with the forces there."""
     state, waves = changes.state, changes.waves
     for k in range(changes.q.shape[1]):
         for i in range(state.shape[0]):
-            state[i, k] = changes.begin_state[i, k]
+            state[i, k] = changes.start_state[i, k]
         for s in range(2):
             for p in range(waves.shape[2]):
-                waves[s, 0, p, k] = changes.begin_waves[s, 0, p, k]
-                waves[s, 1, p, k] = changes.begin_waves[s, 1, p, k]
+                waves[s, 0, p, k] = changes.start_waves[s, 0, p, k]
+                waves[s, 1, p, k] = changes.start_waves[s, 1, p, k]
     set_displacement(changes)
-    change_loads(steps, 0, near, motion.head[0], changes)
+    set_changed_forces(steps, 0, n_active, motion.head[0], changes)
 
 
 @compiled_part
-def advance_changes(steps, i, near, motion, changes):
+def advance_changes(steps, i, n_active, motion, changes):
     """A step to node i of the common period, to which the motion has come."""
     head = motion.head[0]
-    carry_changes(steps, head, changes)
+    advance_linear_part(steps, head, changes)
     set_displacement(changes)
-    change_loads(steps, i, near, head, changes)
-    push_changes(steps, head, changes)
+    set_changed_forces(steps, i, n_active, head, changes)
+    add_end_forces(steps, head, changes)
 
 
 @compiled_part
@@ -206,7 +210,7 @@ def normalise_perturbations(changes, state, angular):
             for p in range(waves.shape[2]):
                 waves[s, 0, p, k] /= length
                 waves[s, 1, p, k] /= length
-        for slot in range(SLOTS):
+        for slot in range(FORCE_NODES):
             for i in range(n):
                 changes.force[slot, i, k] /= length
     return math.log(length)

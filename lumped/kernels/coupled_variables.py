@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from lumped.common.compiled import compiled_part, inlined
 
-SLOTS = 4  # forces that a step knows
+FORCE_NODES = 4  # forces that a step knows
 
 
 @inlined

@@ -24,9 +24,9 @@ from lumped.kernels.convergence import (
     FINISHED,
     NOT_FINITE,
     begin_period,
-    bounded,
     close_section,
-    widen,
+    is_bounded,
+    update_limits,
 )
 from lumped.kernels.excitation import position, set_excitation, set_pitch, value_at
 from lumped.kernels.mesh_force import record, record_before
@@ -67,8 +67,8 @@ DENSE[:, 3] = [
     -1453857185 / 822651844,
     69997945 / 29380423,
 ]
-CHECKS = 4  # points of a step at which contacts are compared
-SHORTEST = 1e-11  # periods
+CONTACT_CHECKS = 4  # points of a step at which contacts are compared
+MIN_STEP = 1e-11  # periods
 MAX_STEPS = 10_000_000  # per period; beyond it a run counts as lost
 EVENT_TOL_PERIODS = 1e-13  # periods within which a contact change is located
 SAFETY, MIN_STEP_RATIO, MAX_STEP_RATIO = 0.9, 0.2, 5.0  # of a new step
@@ -113,8 +113,8 @@ def try_step(system, excitation, frequency, work, time, h, y):
         for j in range(2):
             for i in range(n):
                 total = 0.0
-                for before in range(stage):
-                    total += A[stage, before] * slopes[before, j, i]
+                for earlier in range(stage):
+                    total += A[stage, earlier] * slopes[earlier, j, i]
                 end[j, i] = y[j, i] + step * total
         side = -1 if C[stage] == 1.0 else 1
         set_excitation(excitation, time + C[stage] * h, side, stiffness, gap)
@@ -147,7 +147,7 @@ def energy_norm(system, y):
 
 
 @compiled_part
-def set_between(slopes, y, step, theta, out):
+def set_dense_output(slopes, y, step, theta, out):
     """Dense output (2, n) at part theta of a step [s]."""
     for j in range(2):
         for i in range(y.shape[1]):
@@ -160,7 +160,7 @@ def set_between(slopes, y, step, theta, out):
 
 
 @inlined
-def elastic(system, excitation, p, y, time, side):
+def elastic_deflection(system, excitation, p, y, time, side):
     """Deflection minus gap of a pair [m]."""
     m = excitation.mesh_of[p]
     s = 0.0
@@ -168,11 +168,11 @@ def elastic(system, excitation, p, y, time, side):
         s += system.shapes[m, i] * y[0, i]
     x = position(excitation, p, time)
     gap = value_at(excitation, 2 * p + 1, x, side)
-    return s - gap - excitation.place[p, OFFSET]
+    return s - gap - excitation.pair_positions[p, OFFSET]
 
 
 @inlined
-def state_of(e, backlash):
+def contact_state(e, backlash):
     """Contact state: 1 drive side, 0 lost, -1 back side."""
     if e > 0.0:
         return 1
@@ -180,12 +180,12 @@ def state_of(e, backlash):
 
 
 @inlined
-def first_change(system, excitation, work, time, side):
+def first_changed_pair(system, excitation, work, time, side):
     """The first pair whose contact in the probed state is not what it was, or -1."""
     for p in range(work.contact.size):
-        e = elastic(system, excitation, p, work.probe, time, side)
+        e = elastic_deflection(system, excitation, p, work.probe, time, side)
         backlash = system.backlash[excitation.mesh_of[p]]
-        if state_of(e, backlash) != work.contact[p]:
+        if contact_state(e, backlash) != work.contact[p]:
             return p
     return -1
 
@@ -200,20 +200,20 @@ def locate_contact_change(system, excitation, frequency, work, time, h, y):
     step = h / frequency
     low, high, changed, check = 0.0, 0.0, -1, 0
     while changed < 0:
-        if check == CHECKS:
+        if check == CONTACT_CHECKS:
             return 2.0, -1
         check += 1
-        low, high = high, check / CHECKS
-        set_between(work.slopes, y, step, high, work.probe)
-        side = -1 if check == CHECKS else 1
-        changed = first_change(system, excitation, work, time + high * h, side)
+        low, high = high, check / CONTACT_CHECKS
+        set_dense_output(work.slopes, y, step, high, work.probe)
+        side = -1 if check == CONTACT_CHECKS else 1
+        changed = first_changed_pair(system, excitation, work, time + high * h, side)
     changed = -1
     while True:
         middle = 0.5 * (low + high)
         done = (high - low) * h <= EVENT_TOL_PERIODS or middle <= low or middle >= high
-        at = high if done else middle
-        set_between(work.slopes, y, step, at, work.probe)
-        pair = first_change(system, excitation, work, time + at * h, -1)
+        fraction = high if done else middle
+        set_dense_output(work.slopes, y, step, fraction, work.probe)
+        pair = first_changed_pair(system, excitation, work, time + fraction * h, -1)
         if done:
             return high, pair if pair >= 0 else changed
         if pair >= 0:
@@ -233,56 +233,56 @@ def advance(system, excitation, rules, work, y, span, grid, out):
     frequency, stops = rules.frequency, excitation.stops
     contact, stiffness, gap, s = work.contact, work.stiffness, work.gap, work.deflection
     time, end = span
-    stop, row, h, fresh, total = 0, 0, 1.0 / 64.0, True, 0.0
-    left = MAX_STEPS * (1.0 + end - time)
+    stop, row, h, at_corner, total = 0, 0, 1.0 / 64.0, True, 0.0
+    steps_left = MAX_STEPS * (1.0 + end - time)
     while time < end:
-        left -= 1.0
-        if left < 0.0:
+        steps_left -= 1.0
+        if steps_left < 0.0:
             return NOT_FINITE, time, total
-        while stop < stops.size and stops[stop] <= time + SHORTEST:
+        while stop < stops.size and stops[stop] <= time + MIN_STEP:
             stop += 1
-        until = min(end, stops[stop]) if stop < stops.size else end
-        if fresh:
+        step_end = min(end, stops[stop]) if stop < stops.size else end
+        if at_corner:
             set_pitch(excitation, time, 1)
             set_contacts(system, excitation, work, y, time)
-            fresh = False
+            at_corner = False
         set_excitation(excitation, time, 1, stiffness, gap)
         set_slope(system, contact, stiffness, gap, y, work.slopes[0], s)
-        widen(work.limits, s)
-        last = h >= until - time - SHORTEST
-        h_now = until - time if last else h
+        update_limits(work.limits, s)
+        last = h >= step_end - time - MIN_STEP
+        h_now = step_end - time if last else h
         error = try_step(system, excitation, frequency, work, time, h_now, y)
         size = max(energy_norm(system, y), energy_norm(system, work.end))
-        scale = rules.accuracy * (rules.size + size)
-        if not error <= scale and h_now > SHORTEST:
+        scale = rules.accuracy * (rules.velocity_scale + size)
+        if not error <= scale and h_now > MIN_STEP:
             h = h_now * max(MIN_STEP_RATIO, SAFETY * (scale / error) ** 0.2)
             if not error < math.inf:
                 h = MIN_STEP_RATIO * h_now
-                if h < SHORTEST:
+                if h < MIN_STEP:
                     return NOT_FINITE, time, total
             continue
         part, changed = locate_contact_change(
             system, excitation, frequency, work, time, h_now, y
         )
         h = h_now * min(MAX_STEP_RATIO, SAFETY * (scale / max(error, 1e-300)) ** 0.2)
-        h = max(h, SHORTEST)
+        h = max(h, MIN_STEP)
         if changed >= 0 and part < 1.0:
-            h_now = max(part * h_now, SHORTEST)
+            h_now = max(part * h_now, MIN_STEP)
             last = False
             error = try_step(system, excitation, frequency, work, time, h_now, y)
         while row < grid.size and grid[row] <= time + h_now:
             theta = (grid[row] - time) / h_now
-            set_between(work.slopes, y, h_now / frequency, theta, work.trial)
+            set_dense_output(work.slopes, y, h_now / frequency, theta, work.trial)
             record_row(system, excitation, work, grid[row], out[row])
             set_pitch(excitation, time, 1)
             row += 1
         accept_step(work.end, y)
         total += error
-        time = until if last else time + h_now
+        time = step_end if last else time + h_now
         if changed >= 0:
             switch_contact(system, excitation, work, changed, y, time)
-        fresh = last
-        if not bounded(y[0], y[1], rules.limit):
+        at_corner = last
+        if not is_bounded(y[0], y[1], rules.limit):
             return NOT_FINITE, time, total
     return FINISHED, time, total
 
@@ -303,8 +303,8 @@ def record_row(system, excitation, work, time, out):
 def set_contacts(system, excitation, work, y, time):
     """Contact states from the overlaps, as they are just after a time."""
     for p in range(work.contact.size):
-        e = elastic(system, excitation, p, y, time, 1)
-        work.contact[p] = state_of(e, system.backlash[excitation.mesh_of[p]])
+        e = elastic_deflection(system, excitation, p, y, time, 1)
+        work.contact[p] = contact_state(e, system.backlash[excitation.mesh_of[p]])
 
 
 @compiled_part
@@ -312,7 +312,7 @@ def switch_contact(system, excitation, work, p, y, time):
     """The state that pair p enters: from the nearer of its two borders."""
     backlash, contact = system.backlash[excitation.mesh_of[p]], work.contact
     if contact[p] == 0:
-        e = elastic(system, excitation, p, y, time, 1)
+        e = elastic_deflection(system, excitation, p, y, time, 1)
         contact[p] = 1 if abs(e) <= abs(e + backlash) else -1
     else:
         contact[p] = 0 if backlash > 0.0 else -contact[p]
@@ -357,30 +357,32 @@ def record_dopri5(system, excitation, rules, span, state, grid, out):
 
 
 @compiled
-def settle_dopri5(system, excitation, rules, rounds, state, check, most):
+def settle_dopri5(
+    system, excitation, rules, repetition, state, convergence, max_periods
+):
     """Integrate period by period until the motion repeats itself.
 
-    rounds : (periods until all meshes repeat, how many of them are a common period,
+    repetition : (periods until all meshes repeat, how many of them are a common period,
         base pitches (2 p,) by which each function is further on after one)
-    check : Convergence, closed after each of at most so many periods
+    convergence : Convergence, closed after each of at most so many periods
     Returns (status, part of a period before a divergence, whether it repeats itself).
     """
-    length, count, pitches = rounds
-    work = make_work(system, excitation, check.limits)
+    length, count, pitches = repetition
+    work = make_work(system, excitation, convergence.limits)
     first = excitation.pitches[:, PITCH].copy()
-    none, no_rows = np.empty(0), np.empty((0, 6, system.shapes.shape[0]))
-    for _ in range(most):
-        begin_period(check)
+    no_times, no_rows = np.empty(0), np.empty((0, 6, system.shapes.shape[0]))
+    for _ in range(max_periods):
+        begin_period(convergence)
         error = 0.0
         for number in range(count):
             excitation.pitches[:, PITCH] = first + number * pitches
             status, time, part = advance(
-                system, excitation, rules, work, state, (0.0, length), none, no_rows
+                system, excitation, rules, work, state, (0.0, length), no_times, no_rows
             )
             error += part
             if status != FINISHED:
                 return NOT_FINITE, (number + time / length) / count, False
-        set_error_bound(system, error, check.error_bound)
-        if close_section(check, state[0], state[1]):
+        set_error_bound(system, error, convergence.error_bound)
+        if close_section(convergence, state[0], state[1]):
             return FINISHED, 0.0, True
     return FINISHED, 0.0, False

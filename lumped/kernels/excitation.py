@@ -31,14 +31,14 @@ def value_at(excitation, f, x, side):
     if side < 0 and x < 1e-9:
         x += 1.0
     count = last - first
-    at = first + f  # each function before has one break more than pieces
+    first_break = first + f  # each function before has one break more than pieces
     piece = min(int(x * count), count - 1)
-    nudged = x + 1e-10 * side
-    while piece > 0 and breaks[at + piece] > nudged:
+    shifted = x + 1e-10 * side
+    while piece > 0 and breaks[first_break + piece] > shifted:
         piece -= 1
-    while piece < count - 1 and breaks[at + piece + 1] <= nudged:
+    while piece < count - 1 and breaks[first_break + piece + 1] <= shifted:
         piece += 1
-    t = x - breaks[at + piece]
+    t = x - breaks[first_break + piece]
     c = excitation.coefficients[excitation.pitches[f, ROW] + piece]
     return c[0] + t * (c[1] + t * (c[2] + t * c[3]))
 
@@ -46,7 +46,9 @@ def value_at(excitation, f, x, side):
 @inlined
 def position(excitation, p, time):
     """Position of pair p at a time, in base pitches."""
-    return excitation.place[p, PHASE] + excitation.place[p, RATE] * time
+    return (
+        excitation.pair_positions[p, PHASE] + excitation.pair_positions[p, RATE] * time
+    )
 
 
 @compiled_part
@@ -61,7 +63,7 @@ def set_pitch(excitation, time, side):
         pitches[f, ROW] = pitches[f, FIRST_ROW] + count * (pitch % pitches[f, SHAPES])
         if f % 2 == 1 and pitches[f, OFFSETS] > 0:
             offset = pitches[f, FIRST_OFFSET] + pitch % pitches[f, OFFSETS]
-            excitation.place[p, OFFSET] = excitation.offsets[offset]
+            excitation.pair_positions[p, OFFSET] = excitation.offsets[offset]
 
 
 @compiled_part
@@ -71,4 +73,4 @@ def set_excitation(excitation, time, side, stiffness, gap):
         x = position(excitation, p, time)
         stiffness[p] = value_at(excitation, 2 * p, x, side)
         gap[p] = value_at(excitation, 2 * p + 1, x, side)
-        gap[p] += excitation.place[p, OFFSET]
+        gap[p] += excitation.pair_positions[p, OFFSET]

@@ -47,21 +47,24 @@ def pair_friction(samples, instant, m, p, elastic, backlash, speeds):
     elastic : deflection minus gap [m]; speeds : see `row_speeds`
     """
     k, stage = instant
-    arm, slide = samples.arm[k, stage, p], samples.slide[k, stage, p]
+    arm, signed_friction = (
+        samples.arm[k, stage, p],
+        samples.signed_friction[k, stage, p],
+    )
     force = pair_force(samples.stiffness[k, stage, p], elastic, backlash)
     if force == 0.0:
         return 0.0, 0.0, 0.0, 0.0
     side = -1.0 if elastic < -backlash else 1.0
     at_pitch = speeds[0] if side > 0.0 else speeds[1]
     speed = at_pitch + side * arm * (samples.sliding_rate[m] + speeds[2])
-    nominal = -side * math.copysign(1.0, slide)
+    nominal = -side * math.copysign(1.0, signed_friction)
     if not samples.reversible[m]:
         return force, 0.0, speed, nominal
     factor = sliding_factor(samples, m, speed)
     # the stiffness is that of nominal sliding, eq. 4.42
-    bent = side * samples.bending[k, stage, p]
-    added = force * ((1.0 - bent * factor) / (1.0 - bent * nominal) - 1.0)
-    return force + added, added, speed, factor
+    bending = side * samples.bending[k, stage, p]
+    force_change = force * ((1.0 - bending * factor) / (1.0 - bending * nominal) - 1.0)
+    return force + force_change, force_change, speed, factor
 
 
 @inlined
@@ -77,26 +80,28 @@ def set_friction_acceleration(system, samples, instant, q, v, a, s):
         backlash, speeds = system.backlash[m], (0.0, 0.0, 0.0)
         if samples.reversible[m]:
             speeds = row_speeds(samples, m, v)
-        drive, back, turn, excess = 0.0, 0.0, 0.0, 0.0
+        drive, back, moment, excess = 0.0, 0.0, 0.0, 0.0
         for p in range(system.first_pair[m], system.first_pair[m + 1]):
             elastic = s[m] - samples.gap[k, stage, p]
-            force, added, _, factor = pair_friction(
+            force, force_change, _, factor = pair_friction(
                 samples, instant, m, p, elastic, backlash, speeds
             )
             if force == 0.0:
                 continue
             # against the sliding
-            rub = -factor * abs(samples.slide[k, stage, p]) * abs(force)
-            excess += added
+            friction_force = (
+                -factor * abs(samples.signed_friction[k, stage, p]) * abs(force)
+            )
+            excess += force_change
             if elastic < -backlash:
-                back += rub
-                turn -= rub * samples.arm[k, stage, p]
+                back += friction_force
+                moment -= friction_force * samples.arm[k, stage, p]
             else:
-                drive += rub
-                turn += rub * samples.arm[k, stage, p]
+                drive += friction_force
+                moment += friction_force * samples.arm[k, stage, p]
         for i in range(q.size):
             a[i] += at_pitch[m, i] * drive + back_at_pitch[m, i] * back
-            a[i] += samples.per_metre[m, i] * turn - system.shapes[m, i] * excess
+            a[i] += samples.per_metre[m, i] * moment - system.shapes[m, i] * excess
 
 
 @inlined
@@ -115,15 +120,15 @@ def record_friction(system, samples, k, q, v, out):
         for p in range(first, system.first_pair[m + 1]):
             instant, row = (k, 0), 6 + 3 * (p - first)
             elastic = out[0, m] - samples.gap[k, 0, p]
-            force, added, speed, factor = pair_friction(
+            force, force_change, speed, factor = pair_friction(
                 samples, instant, m, p, elastic, backlash, speeds
             )
-            out[2, m] += added
+            out[2, m] += force_change
             out[row, m], out[row + 1, m] = force, speed
-            rub = factor * abs(samples.slide[k, 0, p]) * abs(force)
-            out[row + 2, m] = rub * speed
+            friction_force = factor * abs(samples.signed_friction[k, 0, p]) * abs(force)
+            out[row + 2, m] = friction_force * speed
             elastic = out[0, m] - samples.gap[before, 2, p]
-            _, added, _, _ = pair_friction(
+            _, force_change, _, _ = pair_friction(
                 samples, (before, 2), m, p, elastic, backlash, speeds
             )
-            out[5, m] += added
+            out[5, m] += force_change

@@ -24,17 +24,17 @@ from lumped.kernels.rk4 import rk4_step
 
 # Gauss's points and weights of order 6 on (0, 1); collocation there, Hairer, Norsett
 # and Wanner, Solving Ordinary Differential Equations II, table IV.5.2
-ROOT = math.sqrt(15.0)
-POINTS = np.array([0.5 - ROOT / 10.0, 0.5, 0.5 + ROOT / 10.0])
-WEIGHTS = np.array([5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0])
-STAGES = np.array(
+SQRT_15 = math.sqrt(15.0)
+GAUSS_POINTS = np.array([0.5 - SQRT_15 / 10.0, 0.5, 0.5 + SQRT_15 / 10.0])
+GAUSS_WEIGHTS = np.array([5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0])
+GAUSS_MATRIX = np.array(
     [
-        [5 / 36, 2 / 9 - ROOT / 15, 5 / 36 - ROOT / 30],
-        [5 / 36 + ROOT / 24, 2 / 9, 5 / 36 - ROOT / 24],
-        [5 / 36 + ROOT / 30, 2 / 9 + ROOT / 15, 5 / 36],
+        [5 / 36, 2 / 9 - SQRT_15 / 15, 5 / 36 - SQRT_15 / 30],
+        [5 / 36 + SQRT_15 / 24, 2 / 9, 5 / 36 - SQRT_15 / 24],
+        [5 / 36 + SQRT_15 / 30, 2 / 9 + SQRT_15 / 15, 5 / 36],
     ]
 )
-CHECKS = np.array([0.0, POINTS[0], 0.5, POINTS[2], 1.0])  # of a piece
+PIECE_CHECKS = np.array([0.0, GAUSS_POINTS[0], 0.5, GAUSS_POINTS[2], 1.0])  # of a piece
 MAX_CUTS = 32  # of a piece
 EVENT_TOL_PERIODS = 1e-13  # periods within which a contact change is located
 MAX_HALVINGS = 100
@@ -58,7 +58,7 @@ def overlap(orbit, p, m, shift, time):
     """Deflection minus gap of pair p plus a shift [m]."""
     waves = orbit.waves
     x = position(waves, p, time)
-    gap = value_at(waves, 2 * p + 1, x, 1) + waves.place[p, OFFSET]
+    gap = value_at(waves, 2 * p + 1, x, 1) + waves.pair_positions[p, OFFSET]
     return deflection_at(orbit.series, orbit.length, m, time) - gap + shift
 
 
@@ -89,7 +89,7 @@ def find_cut(orbit, p, shift, low, high, a, b):
 
 
 @inlined
-def insert(cuts, count, cut):
+def insert_sorted(cuts, count, cut):
     """Keep `count` sorted times sorted with one more."""
     k = count
     while k > 0 and cuts[k - 1] > cut:
@@ -104,12 +104,15 @@ def add_cuts(orbit, grid, i, p, shift, cuts, count):
     m, start = orbit.waves.mesh_of[p], grid.edges[i]
     size = grid.edges[i + 1] - start
     before = orbit.deflection[i, 0, m] - grid.gap[i, 0, p] + shift
-    for c in range(1, CHECKS.size):
+    for c in range(1, PIECE_CHECKS.size):
         now = orbit.deflection[i, c, m] - grid.gap[i, c, p] + shift
         if (before > 0.0) != (now > 0.0) and count < cuts.size:
-            low, high = start + CHECKS[c - 1] * size, start + CHECKS[c] * size
+            low, high = (
+                start + PIECE_CHECKS[c - 1] * size,
+                start + PIECE_CHECKS[c] * size,
+            )
             cut = find_cut(orbit, p, shift, low, high, before, now)
-            insert(cuts, count, cut)
+            insert_sorted(cuts, count, cut)
             count += 1
         before = now
     return count
@@ -120,10 +123,10 @@ def set_cuts(system, orbit, grid, i, cuts):
     """Times at which contacts change in piece i, sorted; how many."""
     count = 0
     for p in range(grid.gap.shape[2]):
-        backlash, stiff = system.backlash[orbit.waves.mesh_of[p]], 0.0
-        for c in range(CHECKS.size):
-            stiff = max(stiff, grid.stiffness[i, c, p])
-        if stiff > 0.0:
+        backlash, max_stiffness = system.backlash[orbit.waves.mesh_of[p]], 0.0
+        for c in range(PIECE_CHECKS.size):
+            max_stiffness = max(max_stiffness, grid.stiffness[i, c, p])
+        if max_stiffness > 0.0:
             count = add_cuts(orbit, grid, i, p, 0.0, cuts, count)
             if 0.0 < backlash < math.inf:
                 count = add_cuts(orbit, grid, i, p, backlash, cuts, count)
@@ -146,14 +149,14 @@ def set_force(system, excitation, s, force, slope):
 
 
 @inlined
-def set_cut_piece(system, orbit, pieces, number, room):
+def set_cut_piece(system, orbit, pieces, number, workspace):
     """Forces and slopes of a piece that begins or ends at a contact change.
 
-    room : stiffness and gap (p,) of the pairs, deflections (m,)
+    workspace : stiffness and gap (p,) of the pairs, deflections (m,)
     """
-    stiffness, gap, s = room
+    stiffness, gap, s = workspace
     for g in range(3):
-        time = pieces.start[number] + POINTS[g] * pieces.length[number]
+        time = pieces.start[number] + GAUSS_POINTS[g] * pieces.length[number]
         set_excitation(orbit.waves, time, 1, stiffness, gap)
         for m in range(s.size):
             s[m] = deflection_at(orbit.series, orbit.length, m, time)
@@ -169,7 +172,7 @@ def set_pieces(system, orbit, grid, pieces):
     """
     count, pairs = 0, grid.gap.shape[2]
     cuts, s = np.empty(MAX_CUTS + 1), np.empty(system.backlash.size)
-    room = np.empty(pairs), np.empty(pairs), s
+    workspace = np.empty(pairs), np.empty(pairs), s
     for i in range(grid.edges.size - 1):
         start, end = grid.edges[i], grid.edges[i + 1]
         set_pitch(orbit.waves, 0.5 * (start + end), 1)
@@ -179,9 +182,9 @@ def set_pieces(system, orbit, grid, pieces):
         cuts[cut_count] = end
         for part in range(cut_count + 1):
             pieces.start[count], pieces.length[count] = start, cuts[part] - start
-            pieces.whole[count] = -1 if cut_count > 0 else i
+            pieces.grid_piece[count] = -1 if cut_count > 0 else i
             if cut_count > 0:
-                set_cut_piece(system, orbit, pieces, count, room)
+                set_cut_piece(system, orbit, pieces, count, workspace)
             start = cuts[part]
             count += 1
         for g in range(3 if cut_count == 0 else 0):
@@ -192,21 +195,21 @@ def set_pieces(system, orbit, grid, pieces):
 
 
 @compiled
-def trace(system, steps, state, out):
+def integrate_steps(system, steps, state, out):
     """Coordinates and velocities (t + 1, 2, n) through t steps of Runge-Kutta's rule.
 
     state : (2, n), left where it is
     """
     q, v = state[0].copy(), state[1].copy()
     work, meshes = np.empty((5, q.size)), system.shapes.shape[0]
-    s, later, whole = np.empty(meshes), np.empty(meshes), steps.h.size
+    s, scratch, n_steps = np.empty(meshes), np.empty(meshes), steps.h.size
     for row in range(out.shape[0]):
         out[row, 0], out[row, 1] = q, v
-        rk4_step(system, steps, row % whole, q, v, work, s, later)
+        rk4_step(system, steps, row % n_steps, q, v, work, s, scratch)
 
 
 @compiled
-def carry_changes(tangent, damping, h, state):
+def integrate_changes(tangent, damping, h, state):
     """Carry small changes of state, columns of (2 n, k), over p pieces in place.
 
     A state is displacement and velocity. Gauss collocation of order 6.
@@ -220,22 +223,22 @@ def carry_changes(tangent, damping, h, state):
         if h[piece] > 0.0:
             set_collocation(tangent[piece], damping, h[piece], state, matrix)
             eliminate(matrix, 3 * n, 3 * n + changes)
-            carry(matrix, h[piece], state)
+            update_changes(matrix, h[piece], state)
 
 
 @inlined
-def carry(matrix, h, state):
+def update_changes(matrix, h, state):
     """Changes of state over a piece [s], from their accelerations at its points."""
     n = matrix.shape[0] // 3
     for column in range(state.shape[1]):
         for i in range(n):
-            moved, gained = 0.0, 0.0
+            displacement, velocity = 0.0, 0.0
             for g in range(3):
                 a = matrix[g * n + i, 3 * n + column]
-                gained += WEIGHTS[g] * a
-                moved += WEIGHTS[g] * (1.0 - POINTS[g]) * a
-            state[i, column] += h * state[n + i, column] + h * h * moved
-            state[n + i, column] += h * gained
+                velocity += GAUSS_WEIGHTS[g] * a
+                displacement += GAUSS_WEIGHTS[g] * (1.0 - GAUSS_POINTS[g]) * a
+            state[i, column] += h * state[n + i, column] + h * h * displacement
+            state[n + i, column] += h * velocity
 
 
 @inlined
@@ -250,16 +253,16 @@ def set_collocation(tangent, damping, h, state, matrix):
         for i in range(n):
             row = g * n + i
             for f in range(3):
-                twice = 0.0
+                squared = 0.0
                 for e in range(3):
-                    twice += STAGES[g, e] * STAGES[e, f]
+                    squared += GAUSS_MATRIX[g, e] * GAUSS_MATRIX[e, f]
                 for j in range(n):
-                    matrix[row, f * n + j] = h * h * twice * tangent[g, i, j]
-                    matrix[row, f * n + j] += h * STAGES[g, f] * damping[i, j]
+                    matrix[row, f * n + j] = h * h * squared * tangent[g, i, j]
+                    matrix[row, f * n + j] += h * GAUSS_MATRIX[g, f] * damping[i, j]
             matrix[row, row] += 1.0
             for column in range(state.shape[1]):
                 total = 0.0
                 for j in range(n):
-                    q = state[j, column] + POINTS[g] * h * state[n + j, column]
+                    q = state[j, column] + GAUSS_POINTS[g] * h * state[n + j, column]
                     total -= tangent[g, i, j] * q + damping[i, j] * state[n + j, column]
                 matrix[row, 3 * n + column] = total

@@ -10,22 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from lumped.common.compiled import chosen_by_record, compiled, inlined
+from lumped.common.compiled import compiled, dispatch_by_record, inlined
 from lumped.kernels.arrays import ExcitationSamples, FrictionSamples, VariedSteps
 from lumped.kernels.convergence import (
     FINISHED,
     NOT_FINITE,
     begin_period,
-    bounded,
     close_section,
+    is_bounded,
     set_error_bound,
-    widen,
+    update_limits,
 )
 from lumped.kernels.friction import record_friction, set_friction_acceleration
 from lumped.kernels.mesh_force import record, record_before, set_spring_acceleration
 from lumped.kernels.tangent import normalise_perturbations, set_varied_acceleration
 
-RESCALED = 64  # steps after which small changes are brought back to length 1
+STEPS_PER_RESCALING = 64  # steps after which small changes are brought back to length 1
 
 
 @inlined
@@ -42,23 +42,23 @@ def set_acceleration(system, steps, instant, q, v, a, s):
     Of springs along Samples, of springs with friction along FrictionSamples, of springs
     and small changes of the motion along VariedSteps.
     """
-    chosen: Any = set_spring_acceleration
+    kernel: Any = set_spring_acceleration
     if isinstance(steps, FrictionSamples):
-        chosen = set_friction_acceleration
+        kernel = set_friction_acceleration
     elif isinstance(steps, VariedSteps):
-        chosen = set_varied_acceleration
-    chosen(system, steps, instant, q, v, a, s)
+        kernel = set_varied_acceleration
+    kernel(system, steps, instant, q, v, a, s)
 
 
 def record_row(system, steps, k, q, v, out):
     """The meshes (6, m) at the start of step k; see `mesh_force.record`."""
-    chosen: Any = record_springs
+    kernel: Any = record_springs
     if isinstance(steps, FrictionSamples):
-        chosen = record_friction
-    chosen(system, steps, k, q, v, out)
+        kernel = record_friction
+    kernel(system, steps, k, q, v, out)
 
 
-chosen_by_record(
+dispatch_by_record(
     set_acceleration,
     {
         ExcitationSamples: set_spring_acceleration,
@@ -66,7 +66,7 @@ chosen_by_record(
         VariedSteps: set_varied_acceleration,
     },
 )
-chosen_by_record(
+dispatch_by_record(
     record_row,
     {
         ExcitationSamples: record_springs,
@@ -76,13 +76,13 @@ chosen_by_record(
 
 
 @inlined
-def rk4_step(system, samples, k, q, v, work, s, later):
+def rk4_step(system, samples, k, q, v, work, s, scratch):
     """Advance q and v (n,) in place by step k of the samples.
 
     Runge-Kutta's classical rule, Hairer, Norsett and Wanner, Solving Ordinary
     Differential Equations I, table II.1.2.
 
-    work : (5, n), later : (m,); s : (m,) gets the deflections at the start of the step
+    work : (5, n), scratch : (m,); s : (m,) deflections at the start of the step
     """
     h, n = samples.h[k], q.size
     qs, vs, a, qsum, vsum = work[0], work[1], work[2], work[3], work[4]
@@ -92,19 +92,19 @@ def rk4_step(system, samples, k, q, v, work, s, later):
         vsum[i] = a[i]
         qs[i] = q[i] + 0.5 * h * v[i]
         vs[i] = v[i] + 0.5 * h * a[i]
-    set_acceleration(system, samples, (k, 1), qs, vs, a, later)
+    set_acceleration(system, samples, (k, 1), qs, vs, a, scratch)
     for i in range(n):
         qsum[i] += 2.0 * vs[i]
         vsum[i] += 2.0 * a[i]
         qs[i] = q[i] + 0.5 * h * vs[i]
         vs[i] = v[i] + 0.5 * h * a[i]
-    set_acceleration(system, samples, (k, 1), qs, vs, a, later)
+    set_acceleration(system, samples, (k, 1), qs, vs, a, scratch)
     for i in range(n):
         qsum[i] += 2.0 * vs[i]
         vsum[i] += 2.0 * a[i]
         qs[i] = q[i] + h * vs[i]
         vs[i] = v[i] + h * a[i]
-    set_acceleration(system, samples, (k, 2), qs, vs, a, later)
+    set_acceleration(system, samples, (k, 2), qs, vs, a, scratch)
     for i in range(n):
         q[i] += h / 6.0 * (qsum[i] + vs[i])
         v[i] += h / 6.0 * (vsum[i] + a[i])
@@ -112,7 +112,7 @@ def rk4_step(system, samples, k, q, v, work, s, later):
 
 @compiled
 def record_motion(system, samples, periods, state, limit, out):
-    """Integrate over whole common periods and record the way.
+    """Integrate over whole common periods and record the motion.
 
     system : ModalSystem; samples : Samples, h in [s]
     state : (2, n) modal displacements and velocities, advanced in place
@@ -121,48 +121,48 @@ def record_motion(system, samples, periods, state, limit, out):
     """
     q, v = state[0], state[1]
     work = np.empty((5, q.size))
-    s, later = np.empty(out.shape[2]), np.empty(out.shape[2])
+    s, scratch = np.empty(out.shape[2]), np.empty(out.shape[2])
     steps = samples.h.size
     for row in range(periods * steps):
         k = row % steps
         record_row(system, samples, k, q, v, out[row])
-        rk4_step(system, samples, k, q, v, work, s, later)
-        if not bounded(q, v, limit):
+        rk4_step(system, samples, k, q, v, work, s, scratch)
+        if not is_bounded(q, v, limit):
             return NOT_FINITE, row + 1
     record_row(system, samples, 0, q, v, out[-1])
     return FINISHED, periods * steps
 
 
 @compiled
-def settle_motion(system, samples, limit, state, check, most):
+def settle_motion(system, samples, limit, state, convergence, max_periods):
     """Integrate period by period until the motion repeats itself.
 
-    check : Convergence, closed after each of at most so many periods
+    convergence : Convergence, closed after each of at most so many periods
     Returns (status, part of a period before a divergence, whether it repeats itself).
     """
     q, v = state[0], state[1]
     work, meshes = np.empty((5, q.size)), system.shapes.shape[0]
-    s, later = np.empty(meshes), np.empty(meshes)
+    s, scratch = np.empty(meshes), np.empty(meshes)
     steps = samples.h.size
-    for _ in range(most):
-        begin_period(check)
+    for _ in range(max_periods):
+        begin_period(convergence)
         for k in range(steps):
-            rk4_step(system, samples, k, q, v, work, s, later)
-            widen(check.limits, s)
-            if not bounded(q, v, limit):
+            rk4_step(system, samples, k, q, v, work, s, scratch)
+            update_limits(convergence.limits, s)
+            if not is_bounded(q, v, limit):
                 return NOT_FINITE, (k + 1) / steps, False
-        set_error_bound(check, steps)
-        if close_section(check, q, v):
+        set_error_bound(convergence, steps)
+        if close_section(convergence, q, v):
             return FINISHED, 0.0, True
     return FINISHED, 0.0, False
 
 
 @compiled
-def carry_motion(system, varied, limit, state, angular, sections, growth):
+def integrate_variations(system, varied, limit, state, angular, sections, growth):
     """Integrate a motion with small changes of it over whole common periods.
 
     varied : VariedSteps; state : (2, n (1 + k)) the motion, then k changes one after
-        the other, advanced in place; together they are kept at length 1
+        the other, advanced in place; together they are rescaled to length 1
     angular : (n,) [rad/s] by which velocities count in that length
     sections : (periods, 6, m) or more rows, at the start of each; see `record`
     growth : (periods,) logarithm of how much the changes have grown in each
@@ -170,15 +170,15 @@ def carry_motion(system, varied, limit, state, angular, sections, growth):
     """
     q, v, n = state[0], state[1], angular.size
     work = np.empty((5, q.size))
-    s, later = np.empty(sections.shape[2]), np.empty(sections.shape[2])
+    s, scratch = np.empty(sections.shape[2]), np.empty(sections.shape[2])
     steps = varied.h.size
     for period in range(growth.size):
         record_row(system, varied.steps, 0, q[:n], v[:n], sections[period])
         growth[period] = 0.0
         for k in range(steps):
-            rk4_step(system, varied, k, q, v, work, s, later)
-            if not bounded(q[:n], v[:n], limit):
+            rk4_step(system, varied, k, q, v, work, s, scratch)
+            if not is_bounded(q[:n], v[:n], limit):
                 return NOT_FINITE, period
-            if k % RESCALED == 0 or k == steps - 1:
+            if k % STEPS_PER_RESCALING == 0 or k == steps - 1:
                 growth[period] += normalise_perturbations(q, v, angular)
     return FINISHED, growth.size

@@ -27,14 +27,14 @@ def _require(part: Any, *allowed: tuple[str, str, bool]) -> None:
             raise ValueError(f"{name} must be {text}, got {getattr(part, name):g}")
 
 
-def _above(part: Any, *names: str) -> None:
+def _require_positive(part: Any, *names: str) -> None:
     _require(
         part,
         *((n, "above 0 and finite", 0.0 < getattr(part, n) < math.inf) for n in names),
     )
 
 
-def _from_zero(part: Any, *names: str) -> None:
+def _require_not_negative(part: Any, *names: str) -> None:
     _require(
         part,
         *((n, "0 or more", 0.0 <= getattr(part, n) < math.inf) for n in names),
@@ -55,7 +55,7 @@ class Shafts:
     driven_drag: float = 1.0
 
     def __post_init__(self) -> None:
-        _above(self, *(entry.name for entry in fields(self)))
+        _require_positive(self, *(entry.name for entry in fields(self)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,8 +71,8 @@ class SprungGear:
     motor_on_gear: bool = False
 
     def __post_init__(self) -> None:
-        _above(self, "stiffness")
-        _from_zero(self, "inertia", "damping")
+        _require_positive(self, "stiffness")
+        _require_not_negative(self, "inertia", "damping")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,8 +95,8 @@ class Absorber:
     gear: Side = "driving"
 
     def __post_init__(self) -> None:
-        _above(self, "mass", "pivot_radius", "path_radius")
-        _from_zero(self, "damping", "gear_eccentricity")
+        _require_positive(self, "mass", "pivot_radius", "path_radius")
+        _require_not_negative(self, "damping", "gear_eccentricity")
         _require(self, ("offset_angle", "finite", math.isfinite(self.offset_angle)))
         if self.reach == 0.0:
             raise ValueError("the path's centre must be off the axis of rotation")
@@ -276,10 +276,10 @@ class _Builder:
     def add_spring(self, side: str, gear: SprungGear | None) -> None:
         if gear is None:
             return
-        at = self.gear(side)
+        index = self.gear(side)
         ends = np.zeros(len(self.names))
-        ends[at], ends[self.names.index(f"{side} shaft")] = 1.0, -1.0
-        self.mass[at, at] += gear.inertia
+        ends[index], ends[self.names.index(f"{side} shaft")] = 1.0, -1.0
+        self.mass[index, index] += gear.inertia
         self.damping += gear.damping * np.outer(ends, ends)
         self.stiffness += gear.stiffness * np.outer(ends, ends)
 
@@ -288,9 +288,9 @@ class _Builder:
 
         The second row is that of the source times r2.
         """
-        both = [self.gear(absorber.gear), len(self.names) - 1]
+        indices = [self.gear(absorber.gear), len(self.names) - 1]
         m, r1, r2 = absorber.mass, absorber.reach, absorber.path_radius
         arms = np.array([r1 + r2, r2])
-        self.mass[np.ix_(both, both)] += m * np.outer(arms, arms)
-        self.damping[both[1], both[1]] += absorber.damping * r2
-        self.stiffness[both[1], both[1]] += m * r1 * r2 * TURN**2
+        self.mass[np.ix_(indices, indices)] += m * np.outer(arms, arms)
+        self.damping[indices[1], indices[1]] += absorber.damping * r2
+        self.stiffness[indices[1], indices[1]] += m * r1 * r2 * TURN**2

@@ -15,8 +15,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.workers import run_together
-from lumped.rattle.arcs import arcs_of, linearised
+from lumped.common.workers import run_in_threads
+from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import (
@@ -34,8 +34,8 @@ Numbers = NDArray[np.int64]
 QUIET, CHAOTIC = "quiet", "chaotic"
 END_RTOL = 1e-5  # distance of departures on one orbit
 FOOTPRINT_CELLS = 256  # cells a side of a chaotic attractor's footprint
-SHARE = 20  # motions that one worker follows at a time
-GOLDEN = 0.6180339887498949
+MOTIONS_PER_TASK = 20  # motions that one worker follows at a time
+GOLDEN_RATIO = 0.6180339887498949
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +74,7 @@ class ClassifierSettings:
     common_part: float = 0.5
 
 
-DEFAULT = ClassifierSettings()
+DEFAULT_SETTINGS = ClassifierSettings()
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def classify_attractors(
     iterations: int,
     settled: Settled,
     only_settled: bool = True,
-    settings: ClassifierSettings = DEFAULT,
+    settings: ClassifierSettings = DEFAULT_SETTINGS,
 ) -> tuple[tuple[RattleAttractor, ...], Numbers, Settled]:
     """Attractors, quiet first, the index (c,) of the one each departure leads to, -1 if
     undecided, and the settled departures after further returns of changing motions.
@@ -114,15 +114,15 @@ def classify_attractors(
         changing = settled.period == kernel.CHANGING
         period = np.where(changing, kernel.UNKNOWN, settled.period)
         settled = settled._replace(period=period)
-    naming = AttractorClassifier(machine, iterations, settings)
-    attractor, settled = naming.sort(settled)
+    classifier = AttractorClassifier(machine, iterations, settings)
+    attractor, settled = classifier.sort(settled)
     order = sorted(
-        range(len(naming.attractors)), key=lambda i: _rank(naming.attractors[i])
+        range(len(classifier.attractors)), key=lambda i: _rank(classifier.attractors[i])
     )
-    place = np.empty(len(order) + 1, np.int64)
-    place[order], place[-1] = np.arange(len(order)), -1
-    named = tuple(_numbered([naming.attractors[i] for i in order]))
-    return named, place[attractor], settled
+    rank = np.empty(len(order) + 1, np.int64)
+    rank[order], rank[-1] = np.arange(len(order)), -1
+    named = tuple(_numbered([classifier.attractors[i] for i in order]))
+    return named, rank[attractor], settled
 
 
 def _rank(
@@ -134,9 +134,9 @@ def _rank(
 
 def _numbered(attractors: list[RattleAttractor]) -> Iterator[RattleAttractor]:
     """Attractors with distinct names: chaotic ones numbered, equal names lettered."""
-    seen: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for attractor in attractors:
-        seen[attractor.name] = number = seen.get(attractor.name, 0) + 1
+        counts[attractor.name] = number = counts.get(attractor.name, 0) + 1
         if attractor.name == CHAOTIC:
             yield replace(attractor, name=f"{CHAOTIC} {number}")
         elif number > 1:
@@ -167,11 +167,11 @@ def footprint_of(path: Array) -> Footprint:
     low, high = float(path[:, 1].min()), float(path[:, 1].max())
     margin = (high - low) / FOOTPRINT_CELLS
     low, high = low - margin, high + margin
-    seen = np.zeros((FOOTPRINT_CELLS, FOOTPRINT_CELLS), bool)
-    seen[_cells(path, low, high)] = True
-    near = np.zeros_like(seen)
+    visited = np.zeros((FOOTPRINT_CELLS, FOOTPRINT_CELLS), bool)
+    visited[_cells(path, low, high)] = True
+    near = np.zeros_like(visited)
     for shift in np.ndindex(3, 3):
-        near |= np.roll(seen, (shift[0] - 1, shift[1] - 1), axis=(0, 1))
+        near |= np.roll(visited, (shift[0] - 1, shift[1] - 1), axis=(0, 1))
     return Footprint(low, high, near)
 
 
@@ -192,7 +192,7 @@ def _update_rows(settled: Settled, rows: Numbers, followed: Settled) -> None:
         column[rows] = new_rows
 
 
-def _spread(count: int, most: int) -> Numbers:
+def _even_indices(count: int, most: int) -> Numbers:
     """Numbers below a count, at most `most`, spread evenly."""
     return np.linspace(0, count - 1, min(most, count)).astype(np.int64)
 
@@ -203,7 +203,7 @@ class AttractorClassifier:
 
     machine: Machine
     iterations: int
-    settings: ClassifierSettings = DEFAULT
+    settings: ClassifierSettings = DEFAULT_SETTINGS
     attractors: list[RattleAttractor] = field(default_factory=list)
     footprints: dict[int, Footprint] = field(default_factory=dict)  # by attractor
     lasting: bool | None = None  # whether changing motions keep changing, once known
@@ -219,26 +219,30 @@ class AttractorClassifier:
         for attempt in range(1, self.settings.long_motions + 1):
             if not changing.size:
                 break
-            chosen = int(changing.size * (GOLDEN * attempt % 1.0))  # from everywhere
-            index, inside, alone = self._long(settled.end[changing], chosen)
+            selected = int(
+                changing.size * (GOLDEN_RATIO * attempt % 1.0)
+            )  # from everywhere
+            index, inside, alone = self._long(settled.end[changing], selected)
             number[changing[inside]] = index
-            _update_rows(settled, changing[chosen : chosen + 1], alone)
+            _update_rows(settled, changing[selected : selected + 1], alone)
             changing = changing[~inside]
         if changing.size:
             # if there are more than can be followed, an evenly spread selection
             more, most = self.settings.late_returns, self.settings.late_motions
-            again = max(more, self.iterations)
-            late = changing[_spread(changing.size, most * more // again)]
-            later = self._settle(settled.end[late], again)
+            iterations = max(more, self.iterations)
+            selection = changing[
+                _even_indices(changing.size, most * more // iterations)
+            ]
+            later = self._settle(settled.end[selection], iterations)
             later.period[later.period == kernel.CHANGING] = kernel.UNKNOWN
-            number[late] = self._clear(later)
-            _update_rows(settled, late, later)
+            number[selection] = self._clear(later)
+            _update_rows(settled, selection, later)
         return number, settled
 
     def _clear(self, settled: Settled) -> Numbers:
         """Index (c,) of the attractor of each cell whose motion no longer changes."""
         number = np.full(settled.period.size, -1)
-        if (quiet := settled.period == kernel.MIN_VIBRATION).any():
+        if (quiet := settled.period == kernel.PERMANENT_CONTACT).any():
             number[quiet] = self._quiet()
         for period in np.unique(settled.period[settled.period > 0]):
             same_period = settled.period == period
@@ -256,12 +260,12 @@ class AttractorClassifier:
 
     def _settle(self, ends: Array, iterations: int) -> Settled:
         """Follow departures on all processors, see `Settled`."""
-        shares = np.array_split(ends, max(1, len(ends) // SHARE))
+        shares = np.array_split(ends, max(1, len(ends) // MOTIONS_PER_TASK))
         tasks = [
             partial(iterate_map_points, self.machine, share, iterations)
             for share in shares
         ]
-        parts = zip(*run_together(tasks, threading.Event()), strict=True)
+        parts = zip(*run_in_threads(tasks, threading.Event()), strict=True)
         return Settled(*map(np.concatenate, parts))
 
     def _quiet(self) -> int:
@@ -314,24 +318,30 @@ class AttractorClassifier:
         )
         period = next(again, period)
         path = path[: period + 1]
-        way = itinerary(path)
+        itinerary_of_path = itinerary(path)
         fastest = int(path[:-1, 1].argmax())
-        at = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
-        if (number := self._known(way.name, at)) is not None:
+        departure = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
+        if (number := self._known(itinerary_of_path.name, departure)) is not None:
             return number
-        change = linearised(self.machine, arcs_of(self.machine, path))
+        change = linearise_arcs(self.machine, arcs_of(self.machine, path))
         largest = float(np.abs(np.linalg.eigvals(change)).max())
-        exponent = math.log(largest) / way.turns if largest else -math.inf
-        return self._add(RattleAttractor(way.name, way.turns, at, exponent))
+        exponent = math.log(largest) / itinerary_of_path.turns if largest else -math.inf
+        return self._add(
+            RattleAttractor(
+                itinerary_of_path.name, itinerary_of_path.turns, departure, exponent
+            )
+        )
 
-    def _long(self, ends: Array, chosen: int) -> tuple[int, NDArray[np.bool_], Settled]:
+    def _long(
+        self, ends: Array, selected: int
+    ) -> tuple[int, NDArray[np.bool_], Settled]:
         """Index of the attractor of one of the departures (c, 2), a mask of those that
         share it, and the settled departure; -1 if the motion has, as far as known,
         neither settled nor become chaotic."""
-        settings, start = self.settings, ends[chosen]
+        settings, start = self.settings, ends[selected]
         settled = iterate_map_points(self.machine, start[None], settings.long_returns)
         alone = np.zeros(len(ends), bool)
-        alone[chosen] = True
+        alone[selected] = True
         if settled.period[0] == kernel.CHANGING:  # unless it has settled in the end
             last = iterate_map_points(self.machine, settled.end, settings.last_returns)
             settled = settled._replace(period=last.period, end=last.end)
@@ -365,15 +375,15 @@ class AttractorClassifier:
         departures do not show where they lead."""
         if self.lasting is None:
             settings = self.settings
-            some = ends[_spread(len(ends), settings.checked_cells)]
-            later = self._settle(some, settings.checked_multiple * self.iterations)
+            sample = ends[_even_indices(len(ends), settings.checked_cells)]
+            later = self._settle(sample, settings.checked_multiple * self.iterations)
             part = np.mean(later.period != kernel.CHANGING)
             self.lasting = bool(part < settings.max_settled)
         return self.lasting
 
     def _exponent(self, point: Array, count: int) -> float:
         """Lyapunov exponent per return."""
-        arrays, apart_by = self.machine.arrays, self.settings.neighbour_distance
+        arrays, separation = self.machine.arrays, self.settings.neighbour_distance
         return float(
-            kernel.lyapunov_exponent(arrays, point[0], point[1], count, apart_by)
+            kernel.lyapunov_exponent(arrays, point[0], point[1], count, separation)
         )

@@ -15,15 +15,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.workers import Arrays, Compute, in_threads
+from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import Settled, iterate_map_points
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-TILE = 2_000  # cells that a worker takes at a time
-BOX = 5  # cells per side of the boxes of basin entropy
+CELLS_PER_TILE = 2_000  # cells that a worker takes at a time
+BOX_SIDE = 5  # cells per side of the boxes of basin entropy
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,12 +80,12 @@ class BasinMap:
 
         See A. Daza et al., Sci. Rep. 6 (2016) 31416, eq. 4.
         """
-        count = self.grid.side // BOX
+        count = self.grid.side // BOX_SIDE
         if not count or not self.attractors:
             return math.nan
-        inside = self.attractor[: count * BOX, : count * BOX]
-        split = inside.reshape(count, BOX, count, BOX).swapaxes(1, 2)
-        boxes = split.reshape(count**2, BOX**2)
+        inside = self.attractor[: count * BOX_SIDE, : count * BOX_SIDE]
+        split = inside.reshape(count, BOX_SIDE, count, BOX_SIDE).swapaxes(1, 2)
+        boxes = split.reshape(count**2, BOX_SIDE**2)
         total = 0.0
         for number in range(-1, len(self.attractors)):
             part = (boxes == number).mean(axis=1)
@@ -102,13 +102,16 @@ def settle_tile(
 
 
 def settle_grid(
-    machine: Machine, grid: InitialGrid, iterations: int, compute: Compute = in_threads
+    machine: Machine,
+    grid: InitialGrid,
+    iterations: int,
+    compute: Compute = compute_in_threads,
 ) -> Settled:
     """Follow all cells.
 
     compute : function that computes the arrays of tiles, on several cores or a cluster
     """
-    tiles = pairwise([*range(0, grid.cells, TILE), grid.cells])
+    tiles = pairwise([*range(0, grid.cells, CELLS_PER_TILE), grid.cells])
     parts = {
         f"{number}": partial(settle_tile, machine, grid, first, last, iterations)
         for number, (first, last) in enumerate(tiles)

@@ -1,7 +1,7 @@
 """Branches of orbits over a parameter of the machine: folds, doublings and grazes.
 
-An orbit is a root of the errors by which its arcs fail to join (see `Layout`). It can
-therefore be followed through folds, until it would pass through a flank.
+An orbit is a root of the errors by which its arcs fail to join (see `ArcSequence`). It
+can therefore be followed through folds, until it would pass through a flank.
 """
 
 from __future__ import annotations
@@ -25,21 +25,28 @@ from lumped.continuation.arc_length import (
     follow_both_ways,
 )
 from lumped.continuation.bifurcations import DOUBLING, FOLD, HALVED, multiplier_test
-from lumped.rattle.arcs import ArcSequence, arcs_of, layout_of, linearised, margin_of
-from lumped.rattle.kernels.arcs import SPEED, START
+from lumped.rattle.arcs import (
+    ArcSequence,
+    arcs_of,
+    layout_of,
+    linearise_arcs,
+    margin_of,
+)
+from lumped.rattle.kernels.arcs import START_SPEED, START_TIME
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import MAP_POINT_TOL, Itinerary, distance, follow
 
 Array = NDArray[np.float64]
 GRAZING = "grazing"
 KINDS = FOLD, DOUBLING, GRAZING
-BESIDE = 1e-6  # difference, in the parameter's unit, for its derivatives
-FIRST, MAX_TURNS = 2e-3, 0.02  # first and largest arc length, in turns and units
-ASIDE = 2e-3  # arc length to the first point of a branch of twice the period
-ON_LIMIT = 1e-9  # part of the range within which a point is on its limit
-AT_GRAZE = 1e-5  # distance of unknowns within which a fold is a graze
-CLOSE = 1e-3  # part of the range from its end at which a branch has reached it
-TRUE = 1e-3  # largest distance from -1 of a multiplier that has passed it
+DIFFERENCE_STEP = 1e-6  # difference, in the parameter's unit, for its derivatives
+# First and largest arc length, in turns and units
+FIRST_LENGTH, MAX_LENGTH = 2e-3, 0.02
+SWITCH_LENGTH = 2e-3  # arc length to the first point of a branch of twice the period
+LIMIT_RTOL = 1e-9  # part of the range within which a point is on its limit
+GRAZE_TOL = 1e-5  # distance of unknowns within which a fold is a graze
+RANGE_END_RTOL = 1e-3  # part of the range from its end at which a branch has reached it
+DOUBLING_TOL = 1e-3  # largest distance from -1 of a multiplier that has passed it
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +60,7 @@ class Orbits:
     """
 
     machine: Machine
-    figure: str
+    parameter_name: str
     unit: float
     layout: ArcSequence
     speed: float
@@ -61,7 +68,7 @@ class Orbits:
     def at(self, value: float) -> Machine:
         """Machine with a value of the parameter; raises NoSolution if impossible."""
         try:
-            return machine_with(self.machine, self.figure, value)
+            return machine_with(self.machine, self.parameter_name, value)
         except ValueError as error:
             raise NoSolution(str(error)) from None
 
@@ -78,14 +85,14 @@ class Orbits:
         return np.repeat([1.0, self.speed], count)
 
     def errors(
-        self, x: Array, value: float, closing: float = 1.0
+        self, x: Array, value: float, closing_sign: float = 1.0
     ) -> tuple[Array, Array]:
         """Errors (2 a,) over the scale of speeds and their derivatives (2 a, 2 a) by x,
-        see `join`."""
-        errors, by_x = self.layout.join_residual(
-            self.at(value), self.starts(x), closing
+        see `ArcSequence.join_residual`."""
+        errors, jacobian = self.layout.join_residual(
+            self.at(value), self.starts(x), closing_sign
         )
-        return errors / self.speed, by_x * self._scales / self.speed
+        return errors / self.speed, jacobian * self._scales / self.speed
 
     def equations(self, x: Array, parameter: float) -> tuple[Array, Array, Array]:
         errors, by_x = self.errors(x, parameter)
@@ -95,7 +102,10 @@ class Orbits:
 
     def _beside(self, value: float) -> tuple[float, float]:
         """Values below and above a value, of which one may be impossible."""
-        values = [value - BESIDE * self.unit, value + BESIDE * self.unit]
+        values = [
+            value - DIFFERENCE_STEP * self.unit,
+            value + DIFFERENCE_STEP * self.unit,
+        ]
         for i in range(2):
             try:
                 self.at(values[i])
@@ -107,7 +117,7 @@ class Orbits:
         return self.layout.arcs(self.at(value), self.starts(x))
 
     def multipliers(self, x: Array, value: float) -> NDArray[np.complex128]:
-        change = linearised(self.at(value), self.arcs(x, value))
+        change = linearise_arcs(self.at(value), self.arcs(x, value))
         if not np.isfinite(change).all():
             raise NoSolution("the orbit grazes")
         return np.asarray(np.linalg.eigvals(change), complex)
@@ -117,7 +127,11 @@ class Orbits:
 
     def branch(self) -> Continuation[Orbits]:
         steps = StepControl(
-            size=1.0, unit=self.unit, first=FIRST, most=MAX_TURNS, regular=True
+            size=1.0,
+            unit=self.unit,
+            first_length=FIRST_LENGTH,
+            max_length=MAX_LENGTH,
+            regular=True,
         )
         return Continuation(self, steps)
 
@@ -170,9 +184,9 @@ class OrbitBranch:
 
 
 @lru_cache(maxsize=64)
-def machine_with(machine: Machine, figure: str, value: float) -> Machine:
+def machine_with(machine: Machine, parameter: str, value: float) -> Machine:
     """Machine with another value of a parameter; raises ValueError if impossible."""
-    changes: dict[str, Any] = {figure: value}
+    changes: dict[str, Any] = {parameter: value}
     return replace(machine, **changes)
 
 
@@ -199,7 +213,7 @@ class OrbitFinder:
     """
 
     machine: Machine
-    figure: str
+    parameter_name: str
     limits: tuple[float, float]
     doublings: int = 1
     report: Callable[[int, float], None] = lambda number, value: None
@@ -218,14 +232,18 @@ class OrbitFinder:
 
         departure : one of the departures of the orbit
         """
-        machine = machine_with(self.machine, self.figure, value)
+        machine = machine_with(self.machine, self.parameter_name, value)
         arcs = arcs_of(machine, follow(machine, departure, itinerary.upper + 1))
         layout = layout_of(arcs, itinerary.turns)
         if not len(arcs) or layout.itinerary != itinerary:
             return
-        starts = np.stack([arcs[:, START], arcs[:, SPEED]])
+        starts = np.stack([arcs[:, START_TIME], arcs[:, START_SPEED]])
         orbits = Orbits(
-            self.machine, self.figure, self.unit, layout, float(np.abs(starts[1]).max())
+            self.machine,
+            self.parameter_name,
+            self.unit,
+            layout,
+            float(np.abs(starts[1]).max()),
         )
         try:
             point = orbits.branch().at(orbits.unknowns(starts), value)
@@ -249,36 +267,36 @@ class OrbitFinder:
     def _follow(
         self, orbits: Orbits, start: Point, origin: str, doublings: int
     ) -> None:
-        followed = follow_both_ways(start, partial(self._one_way, orbits))
-        self._add(orbits, followed, origin, doublings)
+        trace = follow_both_ways(start, partial(self._one_way, orbits))
+        self._add(orbits, trace, origin, doublings)
 
     def _one_way(self, orbits: Orbits, start: Point) -> BranchTrace:
         number, branch = len(self.branches) + 1, orbits.branch()
-        followed = branch.follow(
-            *(start, self.limits, partial(_ends, orbits)),
+        trace = branch.follow(
+            *(start, self.limits, partial(_end_reason, orbits)),
             lambda value: self.report(number, value),
         )
-        last = followed.points[-1]
+        last = trace.points[-1]
         for limit in self.limits:  # steps beyond the last possible value fail
-            if followed.reason in (GRAZING, HALVED):
+            if trace.reason in (GRAZING, HALVED):
                 break
-            if ON_LIMIT < abs(limit - last.parameter) / self.unit < CLOSE:
+            if LIMIT_RTOL < abs(limit - last.parameter) / self.unit < RANGE_END_RTOL:
                 try:
                     end = branch.at(last.x, limit, limit > last.parameter)
                 except NoSolution:
                     break
-                points = (*followed.points, end)
+                points = (*trace.points, end)
                 return BranchTrace(points, "the end of the range was reached")
-        return followed
+        return trace
 
     def _add(
-        self, orbits: Orbits, followed: BranchTrace, origin: str, doublings: int
+        self, orbits: Orbits, trace: BranchTrace, origin: str, doublings: int
     ) -> None:
         """Store a branch, and follow those that start at its period doublings."""
-        points = tuple(_drop_duplicate_folds(_with_bifurcations(orbits, followed)))
+        points = tuple(_drop_duplicate_folds(_with_bifurcations(orbits, trace)))
         if not points:
             return
-        branch = OrbitBranch(orbits, points, origin, followed.reason)
+        branch = OrbitBranch(orbits, points, origin, trace.reason)
         self.branches.append(branch)
         number = len(self.branches)
         if doublings:
@@ -295,20 +313,20 @@ class OrbitFinder:
         orbits = replace(parent, layout=layout)
         x, branch = orbits.unknowns(np.hstack([times, later])), orbits.branch()
         try:
-            start = branch.branch_switch(x, point.parameter, ASIDE)
+            start = branch.branch_switch(x, point.parameter, SWITCH_LENGTH)
             leaves = orbits.margin(start.x, start.parameter) > 0.0
         except NoSolution:
             return
         if not leaves or self._is_known(orbits, start):
             return
-        followed = self._one_way(orbits, start)
+        trace = self._one_way(orbits, start)
         birth = Point(x, point.parameter, np.append(start.tangent[:-1], 0.0))
-        followed = replace(followed, points=(birth, *followed.points))
+        trace = replace(trace, points=(birth, *trace.points))
         origin = f"period doubling of branch {number} at {point.parameter:.6g}"
-        self._add(orbits, followed, origin, doublings)
+        self._add(orbits, trace, origin, doublings)
 
 
-def _ends(orbits: Orbits, before: Point, after: Point) -> str:
+def _end_reason(orbits: Orbits, before: Point, after: Point) -> str:
     if orbits.margin(after.x, after.parameter) <= 0.0:
         return GRAZING
     halves = [half_period_difference(orbits, point.x) for point in (before, after)]
@@ -324,20 +342,20 @@ def half_period_difference(orbits: Orbits, x: Array) -> Array:
     return (two - one - [[0.5 * turns], [0.0]]).ravel()
 
 
-def _with_bifurcations(orbits: Orbits, followed: BranchTrace) -> Iterator[OrbitPoint]:
+def _with_bifurcations(orbits: Orbits, trace: BranchTrace) -> Iterator[OrbitPoint]:
     """Physical points of a branch, and its bifurcations."""
     branch = orbits.branch()
-    for one, two in pairwise(followed.points):
+    for one, two in pairwise(trace.points):
         here, there = orbit_point(orbits, one), orbit_point(orbits, two)
         if here.margin > 0.0:
             yield here
         for kind, test in _tests(orbits, (one, here), (two, there)):
             try:
-                at = orbit_point(orbits, branch.between(one, two, test), kind)
+                bifurcation = orbit_point(orbits, branch.locate(one, two, test), kind)
             except ArithmeticError:
                 continue
-            if _is_physical(at):
-                yield at
+            if _is_physical(bifurcation):
+                yield bifurcation
         last = there
     if last.margin > 0.0:
         yield last
@@ -349,7 +367,7 @@ def _drop_duplicate_folds(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
     orbit_points = list(points)
     grazes = [point.x for point in orbit_points if point.kind == GRAZING]
     for point in orbit_points:
-        at_graze = any(np.abs(point.x - x).max() < AT_GRAZE for x in grazes)
+        at_graze = any(np.abs(point.x - x).max() < GRAZE_TOL for x in grazes)
         if not (point.kind == FOLD and at_graze):
             yield point
 
@@ -358,8 +376,8 @@ def _is_physical(point: OrbitPoint) -> bool:
     """Whether a point is neither a pole of a multiplier near a graze nor beyond it."""
     if point.kind == GRAZING:
         return True
-    missed = min(abs(multiplier + 1.0) for multiplier in point.multipliers)
-    return point.margin > 0.0 and (point.kind != DOUBLING or missed < TRUE)
+    distance = min(abs(multiplier + 1.0) for multiplier in point.multipliers)
+    return point.margin > 0.0 and (point.kind != DOUBLING or distance < DOUBLING_TOL)
 
 
 def _tests(
@@ -367,8 +385,8 @@ def _tests(
 ) -> Iterator[tuple[str, Callable[[Point], float]]]:
     """Bifurcations between two points, with the functions whose signs show them."""
     (one, here), (two, there) = before, after
-    if one.along * two.along < 0.0:
-        yield FOLD, lambda point: point.along
+    if one.parameter_rate * two.parameter_rate < 0.0:
+        yield FOLD, lambda point: point.parameter_rate
     signs = [multiplier_test(np.array(end.multipliers), -1.0) for end in (here, there)]
     if signs[0] * signs[1] < 0.0:
         yield (

@@ -19,7 +19,7 @@ from lumped.continuation.arc_length import (
     NoSolution,
     Point,
     StepControl,
-    joined,
+    join_traces,
 )
 from lumped.continuation.bifurcations import FOLD, multiplier_test
 from lumped.rattle.branches import (
@@ -35,12 +35,13 @@ from lumped.rattle.return_map import Itinerary, distance
 
 Array = NDArray[np.float64]
 GRAZING_FOLD = "grazing fold"
-ON_LIMIT = 1e-6  # part of the range within which a point is on its limit
-HUGE = 1e6  # multiplier of an impact that vanishes
-HALVED = 0.02  # distance between halves of a period that become equal
+LIMIT_RTOL = 1e-6  # part of the range within which a point is on its limit
+MAX_MULTIPLIER = 1e6  # multiplier of an impact that vanishes
+MAX_HALF_DIFFERENCE = 0.02  # distance between halves of a period that become equal
 CURVE_TOL = 3e-3, 0.03  # distance from a curve: first parameter in its unit, and speed
-BESIDE = 1e-7  # difference of an unknown for derivatives
-FIRST, MAX_TURNS = 2e-3, 0.02  # arc lengths, in turns and units of the parameters
+DIFFERENCE_STEP = 1e-7  # difference of an unknown for derivatives
+# Arc lengths, in turns and units of the parameters
+FIRST_LENGTH, MAX_LENGTH = 2e-3, 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +74,8 @@ class Condition:
         if self.kind == GRAZING:
             return orbits.margin(x, first) * TURN / orbits.speed
         # the multipliers themselves are unbounded where an impact vanishes
-        closing = 1.0 if self.kind == FOLD else -1.0
-        return float(np.linalg.det(orbits.errors(x, first, closing)[1]))
+        closing_sign = 1.0 if self.kind == FOLD else -1.0
+        return float(np.linalg.det(orbits.errors(x, first, closing_sign)[1]))
 
     def errors(self, z: Array, value: float) -> Array:
         errors, _ = self.at(value).errors(z[:-1], self.first(z))
@@ -85,22 +86,28 @@ class Condition:
         errors, by_x, by_first = orbits.equations(x[:-1], first)
         slopes = [
             self.distance(x + step, parameter) - self.distance(x - step, parameter)
-            for step in BESIDE * np.eye(x.size)
+            for step in DIFFERENCE_STEP * np.eye(x.size)
         ]
-        whole = np.vstack(
+        jacobian = np.vstack(
             [
                 np.column_stack([by_x, by_first * orbits.unit]),
-                np.array(slopes) / (2.0 * BESIDE),
+                np.array(slopes) / (2.0 * DIFFERENCE_STEP),
             ]
         )
-        step = BESIDE * self.unit
+        step = DIFFERENCE_STEP * self.unit
         change = self.errors(x, parameter + step) - self.errors(x, parameter - step)
         errors = np.append(errors, self.distance(x, parameter))
-        return errors, whole, change / (2.0 * step)
+        return errors, jacobian, change / (2.0 * step)
 
     def branch(self) -> Continuation[Condition]:
         return Continuation(
-            self, StepControl(size=1.0, unit=self.unit, first=FIRST, most=MAX_TURNS)
+            self,
+            StepControl(
+                size=1.0,
+                unit=self.unit,
+                first_length=FIRST_LENGTH,
+                max_length=MAX_LENGTH,
+            ),
         )
 
 
@@ -148,12 +155,14 @@ def curve_of(
         np.append(point.x, point.parameter / orbits.unit),
         float(getattr(orbits.machine, second)),
     )
-    turned = replace(start, tangent=-start.tangent)
-    ends = partial(_ends, condition, limits[0])
-    ways = [condition.branch().follow(p, limits[1], ends) for p in (turned, start)]
-    followed = ways[0] if ways[0].closed else joined(*ways)
-    points = tuple(_points(condition, followed.points, limits[0]))
-    return BifurcationCurve(branch.itinerary, point.kind, points, followed.reason)
+    reversed_start = replace(start, tangent=-start.tangent)
+    ends = partial(_end_reason, condition, limits[0])
+    traces = [
+        condition.branch().follow(p, limits[1], ends) for p in (reversed_start, start)
+    ]
+    trace = traces[0] if traces[0].closed else join_traces(*traces)
+    points = tuple(_points(condition, trace.points, limits[0]))
+    return BifurcationCurve(branch.itinerary, point.kind, points, trace.reason)
 
 
 def is_on(
@@ -167,17 +176,17 @@ def is_on(
     for one, two in pairwise(curve.points):
         if (one.second - value) * (two.second - value) > 0.0:
             continue
-        wide = two.second - one.second
-        part = (value - one.second) / wide if wide else 0.0
+        difference = two.second - one.second
+        part = (value - one.second) / difference if difference else 0.0
         first = one.first + part * (two.first - one.first)
-        near = distance((time, 0.0), (one.departure[0], 0.0)) < 0.25
-        near &= abs(one.departure[1] - speed) < CURVE_TOL[1] * branch.orbits.speed
-        if near and abs(first - point.parameter) < CURVE_TOL[0] * branch.orbits.unit:
+        is_near = distance((time, 0.0), (one.departure[0], 0.0)) < 0.25
+        is_near &= abs(one.departure[1] - speed) < CURVE_TOL[1] * branch.orbits.speed
+        if is_near and abs(first - point.parameter) < CURVE_TOL[0] * branch.orbits.unit:
             return True
     return False
 
 
-def _ends(
+def _end_reason(
     condition: Condition, limits: tuple[float, float], before: Point, after: Point
 ) -> str:
     if not limits[0] <= condition.first(after.x) <= limits[1]:
@@ -196,28 +205,28 @@ def _points(
 ) -> Iterator[CurvePoint]:
     """Points within limits, points on them, and intersections with another curve."""
     tests: list[tuple[str, Callable[[Point], float]]] = [
-        ("", partial(_beyond, condition, limit)) for limit in limits
+        ("", partial(_limit_excess, condition, limit)) for limit in limits
     ]
-    meets = GRAZING_FOLD if condition.kind in (GRAZING, FOLD) else GRAZING
-    tests.append((meets, partial(_meeting, condition)))
+    intersection_kind = GRAZING_FOLD if condition.kind in (GRAZING, FOLD) else GRAZING
+    tests.append((intersection_kind, partial(_intersection_test, condition)))
     for one, two in pairwise(points):
         yield from _if_inside(condition, one, limits)
         for kind, test in tests:
             if test(one) * test(two) < 0.0:
                 try:
-                    at = condition.branch().between(one, two, test)
+                    intersection = condition.branch().locate(one, two, test)
                 except ArithmeticError:
                     continue
-                yield from _if_inside(condition, at, limits, kind)
+                yield from _if_inside(condition, intersection, limits, kind)
     yield from _if_inside(condition, points[-1], limits)
 
 
-def _beyond(condition: Condition, limit: float, point: Point) -> float:
+def _limit_excess(condition: Condition, limit: float, point: Point) -> float:
     """Excess of the first parameter over a limit, over its unit."""
     return (condition.first(point.x) - limit) / condition.orbits.unit
 
 
-def _meeting(condition: Condition, point: Point) -> float:
+def _intersection_test(condition: Condition, point: Point) -> float:
     """Distance of a graze from a fold, or of another bifurcation from a graze."""
     if condition.kind != GRAZING:
         return _margin(condition, point)
@@ -228,7 +237,10 @@ def _meeting(condition: Condition, point: Point) -> float:
         return 1.0
     # a vanishing impact has no fold near it; halves become equal at a doubling
     halves = half_period_difference(orbits, point.x[:-1])
-    if np.abs(multipliers).max() > HUGE or np.abs(halves).max() < HALVED:
+    if (
+        np.abs(multipliers).max() > MAX_MULTIPLIER
+        or np.abs(halves).max() < MAX_HALF_DIFFERENCE
+    ):
         return 1.0
     return multiplier_test(multipliers, 1.0)
 
@@ -238,9 +250,9 @@ def _if_inside(
 ) -> Iterator[CurvePoint]:
     """Point, or None if it is out of the range or its orbit passes through a flank."""
     first, orbits = condition.first(point.x), condition.at(point.parameter)
-    wide = ON_LIMIT * (limits[1] - limits[0])
+    margin = LIMIT_RTOL * (limits[1] - limits[0])
     virtual = not kind and condition.kind != GRAZING and _margin(condition, point) <= 0
-    if limits[0] - wide <= first <= limits[1] + wide and not virtual:
+    if limits[0] - margin <= first <= limits[1] + margin and not virtual:
         times, speeds = orbits.starts(point.x[:-1])
         departure = float(times[0] % 1.0), float(-speeds[0])
         yield CurvePoint(first, point.parameter, departure, kind)

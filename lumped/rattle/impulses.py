@@ -73,10 +73,10 @@ def impulse_rattle(motions: AssemblyIntegrator, turns: int = 1) -> ImpulseRattle
         raise ValueError(f"turns must be at least 1, got {turns}")
     linear, play = motions.linear, motions.system.regimes[1]
     n, r = len(linear.names), machine.restitution
-    fade = (play.vectors * np.exp(play.rates * turns)) @ play.inverse
+    decay = (play.vectors * np.exp(play.rates * turns)) @ play.inverse
     jump = np.concatenate([np.zeros(n), np.linalg.solve(linear.mass, linear.row)])
     # departure relative to the offset, and the impulse: both sides may rotate freely
-    matrix = np.column_stack([fade.real - np.eye(2 * n), -jump])
+    matrix = np.column_stack([decay.real - np.eye(2 * n), -jump])
     solution, *_ = np.linalg.lstsq(matrix, -turns * play.drift, rcond=1e-13)
     departure = play.offset + solution[:-1]
     arrival = departure + solution[-1] * jump

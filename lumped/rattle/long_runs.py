@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.attractors import DEFAULT, classify_attractors
+from lumped.rattle.attractors import DEFAULT_SETTINGS, classify_attractors
 from lumped.rattle.kernels.settle import CHANGING, STICKING, UNKNOWN
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import (
@@ -19,11 +19,10 @@ from lumped.rattle.return_map import (
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-STARTS = 6  # departures per side of the grid from which runs start
-MAX_TURNS = (
-    200_000  # returns before motions are classified; a damping of 2e-4 needs them
-)
-KEPT = 60  # departures that are stored of a motion that never repeats
+STARTS_PER_SIDE = 6  # departures per side of the grid from which runs start
+# Returns before motions are classified; a damping of 2e-4 needs them
+MAX_RETURNS = 200_000
+CHAOTIC_DEPARTURES = 60  # departures that are stored of a motion that never repeats
 
 
 def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array:
@@ -37,17 +36,21 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
     velocity : lowest and highest speed of the starts [rad per turn]; runs that start
         faster than forcing permits would remain transient
     """
-    fractions = (np.arange(STARTS) + 0.5) / STARTS
+    fractions = (np.arange(STARTS_PER_SIDE) + 0.5) / STARTS_PER_SIDE
     low, high = np.minimum(velocity, machine.fastest)
     speeds = low + fractions * (high - low)
     starts = np.stack(np.meshgrid(fractions, speeds), axis=-1).reshape(-1, 2)
-    iterations = min(settling_returns(machine), MAX_TURNS)
+    iterations = min(settling_returns(machine), MAX_RETURNS)
     period, end = _settled(machine, iterations, starts)
-    count = np.where((period == CHANGING) | (period == STICKING), KEPT, period)
-    lasts = count > 0
+    count = np.where(
+        (period == CHANGING) | (period == STICKING), CHAOTIC_DEPARTURES, period
+    )
+    repeats = count > 0
     paths = [
         follow(machine, departure, returns)[:, :2]
-        for departure, returns in zip(end[lasts], count[lasts].tolist(), strict=True)
+        for departure, returns in zip(
+            end[repeats], count[repeats].tolist(), strict=True
+        )
     ]
     departures = np.vstack([np.empty((0, 2)), *paths])
     departures = departures[
@@ -57,8 +60,8 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
     _, first = np.unique(
         np.round(departures / MAP_POINT_TOL), axis=0, return_index=True
     )
-    lost = np.full((int(np.sum(period == UNKNOWN)), 2), math.nan)
-    return np.vstack([departures[np.sort(first)], lost])
+    unsettled = np.full((int(np.sum(period == UNKNOWN)), 2), math.nan)
+    return np.vstack([departures[np.sort(first)], unsettled])
 
 
 def _settled(machine: Machine, iterations: int, starts: Array) -> tuple[Numbers, Array]:
@@ -69,7 +72,7 @@ def _settled(machine: Machine, iterations: int, starts: Array) -> tuple[Numbers,
     period[motion < 0] = UNKNOWN
     # transients may depart from the same region as chaotic motions
     changing = np.flatnonzero(period == CHANGING)
-    later = iterate_map_points(machine, end[changing], DEFAULT.late_returns)
+    later = iterate_map_points(machine, end[changing], DEFAULT_SETTINGS.late_returns)
     ended = later.period != CHANGING
     period[changing[ended]], end[changing[ended]] = (
         later.period[ended],

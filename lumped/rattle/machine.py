@@ -8,10 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.rattle.kernels.arrays import SHORT, STEADY, Rattle, Waves
+from lumped.rattle.kernels.arrays import (
+    MAX_DECAYING_FLIGHT,
+    MAX_LOAD_CHANGE,
+    Rattle,
+    Waves,
+)
 
 TURN = 2.0 * math.pi
-INSTANTS = 4096  # instants of a turn at which the forcing is evaluated
+INSTANTS_PER_TURN = 4096  # instants of a turn at which the forcing is evaluated
 
 
 def effective_eccentricity(driving: float, driven: float, phase: float) -> float:
@@ -110,7 +115,7 @@ class Machine:
     @cached_property
     def arrays(self) -> Rattle:
         """Parameters in the form that the kernels take."""
-        return self.arc_arrays._replace(short=self._short())
+        return self.arc_arrays._replace(decaying_flight=self._short())
 
     @cached_property
     def arc_arrays(self) -> Rattle:
@@ -127,15 +132,15 @@ class Machine:
             drift=drift,
             offset=drift * self.damping / stiffness,
             order=float(self.ripple_order),
-            free=_parts(free),
-            pressed=_parts(pressed),
-            swing=self._largest(pressed, 0),
+            free=_cosines_and_sines(free),
+            pressed=_cosines_and_sines(pressed),
+            max_pressed=self._largest(pressed, 0),
             free_jerk=self._largest(free, 3),
             pressed_jerk=self._largest(pressed, 3),
             free_snap=self._largest(free, 4),
-            fading=1.0 / self.damping,
-            lasting=1.0 / self.damping,
-            short=0.0,
+            inverse_damping=1.0 / self.damping,
+            max_step=1.0 / self.damping,
+            decaying_flight=0.0,
             growth=1.0,
         )
 
@@ -151,8 +156,8 @@ class Machine:
             restitution=1.0 / loss if loss else math.inf,
             free=(m.free[0], -m.free[1], m.free[2], -m.free[3]),
             pressed=(m.pressed[0], -m.pressed[1], m.pressed[2], -m.pressed[3]),
-            fading=-m.fading,
-            short=0.0,
+            inverse_damping=-m.inverse_damping,
+            decaying_flight=0.0,
             growth=math.e,  # over the longest step
         )
 
@@ -163,13 +168,13 @@ class Machine:
         g^(-2/3) and decreases with the damping (adiabatic invariance): a flight that is
         short enough stays so over a turn. Flanks that g opens do not come to rest.
         """
-        t = np.arange(INSTANTS) / INSTANTS
+        t = np.arange(INSTANTS_PER_TURN) / INSTANTS_PER_TURN
         drive = 2.0 * TURN * self.damping * self.drive
         waves, factor = self.loads, 1.0
         if not self.is_impact:
             factor = 2.0 * self.stiffness
             waves = self.forced(factor)
-        load, slope = np.full(INSTANTS, drive), np.zeros(INSTANTS)
+        load, slope = np.full(INSTANTS_PER_TURN, drive), np.zeros(INSTANTS_PER_TURN)
         for wave, order in zip(waves, (1, self.ripple_order), strict=True):
             turning = factor * wave * np.exp(1j * TURN * order * t)
             load += turning.real
@@ -177,8 +182,12 @@ class Machine:
         if load.min() <= 0.0:
             return 0.0
         fastest = float(np.max(np.abs(slope) / load))
-        most = min(SHORT, STEADY / fastest) if fastest else SHORT
-        return most * float(load.min() / load.max()) ** (2.0 / 3.0)
+        longest = (
+            min(MAX_DECAYING_FLIGHT, MAX_LOAD_CHANGE / fastest)
+            if fastest
+            else MAX_DECAYING_FLIGHT
+        )
+        return longest * float(load.min() / load.max()) ** (2.0 / 3.0)
 
     def _largest(self, waves: tuple[complex, complex], order: int) -> float:
         """Upper bound of a time derivative of the forced motion."""
@@ -186,7 +195,7 @@ class Machine:
         return float(TURN**order * (first + self.ripple_order**order * second))
 
 
-def _parts(waves: tuple[complex, complex]) -> Waves:
+def _cosines_and_sines(waves: tuple[complex, complex]) -> Waves:
     """Cosine and sine amplitudes of both waves."""
     first, second = map(complex, waves)
     return first.real, -first.imag, second.real, -second.imag

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.arcs import arcs_of, linearised
+from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.kernels import inverse as kernel
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.orbits import Orbit
@@ -24,15 +24,15 @@ from lumped.rattle.return_map import follow
 
 Array = NDArray[np.float64]
 Evaluate = Callable[[Array], Array]
-BEGIN = 1e-6  # distance of the first piece of a manifold from its saddle
-FINEST = 1e-11  # change of a parameter at a jump of the curve
-END = 1e-6  # change of a parameter at the end of the curve
+FIRST_DISTANCE = 1e-6  # distance of the first piece of a manifold from its saddle
+MIN_JUMP_STEP = 1e-11  # change of a parameter at a jump of the curve
+MIN_END_STEP = 1e-6  # change of a parameter at the end of the curve
 MIN_POINTS = 5  # number of parameters at the start
-PIECES = 8  # pieces of a generation
+PIECES_PER_GENERATION = 8  # pieces of a generation
 MAX_POINTS = 400_000  # largest number of points of a curve
 MAX_GENERATIONS = 200
-AT_REST = 1e-6  # relative growth of a branch per generation below which it ends
-SMALL = 0.02  # part of the spacing below which pieces may turn by any angle
+MIN_GROWTH = 1e-6  # relative growth of a branch per generation below which it ends
+MIN_TURNING_STEP = 0.02  # part of the spacing below which pieces may turn by any angle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,16 +97,16 @@ def saddles(orbits: list[Orbit]) -> list[Orbit]:
     ]
 
 
-def grazing_curve(machine: Machine, before: int, fineness: Fineness) -> PlaneCurve:
-    """Departures `before` returns ahead of those whose next contact grazes the lower
+def grazing_curve(machine: Machine, returns: int, fineness: Fineness) -> PlaneCurve:
+    """Departures `returns` returns ahead of those whose next contact grazes the lower
     flank."""
 
     def evaluate(times: Array) -> Array:
         departures = np.empty((times.size, 2))
-        kernel.graze(machine.backward, times, departures)
-        return map_points(machine, departures, -before)
+        kernel.find_grazing_departures(machine.backward, times, departures)
+        return map_points(machine, departures, -returns)
 
-    points = _refined(evaluate, (0.0, 1.0), _scale(machine), fineness)
+    points = _refine(evaluate, (0.0, 1.0), _scale(machine), fineness)
     return _curve(points, _scale(machine))
 
 
@@ -121,7 +121,7 @@ def grow_manifolds(
     for departure in orbit.departures:
         for side in (1, -1):
             seed = _seed(machine, orbit, departure, is_stable, side)
-            curve = _grown(machine, seed, length, fineness)
+            curve = _grow(machine, seed, length, fineness)
             manifolds.append(Manifold(orbit, departure, is_stable, side, curve))
     return manifolds
 
@@ -150,41 +150,45 @@ def _seed(
 ) -> _Seed:
     count, at = len(orbit.departures), np.array(departure)
     path = follow(machine, at, count + 1)
-    values, vectors = np.linalg.eig(linearised(machine, arcs_of(machine, path)))
+    values, vectors = np.linalg.eig(linearise_arcs(machine, arcs_of(machine, path)))
     sizes = np.abs(values)
-    place = int(sizes.argmin() if is_stable else sizes.argmax())
-    factor = float(1.0 / sizes[place] if is_stable else sizes[place])
-    if values[place].real < 0.0:  # it changes sides
+    index = int(sizes.argmin() if is_stable else sizes.argmax())
+    factor = float(1.0 / sizes[index] if is_stable else sizes[index])
+    if values[index].real < 0.0:  # it changes sides
         count, factor = 2 * count, factor**2
-    along = vectors[:, place].real
-    along *= side * BEGIN / np.hypot(*(along / _scale(machine)))
+    along = vectors[:, index].real
+    along *= side * FIRST_DISTANCE / np.hypot(*(along / _scale(machine)))
     along *= 1.0 if along[1] * side > 0.0 else -1.0
     return _Seed(at, along, factor, -count if is_stable else count)
 
 
-def _grown(
+def _grow(
     machine: Machine, seed: _Seed, length: float, fineness: Fineness
 ) -> PlaneCurve:
-    scale, pieces, before = _scale(machine), [seed.at[None] % [1.0, math.inf]], 0.0
-    bounds = np.linspace(0.0, 1.0, PIECES + 1)
+    scale, pieces, length_so_far = (
+        _scale(machine),
+        [seed.at[None] % [1.0, math.inf]],
+        0.0,
+    )
+    bounds = np.linspace(0.0, 1.0, PIECES_PER_GENERATION + 1)
     for generation in range(MAX_GENERATIONS):
-        start = before
+        start = length_so_far
 
         def evaluate(fractions: Array, generation: int = generation) -> Array:
             returns = generation * seed.returns
             return map_points(machine, seed.piece(fractions), returns)
 
         for limits in pairwise(bounds.tolist()):
-            points = _refined(evaluate, limits, scale, fineness)
+            points = _refine(evaluate, limits, scale, fineness)
             if not np.isfinite(points).any():
                 return _curve(np.concatenate(pieces), scale)
             pieces.append(points)
-            before += float(np.nansum(_distances(points, scale)))
-            if before >= length:
+            length_so_far += float(np.nansum(_distances(points, scale)))
+            if length_so_far >= length:
                 curve = _curve(np.concatenate(pieces), scale)
                 inside = curve.lengths <= length
                 return PlaneCurve(curve.points[inside], curve.lengths[inside])
-        if before - start < AT_REST * before:
+        if length_so_far - start < MIN_GROWTH * length_so_far:
             break  # it ends in an attractor
     return _curve(np.concatenate(pieces), scale)
 
@@ -205,22 +209,24 @@ def _distances(points: Array, scale: Array) -> Array:
     return np.asarray(np.hypot(*_steps(points, scale).T))
 
 
-def _refined(
+def _refine(
     evaluate: Evaluate, limits: tuple[float, float], scale: Array, fineness: Fineness
 ) -> Array:
     """Points of a curve (n, 2), times from 0 to 1, a NaN row at each jump."""
     s = np.linspace(*limits, MIN_POINTS)
     points = evaluate(s)
     while s.size < MAX_POINTS:
-        need = _is_coarse(points, scale, fineness) & (np.diff(s) > FINEST)
+        needs_midpoint = _is_coarse(points, scale, fineness) & (
+            np.diff(s) > MIN_JUMP_STEP
+        )
         ends = np.diff(np.isnan(points[:, 0]).astype(int)) != 0
-        need |= ends & (np.diff(s) > END)
-        if not need.any():
+        needs_midpoint |= ends & (np.diff(s) > MIN_END_STEP)
+        if not needs_midpoint.any():
             break
-        middle = 0.5 * (s[:-1] + s[1:])[need]
-        places = np.flatnonzero(need) + 1
-        s = np.insert(s, places, middle)
-        points = np.insert(points, places, evaluate(middle), axis=0)
+        middle = 0.5 * (s[:-1] + s[1:])[needs_midpoint]
+        indices = np.flatnonzero(needs_midpoint) + 1
+        s = np.insert(s, indices, middle)
+        points = np.insert(points, indices, evaluate(middle), axis=0)
     points[:, 0] %= 1.0
     jumps = np.flatnonzero(_distances(points, scale) > fineness.spacing) + 1
     return np.insert(points, jumps, math.nan, axis=0)
@@ -234,7 +240,7 @@ def _is_coarse(points: Array, scale: Array, fineness: Fineness) -> NDArray[np.bo
     directions = np.arctan2(steps[:, 1], steps[:, 0])
     turns = np.abs(np.remainder(np.diff(directions) + math.pi, TURN) - math.pi)
     bent = turns > fineness.turn
-    long = sizes > SMALL * fineness.spacing
+    long = sizes > MIN_TURNING_STEP * fineness.spacing
     coarse[:-1] |= bent & long[:-1]
     coarse[1:] |= bent & long[1:]
     return np.asarray(coarse)
@@ -242,7 +248,7 @@ def _is_coarse(points: Array, scale: Array, fineness: Fineness) -> NDArray[np.bo
 
 def _curve(points: Array, scale: Array) -> PlaneCurve:
     """Curve without the points that are repeated where pieces join."""
-    again = np.concatenate([[False], _distances(points, scale) == 0.0])
-    points = points[~again]
+    repeated = np.concatenate([[False], _distances(points, scale) == 0.0])
+    points = points[~repeated]
     steps = np.nan_to_num(_distances(points, scale))
     return PlaneCurve(points, np.concatenate([[0.0], np.cumsum(steps)]))

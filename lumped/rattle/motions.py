@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from lumped.common.workers import run_together
+from lumped.common.workers import run_in_threads
 from lumped.rattle.assembly import Assembly, Linear
 from lumped.rattle.kernels import modes as kernel
 from lumped.rattle.machine import TURN
 
 Array = NDArray[np.float64]
 Waves = NDArray[np.complex128]
-SINGULAR = 1e12  # condition number of modes that do not form a basis
+MAX_CONDITION = 1e12  # condition number of modes that do not form a basis
 
 
 @dataclass(frozen=True)
@@ -52,17 +52,17 @@ class AssemblyIntegrator:
         self.assembly = assembly
         self.linear = linear = assembly.linear()
         machine = assembly.machine
-        if np.linalg.cond(linear.mass) > SINGULAR:
+        if np.linalg.cond(linear.mass) > MAX_CONDITION:
             raise ValueError("parts without inertia: an inertia above 0 is needed")
         play, bound = self._regime(0.0, 0), machine.half_backlash
         if machine.is_impact:
-            soft = np.asarray(np.linalg.solve(linear.mass, linear.row), np.float64)
-            kick = 1.0 / float(linear.row @ soft) * soft
+            mobility = np.asarray(np.linalg.solve(linear.mass, linear.row), np.float64)
+            kick = 1.0 / float(linear.row @ mobility) * mobility
             regimes = self._at_rest(-1), play, self._at_rest(1)
             # by drag on gears in relative rotation, or in impacts
-            slowed = float(soft @ linear.damping @ soft) > 0.0
-            inertia = 1.0 / float(linear.row @ soft)
-            losses = slowed or machine.restitution < 1.0
+            has_drag = float(mobility @ linear.damping @ mobility) > 0.0
+            inertia = 1.0 / float(linear.row @ mobility)
+            losses = has_drag or machine.restitution < 1.0
             last = 0.0, kick, machine.restitution, inertia if losses else 0.0
         else:
             lower, upper = (self._regime(machine.stiffness, side) for side in (-1, 1))
@@ -95,7 +95,7 @@ class AssemblyIntegrator:
         """Motion from a state (2 n,) at `start`; its noise counts from `begin` on."""
         instants = np.empty(0) if times is None else times
         rotation = np.full(instants.size, math.nan)
-        noise, upper, lower, is_finished = kernel.run(
+        noise, upper, lower, is_finished = kernel.run_motion(
             *(self.system, state.copy(), start, begin, end, instants, rotation)
         )
         level = noise / (end - begin) if is_finished else math.nan
@@ -106,7 +106,7 @@ class AssemblyIntegrator:
     ) -> list[AssemblyRun]:
         """Motions from states (s, 2 n), on all processors."""
         tasks = [partial(self.run, state, begin, end, times) for state in states]
-        return run_together(tasks, threading.Event())
+        return run_in_threads(tasks, threading.Event())
 
     def _regime(self, stiffness: float, side: int) -> kernel.Regime:
         """Regime of motion on a side, or in the play.
@@ -124,7 +124,7 @@ class AssemblyIntegrator:
         turn = _forced(linear, pressed, TURN, pull)
         ripple_rate = TURN * machine.ripple_order
         ripple = _forced(linear, pressed, ripple_rate, linear.ripple)
-        watched = row @ vectors[:n]
+        event_row = row @ vectors[:n]
         forced = complex(row @ turn) + machine.eccentricity, complex(row @ ripple)
         steady = float(row @ offset), float(row @ drift)
         return kernel.Regime(
@@ -132,7 +132,7 @@ class AssemblyIntegrator:
             offset=np.concatenate([offset, drift]),
             drift=np.concatenate([drift, np.zeros(n)]),
             **self._waves(turn, ripple),
-            event_row=watched,
+            event_row=event_row,
             forced=forced,
             steady=steady,
         )
@@ -157,16 +157,16 @@ class AssemblyIntegrator:
             "inverse": np.zeros((2 * n, 2 * n), complex),
             "event_row": np.zeros(2 * n, complex),
         }
-        used = 2 * n - 2
-        arrays["rates"][:used] = rates
-        arrays["vectors"][:, :used] = both @ vectors
-        arrays["inverse"][:used] = np.linalg.inv(vectors) @ both.T
+        n_modes = 2 * n - 2
+        arrays["rates"][:n_modes] = rates
+        arrays["vectors"][:, :n_modes] = both @ vectors
+        arrays["inverse"][:n_modes] = np.linalg.inv(vectors) @ both.T
         displacements = shapes @ vectors[: n - 1]
         force = (
             linear.mass @ displacements * rates**2
             + linear.damping @ displacements * rates
         )
-        arrays["event_row"][:used] = (
+        arrays["event_row"][:n_modes] = (
             -row @ (force + linear.stiffness @ displacements) / (row @ row)
         )
         mean = linear.respond(0.0, linear.mean, -side * machine.half_backlash).real
@@ -201,17 +201,17 @@ def _modes(linear: Linear, stiffness: Array) -> tuple[Waves, Waves]:
     """
     n = len(linear.names)
     rates, vectors = np.zeros(2 * n, complex), np.zeros((2 * n, 2 * n), complex)
-    used = 0
+    n_modes = 0
     for group in _groups(_coupling(linear, stiffness)):
         block = np.ix_(group, group)
         size = len(group)
-        columns = slice(used, used + 2 * size)
+        columns = slice(n_modes, n_modes + 2 * size)
         rates[columns], shapes = _basis(
             linear.mass[block], linear.damping[block], stiffness[block]
         )
-        places = np.concatenate([group, group + n])
-        vectors[places, columns] = shapes
-        used += 2 * size
+        rows = np.concatenate([group, group + n])
+        vectors[rows, columns] = shapes
+        n_modes += 2 * size
     return rates, vectors
 
 
@@ -223,7 +223,7 @@ def _basis(mass: Array, damping: Array, stiffness: Array) -> tuple[Waves, Waves]
     matrix[size:, :size] = -np.linalg.solve(mass, stiffness)
     matrix[size:, size:] = -np.linalg.solve(mass, damping)
     eigenvalues, shapes = np.linalg.eig(matrix)
-    if np.linalg.cond(shapes) > SINGULAR:
+    if np.linalg.cond(shapes) > MAX_CONDITION:
         raise ValueError("modes of the parts are no basis; change a parameter slightly")
     # damping dissipates energy: growth is round-off
     rates = np.minimum(eigenvalues.real, 0.0) + 1j * eigenvalues.imag

@@ -21,7 +21,7 @@ from lumped.rattle.assembly import Assembly
 from lumped.rattle.attractors import QUIET as QUIET_NAME
 from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.kernels import noise as kernel
-from lumped.rattle.kernels.settle import MIN_VIBRATION, UNKNOWN
+from lumped.rattle.kernels.settle import PERMANENT_CONTACT, UNKNOWN
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import AssemblyIntegrator, AssemblyRun
 from lumped.rattle.return_map import Settled, iterate_map_points
@@ -30,10 +30,10 @@ Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 Result = TypeVar("Result")
 KINDS = QUIET_NAME, "single-sided rattle", "double-sided rattle"
-NOWHERE = math.nan, math.nan
-FADED = 1e-3  # part of a transient that is inaudible
-STILL = 1e-12  # part of the fastest rate below which all parts rotate together
-SHARE = 250  # runs that a worker takes at a time
+NO_DEPARTURE = math.nan, math.nan
+INAUDIBLE = 1e-3  # part of a transient that is inaudible
+RIGID_RTOL = 1e-12  # part of the fastest rate below which all parts rotate together
+RUNS_PER_TASK = 250  # runs that a worker takes at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ def measure_noise(
     turns : least number of turns of the measurement, rounded up to whole periods of
         periodic runs; quiet runs have no noise
     """
-    limits = list(pairwise([*range(0, len(starts), SHARE), len(starts)]))
+    limits = list(pairwise([*range(0, len(starts), RUNS_PER_TASK), len(starts)]))
 
     def compute(done: int, task: Callable[[slice], Result]) -> list[Result]:
         results: dict[int, Result] = {}
@@ -97,7 +97,7 @@ def measure_noise(
     period = np.where(motion < 0, UNKNOWN, settled.period)
     meetings = compute(
         len(limits),
-        lambda part: _meetings(machine, period[part], settled.end[part], turns),
+        lambda part: _impact_noise(machine, period[part], settled.end[part], turns),
     )
     level, impacts = np.concatenate(meetings).T
     return NoiseSample(machine, starts, attractors, motion, level, impacts)
@@ -119,14 +119,14 @@ def measure_noise_of_parts(
 
     Raises ValueError for parts without inertia.
     """
-    ready = AssemblyIntegrator(assembly)
+    integrator = AssemblyIntegrator(assembly)
     machine = assembly.machine
     runs: dict[int, AssemblyRun] = {}
 
     def run(time: float, speed: float) -> AssemblyRun:
-        state = ready.settled(machine.half_backlash, -speed, time)
+        state = integrator.settled(machine.half_backlash, -speed, time)
         begin = time + settling
-        return ready.run(state, begin, begin + turns, start=time)
+        return integrator.run(state, begin, begin + turns, start=time)
 
     def store_result(number: int, motion: AssemblyRun) -> None:
         runs[number] = motion
@@ -139,7 +139,7 @@ def measure_noise_of_parts(
     run_tasks(tasks, store_result, threading.Event())
     motions = [runs[number] for number in range(len(starts))]
     level = np.array([assembly_run.noise for assembly_run in motions])
-    clear = np.isfinite(level)
+    is_finite = np.isfinite(level)
     kind = np.array(
         [
             (assembly_run.upper > 0) + (assembly_run.lower > 0)
@@ -150,35 +150,39 @@ def measure_noise_of_parts(
         [assembly_run.upper + assembly_run.lower for assembly_run in motions]
     )
     motion = np.full(len(starts), -1)
-    seen, motion[clear] = np.unique(kind[clear], return_inverse=True)
-    names = [RattleAttractor(KINDS[i], 0, NOWHERE, math.nan) for i in seen]
+    kinds, motion[is_finite] = np.unique(kind[is_finite], return_inverse=True)
+    names = [RattleAttractor(KINDS[i], 0, NO_DEPARTURE, math.nan) for i in kinds]
     return NoiseSample(
         *(machine, starts, tuple(names), motion, level),
-        impacts=np.where(clear, impacts / turns, math.nan),
+        impacts=np.where(is_finite, impacts / turns, math.nan),
     )
 
 
 def settling_turns(assembly: Assembly) -> float:
-    """Turns in which transients of all parts decay to `FADED`; inf if one never does.
+    """Turns in which all transients decay to `INAUDIBLE`; inf if one never does.
 
     Losses in impacts may end them sooner.
     """
     regimes = AssemblyIntegrator(assembly).system.regimes
     rates = np.concatenate([regime.rates for regime in regimes])
     scale = np.abs(rates).max()
-    slowest = np.min(-rates.real[np.abs(rates) > STILL * scale])
-    return math.log(1.0 / FADED) / slowest if slowest > STILL * scale else math.inf
+    slowest = np.min(-rates.real[np.abs(rates) > RIGID_RTOL * scale])
+    return (
+        math.log(1.0 / INAUDIBLE) / slowest
+        if slowest > RIGID_RTOL * scale
+        else math.inf
+    )
 
 
-def _meetings(machine: Machine, periods: Numbers, ends: Array, turns: int) -> Array:
+def _impact_noise(machine: Machine, periods: Numbers, ends: Array, turns: int) -> Array:
     """Noise level and impacts per turn (n, 2) of runs in steady state, see `Settled`;
     NaN for runs that are UNKNOWN."""
-    noise = np.where((periods == MIN_VIBRATION)[:, None], np.zeros(2), math.nan)
-    loud = np.flatnonzero((periods != MIN_VIBRATION) & (periods != UNKNOWN))
-    meetings = np.empty((loud.size, 2))
-    departures = np.ascontiguousarray(ends[loud])
+    noise = np.where((periods == PERMANENT_CONTACT)[:, None], np.zeros(2), math.nan)
+    rattling = np.flatnonzero((periods != PERMANENT_CONTACT) & (periods != UNKNOWN))
+    meetings = np.empty((rattling.size, 2))
+    departures = np.ascontiguousarray(ends[rattling])
     kernel.sum_impacts(
-        machine.arrays, departures, periods[loud], float(turns), meetings
+        machine.arrays, departures, periods[rattling], float(turns), meetings
     )
-    noise[loud] = meetings
+    noise[rattling] = meetings
     return noise

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.arcs import arcs_of, linearised
+from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.kernels import arcs as kernel
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import has_closed_form, simple_rattle, two_sided_rattle
@@ -22,11 +22,12 @@ from lumped.rattle.return_map import (
 )
 
 Array = NDArray[np.float64]
-ARCS = 32  # largest number of arcs of a return in the search for an orbit
-STARTS = 24  # departures per side of the grid from which the search starts
+# Largest number of arcs of a return in the search for an orbit
+MAX_ARCS_PER_RETURN = 32
+STARTS_PER_SIDE = 24  # departures per side of the grid from which the search starts
 FAST_STARTS = 6  # rows of the grid for speeds that are higher than usual
 MAX_TURNS = 4  # largest number of turns of constructed motions
-SLOWEST = 3e-4  # least speed of a departure, over that of P(1,1,0)
+MIN_SPEED_RATIO = 3e-4  # least speed of a departure, over that of P(1,1,0)
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def default_speed(machine: Machine) -> float:
 
 
 def find_orbits(
-    machine: Machine, most_departures: int, velocity: tuple[float, float]
+    machine: Machine, max_departures: int, velocity: tuple[float, float]
 ) -> list[Orbit]:
     """Orbits with a limited number of departures, sorted by name, stable ones first.
 
@@ -68,9 +69,9 @@ def find_orbits(
     """
     machine = _with_play_in_reach(machine)
     orbits: list[Orbit] = []
-    for count in range(1, most_departures + 1):
+    for count in range(1, max_departures + 1):
         for orbit in _from_starts(machine, count, velocity):
-            if not any(_same(orbit, existing) for existing in orbits):
+            if not any(_is_same_orbit(orbit, existing) for existing in orbits):
                 orbits.append(orbit)
     return sorted(orbits, key=_rank)
 
@@ -78,8 +79,12 @@ def find_orbits(
 def _with_play_in_reach(machine: Machine) -> Machine:
     """Machine with the same orbits but less backlash: a lower flank that no departure
     reaches may be anywhere, and positions are resolved to 16 digits of the backlash."""
-    reach = machine.fastest / machine.damping + sum(map(abs, machine.forced(0.0)))
-    return replace(machine, half_backlash=min(machine.half_backlash, 2.0 * reach))
+    max_displacement = machine.fastest / machine.damping + sum(
+        map(abs, machine.forced(0.0))
+    )
+    return replace(
+        machine, half_backlash=min(machine.half_backlash, 2.0 * max_displacement)
+    )
 
 
 def _rank(orbit: Orbit) -> tuple[int, int, int, bool, tuple[float, float]]:
@@ -90,15 +95,18 @@ def _rank(orbit: Orbit) -> tuple[int, int, int, bool, tuple[float, float]]:
 def _from_starts(
     machine: Machine, count: int, velocity: tuple[float, float]
 ) -> Iterator[Orbit]:
-    slowest = SLOWEST * machine.speed
+    slowest = MIN_SPEED_RATIO * machine.speed
     low, high = max(velocity[0], slowest), velocity[1]
-    arcs, change = np.empty((ARCS * count + 1, kernel.COLUMNS)), np.empty((2, 2))
+    arcs, change = (
+        np.empty((MAX_ARCS_PER_RETURN * count + 1, kernel.N_COLUMNS)),
+        np.empty((2, 2)),
+    )
     for start in _starts(machine, count, low, high):
-        at = kernel.find_periodic_point(
+        departure = kernel.find_periodic_point(
             machine.arc_arrays, *start, count, slowest, machine.speed, arcs, change
         )
-        if low <= at[1] <= high:
-            orbit = _orbit(machine, at, count)
+        if low <= departure[1] <= high:
+            orbit = _orbit(machine, departure, count)
             if orbit is not None:
                 yield orbit
 
@@ -114,13 +122,15 @@ def _starts(
                 (motion.time, motion.velocity) for motion in both if motion.physical
             )
     for speed in _speeds(machine, low, high):
-        yield from (((i + 0.5) / STARTS, speed) for i in range(STARTS))
+        yield from (
+            ((i + 0.5) / STARTS_PER_SIDE, speed) for i in range(STARTS_PER_SIDE)
+        )
 
 
 def _speeds(machine: Machine, low: float, high: float) -> list[float]:
     """Speeds of starts, equally dense at usual speeds however wide the limits are."""
     usual = max(min(default_speed(machine), high), low)
-    parts = (np.arange(STARTS) + 0.5) / STARTS
+    parts = (np.arange(STARTS_PER_SIDE) + 0.5) / STARTS_PER_SIDE
     speeds = low + parts * (usual - low) if usual > low else np.empty(0)
     most = min(high, machine.fastest)
     if most > usual:
@@ -129,26 +139,30 @@ def _speeds(machine: Machine, low: float, high: float) -> list[float]:
     return [float(speed) for speed in speeds]
 
 
-def _orbit(machine: Machine, at: tuple[float, float], count: int) -> Orbit | None:
+def _orbit(
+    machine: Machine, departure: tuple[float, float], count: int
+) -> Orbit | None:
     """Orbit at a departure, or None if it repeats sooner or its departures end."""
-    path = follow(machine, at, count + 1)
+    path = follow(machine, departure, count + 1)
     if not np.isfinite(path).all():
         return None
-    near = [n for n in range(1, count) if distance(path[0], path[n]) < MAP_POINT_TOL]
-    if near or path[:, 1].min() < SLOWEST * machine.speed:
+    repetitions = [
+        n for n in range(1, count) if distance(path[0], path[n]) < MAP_POINT_TOL
+    ]
+    if repetitions or path[:, 1].min() < MIN_SPEED_RATIO * machine.speed:
         return None
-    multipliers = np.linalg.eigvals(linearised(machine, arcs_of(machine, path)))
+    multipliers = np.linalg.eigvals(linearise_arcs(machine, arcs_of(machine, path)))
     fastest = int(path[:-1, 1].argmax())
     points = np.roll(path[:-1, :2], -fastest, axis=0)
     departures = tuple((float(t % 1.0), float(v)) for t, v in points)
     one, two = sorted(map(complex, multipliers), key=abs)
-    way = itinerary(path)
-    if way.turns < 1:
+    itinerary_of_path = itinerary(path)
+    if itinerary_of_path.turns < 1:
         return None
-    return Orbit(way, departures, (one, two))
+    return Orbit(itinerary_of_path, departures, (one, two))
 
 
-def _same(one: Orbit, two: Orbit) -> bool:
+def _is_same_orbit(one: Orbit, two: Orbit) -> bool:
     return one.name == two.name and any(
         distance(one.departures[0], other) < MAP_POINT_TOL for other in two.departures
     )

@@ -15,7 +15,7 @@ from lumped.rattle.machine import TURN, Machine
 Array = NDArray[np.float64]
 
 
-INSTANTS = 1000  # instants of a turn in the search for the lower impact
+INSTANTS_PER_TURN = 1000  # instants of a turn in the search for the lower impact
 ONE_FLANK, BOTH_FLANKS = np.array([1.0]), np.array([1.0, -1.0])  # where arcs start
 
 
@@ -167,8 +167,8 @@ def _roots(construction: _TwoSided) -> Iterator[float]:
     """Roots of the excess, including pairs that are close to each other."""
     from scipy.optimize import brentq, minimize_scalar
 
-    count = INSTANTS * construction.turns
-    times = (np.arange(count) + 0.5) / INSTANTS
+    count = INSTANTS_PER_TURN * construction.turns
+    times = (np.arange(count) + 0.5) / INSTANTS_PER_TURN
     values = np.array([construction.excess(time) for time in times])
     for i in range(1, count - 1):
         low, here, high = values[i - 1 : i + 2]
@@ -187,6 +187,6 @@ def _roots(construction: _TwoSided) -> Iterator[float]:
 def _balance(machine: Machine, turns: int) -> float:
     """Eccentricity times the sine of the departure's time."""
     r, loss = machine.restitution, machine.damping * turns
-    fade = math.exp(-loss)
-    slowed = loss * (1.0 + r * fade) / ((1.0 + r) * -math.expm1(-loss))
+    decay = math.exp(-loss)
+    slowed = loss * (1.0 + r * decay) / ((1.0 + r) * -math.expm1(-loss))
     return 2.0 * machine.drive * (1.0 - slowed)

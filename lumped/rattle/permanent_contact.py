@@ -14,7 +14,8 @@ from scipy.optimize import minimize_scalar
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.machine import TURN
 
-INSTANTS = 256  # instants in each cycle of the fastest forcing to check flanks at
+# Instants in each cycle of the fastest forcing to check flanks at
+INSTANTS_PER_CYCLE = 256
 
 
 @dataclass(frozen=True)
@@ -60,14 +61,18 @@ class PermanentContact:
             return self._window_at_a_turn()
         mean = float(self.mean[-1])
 
-        def there(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        def ripple_load(t: NDArray[np.float64]) -> NDArray[np.float64]:
             return mean + self._wave(t, 0.0, self.ripple[-1])
 
-        def taken(t: NDArray[np.float64]) -> NDArray[np.float64]:
-            return self._wave(t, self.turn[-1], 0.0) / there(t)
+        def relative_change(t: NDArray[np.float64]) -> NDArray[np.float64]:
+            return self._wave(t, self.turn[-1], 0.0) / ripple_load(t)
 
         # load per unit eccentricity over the load present: at most 1 / eccentricity
-        return (0.0, -1.0 / self._least(taken)) if self._least(there) > 0.0 else None
+        return (
+            (0.0, -1.0 / self._least(relative_change))
+            if self._least(ripple_load) > 0.0
+            else None
+        )
 
     def _window_at_a_turn(self) -> tuple[float, float] | None:
         """Interval in which |eccentricity turn + ripple| is below the mean load."""
@@ -109,7 +114,7 @@ class PermanentContact:
     def _least(
         self, of_time: Callable[[NDArray[np.float64]], NDArray[np.float64]]
     ) -> float:
-        count = INSTANTS * self.assembly.machine.ripple_order
+        count = INSTANTS_PER_CYCLE * self.assembly.machine.ripple_order
         t = np.arange(count) / count
         values = of_time(t)
         at, spacing = t[int(np.argmin(values))], 1.0 / count
@@ -125,10 +130,10 @@ class PermanentContact:
 def quiet_motion(assembly: Assembly) -> PermanentContact:
     """Motion in permanent contact to which all others in contact converge."""
     linear, machine = assembly.linear(), assembly.machine
-    still = np.zeros(linear.row.size)
+    no_force = np.zeros(linear.row.size)
     return PermanentContact(
         *(assembly, linear.names),
         mean=linear.respond(0.0, linear.mean).real,
-        turn=linear.respond(TURN, still, 1.0),
+        turn=linear.respond(TURN, no_force, 1.0),
         ripple=linear.respond(TURN * machine.ripple_order, linear.ripple),
     )

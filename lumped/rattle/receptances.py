@@ -20,13 +20,13 @@ def critical_by_receptances(assembly: Assembly) -> float:
     machine, shafts = assembly.machine, assembly.shafts
     drive = shafts.driving_inertia, shafts.driving_drag * machine.damping
     driven = shafts.driven_inertia, shafts.driven_drag * machine.damping
-    both: dict[str, Absorber | None] = {"driving": None, "driven": None}
+    absorbers: dict[str, Absorber | None] = {"driving": None, "driven": None}
     if assembly.absorber is not None:
-        both |= {assembly.absorber.gear: assembly.absorber}
+        absorbers |= {assembly.absorber.gear: assembly.absorber}
     total = (
         1.0 / machine.stiffness
-        + 1.0 / _at_gear(*drive, assembly.driving_gear, both["driving"])
-        + 1.0 / _at_gear(*driven, assembly.driven_gear, both["driven"])
+        + 1.0 / _at_gear(*drive, assembly.driving_gear, absorbers["driving"])
+        + 1.0 / _at_gear(*driven, assembly.driven_gear, absorbers["driven"])
     )
     return assembly.mean_load * abs(total)
 

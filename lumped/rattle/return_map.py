@@ -19,7 +19,7 @@ from lumped.rattle.machine import Machine
 Array = NDArray[np.float64]
 MAP_POINT_TOL = 1e-6  # distance of departures on one orbit
 Numbers = NDArray[np.int64]
-RETURNS = 1499  # returns in section 3.3 of the source
+DEFAULT_RETURNS = 1499  # returns in section 3.3 of the source
 
 
 class Settled(NamedTuple):
@@ -32,24 +32,26 @@ class Settled(NamedTuple):
 
 
 def iterate_map_points(
-    machine: Machine, departures: Array, iterations: int, early: bool = True
+    machine: Machine, departures: Array, iterations: int, stop_early: bool = True
 ) -> Settled:
     """Follow departures (c, 2), times and speeds, until they settle."""
     time, speed = np.ascontiguousarray(departures.T)
     outcomes = np.empty((time.size, 2), np.int64)
     end = np.empty((time.size, 2))
-    kernel.settle_cells(machine.arrays, time, speed, iterations, early, outcomes, end)
+    kernel.settle_cells(
+        machine.arrays, time, speed, iterations, stop_early, outcomes, end
+    )
     return Settled(outcomes[:, 0], outcomes[:, 1], end)
 
 
 def settling_returns(machine: Machine) -> int:
-    """Returns in which a transient decays below the tolerance, at least RETURNS.
+    """Returns in which a transient decays, at least DEFAULT_RETURNS.
 
     In the play and on flanks a transient decays per turn at half the damping or faster,
     and a return of a lasting motion takes about a turn.
     """
     turns = 2.0 * math.log(1.0 / kernel.MAP_POINT_TOL) / machine.damping
-    return max(RETURNS, 100 * math.ceil(turns / 100.0))
+    return max(DEFAULT_RETURNS, 100 * math.ceil(turns / 100.0))
 
 
 def follow(machine: Machine, departure: Sequence[float] | Array, count: int) -> Array:

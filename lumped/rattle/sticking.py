@@ -20,11 +20,13 @@ from lumped.rattle.return_map import follow
 
 Release = tuple[float, float]  # time [turns] and speed, negative from the lower flank
 AT_ONCE = 1e-8  # distance in turns of releases that are equal
-LONGEST = 100_000  # largest number of impacts from one release to the next
+MAX_IMPACTS = 100_000  # largest number of impacts from one release to the next
 MAX_RELEASES = 100  # largest number of releases in a period
-FASTER = 10.0  # factor of the speed of a second release that is followed with each
-VARIED = np.geomspace(1.0, FASTER, 2 * MAX_RELEASES)  # speeds that model round-off
-INSTANTS = 256  # instants at rest in each cycle of the fastest forcing
+# Factor of the speed of a second release that is followed with each
+SPEED_FACTOR = 10.0
+# Factors of the speed that model round-off
+SPEED_FACTORS = np.geomspace(1.0, SPEED_FACTOR, 2 * MAX_RELEASES)
+INSTANTS_PER_CYCLE = 256  # instants at rest in each cycle of the fastest forcing
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,11 @@ def _cycle(machine: Machine, release: Release) -> tuple[list[Release], int]:
 def _wander(machine: Machine, release: Release) -> list[Release]:
     """Successive releases with varied speeds; none if it comes to rest no more."""
     path = [release]
-    for factor in VARIED:
+    for factor in SPEED_FACTORS:
         time, speed = path[-1]
-        path.append(kernel.next_release(machine.arrays, time, factor * speed, LONGEST))
+        path.append(
+            kernel.next_release(machine.arrays, time, factor * speed, MAX_IMPACTS)
+        )
         if not math.isfinite(path[-1][0]):
             return []
     return path
@@ -101,8 +105,8 @@ def _next(machine: Machine, release: Release) -> tuple[Release, bool]:
     time, speed = release
     arrays = machine.arrays
     one, other = (
-        kernel.next_release(arrays, time, factor * speed, LONGEST)
-        for factor in (1.0, FASTER)
+        kernel.next_release(arrays, time, factor * speed, MAX_IMPACTS)
+        for factor in (1.0, SPEED_FACTOR)
     )
     return one, abs(one[0] - other[0]) < AT_ONCE and one[1] == other[1]
 
@@ -110,11 +114,11 @@ def _next(machine: Machine, release: Release) -> tuple[Release, bool]:
 def _possible_releases(machine: Machine) -> Iterator[Release]:
     if not machine.is_impact or machine.restitution == 1.0:
         return
-    count = INSTANTS * machine.ripple_order
+    count = INSTANTS_PER_CYCLE * machine.ripple_order
     for side in (1, -1):
         releases: list[Release] = []
         for time in np.arange(count) / count:
-            later, speed = kernel.release_of(machine.arrays, time, side)
+            later, speed = kernel.release_departure(machine.arrays, time, side)
             if not (math.isfinite(later) and later > time):
                 continue
             release = later % 1.0, speed

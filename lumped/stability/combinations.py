@@ -28,8 +28,8 @@ from lumped.stability.periodic import PeriodicSystem
 Array = NDArray[np.float64]
 Kind = Literal["single", "sum", "difference"]
 KINDS: Mapping[int, Kind] = {1: "sum", -1: "difference"}
-ORDERS = 12  # harmonics of the fastest mesh's frequency that are considered
-NONE = 1e-14  # excitation over squared frequencies that is round-off
+N_ORDERS = 12  # harmonics of the fastest mesh's frequency that are considered
+MIN_EXCITATION = 1e-14  # excitation over squared frequencies that is round-off
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ def name_of(kind: Kind, first: int, second: int, harmonic: int) -> str:
 def combinations(
     system: PeriodicSystem,
     limits: tuple[float, float] = (0.0, math.inf),
-    orders: int = ORDERS,
+    orders: int = N_ORDERS,
 ) -> list[Combination]:
     """All combinations near mesh frequencies [Hz], by frequency, excited or not."""
     in_range = [c for c in _combinations(system, orders) if c.comes_near(limits)]
@@ -88,20 +88,20 @@ def combinations(
 
 
 def _combinations(system: PeriodicSystem, orders: int) -> Iterator[Combination]:
-    angular, right = mean_modes(system)
-    decay = 0.5 * np.einsum("ij,j,ji->i", np.linalg.inv(right), system.damping, right)
+    angular, modes = mean_modes(system)
+    decay = 0.5 * np.einsum("ij,j,ji->i", np.linalg.inv(modes), system.damping, modes)
     for s in system.orders(orders):
         # factor from a frequency of modes to the first mesh's frequency
-        per = system.length / (2.0 * math.pi * s)
-        coupling = np.linalg.solve(right, system.harmonic(s) @ right)
+        frequency_ratio = system.length / (2.0 * math.pi * s)
+        coupling = np.linalg.solve(modes, system.harmonic(s) @ modes)
         harmonic, mesh = system.harmonic_of(s)
         for p, q, sign in _pairs(system.modes):
-            at = per * (angular[p] + sign * angular[q])
+            at = frequency_ratio * (angular[p] + sign * angular[q])
             psi = (
                 coupling[p, q] * coupling[q, p].conjugate() / (angular[p] * angular[q])
             )
             low, high = math.nan, math.nan
-            if abs(psi) >= NONE * angular[p] * angular[q]:
+            if abs(psi) >= MIN_EXCITATION * angular[p] * angular[q]:
                 low, high = detunings(sign * psi / 4.0, decay[p], decay[q])
             yield Combination(
                 kind="single" if p == q else KINDS[sign],
@@ -111,8 +111,8 @@ def _combinations(system: PeriodicSystem, orders: int) -> Iterator[Combination]:
                 harmonic=harmonic,
                 mesh=mesh,
                 at=at,
-                low=at + per * low,
-                high=at + per * high,
+                low=at + frequency_ratio * low,
+                high=at + frequency_ratio * high,
             )
 
 
@@ -130,11 +130,11 @@ def mean_modes(system: PeriodicSystem) -> tuple[Array, Array]:
 
     Raises ArithmeticError if friction makes the mean system unstable.
     """
-    squares, right = np.linalg.eig(system.mean)
+    squares, modes = np.linalg.eig(system.mean)
     if np.iscomplexobj(squares) or not (squares > 0.0).all():
         raise ArithmeticError("the mean stiffness with friction is unstable")
     order = np.argsort(squares)
-    return np.sqrt(squares[order]), right[:, order]
+    return np.sqrt(squares[order]), modes[:, order]
 
 
 def detunings(power: complex, first: float, second: float) -> tuple[float, float]:
@@ -145,7 +145,12 @@ def detunings(power: complex, first: float, second: float) -> tuple[float, float
     power : +-Psi / 4
     first, second : decay rates of the modes
     """
-    both, product, real, imag = first + second, first * second, power.real, power.imag
+    decay_sum, product, real, imag = (
+        first + second,
+        first * second,
+        power.real,
+        power.imag,
+    )
     if product == 0.0:
         if abs(imag) > 1e-9 * abs(power):
             return -math.inf, math.inf
@@ -154,5 +159,5 @@ def detunings(power: complex, first: float, second: float) -> tuple[float, float
     inside = imag**2 + 4.0 * product * (real - product)
     if inside <= 0.0:
         return math.nan, math.nan
-    middle, half = imag * (first - second), both * math.sqrt(inside)
+    middle, half = imag * (first - second), decay_sum * math.sqrt(inside)
     return (middle - half) / (2.0 * product), (middle + half) / (2.0 * product)

@@ -10,20 +10,22 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.stability.combinations import ORDERS, Combination, combinations
+from lumped.stability.combinations import N_ORDERS, Combination, combinations
 from lumped.stability.mode_labels import Names, candidates, growth
 from lumped.stability.multipliers import Method
 from lumped.stability.periodic import PeriodicSystem
 
 Array = NDArray[np.float64]
-Places = NDArray[np.intp]
-EDGE = 2e-8  # relative error of the speed at an edge
-BISECTIONS = 40  # largest number of bisections for an edge
-HALVINGS = 6  # halvings of the distance of speeds near an extremum of the multiplier
+Indices = NDArray[np.intp]
+EDGE_RTOL = 2e-8  # relative error of the speed at an edge
+MAX_BISECTIONS = 40  # largest number of bisections for an edge
+# Halvings of the distance of speeds near an extremum of the multiplier
+MAX_HALVINGS = 6
 MAX_ORDERS = 60  # harmonics that are considered at low speeds
 ROUND_OFF = 1e-9  # round-off of a multiplier
 LOG_SPEED_STEP = 0.004  # logarithmic distance of speeds that are always examined
-INSIDE, BESIDE = 11, 0.5  # speeds in an expected interval, and margin in widths
+# Speeds in an expected interval, and margin in widths
+SPEEDS_PER_INTERVAL, INTERVAL_MARGIN = 11, 0.5
 
 
 @dataclass(frozen=True)
@@ -69,13 +71,13 @@ class SpeedSamples:
     kinds: Names
 
     def inserted(
-        self, places: Places, at: Array, largest: Array, kinds: Names
+        self, indices: Indices, at: Array, largest: Array, kinds: Names
     ) -> SpeedSamples:
         """Return samples with more speeds before those at given indices."""
         return SpeedSamples(
-            np.insert(self.at, places, at),
-            np.insert(self.largest, places, largest),
-            np.insert(self.kinds, places, kinds),
+            np.insert(self.at, indices, at),
+            np.insert(self.largest, indices, largest),
+            np.insert(self.kinds, indices, kinds),
         )
 
 
@@ -92,27 +94,34 @@ def scan_stability(
         raise ValueError("speeds must be two or more that rise")
     limits = float(grid[0]), float(grid[-1])
     highest = 2.0 * float(system.frequency_Hz.max())
-    orders = min(max(ORDERS, math.ceil(highest / limits[0])), MAX_ORDERS)
-    every = combinations(system, orders=orders)
-    labels = candidates(system, every)
-    extra_speeds = _own_speeds(system, every, limits)
+    orders = min(max(N_ORDERS, math.ceil(highest / limits[0])), MAX_ORDERS)
+    all_combinations = combinations(system, orders=orders)
+    labels = candidates(system, all_combinations)
+    extra_speeds = _additional_speeds(system, all_combinations, limits)
     at = np.unique(np.concatenate([grid, extra_speeds]))
     samples = SpeedSamples(at, *growth(system, at, labels, method))
     on_grid = samples.largest[np.searchsorted(at, grid)]
-    for find_places, rounds in ((_extremes, HALVINGS), (_changes, BISECTIONS)):
+    for find_indices, rounds in (
+        (_find_extrema, MAX_HALVINGS),
+        (_find_changes, MAX_BISECTIONS),
+    ):
         for _ in range(rounds):
-            indices = find_places(samples)
+            indices = find_indices(samples)
             if not indices.size:
                 break
-            between = 0.5 * (samples.at[indices] + samples.at[indices + 1])
+            midpoints = 0.5 * (samples.at[indices] + samples.at[indices + 1])
             samples = samples.inserted(
-                indices + 1, between, *growth(system, between, labels, method)
+                indices + 1, midpoints, *growth(system, midpoints, labels, method)
             )
-    near = tuple(combination for combination in every if combination.comes_near(limits))
-    return StabilityScan(on_grid, tuple(_intervals(samples)), near)
+    in_range = tuple(
+        combination
+        for combination in all_combinations
+        if combination.comes_near(limits)
+    )
+    return StabilityScan(on_grid, tuple(_intervals(samples)), in_range)
 
 
-def _own_speeds(
+def _additional_speeds(
     system: PeriodicSystem, expected: Sequence[Combination], limits: tuple[float, float]
 ) -> Array:
     """Speeds between limits [Hz], equal in every window except for its ends.
@@ -127,21 +136,23 @@ def _own_speeds(
     parts = [even, np.array([c.at for c in expected])]
     for combination in expected:
         width = combination.high - combination.low
-        if width < INSIDE * LOG_SPEED_STEP * combination.at:
-            share = np.linspace(-BESIDE, 1.0 + BESIDE, INSIDE)
+        if width < SPEEDS_PER_INTERVAL * LOG_SPEED_STEP * combination.at:
+            share = np.linspace(
+                -INTERVAL_MARGIN, 1.0 + INTERVAL_MARGIN, SPEEDS_PER_INTERVAL
+            )
             parts.append(combination.low + width * share)
     at = np.concatenate(parts)
     return at[(at > limits[0]) & (at < limits[1])]
 
 
-def _changes(samples: SpeedSamples) -> Places:
+def _find_changes(samples: SpeedSamples) -> Indices:
     """Indices before a change of the growing modes, if the next speed is too far."""
     at = samples.at
     changes = np.flatnonzero(samples.kinds[1:] != samples.kinds[:-1])
-    return changes[at[changes + 1] - at[changes] > EDGE * at[changes]]
+    return changes[at[changes + 1] - at[changes] > EDGE_RTOL * at[changes]]
 
 
-def _extremes(samples: SpeedSamples) -> Places:
+def _find_extrema(samples: SpeedSamples) -> Indices:
     """Indices near which growth may begin or end between samples: maxima of stable
     multipliers and minima of unstable ones."""
     stable = samples.kinds == ""
@@ -154,10 +165,10 @@ def _extremes(samples: SpeedSamples) -> Places:
     inner = sign[1:-1]
     with np.errstate(invalid="ignore"):  # infinite values are no extrema
         rises, falls = inner * (here - before), inner * (here - after)
-    top = (rises > ROUND_OFF) & (falls > ROUND_OFF)
-    top &= (stable[:-2] == stable[1:-1]) & (stable[2:] == stable[1:-1])
-    place = np.flatnonzero(top)
-    return np.unique(np.concatenate([place, place + 1]))
+    is_extremum = (rises > ROUND_OFF) & (falls > ROUND_OFF)
+    is_extremum &= (stable[:-2] == stable[1:-1]) & (stable[2:] == stable[1:-1])
+    index = np.flatnonzero(is_extremum)
+    return np.unique(np.concatenate([index, index + 1]))
 
 
 def _intervals(samples: SpeedSamples) -> Iterator[Interval]:

@@ -13,7 +13,7 @@ from lumped.stability.combinations import (
     mean_modes,
     name_of,
 )
-from lumped.stability.multipliers import Method, grown, scaled_transition
+from lumped.stability.multipliers import Method, scale_by_growth, scaled_transition
 from lumped.stability.periodic import PeriodicSystem
 
 Array = NDArray[np.float64]
@@ -21,8 +21,9 @@ BoolArray = NDArray[np.bool_]
 Names = NDArray[np.str_]
 # excess of a multiplier over 1: two that coincide are known to half of the digits only,
 # and with damping they coincide inside the unit circle
-GROWS, GROWS_DAMPED = 1e-6, 1e-9
-REACH = 0.5  # part of a mesh frequency within which modes match a harmonic of it
+MIN_GROWTH, MIN_DAMPED_GROWTH = 1e-6, 1e-9
+# Part of a mesh frequency within which modes match a harmonic of it
+MAX_ORDER_DISTANCE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +31,8 @@ class Candidates:
     """Combinations (c,) that may grow, and the modes (n,) of the mean stiffness.
 
     low, high : expected interval, both `at` if it is stable or unlimited [Hz]
-    into : (n, n) matrix from modal coordinates of the system to those of the mean
-        stiffness
+    to_mean_modes : (n, n) matrix from modal coordinates of the system to those of the
+        mean stiffness
     """
 
     names: Names
@@ -42,7 +43,7 @@ class Candidates:
     low: Array
     high: Array
     angular: Array
-    into: Array
+    to_mean_modes: Array
 
 
 def candidates(system: PeriodicSystem, expected: Sequence[Combination]) -> Candidates:
@@ -50,7 +51,7 @@ def candidates(system: PeriodicSystem, expected: Sequence[Combination]) -> Candi
 
     expected : combinations of the system
     """
-    angular, right = mean_modes(system)
+    angular, modes = mean_modes(system)
     at = np.array([c.at for c in expected])
     low, high = np.array([(c.low, c.high) for c in expected]).reshape(-1, 2).T
     bounded = np.isfinite(low) & np.isfinite(high)
@@ -63,7 +64,7 @@ def candidates(system: PeriodicSystem, expected: Sequence[Combination]) -> Candi
         low=np.where(bounded, low, at),
         high=np.where(bounded, high, at),
         angular=angular,
-        into=np.asarray(np.linalg.inv(right), float),
+        to_mean_modes=np.asarray(np.linalg.inv(modes), float),
     )
 
 
@@ -75,14 +76,16 @@ def growth(
     values, vectors = np.linalg.eig(scaled)
     worst = np.abs(values).argmax(axis=1)[:, None]
     multiplier = np.take_along_axis(values, worst, axis=1)[:, 0]
-    largest = grown(np.abs(multiplier), exponent)
+    largest = scale_by_growth(np.abs(multiplier), exponent)
     names = np.full(speeds.size, "", "U64")
     decay = 0.5 * float(system.damping.min()) * system.length / speeds
-    least = np.where(decay > GROWS, GROWS_DAMPED, GROWS)
+    least = np.where(decay > MIN_GROWTH, MIN_DAMPED_GROWTH, MIN_GROWTH)
     if (grows := largest > 1.0 + least).any():
         motion = np.take_along_axis(vectors, worst[..., None], axis=2)[grows, :, 0]
         energy = _energies(motion, speeds[grows], labels)
-        names[grows] = _named(labels, energy, multiplier[grows], speeds[grows])
+        names[grows] = _name_combinations(
+            labels, energy, multiplier[grows], speeds[grows]
+        )
     return largest, names
 
 
@@ -93,13 +96,13 @@ def _energies(
     n = labels.angular.size
     rates = motion[:, n:] * speeds[:, None]
     energy = (
-        np.abs(motion[:, :n] @ labels.into.T * labels.angular) ** 2
-        + np.abs(rates @ labels.into.T) ** 2
+        np.abs(motion[:, :n] @ labels.to_mean_modes.T * labels.angular) ** 2
+        + np.abs(rates @ labels.to_mean_modes.T) ** 2
     )
     return np.asarray(energy / energy.sum(axis=1, keepdims=True))
 
 
-def _named(
+def _name_combinations(
     labels: Candidates,
     energy: Array,
     multiplier: NDArray[np.complex128],
@@ -118,17 +121,20 @@ def _named(
     fits = labels.first == np.minimum(one, other)
     fits &= labels.second == np.maximum(one, other)
     fits &= (
-        np.abs(speeds[:, None] - labels.at) * labels.order <= REACH * speeds[:, None]
+        np.abs(speeds[:, None] - labels.at) * labels.order
+        <= MAX_ORDER_DISTANCE * speeds[:, None]
     )
-    away = np.abs(speeds[:, None] - 0.5 * (labels.low + labels.high))
+    distance = np.abs(speeds[:, None] - 0.5 * (labels.low + labels.high))
     half = np.maximum(0.5 * (labels.high - labels.low), 1e-12 * speeds[:, None])
     # inside several intervals, the one with the nearest middle, per half width
-    far = np.where(away <= half, away / half, 1.0 + (away - half) / speeds[:, None])
+    relative_distance = np.where(
+        distance <= half, distance / half, 1.0 + (distance - half) / speeds[:, None]
+    )
     is_named = fits.any(axis=1)
     names = np.full(speeds.size, "", "U64")
     if is_named.any():
         names[is_named] = labels.names[
-            np.where(fits, far, np.inf)[is_named].argmin(axis=1)
+            np.where(fits, relative_distance, np.inf)[is_named].argmin(axis=1)
         ]
     for number in np.flatnonzero(~is_named).tolist():
         hertz = labels.angular / (2.0 * np.pi * speeds[number])

@@ -14,9 +14,10 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Method = Literal["peano-baker", "exponential", "integration"]
 METHODS: tuple[Method, ...] = ("peano-baker", "exponential", "integration")
-REACH, ERROR = 1.5, 1e-14  # angle of a step, and truncation error of its series
-DIVISIONS = 64  # parts of a piece for exponentials
-ACCURACY = 1e-10  # relative error of the integration
+# Angle of a step, and truncation error of its series
+MAX_STEP_ANGLE, SERIES_ERROR = 1.5, 1e-14
+PARTS_PER_PIECE = 64  # parts of a piece for exponentials
+INTEGRATION_RTOL = 1e-10  # relative error of the integration
 
 
 def transition(
@@ -27,7 +28,7 @@ def transition(
     Entries that overflow are infinite.
     """
     scaled, growth = scaled_transition(system, frequency, method)
-    return grown(scaled, growth[:, None, None])
+    return scale_by_growth(scaled, growth[:, None, None])
 
 
 def scaled_transition(
@@ -50,13 +51,13 @@ def scaled_transition(
         transitions = np.stack([_integrated(system, speed) for speed in speeds])
         return transitions, np.zeros(speeds.size)
     if method == "exponential":
-        system = system.averaged(DIVISIONS)
+        system = system.averaged(PARTS_PER_PIECE)
     from lumped.stability.kernels.transition import set_transitions
 
     out = np.empty((speeds.size, 2 * system.modes, 2 * system.modes))
     pieces = np.diff(system.edges), system.stiffness, system.damping, 1.0 / speeds
     growth = np.empty(speeds.size)
-    set_transitions(*pieces, REACH, ERROR, out, growth)
+    set_transitions(*pieces, MAX_STEP_ANGLE, SERIES_ERROR, out, growth)
     return out, growth
 
 
@@ -81,14 +82,14 @@ def integrated(system: PeriodicSystem, speed: float, times: Array) -> Array:
         def rate(t: float, y: Array, piece: Array = coefficients) -> Array:
             q, w = y.reshape(2, n, 2 * n)
             k = np.einsum("j,jab->ab", t ** np.arange(len(piece)), piece)
-            pull = period * system.damping[:, None] * w + period**2 * (k @ q)
-            return np.stack([w, -pull]).ravel()
+            restoring = period * system.damping[:, None] * w + period**2 * (k @ q)
+            return np.stack([w, -restoring]).ravel()
 
         path = solve_ivp(
             *(rate, (0.0, end - start), state.ravel(), "DOP853"),
             t_eval=np.unique(np.append(inside - start, end - start)),
-            rtol=ACCURACY,
-            atol=ACCURACY,
+            rtol=INTEGRATION_RTOL,
+            atol=INTEGRATION_RTOL,
         )
         states = path.y.T.reshape(-1, 2 * n, 2 * n)
         transitions.append(states[: inside.size])
@@ -102,7 +103,7 @@ def multipliers(
     """Floquet multipliers (f, 2 n) over the common period."""
     scaled, growth = scaled_transition(system, frequency, method)
     values = np.asarray(np.linalg.eigvals(scaled), complex)
-    factor = grown(np.ones(growth.size), growth)
+    factor = scale_by_growth(np.ones(growth.size), growth)
     with np.errstate(invalid="ignore"):
         return np.asarray(values * factor[:, None], complex)
 
@@ -112,10 +113,10 @@ def largest_multiplier(
 ) -> Array:
     """Modulus (f,) of the largest multiplier; vibration grows if it exceeds 1."""
     scaled, growth = scaled_transition(system, frequency, method)
-    return grown(np.abs(np.linalg.eigvals(scaled)).max(axis=1), growth)
+    return scale_by_growth(np.abs(np.linalg.eigvals(scaled)).max(axis=1), growth)
 
 
-def grown(values: Array, growth: Array) -> Array:
+def scale_by_growth(values: Array, growth: Array) -> Array:
     """Values times exp(growth), infinite if they overflow."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.asarray(values * np.exp(growth))

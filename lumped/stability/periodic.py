@@ -21,14 +21,14 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.train.friction import base_pitch, friction_rows, side_of
+from lumped.train.friction import base_pitch, friction_rows, sliding_sign
 from lumped.train.system import LumpedSystem
 from lumped.train.waves import Wave
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-DEGREE = 4  # degree of a cubic stiffness times a linear arm
-NODES = 12  # nodes of Gauss quadrature on a piece
+STIFFNESS_DEGREE = 4  # degree of a cubic stiffness times a linear arm
+N_GAUSS_NODES = 12  # nodes of Gauss quadrature on a piece
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,14 +104,14 @@ class PeriodicSystem:
     def harmonic(self, order: int) -> ComplexArray:
         """Fourier coefficient (n, n) of e^(2 pi i order t / length) in K."""
         start, step = self.edges[:-1, None], np.diff(self.edges)[:, None]
-        nodes, weights = np.polynomial.legendre.leggauss(NODES)
+        nodes, weights = np.polynomial.legendre.leggauss(N_GAUSS_NODES)
         cuts = max(1, math.ceil(abs(order) * float(step.max()) / self.length))
-        place = (np.arange(cuts)[:, None] + 0.5 * (1.0 + nodes)).ravel() / cuts
+        fraction = (np.arange(cuts)[:, None] + 0.5 * (1.0 + nodes)).ravel() / cuts
         weight = np.tile(0.5 * weights / cuts, cuts)
-        time = (step * place).ravel()
-        piece = np.repeat(np.arange(len(step)), place.size)
+        time = (step * fraction).ravel()
+        piece = np.repeat(np.arange(len(step)), fraction.size)
         turn = np.exp(
-            -2j * np.pi * order * (start + step * place).ravel() / self.length
+            -2j * np.pi * order * (start + step * fraction).ravel() / self.length
         )
         scale = (step * weight).ravel() / self.length * turn
         return np.asarray(np.einsum("t,tab->ab", scale, self.at(time, piece)), complex)
@@ -150,25 +150,27 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
     length = float(system.train.common_period[0])
     times = np.concatenate([[0.0], system.excitation.breaks(), [length]])
     v, n = arrays.shapes, arrays.rigidity.size
-    rest = np.diag(arrays.rigidity) - np.einsum(
+    constant_stiffness = np.diag(arrays.rigidity) - np.einsum(
         "m,mi,mj->ij", arrays.mean_stiffness, v, v
     )
-    stiffness = np.zeros((times.size - 1, DEGREE + 1, n, n))
-    stiffness[:, 0] = rest
+    stiffness = np.zeros((times.size - 1, STIFFNESS_DEGREE + 1, n, n))
+    stiffness[:, 0] = constant_stiffness
     rows = friction_rows(system.train, modes.coordinates)
-    at_pitch, _, per_metre = rows.of_shapes(modes.shapes[:, moving])
+    at_pitch, _, per_metre = rows.on_modes(modes.shapes[:, moving])
     for m, excitation in enumerate(system.excitations):
         phase = system.train.meshes[m].phase % 1.0
         rate = float(system.train.mesh_rates[m])
         pitch = base_pitch(system.train, m)
         coefficient = system.friction[m].coefficient if system.has_friction else 0.0
         for pair in excitation.pairs:
-            wave, place = _along(pair.stiffness, phase, rate, times)
+            wave, position = _along(pair.stiffness, phase, rate, times)
             ahead = pair.ahead or 0
-            slide = coefficient * side_of(ahead)
-            arm = pitch * (place + ahead)
-            steady = v[m] - slide * (at_pitch[m] + arm[:, None] * per_metre[m])
-            growing = -slide * pitch * rate * per_metre[m]
+            signed_friction = coefficient * sliding_sign(ahead)
+            arm = pitch * (position + ahead)
+            steady = v[m] - signed_friction * (
+                at_pitch[m] + arm[:, None] * per_metre[m]
+            )
+            growing = -signed_friction * pitch * rate * per_metre[m]
             stiffness[:, :4] += np.einsum("pd,pi,j->pdij", wave, steady, v[m])
             stiffness[:, 1:] += np.einsum("pd,i,j->pdij", wave, growing, v[m])
     rates = system.train.mesh_rates

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from lumped.steady.sweep import Branch, Direction
 
 Array = NDArray[np.float64]
-STRONG = 3.0  # least miss of a jump over the changes next to the step
-WEAK = 1.5  # the same, for the other meshes at a speed where one jumps
-SEEN = 0.1  # least miss of a jump over the larger value
-SMALLEST = 1e-3  # least miss of a jump over the largest value of the curve
+MIN_JUMP_MISS = 3.0  # least miss of a jump over the changes next to the step
+MIN_SIMULTANEOUS_MISS = 1.5  # the same, for the other meshes at a speed where one jumps
+MIN_MISS_OF_VALUE = 0.1  # least miss of a jump over the larger value
+MIN_MISS_OF_MAXIMUM = 1e-3  # least miss of a jump over the largest value of the curve
 BRANCH_RTOL = 0.02  # relative difference below which two branches are equal
-PROMINENT = 0.1  # least height of a peak over its feet, per largest value of the curve
-ROUND_OFF = 1e-12  # m, curves below are flat
+# Least height of a peak over its feet, per largest value of the curve
+MIN_PROMINENCE = 0.1
+MAX_FLAT_RMS = 1e-12  # m, curves below are flat
 
 
 @dataclass(frozen=True)
@@ -72,10 +73,10 @@ def find_jumps(branch: Branch, opposite: Branch | None = None) -> list[Jump]:
     if len(frequency) < 4:
         return []
     miss = np.stack([relative_miss(frequency, curve) for curve in rms.T])
-    anywhere = (miss > STRONG).any(axis=0)
+    is_jump = (miss > MIN_JUMP_MISS).any(axis=0)
     if opposite is not None:
-        same = _shared(branch, opposite)
-        anywhere &= ~(same[:-1] & same[1:])
+        same = _equal_responses(branch, opposite)
+        is_jump &= ~(same[:-1] & same[1:])
     return [
         Jump(
             direction=branch.direction,
@@ -85,17 +86,20 @@ def find_jumps(branch: Branch, opposite: Branch | None = None) -> list[Jump]:
             dte_rms_from=float(rms[i, m]),
             dte_rms_to=float(rms[i + 1, m]),
         )
-        for i in np.flatnonzero(anywhere)
-        for m in np.flatnonzero(miss[:, i] > WEAK)
+        for i in np.flatnonzero(is_jump)
+        for m in np.flatnonzero(miss[:, i] > MIN_SIMULTANEOUS_MISS)
     ]
 
 
-def _shared(branch: Branch, opposite: Branch) -> NDArray[np.bool_]:
+def _equal_responses(branch: Branch, opposite: Branch) -> NDArray[np.bool_]:
     """Speeds at which both branches have the same values in all meshes."""
-    there = dict(zip(opposite.frequency_Hz, opposite.column("dte_rms"), strict=True))
+    opposite_rms = dict(
+        zip(opposite.frequency_Hz, opposite.column("dte_rms"), strict=True)
+    )
     return np.array(
         [
-            f in there and np.allclose(rms, there[f], rtol=BRANCH_RTOL, atol=0.0)
+            f in opposite_rms
+            and np.allclose(rms, opposite_rms[f], rtol=BRANCH_RTOL, atol=0.0)
             for f, rms in zip(
                 branch.frequency_Hz, branch.column("dte_rms"), strict=True
             )
@@ -103,7 +107,7 @@ def _shared(branch: Branch, opposite: Branch) -> NDArray[np.bool_]:
     )
 
 
-def opposites(branches: Sequence[Branch]) -> list[Branch | None]:
+def opposite_branches(branches: Sequence[Branch]) -> list[Branch | None]:
     """Branches of the same systems that were passed in the other direction, or None."""
     return [
         next(
@@ -132,14 +136,21 @@ def relative_miss(frequency: Array, values: Array) -> Array:
     width = np.abs(np.diff(frequency))
     slope = np.diff(values) / np.where(width > 0.0, width, np.nan)
     before, step, after = (slope[s] * width[1:-1] for s in _NEIGHBOURS)
-    size = np.abs(values)
-    missed = np.abs(step - 0.5 * (before + after))
-    beside = np.maximum(np.abs(before), np.abs(after))
+    magnitude = np.abs(values)
+    miss = np.abs(step - 0.5 * (before + after))
+    neighbour_change = np.maximum(np.abs(before), np.abs(after))
     with np.errstate(invalid="ignore"):  # comparisons with NaN are false
-        floor = np.maximum(SEEN * np.maximum(size[1:-2], size[2:-1]), ROUND_OFF)
-        seen = missed > np.fmax(floor, SMALLEST * np.nanmax(size, initial=0.0))
+        floor = np.maximum(
+            MIN_MISS_OF_VALUE * np.maximum(magnitude[1:-2], magnitude[2:-1]),
+            MAX_FLAT_RMS,
+        )
+        is_significant = miss > np.fmax(
+            floor, MIN_MISS_OF_MAXIMUM * np.nanmax(magnitude, initial=0.0)
+        )
     tiny = np.finfo(float).tiny
-    out[1:-1][seen] = missed[seen] / np.maximum(beside[seen], tiny)
+    out[1:-1][is_significant] = miss[is_significant] / np.maximum(
+        neighbour_change[is_significant], tiny
+    )
     return out
 
 
@@ -154,7 +165,7 @@ def find_peaks(branch: Branch) -> list[Peak]:
         _peak(branch, int(order[i]), m)
         for m in range(len(branch.system.excitations))
         if len(order)
-        for i in prominent(rms[order, m])
+        for i in prominent_maxima(rms[order, m])
     ]
 
 
@@ -176,25 +187,25 @@ def _peak(branch: Branch, i: int, m: int) -> Peak:
     )
 
 
-def prominent(values: Array) -> list[int]:
+def prominent_maxima(values: Array) -> list[int]:
     """Indices of the local maxima that are prominent on both sides.
 
     A maximum's feet are the lowest values on the way to anything higher.
     """
     finite = np.flatnonzero(np.isfinite(values))
     y = values[finite]
-    if y.size < 3 or y.max() < ROUND_OFF:
+    if y.size < 3 or y.max() < MAX_FLAT_RMS:
         return []
-    least = PROMINENT * y.max()
-    tops = np.flatnonzero((y[1:-1] > y[:-2]) & (y[1:-1] >= y[2:])) + 1
+    min_height = MIN_PROMINENCE * y.max()
+    maxima = np.flatnonzero((y[1:-1] > y[:-2]) & (y[1:-1] >= y[2:])) + 1
     return [
         int(finite[i])
-        for i in tops
-        if y[i] - max(_foot(y[i::-1]), _foot(y[i:])) >= least
+        for i in maxima
+        if y[i] - max(_foot(y[i::-1]), _foot(y[i:])) >= min_height
     ]
 
 
-def _foot(way: Array) -> float:
+def _foot(curve: Array) -> float:
     """Lowest value from way[0] until something is higher than it."""
-    higher = np.flatnonzero(way > way[0])
-    return float(way[: higher[0] if higher.size else way.size].min())
+    higher = np.flatnonzero(curve > curve[0])
+    return float(curve[: higher[0] if higher.size else curve.size].min())

@@ -82,9 +82,9 @@ def efficiency(driver: float, driven: float, lost: float) -> float:
 
 def driven_power(system: LumpedSystem, mesh: int, frequency: float) -> float:
     """Power that the mesh would transmit without friction [W], from its mean force."""
-    along = frequency * float(system.train.mesh_rates[mesh])
+    speed = frequency * float(system.train.mesh_rates[mesh])
     force = system.arrays.mean_stiffness[mesh] * system.static_deflection[mesh]
-    return float(abs(force) * along * base_pitch(system.train, mesh))
+    return float(abs(force) * speed * base_pitch(system.train, mesh))
 
 
 def nominal_efficiency(
@@ -126,7 +126,9 @@ def shared_loads(teeth: MeshExcitation, force: float, x: Array, pitch: int) -> A
     gap = np.array([pair.gap(x, pitch=pitch) for pair in teeth.pairs])
     touching = stiffness > 0.0
     for _ in teeth.pairs:  # pairs that are apart are removed each time
-        held = np.where(touching, stiffness, 0.0)
-        deflection = (force + (held * gap).sum(axis=0)) / held.sum(axis=0)
+        contact_stiffness = np.where(touching, stiffness, 0.0)
+        deflection = (
+            force + (contact_stiffness * gap).sum(axis=0)
+        ) / contact_stiffness.sum(axis=0)
         touching = touching & (deflection > gap)
     return np.where(touching, stiffness * (deflection - gap), 0.0)

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.checks import require_fields
-from lumped.common.workers import Arrays, Compute, in_threads
-from lumped.steady.response import FIGURES as MEASURED
-from lumped.steady.response import Response
+from lumped.common.workers import Arrays, Compute, compute_in_threads
+from lumped.steady.response import RESPONSE_QUANTITIES, Response
 from lumped.steady.sweep_table import COLUMNS
 from lumped.train.system import LumpedSystem
 
@@ -86,26 +85,26 @@ class ParameterMap:
 
 def cell_of(responses: Sequence[Response]) -> Cell:
     """Quantities of each mesh at the response with its largest vibration."""
-    sizes = np.array([response.dte_rms for response in responses])
-    sizes = np.where(np.isnan(sizes), np.inf, sizes)  # a divergence must remain visible
-    best = [responses[i] for i in sizes.argmax(axis=0)]
-    figures = tuple(
+    rms = np.array([response.dte_rms for response in responses])
+    rms = np.where(np.isnan(rms), np.inf, rms)  # a divergence must remain visible
+    largest = [responses[i] for i in rms.argmax(axis=0)]
+    values = tuple(
         (
             r.frequency,
-            *(float(getattr(r, name)[m]) for name in MEASURED),
+            *(float(getattr(r, name)[m]) for name in RESPONSE_QUANTITIES),
         )
-        for m, r in enumerate(best)
+        for m, r in enumerate(largest)
     )
-    multiples = tuple(int(r.period_multiple[m]) for m, r in enumerate(best))
-    worst = max((r.status for r in responses), key=_severity)
-    return Cell(figures, multiples, str(worst))
+    multiples = tuple(int(r.period_multiple[m]) for m, r in enumerate(largest))
+    status = max((r.status for r in responses), key=_severity)
+    return Cell(values, multiples, str(status))
 
 
 def _severity(status: str) -> int:
     return ("periodic", "aperiodic", "diverged").index(status)
 
 
-def impossible(meshes: int, reason: str) -> Cell:
+def impossible_cell(meshes: int, reason: str) -> Cell:
     """Cell of a point at which no such train exists."""
     empty = (np.nan,) * len(QUANTITIES)
     return Cell((empty,) * meshes, (0,) * meshes, f"impossible: {reason}")
@@ -135,8 +134,10 @@ class Points(Mapping[str, Callable[[], Arrays]]):
         try:
             system = self.build(self.points[name])
         except ValueError as error:
-            return partial(_stored, impossible(self.parameter_map.meshes, str(error)))
-        return partial(_evaluated, self.evaluate, system, self.parameter_map.meshes)
+            return partial(
+                _cell_to_arrays, impossible_cell(self.parameter_map.meshes, str(error))
+            )
+        return partial(_evaluate_cell, self.evaluate, system, self.parameter_map.meshes)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.points)
@@ -149,25 +150,27 @@ def run_map(
     parameter_map: ParameterMap,
     build: Callable[[Point], LumpedSystem],
     evaluate: Callable[[LumpedSystem], Cell],
-    compute: Compute = in_threads,
+    compute: Compute = compute_in_threads,
 ) -> ParameterMap:
     """Compute a map with all points; see `Points`."""
     parts = Points(parameter_map, build, evaluate)
     arrays = compute(parts)
-    cells = {point: _read(arrays[name]) for name, point in parts.points.items()}
+    cells = {
+        point: _cell_from_arrays(arrays[name]) for name, point in parts.points.items()
+    }
     return replace(parameter_map, cells=cells)
 
 
-def _evaluated(
+def _evaluate_cell(
     evaluate: Callable[[LumpedSystem], Cell], system: LumpedSystem, meshes: int
 ) -> Arrays:
     try:
-        return _stored(evaluate(system))
+        return _cell_to_arrays(evaluate(system))
     except ValueError as error:
-        return _stored(impossible(meshes, str(error)))
+        return _cell_to_arrays(impossible_cell(meshes, str(error)))
 
 
-def _stored(cell: Cell) -> Arrays:
+def _cell_to_arrays(cell: Cell) -> Arrays:
     return {
         "values": np.array(cell.values),
         "multiples": np.array(cell.multiples),
@@ -175,7 +178,7 @@ def _stored(cell: Cell) -> Arrays:
     }
 
 
-def _read(arrays: Arrays) -> Cell:
+def _cell_from_arrays(arrays: Arrays) -> Cell:
     values, multiples = (arrays[name].tolist() for name in ("values", "multiples"))
     status = arrays["status"].tobytes().decode()
     return Cell(tuple(map(tuple, values)), tuple(multiples), status)

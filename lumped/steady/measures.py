@@ -11,44 +11,46 @@ from numpy.typing import NDArray
 from lumped.steady.response import History
 
 Array = NDArray[np.float64]
-ROWS = 65_536  # rows of a motion whose largest values are determined at once
-CROSSING_PARTS = 16  # parts of a step in which a contact changes
+ROWS_PER_BLOCK = 65_536  # rows of a motion whose largest values are determined at once
+CROSSING_SUBSTEPS = 16  # parts of a step in which a contact changes
 
 
-def measures(history: History) -> dict[str, Array]:
+def measure_motion(history: History) -> dict[str, Array]:
     """Quantities of a motion over whole periods, each of shape (m,)."""
     h = np.diff(history.time)[:, None]
     span = history.time[-1] - history.time[0]
     s, rate = history.deflection, history.rate
     mean = _integral(s, rate, h) / span
-    around = s - mean
-    square = _integral(around**2, 2.0 * around * rate, h) / span
-    touching, back = (time / span for time in _contact_times(history, h))
+    deviation = s - mean
+    mean_square = _integral(deviation**2, 2.0 * deviation * rate, h) / span
+    contact_fraction, back_fraction = (
+        time / span for time in _contact_times(history, h)
+    )
     return {
-        "dte_rms": np.sqrt(square),
+        "dte_rms": np.sqrt(mean_square),
         "dte_mean": mean,
-        "dte_peak": _largest(s, rate, h),
-        "force_peak": _top(history.force, history.force_before),
-        "contact_loss": _clean(1.0 - touching),
-        "back_side": back,
+        "dte_peak": _maximum(s, rate, h),
+        "force_peak": _force_peak(history.force, history.force_before),
+        "contact_loss": _remove_round_off(1.0 - contact_fraction),
+        "back_side": back_fraction,
     }
 
 
-def pooled(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+def combine_windows(windows: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
     """Combine the quantities of windows of equal length into those of all windows.
 
     The spread is the standard error of the mean of the windows' RMS.
     """
-    table = {name: np.array([part[name] for part in parts]) for name in parts[0]}
+    table = {name: np.array([part[name] for part in windows]) for name in windows[0]}
     mean = table["dte_mean"].mean(axis=0)
-    around = table["dte_mean"] - mean
-    rms = np.sqrt((table["dte_rms"] ** 2 + around**2).mean(axis=0))
-    spread = np.zeros_like(rms)
-    if len(parts) > 1:
-        spread = table["dte_rms"].std(axis=0, ddof=1) / math.sqrt(len(parts))
+    deviation = table["dte_mean"] - mean
+    rms = np.sqrt((table["dte_rms"] ** 2 + deviation**2).mean(axis=0))
+    stderr = np.zeros_like(rms)
+    if len(windows) > 1:
+        stderr = table["dte_rms"].std(axis=0, ddof=1) / math.sqrt(len(windows))
     return {
         "dte_rms": rms,
-        "dte_rms_stderr": spread,
+        "dte_rms_stderr": stderr,
         "dte_mean": mean,
         "dte_peak": table["dte_peak"].max(axis=0),
         "force_peak": table["force_peak"].max(axis=0),
@@ -57,9 +59,9 @@ def pooled(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
     }
 
 
-def _clean(part: Array) -> Array:
+def _remove_round_off(fraction: Array) -> Array:
     """Remove round-off from fractions of the time."""
-    return np.where(part < 1e-12, 0.0, np.minimum(part, 1.0))
+    return np.where(fraction < 1e-12, 0.0, np.minimum(fraction, 1.0))
 
 
 def _integral(value: Array, slope: Array, h: Array) -> Array:
@@ -68,32 +70,34 @@ def _integral(value: Array, slope: Array, h: Array) -> Array:
     return (ends + h**2 / 12.0 * (slope[:-1] - slope[1:])).sum(axis=0)
 
 
-def _largest(value: Array, slope: Array, h: Array) -> Array:
+def _maximum(value: Array, slope: Array, h: Array) -> Array:
     """Largest value of the piecewise cubic through values and slopes (t, m)."""
     x = np.linspace(0.0, 1.0, 9)[1:-1, None, None]
     largest = value.max(axis=0)
-    for start in range(0, len(h), ROWS):
-        ends = slice(start, start + ROWS + 1)
-        v, s, step = value[ends], slope[ends], h[start : start + ROWS]
+    for start in range(0, len(h), ROWS_PER_BLOCK):
+        ends = slice(start, start + ROWS_PER_BLOCK + 1)
+        v, s, step = value[ends], slope[ends], h[start : start + ROWS_PER_BLOCK]
         p = v[:-1] * (1.0 + 2.0 * x) * (1.0 - x) ** 2 + v[1:] * x**2 * (3.0 - 2 * x)
         p = p + step * (s[:-1] * x * (1.0 - x) ** 2 - s[1:] * x**2 * (1.0 - x))
         largest = np.maximum(largest, p.max(axis=(0, 1)))
     return largest
 
 
-def _top(force: Array, before: Array) -> Array:
+def _force_peak(force: Array, before: Array) -> Array:
     """Largest size of a force (t, m), by a parabola where it is smooth."""
-    size = np.maximum(np.abs(force), np.abs(before))
-    meshes = np.arange(size.shape[1])
-    place = np.clip(size.argmax(axis=0), 1, size.shape[0] - 2)
-    around = [place + i for i in (-1, 0, 1)]
-    left, top, right = (size[rows, meshes] for rows in around)
-    jump = np.max([np.abs(force - before)[rows, meshes] for rows in around], axis=0)
-    bend = 2.0 * top - left - right
-    inner = top + (left - right) ** 2 / (8.0 * np.where(bend > 0.0, bend, np.inf))
+    magnitude = np.maximum(np.abs(force), np.abs(before))
+    meshes = np.arange(magnitude.shape[1])
+    index = np.clip(magnitude.argmax(axis=0), 1, magnitude.shape[0] - 2)
+    neighbours = [index + i for i in (-1, 0, 1)]
+    left, top, right = (magnitude[rows, meshes] for rows in neighbours)
+    jump = np.max([np.abs(force - before)[rows, meshes] for rows in neighbours], axis=0)
+    curvature = 2.0 * top - left - right
+    parabola_peak = top + (left - right) ** 2 / (
+        8.0 * np.where(curvature > 0.0, curvature, np.inf)
+    )
     smooth = (left > 0.0) & (right > 0.0) & (top >= left) & (top >= right)
     smooth &= jump <= 1e-6 * top
-    return np.where(smooth, inner, size.max(axis=0))
+    return np.where(smooth, parabola_peak, magnitude.max(axis=0))
 
 
 def _contact_times(history: History, h: Array) -> tuple[Array, Array]:
@@ -105,24 +109,29 @@ def _contact_times(history: History, h: Array) -> tuple[Array, Array]:
     """
     drive, back = (_both_ends(v) for v in (history.drive_overlap, history.back_overlap))
     h = np.broadcast_to(h, drive[0].shape)
-    touching = np.where(np.maximum(drive[0], back[0]) > 0.0, h, 0.0)
-    backing = np.where(back[0] > 0.0, h, 0.0)
+    contact_time = np.where(np.maximum(drive[0], back[0]) > 0.0, h, 0.0)
+    back_time = np.where(back[0] > 0.0, h, 0.0)
     slope = h * np.maximum(np.abs(history.rate[:-1]), np.abs(history.rate[1:]))
-    near = np.zeros(h.shape, bool)
+    may_cross = np.zeros(h.shape, bool)
     for start, end in (drive, back):
-        near |= ((start > 0.0) != (end > 0.0)) | (
+        may_cross |= ((start > 0.0) != (end > 0.0)) | (
             np.minimum(np.abs(start), np.abs(end)) < slope
         )
-    x = np.linspace(0.0, 1.0, CROSSING_PARTS + 1)
-    bend = _bend(history, h, near, x)
-    over, behind = (
-        (1.0 - x) * start[near, None] + x * end[near, None]
+    x = np.linspace(0.0, 1.0, CROSSING_SUBSTEPS + 1)
+    chord_deviation = _chord_deviation(history, h, may_cross, x)
+    drive_overlap, back_overlap = (
+        (1.0 - x) * start[may_cross, None] + x * end[may_cross, None]
         for start, end in (drive, back)
     )
-    over, behind = over + bend, behind - bend
-    touching[near] = h[near] * _part_positive(np.maximum(over, behind))
-    backing[near] = h[near] * _part_positive(behind)
-    return touching.sum(axis=0), backing.sum(axis=0)
+    drive_overlap, back_overlap = (
+        drive_overlap + chord_deviation,
+        back_overlap - chord_deviation,
+    )
+    contact_time[may_cross] = h[may_cross] * _positive_fraction(
+        np.maximum(drive_overlap, back_overlap)
+    )
+    back_time[may_cross] = h[may_cross] * _positive_fraction(back_overlap)
+    return contact_time.sum(axis=0), back_time.sum(axis=0)
 
 
 def _both_ends(overlap: Array) -> tuple[Array, Array]:
@@ -134,7 +143,9 @@ def _both_ends(overlap: Array) -> tuple[Array, Array]:
     return tuple(np.where(np.isfinite(v), v, -1.0) for v in (first, last))  # type: ignore[return-value]
 
 
-def _bend(history: History, h: Array, steps: NDArray[np.bool_], x: Array) -> Array:
+def _chord_deviation(
+    history: History, h: Array, steps: NDArray[np.bool_], x: Array
+) -> Array:
     """Deflection minus its chord (steps, p) at parts x (p,) of some steps."""
     s, rate = history.deflection, history.rate
     chord = (s[1:] - s[:-1])[steps]
@@ -142,7 +153,7 @@ def _bend(history: History, h: Array, steps: NDArray[np.bool_], x: Array) -> Arr
     return x * (1.0 - x) * ((1.0 - x) * v0[:, None] - x * v1[:, None])
 
 
-def _part_positive(values: Array) -> Array:
+def _positive_fraction(values: Array) -> Array:
     """Fraction of each row (n, p) that is positive, linear between its entries."""
     a, b = values[:, :-1], values[:, 1:]
     crossing = (a > 0.0) != (b > 0.0)

@@ -15,7 +15,7 @@ from lumped.steady.pair_motions import PairMotion, pair_motions
 from lumped.steady.respond import respond_confirmed, respond_with_history
 from lumped.steady.response import History, Response, Status
 from lumped.steady.settings import Settings
-from lumped.steady.steady_state import Watch
+from lumped.steady.steady_state import Callback
 from lumped.steady.steppers import steps_per_period
 from lumped.steady.sweep import NO_OBSERVER, Direction, Observer, sweep
 from lumped.train.system import LumpedSystem
@@ -75,27 +75,29 @@ def time_history(
     settings: Settings | None = None,
     state: Array | None = None,
     section_periods: int = SECTION_PERIODS,
-    watch: Watch = lambda frequency, period: None,
+    callback: Callback = lambda frequency, period: None,
 ) -> TimeHistory:
     """Settle at a frequency of the first mesh [Hz] and analyse the motion.
 
     section_periods : common periods of the section of a motion that does not repeat;
         a periodic motion has the same points in each of its periods
-    watch : function called while the motion settles, see `lumped.steady.steady_state`
+    callback : function called while the motion settles, see `steady_state`
     Raises DivergedError, which names the speed and the time.
     """
     response, history, settings = respond_confirmed(
-        system, frequency, settings, state, watch=watch
+        system, frequency, settings, state, callback=callback
     )
     _require_bounded(response)
-    stroboscope = history
+    section_history = history
     if not response.multiple:
-        longer = replace(settings, multiples=section_periods, max_periods=1, windows=1)
-        later, stroboscope = respond_with_history(
-            system, frequency, longer, response.state
+        section_settings = replace(
+            settings, multiples=section_periods, max_periods=1, windows=1
         )
-        _require_bounded(later)
-    section = _section(system, frequency, stroboscope)
+        section_response, section_history = respond_with_history(
+            system, frequency, section_settings, response.state
+        )
+        _require_bounded(section_response)
+    section = _section(system, frequency, section_history)
     return TimeHistory(
         system,
         response,
@@ -105,11 +107,11 @@ def time_history(
         *section,
         *spectrum(history),
         friction_power(system, history),
-        _transmitted(system, frequency, settings, history),
+        _transmitted_power(system, frequency, settings, history),
     )
 
 
-def _transmitted(
+def _transmitted_power(
     system: LumpedSystem, frequency: float, settings: Settings, history: History
 ) -> Array | None:
     """See `TimeHistory.transmitted_power`."""
@@ -127,7 +129,7 @@ def speeds_between(
     return [float(f) for f in np.linspace(start, end, count + 1)]
 
 
-def arrive(
+def sweep_to_speed(
     system: LumpedSystem,
     start: float,
     end: float,
@@ -158,10 +160,10 @@ def _section(
 ) -> tuple[Array, Array]:
     """Deflections and rates (k, m) at the start of each period of the first mesh."""
     periods = round((history.time[-1] - history.time[0]) * frequency)
-    return resampled(history, history.time[0] + np.arange(periods) / frequency)
+    return resample(history, history.time[0] + np.arange(periods) / frequency)
 
 
-def resampled(history: History, time: Array) -> tuple[Array, Array]:
+def resample(history: History, time: Array) -> tuple[Array, Array]:
     """Deflections and rates (k, m) at times (k,), from the cubics through both."""
     t = history.time
     step = np.clip(np.searchsorted(t, time, "right") - 1, 0, t.size - 2)
@@ -181,7 +183,7 @@ def spectrum(history: History) -> tuple[Array, Array]:
     span = history.time[-1] - history.time[0]
     count = 2 ** math.ceil(math.log2(history.time.size))
     time = history.time[0] + span * np.arange(count) / count
-    amplitude = np.abs(np.fft.rfft(resampled(history, time)[0], axis=0)) / count
+    amplitude = np.abs(np.fft.rfft(resample(history, time)[0], axis=0)) / count
     amplitude[1:-1] *= 2.0
     return np.arange(amplitude.shape[0]) / span, amplitude
 

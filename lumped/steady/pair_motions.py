@@ -12,20 +12,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from lumped.steady.response import History
 from lumped.steady.settings import Settings
 from lumped.steady.steppers import steps_per_period
-from lumped.train.coupled import ROUNDING
+from lumped.train.coupled import POSITION_ROUND_OFF
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Ends = tuple[Array, Array]  # at the starts and ends of steps
 NO_CONTACT_GAP = -1.0  # m, penetration of a pair that has no contact on a side
-PARTS = 16  # parts of a step that resolve the duration of contact conditions
-MIDDLES = (np.arange(PARTS)[:, None] + 0.5) / PARTS
-ROWS = 8192  # steps whose parts are evaluated together
+SUBSTEPS = 16  # parts of a step that resolve the duration of contact conditions
+SUBSTEP_CENTRES = (np.arange(SUBSTEPS)[:, None] + 0.5) / SUBSTEPS
+STEPS_PER_BLOCK = 8192  # steps whose parts are evaluated together
 CONDITIONS = {
     "I": "no pair touches",
     "II": "the entering pair is lost",
@@ -127,12 +127,14 @@ def _contact_motion(
 
     Pairs on the nominal path count, and pairs that carry load outside of it.
     """
-    contacts = present(system.contacts, "coupled model")
+    contacts = require_present(system.contacts, "coupled model")
     (low, high), mesh = contacts.paths[m], system.train.meshes[m]
     cycles = _mesh_cycles(system, m, frequency, history)
-    turn = np.floor(cycles + ROUNDING).astype(np.int64)
-    pitch = np.floor(mesh.phase + cycles + ROUNDING).astype(np.int64)
-    ahead, loads, (drive, back) = _by_pairs(system, m, turn - pitch, history)
+    mesh_cycle = np.floor(cycles + POSITION_ROUND_OFF).astype(np.int64)
+    pitch = np.floor(mesh.phase + cycles + POSITION_ROUND_OFF).astype(np.int64)
+    ahead, loads, (drive, back) = _arrange_by_pairs(
+        system, m, mesh_cycle - pitch, history
+    )
     force = loads[0] - loads[1] + 0.0  # no negative zeros
     state = np.where(back > 0.0, -1, np.where(drive > 0.0, 1, 0))
     position = (mesh.phase + cycles - pitch)[:, None] + ahead
@@ -142,15 +144,18 @@ def _contact_motion(
     separation = np.maximum(drive, -mesh.backlash)
     elastic = np.where(back > 0.0, -mesh.backlash - back, separation)
     # a pair that passes the pitch point in a step takes the next place
-    places = np.diff(pitch)[:, None] + np.arange(ahead.size)
+    next_columns = np.diff(pitch)[:, None] + np.arange(ahead.size)
     elastic_ends, inside_ends = (
-        (v[:-1], np.take_along_axis(np.pad(v[1:], ((0, 0), (0, 1))), places, axis=1))
+        (
+            v[:-1],
+            np.take_along_axis(np.pad(v[1:], ((0, 0), (0, 1))), next_columns, axis=1),
+        )
         for v in (elastic, inside)
     )
     h = np.diff(history.time)
     conditions = contact_conditions(elastic_ends, inside_ends, h, mesh.backlash)
-    used = np.flatnonzero((engaged | (state != 0)).any(axis=0))
-    columns = slice(used[0], used[-1] + 1)
+    used_columns = np.flatnonzero((engaged | (state != 0)).any(axis=0))
+    columns = slice(used_columns[0], used_columns[-1] + 1)
     return PairMotion(
         force[:, columns], state[:, columns], engaged[:, columns], conditions
     )
@@ -166,7 +171,7 @@ def _mesh_cycles(
     return rate * periods * np.arange(last + 1) / last
 
 
-def _by_pairs(
+def _arrange_by_pairs(
     system: LumpedSystem, m: int, shift: Indices, history: History
 ) -> tuple[Indices, Array, Array]:
     """Base pitches (p,) by which pairs of a mesh are ahead, and their contacts.
@@ -176,21 +181,23 @@ def _by_pairs(
 
     shift : (t,) base pitches by which the contacts number a pair further ahead
     """
-    contacts = present(system.contacts, "coupled model")
-    recorded = present(history.contacts, "record of the contacts")
-    of_mesh = np.flatnonzero(contacts.mesh_of == m)
-    counted = contacts.pairs[of_mesh]
-    ahead = np.arange(counted.min() - shift.max(), counted.max() - shift.min() + 1)
+    contacts = require_present(system.contacts, "coupled model")
+    recorded = require_present(history.contacts, "record of the contacts")
+    mesh_contacts = np.flatnonzero(contacts.mesh_of == m)
+    pair_numbers = contacts.pairs[mesh_contacts]
+    ahead = np.arange(
+        pair_numbers.min() - shift.max(), pair_numbers.max() - shift.min() + 1
+    )
     pairs = shift[:, None] + ahead
     loads, penetrations = (
         np.zeros((2, *pairs.shape)),
         np.full((2, *pairs.shape), NO_CONTACT_GAP),
     )
-    for c in of_mesh:
+    for c in mesh_contacts:
         side = int(contacts.contacts.side[c] < 0.0)
-        rows, places = np.nonzero(pairs == contacts.pairs[c])
-        loads[side, rows, places] = recorded[rows, 0, c]
-        penetrations[side, rows, places] = recorded[rows, 1, c]
+        rows, columns = np.nonzero(pairs == contacts.pairs[c])
+        loads[side, rows, columns] = recorded[rows, 0, c]
+        penetrations[side, rows, columns] = recorded[rows, 1, c]
     return ahead, loads, penetrations
 
 
@@ -207,10 +214,10 @@ def contact_conditions(
     h : (n,) [s]; all quantities are linear within steps
     """
     time = np.zeros(len(CONDITIONS))
-    for first in range(0, h.size, ROWS):
-        rows = slice(first, first + ROWS)
+    for first in range(0, h.size, STEPS_PER_BLOCK):
+        rows = slice(first, first + STEPS_PER_BLOCK)
         deflected, engaged = (
-            start[rows, None] + (end[rows] - start[rows])[:, None] * MIDDLES
+            start[rows, None] + (end[rows] - start[rows])[:, None] * SUBSTEP_CENTRES
             for start, end in (elastic, inside)
         )
         kind = _conditions_of(deflected, engaged > 0.0, backlash)
@@ -229,11 +236,11 @@ def _conditions_of(
     first = engaged.argmax(axis=-1)[..., None]
     last = -1 - engaged[..., ::-1].argmax(axis=-1)[..., None]
     entering, leaving = (
-        np.take_along_axis(touch, at % touch.shape[-1], axis=-1)[..., 0]
-        for at in (first, last)
+        np.take_along_axis(touch, index % touch.shape[-1], axis=-1)[..., 0]
+        for index in (first, last)
     )
     one_lost = touching == count - 1
-    kinds = {
+    masks = {
         "": count < 2,
         "back": back.any(axis=-1),
         "I": touching == 0,
@@ -241,5 +248,5 @@ def _conditions_of(
         "II": one_lost & ~entering,
         "IV": one_lost & ~leaving,
     }
-    places = [list(CONDITIONS).index(name) if name else -1 for name in kinds]
-    return np.select(list(kinds.values()), places, len(CONDITIONS) - 1)
+    indices = [list(CONDITIONS).index(name) if name else -1 for name in masks]
+    return np.select(list(masks.values()), indices, len(CONDITIONS) - 1)

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.checks import checked
+from lumped.common.checks import check_arguments
 from lumped.steady.response import History, Response
 from lumped.steady.settings import Settings
-from lumped.steady.steady_state import Watch, confirm_steady_state, steady_state
+from lumped.steady.steady_state import Callback, confirm_steady_state, steady_state
 from lumped.steady.steppers import stepper_of
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 
 
-@checked
+@check_arguments
 def respond(
     system: LumpedSystem,
     frequency: float,
@@ -29,7 +29,7 @@ def respond(
     return respond_with_history(system, frequency, settings, state)[0]
 
 
-@checked
+@check_arguments
 def respond_with_history(
     system: LumpedSystem,
     frequency: float,
@@ -38,7 +38,7 @@ def respond_with_history(
 ) -> tuple[Response, History]:
     """Settle and measure as `respond`, and also return the motion."""
     settings = settings or Settings()
-    start = _checked(system, state)
+    start = _validate_state(system, state)
     return steady_state(stepper_of(system, settings), frequency, settings, start)
 
 
@@ -47,21 +47,23 @@ def respond_confirmed(
     frequency: float,
     settings: Settings | None = None,
     state: Array | None = None,
-    before: Response | None = None,
-    watch: Watch = lambda frequency, period: None,
+    previous_response: Response | None = None,
+    callback: Callback = lambda frequency, period: None,
 ) -> tuple[Response, History, Settings]:
     """Return the result of `respond_with_history` after a check by finer steps, see
     `confirm_steady_state`."""
     settings = settings or Settings()
-    start = _checked(system, state)
+    start = _validate_state(system, state)
     stepper = stepper_of(system, settings)
-    return confirm_steady_state(stepper, frequency, settings, start, before, watch)
+    return confirm_steady_state(
+        stepper, frequency, settings, start, previous_response, callback
+    )
 
 
-def _checked(system: LumpedSystem, state: Array | None) -> Array | None:
+def _validate_state(system: LumpedSystem, state: Array | None) -> Array | None:
     if state is None:
         return None
-    start, wanted = np.asarray(state, float), system.static_state.shape
-    if start.shape != wanted:
-        raise ValueError(f"state must have shape {wanted}, got {start.shape}")
+    start, expected_shape = np.asarray(state, float), system.static_state.shape
+    if start.shape != expected_shape:
+        raise ValueError(f"state must have shape {expected_shape}, got {start.shape}")
     return start

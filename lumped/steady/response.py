@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-FIGURES = (
+RESPONSE_QUANTITIES = (
     "dte_rms",
     "dte_rms_stderr",
     "dte_mean",

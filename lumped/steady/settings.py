@@ -5,60 +5,73 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from lumped.common.checks import require_between, require_fields
+from lumped.common.checks import require_fields
+from lumped.common.options import Range, documented, option
 
 Method = Literal["rk4", "dopri5"]
 SPRING_STEPS, CONTACT_STEPS = 64, 80  # steps per period of the fastest mesh
 MIN_STEP_ERROR, DEFAULT_STEP_ERROR = 1e-13, 1e-8  # the least is above round-off
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class SteadySettings:
-    """Criteria for a periodic motion, independent of the integrator.
-
-    tolerance : distance to the periodic motion at which a motion is steady, relative
-        to each mesh's range of deflection
-    max_periods : periods of the first mesh after which a motion counts as aperiodic;
-        None for the number that follows from the damping, at least `min_periods`
-    multiples : largest period multiple to look for
-    windows : largest number of windows, of `multiples` common periods each, over which
-        a motion that does not repeat is measured; fewer for a long common period
-    """
+    """Criteria for a periodic motion, independent of the integrator."""
 
     min_periods: ClassVar[int]
-    tolerance: float = 1e-4
-    max_periods: int | None = None
-    multiples: int = 8
-    windows: int = 16
+    tolerance: float = option(
+        1e-4,
+        "Relative tolerance of the steady state: distance to the periodic motion over "
+        "the range of the deflection.",
+        Range(1e-12, 0.1),
+    )
+    max_periods: int | None = option(
+        None,
+        "Periods of the first mesh after which a motion that has not become periodic "
+        "counts as aperiodic. [default: as the damping requires, 2000 or more]",
+        Range(1, 1e8),
+    )
+    multiples: int = option(8, "Largest period multiple to look for.", Range(1, 64))
+    windows: int = option(
+        16,
+        "Largest number of windows, of `multiples` common periods each, over which a "
+        "motion that does not repeat is measured; fewer for a long common period.",
+        Range(1, 10_000),
+    )
 
     def __post_init__(self) -> None:
-        require_between("tolerance", self.tolerance, 1e-12, 0.1)
-        if self.max_periods is not None:
-            require_between("max_periods", self.max_periods, 1, 1e8)
-        require_between("multiples", self.multiples, 1, 64)
-        require_between("windows", self.windows, 1, 10_000)
         require_fields(self)
 
 
+@documented
 @dataclass(frozen=True, kw_only=True)
 class Settings(SteadySettings):
-    """Numerical settings of the response of a lumped model.
-
-    method : rk4, fixed steps, or dopri5, adaptive with located contact changes
-    steps : least number of steps of rk4 per period of the fastest mesh; None for
-        SPRING_STEPS, or for CONTACT_STEPS in the coupled model, which solves the
-        contact once in each step
-    step_angle : largest phase [rad] that the highest mode turns in a step of rk4
-    accuracy : error of a step of dopri5 relative to the deflection; None for 1e-8, or
-        for a thousandth of the tolerance if that is less, so that errors do not mask
-        the last decay
-    """
+    """Numerical settings of the response of a lumped model."""
 
     min_periods: ClassVar[int] = 2_000
-    method: Method = "rk4"
-    steps: int | None = None
-    step_angle: float = 0.6
-    accuracy: float | None = None
+    method: Method = option(
+        "rk4",
+        "Time integration. rk4: fixed steps of fourth order; dopri5: adaptive steps of "
+        "fifth order that end on every change of contact.",
+    )
+    steps: int | None = option(
+        None,
+        "Least number of time steps per period of the fastest mesh, with {method} rk4. "
+        f"[default: {SPRING_STEPS}, or {CONTACT_STEPS} with the coupled model]",
+        Range(4, 100_000),
+    )
+    step_angle: float = option(
+        0.6,
+        "Largest phase [rad] that the highest mode turns in a step of rk4.",
+        Range(above=0.0, most=2.0),
+    )
+    accuracy: float | None = option(
+        None,
+        "Error of a step of dopri5 relative to the deflection. [default: 1e-8, or a "
+        "thousandth of the tolerance if that is less, so that errors do not mask the "
+        "last decay]",
+        Range(MIN_STEP_ERROR, 0.01),
+    )
 
     def min_steps(self, contacts: bool) -> int:
         """Least number of steps of rk4 per period of the fastest mesh.
@@ -74,11 +87,3 @@ class Settings(SteadySettings):
         if self.accuracy is not None:
             return self.accuracy
         return max(min(DEFAULT_STEP_ERROR, 1e-3 * self.tolerance), MIN_STEP_ERROR)
-
-    def __post_init__(self) -> None:
-        if self.steps is not None:
-            require_between("steps", self.steps, 4, 100_000)
-        require_between("step_angle", self.step_angle, 0, 2, above=True)
-        if self.accuracy is not None:
-            require_between("accuracy", self.accuracy, MIN_STEP_ERROR, 0.01)
-        super().__post_init__()

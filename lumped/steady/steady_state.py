@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.steady.measures import measures, pooled
-from lumped.steady.response import FIGURES, History, Response, Status
+from lumped.steady.measures import combine_windows, measure_motion
+from lumped.steady.response import RESPONSE_QUANTITIES, History, Response, Status
 from lumped.steady.settings import SteadySettings
 from lumped.train.system import LumpedSystem
 
@@ -26,15 +26,18 @@ if TYPE_CHECKING:
     from lumped.kernels.arrays import Convergence
 
 Array = NDArray[np.float64]
-Watch = Callable[[float, int], None]  # (frequency [Hz], common periods passed there)
-MAX_PERIODS = 200_000  # largest number of periods that a motion may take to settle
-LEAP_PERIODS = 400  # least periods of the coupled model, whose slow motions leap
-MATTERS = 1e-3  # least part of a relevant mode's strain energy in the meshes
+Callback = Callable[[float, int], None]  # (frequency [Hz], common periods passed there)
+# Largest number of periods that a motion may take to settle
+MAX_SETTLING_PERIODS = 200_000
+MIN_COUPLED_PERIODS = 400  # least periods of the coupled model, whose slow motions leap
+MIN_MESH_ENERGY = 1e-3  # least part of a relevant mode's strain energy in the meshes
 MIN_WINDOWS = 4  # least number of windows for a long common period
 WINDOW_PERIODS = 2_000  # most periods of the first mesh in more than FEWEST_WINDOWS
-LONG = 100  # cycles of the first mesh after which nothing repeats by chance
-JUMP = 0.25  # relative change of an RMS from speed to speed that may be a jump
-NEXT = 0.02  # relative change of the speed over which a period multiple persists
+# Cycles of the first mesh after which nothing repeats by chance
+LONG_COMMON_PERIOD = 100
+JUMP_RTOL = 0.25  # relative change of an RMS from speed to speed that may be a jump
+# Relative change of the speed over which a period multiple persists
+NEIGHBOUR_SPEED_RTOL = 0.02
 RESPONSE_RTOL = 0.05  # relative difference below which two responses are equal
 
 
@@ -44,9 +47,9 @@ class Diverged(FloatingPointError):
     part : common periods passed since the last whole one
     """
 
-    def __init__(self, part: float) -> None:
+    def __init__(self, periods: float) -> None:
         super().__init__("the motion diverged")
-        self.part = part
+        self.part = periods
 
 
 @dataclass(frozen=True)
@@ -55,16 +58,16 @@ class Speed:
 
     frequency : frequency of the first mesh [Hz]
     settings : settings of the stepper
-    watch : function that may be called meanwhile with the common periods done
+    callback : function that may be called meanwhile with the common periods done
     """
 
     frequency: float
     settings: Any
-    watch: Callable[[int], None] = lambda done: None
+    callback: Callable[[int], None] = lambda done: None
 
-    def after(self, passed: int) -> Speed:
+    def offset_by(self, passed: int) -> Speed:
         """Return the same speed, with periods counted after `passed` ones."""
-        return replace(self, watch=lambda done: self.watch(passed + done))
+        return replace(self, callback=lambda done: self.callback(passed + done))
 
 
 class Stepper(Protocol):
@@ -80,22 +83,23 @@ class Stepper(Protocol):
     def start(self) -> Any:
         """Static equilibrium under the external torques."""
 
-    def begin(self, state: Any, settings: Any) -> Convergence:
+    def new_convergence(self, state: Any, settings: Any) -> Convergence:
         """Return the convergence check of a motion that starts from a state."""
 
     def advance(
-        self, state: Any, at: Speed, check: Convergence, most: int
+        self, state: Any, speed: Speed, convergence: Convergence, max_periods: int
     ) -> tuple[Any, bool]:
-        """Integrate one common period or more, at most `most`, and update `check`.
+        """Integrate one common period or more, at most `max_periods`.
 
-        Also returns whether the motion has become periodic.
+        The method updates `convergence`. It also returns whether the motion has become
+        periodic.
         """
 
-    def record(self, state: Any, at: Speed, periods: int) -> tuple[Any, History]:
+    def record(self, state: Any, speed: Speed, periods: int) -> tuple[Any, History]:
         """Record the motion over common periods."""
 
     def change_speed(
-        self, state: Any, before: float, after: float, settings: Any
+        self, state: Any, start_frequency: float, end_frequency: float, settings: Any
     ) -> Any:
         """State at the start of a common period after a change of speed [Hz]."""
 
@@ -111,8 +115,8 @@ def steady_state(
     frequency: float,
     settings: SteadySettings,
     state: Any = None,
-    before: float | None = None,
-    watch: Watch = lambda frequency, period: None,
+    previous_frequency: float | None = None,
+    callback: Callback = lambda frequency, period: None,
 ) -> tuple[Response, Any]:
     """Settle at a frequency of the first mesh [Hz] and record the motion.
 
@@ -121,39 +125,39 @@ def steady_state(
     History is that of the last window, without points if the motion diverged.
 
     state : initial state, by default at rest under the external torques
-    before : frequency at which that state was reached [Hz]
-    watch : function called during the motion; an exception that it raises ends the run
+    previous_frequency : frequency at which that state was reached [Hz]
+    callback : function called during the motion; its exceptions end the run
     """
     if not 0.0 < frequency < math.inf:
         raise ValueError(f"frequency must be positive and finite, got {frequency:g}")
     system = stepper.system
     length = system.common_period[0]
     start = stepper.start() if state is None else state
-    now, check = start, stepper.begin(start, settings)
+    now, convergence = start, stepper.new_convergence(start, settings)
     try:
-        if state is not None and before is not None:
-            now = stepper.change_speed(now, before, frequency, settings)
-            check = stepper.begin(now, settings)
-        at = Speed(frequency, settings, partial(watch, frequency))
-        now, multiple = _settle(stepper, now, at, check)
-        spans = multiple or max(1, settings.multiples // system.repetitions)
-        count = 1 if multiple else windows(settings.windows, spans * length)
-        figures: list[dict[str, Array]] = []
+        if state is not None and previous_frequency is not None:
+            now = stepper.change_speed(now, previous_frequency, frequency, settings)
+            convergence = stepper.new_convergence(now, settings)
+        speed = Speed(frequency, settings, partial(callback, frequency))
+        now, multiple = _settle(stepper, now, speed, convergence)
+        periods = multiple or max(1, settings.multiples // system.repetitions)
+        count = 1 if multiple else count_windows(settings.windows, periods * length)
+        quantities: list[dict[str, Array]] = []
         for number in range(count):
-            onward = at.after(check.period + number * spans)
-            now, motion = stepper.record(now, onward, spans)
-            figures.append(measures(motion))
+            offset_speed = speed.offset_by(convergence.period + number * periods)
+            now, motion = stepper.record(now, offset_speed, periods)
+            quantities.append(measure_motion(motion))
     except Diverged as error:
-        time = (check.period + error.part) * length / frequency
-        return diverged(system, frequency, time, start), no_motion(system)
+        time = (convergence.period + error.part) * length / frequency
+        return diverged_response(system, frequency, time, start), empty_history(system)
     response = Response(
         frequency=frequency,
         status=Status.PERIODIC if multiple else Status.APERIODIC,
         multiple=multiple,
         period_multiple=multiple * np.array(system.common_period),
-        settling_time=check.period * length / frequency,
+        settling_time=convergence.period * length / frequency,
         state=now,
-        **pooled(figures),
+        **combine_windows(quantities),
     )
     return response, motion
 
@@ -161,17 +165,20 @@ def steady_state(
 def _settle(
     stepper: Stepper,
     state: Any,
-    at: Speed,
-    check: Convergence,
+    speed: Speed,
+    convergence: Convergence,
 ) -> tuple[Any, int]:
     """State, and the common periods after which the motion repeats or 0."""
-    most = max_periods(stepper.system, at.frequency, at.settings)
-    while check.period < most:
-        left, onward = most - check.period, at.after(check.period)
-        state, settled = stepper.advance(state, onward, check, left)
-        at.watch(check.period)
+    max_periods = max_common_periods(stepper.system, speed.frequency, speed.settings)
+    while convergence.period < max_periods:
+        periods_left, offset_speed = (
+            max_periods - convergence.period,
+            speed.offset_by(convergence.period),
+        )
+        state, settled = stepper.advance(state, offset_speed, convergence, periods_left)
+        speed.callback(convergence.period)
         if settled:
-            return state, check.multiple
+            return state, convergence.multiple
     return state, 0
 
 
@@ -180,8 +187,8 @@ def confirm_steady_state(
     frequency: float,
     settings: SteadySettings,
     state: Any = None,
-    before: Response | None = None,
-    watch: Watch = lambda frequency, period: None,
+    previous_response: Response | None = None,
+    callback: Callback = lambda frequency, period: None,
 ) -> tuple[Response, Any, Any]:
     """Return the result of `steady_state`, confirmed by finer steps if in doubt.
 
@@ -202,68 +209,74 @@ def confirm_steady_state(
     several motions it reaches depends on the steps, as for the idler at 2900 Hz with a
     damping ratio of 0.01.
 
-    before : response at the previous speed, from which the state came
+    previous_response : response at the previous speed, from which the state came
     Returns also the settings that the response and its history were computed with.
     """
-    at = None if before is None else before.frequency
-    solution = steady_state(stepper, frequency, settings, state, at, watch)
-    while needs_refinement(solution[0], before):
+    start_frequency = None if previous_response is None else previous_response.frequency
+    solution = steady_state(
+        stepper, frequency, settings, state, start_frequency, callback
+    )
+    while needs_refinement(solution[0], previous_response):
         coarse = solution[0]
         finer = stepper.refined(frequency, settings, coarse.multiple > 0)
         if finer is None:
             break
         settings = finer
-        if stepper.system.contacts is not None and not _jumps(before, coarse):
-            state, at = coarse.state, frequency
-        solution = steady_state(stepper, frequency, settings, state, at, watch)
+        if stepper.system.contacts is not None and not _jumps(
+            previous_response, coarse
+        ):
+            state, start_frequency = coarse.state, frequency
+        solution = steady_state(
+            stepper, frequency, settings, state, start_frequency, callback
+        )
         if same_response(coarse, solution[0]):
             break
     return *solution, settings
 
 
-def needs_refinement(response: Response, before: Response | None) -> bool:
+def needs_refinement(response: Response, previous: Response | None) -> bool:
     """Whether a finer step might show another motion."""
     if response.status == Status.DIVERGED:
         return False
-    if before is None or response.multiple == 0:
+    if previous is None or response.multiple == 0:
         return response.multiple != 1
-    near = abs(response.frequency / before.frequency - 1.0) <= NEXT
-    continues = response.multiple == before.multiple and near
+    near = abs(response.frequency / previous.frequency - 1.0) <= NEIGHBOUR_SPEED_RTOL
+    continues = response.multiple == previous.multiple and near
     if response.multiple != 1 and not continues:
         return True
-    return near and _jumps(before, response)
+    return near and _jumps(previous, response)
 
 
-def _jumps(before: Response | None, response: Response) -> bool:
-    return before is not None and _apart(before, response) > JUMP
+def _jumps(previous: Response | None, response: Response) -> bool:
+    return previous is not None and _relative_difference(previous, response) > JUMP_RTOL
 
 
 def same_response(one: Response, two: Response) -> bool:
     """Whether two responses at one speed are the same motion."""
     return one.multiple == two.multiple and (
-        one.multiple == 0 or _apart(one, two) <= RESPONSE_RTOL
+        one.multiple == 0 or _relative_difference(one, two) <= RESPONSE_RTOL
     )
 
 
-def _apart(one: Response, two: Response) -> float:
+def _relative_difference(one: Response, two: Response) -> float:
     """Largest relative difference of the RMS of a mesh; inf if one diverged."""
-    size = np.maximum(one.dte_rms, two.dte_rms)
+    larger = np.maximum(one.dte_rms, two.dte_rms)
     difference = np.abs(one.dte_rms - two.dte_rms)
-    part = np.divide(difference, size, np.zeros_like(size), where=size != 0.0)
-    return float(part.max()) if np.isfinite(part).all() else np.inf
+    relative = np.divide(difference, larger, np.zeros_like(larger), where=larger != 0.0)
+    return float(relative.max()) if np.isfinite(relative).all() else np.inf
 
 
-def windows(most: int, periods: int) -> int:
+def count_windows(max_windows: int, periods: int) -> int:
     """Number of windows of `periods` periods for a motion that does not repeat."""
-    return min(most, max(MIN_WINDOWS, WINDOW_PERIODS // periods))
+    return min(max_windows, max(MIN_WINDOWS, WINDOW_PERIODS // periods))
 
 
 def mesh_mode_mask(system: LumpedSystem) -> NDArray[np.bool_]:
     """Mask (n,) of the modes that strain the meshes enough to matter."""
-    return np.asarray(system.modes.mesh_energy.sum(axis=0) > MATTERS)
+    return np.asarray(system.modes.mesh_energy.sum(axis=0) > MIN_MESH_ENERGY)
 
 
-def max_periods(
+def max_common_periods(
     system: LumpedSystem, frequency: float, settings: SteadySettings
 ) -> int:
     """Common periods after which a motion counts as aperiodic."""
@@ -280,18 +293,18 @@ def periods_to_settle(
     """
     least = settings.min_periods
     if system.contacts is not None:
-        least = min(least, LEAP_PERIODS)
+        least = min(least, MIN_COUPLED_PERIODS)
     slowest = float(system.modes.angular[mesh_mode_mask(system)].min(initial=math.inf))
     slowest *= system.train.damping_ratio
     if not slowest > 0.0:
         return least
     needed = 2.0 * math.log(1.0 / settings.tolerance) * frequency / slowest
-    if needed > 10.0 * MAX_PERIODS:  # decay this slow is ignored
+    if needed > 10.0 * MAX_SETTLING_PERIODS:  # decay this slow is ignored
         return least
-    return int(min(max(needed, least), MAX_PERIODS))
+    return int(min(max(needed, least), MAX_SETTLING_PERIODS))
 
 
-def diverged(
+def diverged_response(
     system: LumpedSystem, frequency: float, time: float, state: Any
 ) -> Response:
     """Response of a motion that diverged after a time [s] from a state."""
@@ -303,11 +316,11 @@ def diverged(
         period_multiple=np.zeros(meshes, np.int64),
         settling_time=time,
         state=state,
-        **{name: np.full(meshes, np.nan) for name in FIGURES},
+        **{name: np.full(meshes, np.nan) for name in RESPONSE_QUANTITIES},
     )
 
 
-def no_motion(system: LumpedSystem) -> History:
+def empty_history(system: LumpedSystem) -> History:
     empty = np.empty((0, len(system.excitations)))
     return History(np.empty(0), *[empty] * 6)
 
@@ -331,5 +344,5 @@ def new_convergence(
         error_bound=np.zeros(meshes),
         scale=np.empty(meshes),
         counts=np.zeros(3, np.int64),
-        accept_immediately=cycles >= LONG,
+        accept_immediately=cycles >= LONG_COMMON_PERIOD,
     )

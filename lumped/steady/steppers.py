@@ -22,25 +22,26 @@ from lumped.steady.steady_state import (
     new_convergence,
     steady_state,
 )
-from lumped.train.friction_samples import at_frequency
+from lumped.train.friction_samples import scale_to_frequency
 from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
     from lumped.kernels.arrays import AdaptiveRules, Convergence, CoupledSteps
 
 Array = NDArray[np.float64]
-WATCHED = 100_000  # fixed steps between calls of watch, or a common period if more
+# Fixed steps between calls of the callback, or a common period if more
+STEPS_PER_CALLBACK = 100_000
 CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair
 MAX_STEPS_PER_PERIOD = 512  # fixed; beyond it results do not depend on their number
 # Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3
 # times the square of its phase angle per step. At RESONANCE_ANGLE times the root of
 # the damping ratio, this is a tenth of half the bandwidth. Least and most angle [rad].
-RESONANCE_ANGLE, MIN_STEP_ANGLE, MAX_STEP_ANGLE = 4.0, 0.25, 1.0
+RESONANCE_ANGLE_FACTOR, MIN_STEP_ANGLE, MAX_STEP_ANGLE = 4.0, 0.25, 1.0
 # The engagement of teeth is a kink of the excitation, whose high harmonics steps take
 # for lower ones: where the eighth harmonic met a resonance, 0.65 rad per step made
 # amplitudes 7 % too small, 0.3 rad 1 %. So up to MAX_STEPS_PER_PERIOD steps
 # have this angle [rad].
-CONTACT_ANGLE = 0.25
+ENGAGEMENT_STEP_ANGLE = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +56,13 @@ class LumpedStepper:
     def start(self) -> Array:
         return self.system.static_state
 
-    def begin(self, state: Array, settings: Settings) -> Convergence:
+    def new_convergence(self, state: Array, settings: Settings) -> Convergence:
         system, cycles = self.system, self.system.common_period[0]
-        check = new_convergence(
+        convergence = new_convergence(
             system.deflection_rows, system.angular, settings, cycles
         )
-        check.sections[0] = self.section_of(state).reshape(2, -1)
-        return check
+        convergence.sections[0] = self.section_of(state).reshape(2, -1)
+        return convergence
 
     def section_of(self, state: Array) -> Array:
         """Displacements, and velocities over `angular`, of a state (2, n) as one row
@@ -74,9 +75,13 @@ class LumpedStepper:
         return np.stack([q, v * self.system.angular])
 
     def change_speed(
-        self, state: Array, before: float, after: float, settings: Settings
+        self,
+        state: Array,
+        start_frequency: float,
+        end_frequency: float,
+        settings: Settings,
     ) -> Array:
-        """The state after a change of speed, by default as before."""
+        """State after a change of speed, by default unchanged."""
         return state
 
 
@@ -84,15 +89,15 @@ class FixedStepper(LumpedStepper):
     """Stepper with equal steps of fourth order: classical Runge-Kutta for springs;
     for the coupled model, steps that are exact except for the contact forces."""
 
-    def driven(self, at: Speed) -> tuple[Any, Any]:
-        """System and steps of a common period, in the form that the kernels take."""
-        system, frequency = self.system, at.frequency
-        steps = steps_per_period(system, frequency, at.settings)
+    def kernel_arguments(self, speed: Speed) -> tuple[Any, Any]:
+        """Arguments of the kernels: system arrays and the steps of a common period."""
+        system, frequency = self.system, speed.frequency
+        steps = steps_per_period(system, frequency, speed.settings)
         if system.coupled_arrays is not None:
             return system.coupled_arrays, self._coupled_steps(steps, frequency)
         samples = system.samples(steps)
         if isinstance(samples, FrictionSamples):
-            return system.arrays, at_frequency(samples, frequency)
+            return system.arrays, scale_to_frequency(samples, frequency)
         return system.arrays, samples._replace(h=samples.h / frequency)
 
     @lru_cache(maxsize=4)  # noqa: B019  a stepper lives as long as its run
@@ -101,40 +106,50 @@ class FixedStepper(LumpedStepper):
         return self.system.coupled_steps(steps, frequency)
 
     def advance(
-        self, state: Array, at: Speed, check: Convergence, most: int
+        self, state: Array, speed: Speed, convergence: Convergence, max_periods: int
     ) -> tuple[Array, bool]:
         now = np.array(state)
         # without damping only the errors of the steps would approach anything
         if self.system.contacts is None or self.system.train.damping_ratio == 0.0:
-            return now, self.settle(now, at, check, most)
-        return integrate_or_shoot(self, now, at, check, most)
+            return now, self.settle(now, speed, convergence, max_periods)
+        return integrate_or_shoot(self, now, speed, convergence, max_periods)
 
     def settle(
-        self, state: Array, at: Speed, check: Convergence, most: int, on: bool = False
+        self,
+        state: Array,
+        speed: Speed,
+        convergence: Convergence,
+        max_periods: int,
+        continues: bool = False,
     ) -> bool:
         """Integrate a state in place, see `Stepper.advance`; return whether it settled.
 
-        on : whether a motion of the coupled model continues from where it ended
+        continues : whether a motion of the coupled model continues from where it ended
         """
-        (arrays, steps), before = self.driven(at), check.period
-        few = max(1, WATCHED // steps.h.size)
+        (arrays, steps), first_period = self.kernel_arguments(speed), convergence.period
+        periods_per_call = max(1, STEPS_PER_CALLBACK // steps.h.size)
         while True:
-            left = most - (check.period - before)
+            periods_left = max_periods - (convergence.period - first_period)
             if self.system.contacts is not None:
-                steps.continues[0] = on or check.period > before
+                steps.continues[0] = continues or convergence.period > first_period
             status, part, settled = self._kernels.settle_motion(
-                arrays, steps, self.system.limit, state, check, min(few, left)
+                arrays,
+                steps,
+                self.system.limit,
+                state,
+                convergence,
+                min(periods_per_call, periods_left),
             )
             if status:
                 raise Diverged(part)
-            if settled or left <= few:
+            if settled or periods_left <= periods_per_call:
                 return settled
-            at.watch(check.period - before)
+            speed.callback(convergence.period - first_period)
 
-    def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
+    def record(self, state: Array, speed: Speed, periods: int) -> tuple[Array, History]:
         system, now = self.system, np.array(state)
-        arrays, steps = self.driven(at)
-        time, out = _room(system, steps.h, periods)
+        arrays, steps = self.kernel_arguments(speed)
+        time, out = _allocate_motion(system, steps.h, periods)
         status, _ = self._kernels.record_motion(
             arrays, steps, periods, now, system.limit, out
         )
@@ -142,33 +157,37 @@ class FixedStepper(LumpedStepper):
             raise Diverged(0.0)
         return now, history_of(time, out, system)
 
-    def carry(self, state: Array, at: Speed, sections: Array, growth: Array) -> None:
+    def integrate_variations(
+        self, state: Array, speed: Speed, sections: Array, growth: Array
+    ) -> None:
         """Integrate a motion and small changes of it over common periods, in place.
 
         state : (2, n (1 + k)) the motion, followed by k changes
-        sections, growth : see `lumped.kernels.rk4.carry_motion`
+        sections, growth : see `lumped.kernels.rk4.integrate_variations`
         """
-        arrays, steps = self.driven(at)
+        arrays, steps = self.kernel_arguments(speed)
         if self.system.contacts is None:
             n, damping = self.system.angular.size, np.diag(arrays.damping)
             steps = VariedSteps(steps.h, steps, damping, np.empty((n, n)))
-        status, _ = self._kernels.carry_motion(
+        status, _ = self._kernels.integrate_variations(
             *(arrays, steps, self.system.limit, state, self.system.angular),
             *(sections, growth),
         )
         if status:
             raise Diverged(0.0)
 
-    def monodromy(self, state: Array, at: Speed, periods: int) -> tuple[Array, Array]:
+    def monodromy(
+        self, state: Array, speed: Speed, periods: int
+    ) -> tuple[Array, Array]:
         """State (2, n) after common periods, and the matrix that maps small changes.
 
         The matrix (2 n, 2 n) refers to displacements, and velocities over `angular`.
         """
-        after, matrix, growth = self.scaled_monodromy(state, at, periods)
-        return after, math.exp(growth) * matrix
+        end_state, matrix, growth = self.scaled_monodromy(state, speed, periods)
+        return end_state, math.exp(growth) * matrix
 
     def scaled_monodromy(
-        self, state: Array, at: Speed, periods: int
+        self, state: Array, speed: Speed, periods: int
     ) -> tuple[Array, Array, float]:
         """Return the state, a scaled matrix and its growth; see `monodromy`.
 
@@ -177,13 +196,15 @@ class FixedStepper(LumpedStepper):
         """
         n, angular = state.shape[1], self.system.angular
         unit = np.stack([np.eye(2 * n)[:, :n], np.eye(2 * n)[:, n:] * angular])
-        moved = np.concatenate([state[:, None], unit], axis=1).reshape(2, -1)
+        varied = np.concatenate([state[:, None], unit], axis=1).reshape(2, -1)
         growth = np.empty(periods)
-        self.carry(moved, at, room_to_record(self.system, periods), growth)
-        changes = moved.reshape(2, -1, n)[:, 1:]
+        self.integrate_variations(
+            varied, speed, allocate_record(self.system, periods), growth
+        )
+        changes = varied.reshape(2, -1, n)[:, 1:]
         # the row of each change is a column of the matrix
         matrix = np.concatenate([changes[0], changes[1] / angular], axis=1).T
-        return moved[:, :n].copy(), matrix, float(growth.sum())
+        return varied[:, :n].copy(), matrix, float(growth.sum())
 
     @property
     def _kernels(self) -> Any:
@@ -205,8 +226,12 @@ class FixedStepper(LumpedStepper):
         if current >= MAX_STEPS_PER_PERIOD:
             return None
         # springs open within a step: a motion may repeat with the finest steps only
-        far = not repeats and self.system.contacts is None
-        steps = MAX_STEPS_PER_PERIOD if far else min(2 * current, MAX_STEPS_PER_PERIOD)
+        needs_finest = not repeats and self.system.contacts is None
+        steps = (
+            MAX_STEPS_PER_PERIOD
+            if needs_finest
+            else min(2 * current, MAX_STEPS_PER_PERIOD)
+        )
         finer = replace(settings, steps=steps)
         needed = steps_per_period(self.system, frequency, finer)
         return finer if self.system.fits_memory(needed) else None
@@ -215,16 +240,19 @@ class FixedStepper(LumpedStepper):
 class AdaptiveStepper(LumpedStepper):
     """Stepper of Dormand and Prince, order 5(4); steps end on contact changes."""
 
-    def _rules(self, at: Speed) -> AdaptiveRules:
+    def _rules(self, speed: Speed) -> AdaptiveRules:
         from lumped.kernels.arrays import AdaptiveRules
 
-        size = 1e-3 * self.system.energy_norm
+        velocity_scale = 1e-3 * self.system.energy_norm
         return AdaptiveRules(
-            at.settings.step_error, self.system.limit, at.frequency, size
+            speed.settings.step_error,
+            self.system.limit,
+            speed.frequency,
+            velocity_scale,
         )
 
     def advance(
-        self, state: Array, at: Speed, check: Convergence, most: int
+        self, state: Array, speed: Speed, convergence: Convergence, max_periods: int
     ) -> tuple[Array, bool]:
         from lumped.kernels import dopri5
 
@@ -232,28 +260,28 @@ class AdaptiveStepper(LumpedStepper):
         status, part, settled = dopri5.settle_dopri5(
             system.arrays,
             system.excitation.pieces_in(0),
-            self._rules(at),
+            self._rules(speed),
             (
                 float(system.train.common_period[0]),
                 system.repetitions,
                 system.excitation.turns,
             ),
             now,
-            check,
-            most,
+            convergence,
+            max_periods,
         )
         if status:
             raise Diverged(part)
         return now, settled
 
-    def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
+    def record(self, state: Array, speed: Speed, periods: int) -> tuple[Array, History]:
         """Record the motion on the grid of fixed steps."""
         from lumped.kernels import dopri5
 
         system, now = self.system, np.array(state)
-        h = system.samples(steps_per_period(system, at.frequency, at.settings)).h
-        time, out = _room(system, h, periods)
-        rules, length = self._rules(at), system.train.common_period[0]
+        h = system.samples(steps_per_period(system, speed.frequency, speed.settings)).h
+        time, out = _allocate_motion(system, h, periods)
+        rules, length = self._rules(speed), system.train.common_period[0]
         steps = h.size // system.repetitions
         grid = np.concatenate([[0.0], np.cumsum(h[:steps])])
         grid[-1] = length
@@ -269,7 +297,7 @@ class AdaptiveStepper(LumpedStepper):
             )
             if status:
                 raise Diverged(0.0)
-        return now, History(time / at.frequency, *out.transpose(1, 0, 2))
+        return now, History(time / speed.frequency, *out.transpose(1, 0, 2))
 
     def refined(
         self, frequency: float, settings: Settings, repeats: bool
@@ -303,21 +331,23 @@ def warm_up(stepper: Stepper, frequency: float, settings: Any) -> None:
             stepper.monodromy(stepper.start(), Speed(frequency, short), 1)
 
 
-def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
-    """Times (t,) in the unit of the steps, and room to record (t, 6, m) or more."""
+def _allocate_motion(
+    system: LumpedSystem, h: Array, periods: int
+) -> tuple[Array, Array]:
+    """Times (t,) in the unit of the steps, and an empty record (t, 6, m) or more."""
     time = np.concatenate([[0.0], np.cumsum(np.tile(h, periods))])
-    return time, room_to_record(system, time.size)
+    return time, allocate_record(system, time.size)
 
 
-def room_to_record(system: LumpedSystem, instants: int) -> Array:
+def allocate_record(system: LumpedSystem, instants: int) -> Array:
     """Array (t, 6, m) to record the meshes at t instants, with more rows if contacts
     or teeth with friction are recorded too."""
-    more = 0
+    extra_rows = 0
     if system.contacts is not None:
-        more = CONTACT_ROWS * np.bincount(system.contacts.mesh_of).max()
+        extra_rows = CONTACT_ROWS * np.bincount(system.contacts.mesh_of).max()
     elif system.has_friction:
-        more = FRICTION_ROWS * np.bincount(system.excitation.mesh_of).max()
-    return np.full((instants, 6 + more, len(system.excitations)), np.nan)
+        extra_rows = FRICTION_ROWS * np.bincount(system.excitation.mesh_of).max()
+    return np.full((instants, 6 + extra_rows, len(system.excitations)), np.nan)
 
 
 def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
@@ -329,11 +359,11 @@ def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
     history = History(time, *out[:, :6].transpose(1, 0, 2))
     if system.has_friction:
         mesh_of = system.excitation.mesh_of
-        return replace(history, friction=_of_each(out, mesh_of, FRICTION_ROWS))
+        return replace(history, friction=_per_contact(out, mesh_of, FRICTION_ROWS))
     if system.contacts is None:
         return history
     rate = slopes(history.deflection, history.time[1] - history.time[0])
-    contacts = _of_each(out, system.contacts.mesh_of, CONTACT_ROWS)
+    contacts = _per_contact(out, system.contacts.mesh_of, CONTACT_ROWS)
     return replace(history, rate=rate, contacts=contacts)
 
 
@@ -348,10 +378,10 @@ def slopes(values: Array, step: float) -> Array:
     return derivative
 
 
-def _of_each(out: Array, mesh_of: NDArray[np.intp], rows: int) -> Array:
+def _per_contact(out: Array, mesh_of: NDArray[np.intp], rows: int) -> Array:
     """Recorded rows (t, rows, c) of every contact or pair, from the sixth row on."""
-    place = np.arange(mesh_of.size) - np.searchsorted(mesh_of, mesh_of)
-    quantities = [out[:, 6 + rows * place + i, mesh_of] for i in range(rows)]
+    index = np.arange(mesh_of.size) - np.searchsorted(mesh_of, mesh_of)
+    quantities = [out[:, 6 + rows * index + i, mesh_of] for i in range(rows)]
     return np.stack(quantities, axis=1)
 
 
@@ -364,13 +394,16 @@ def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings)
     if system.loaded is not None and settings.steps is None:
         angle = min(
             max(
-                RESONANCE_ANGLE * math.sqrt(system.train.damping_ratio), MIN_STEP_ANGLE
+                RESONANCE_ANGLE_FACTOR * math.sqrt(system.train.damping_ratio),
+                MIN_STEP_ANGLE,
             ),
             MAX_STEP_ANGLE,
         )
-        turned = system.strained_angular / frequency
+        phase_per_period = system.highest_mesh_mode_angular / frequency
         needed = max(
-            needed, turned / angle, min(turned / CONTACT_ANGLE, MAX_STEPS_PER_PERIOD)
+            needed,
+            phase_per_period / angle,
+            min(phase_per_period / ENGAGEMENT_STEP_ANGLE, MAX_STEPS_PER_PERIOD),
         )
     doublings = max(0, math.ceil(2.0 * math.log2(needed / base) - 1e-9))
     return math.ceil(base * 2.0 ** (0.5 * doublings))

@@ -12,25 +12,25 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.checks import checked
+from lumped.common.checks import check_arguments
 from lumped.common.progress import Progress, silent
-from lumped.common.workers import Stop, Stopped, run_together
+from lumped.common.workers import Stop, Stopped, run_in_threads
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings, SteadySettings
-from lumped.steady.steady_state import Stepper, Watch, confirm_steady_state
+from lumped.steady.steady_state import Callback, Stepper, confirm_steady_state
 from lumped.steady.steppers import stepper_of
 from lumped.steady.truncation_check import TruncationCheck
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
-BOTH: tuple[Direction, ...] = ("up", "down")
-Keep = Callable[[float, Any], None]  # (frequency [Hz], record at that frequency)
+DIRECTIONS: tuple[Direction, ...] = ("up", "down")
+StoreMotion = Callable[[float, Any], None]  # (frequency [Hz], record at that frequency)
 SweepPoint = tuple[Stepper, float]  # (stepper, frequency of the first mesh [Hz])
 Settle = Callable[
     ..., tuple[Response, Any, Any]
 ]  # same signature as `confirm_steady_state`
-REFRESH = 0.2  # s between reports from within a speed
+REPORT_INTERVAL = 0.2  # s between reports from within a speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,21 +63,21 @@ class Branch:
 
 @dataclass(frozen=True)
 class Observer:
-    """Observer of a sweep: `passed` is called after each speed, `watch` within it.
+    """Observer of a sweep: `passed` is called after each speed, `callback` within it.
 
-    watch : function of frequency [Hz] and period, see `steady_state`
+    callback : function of frequency [Hz] and period, see `steady_state`
     """
 
     passed: Callable[[], None] = lambda: None
-    watch: Watch = lambda frequency, period: None
+    callback: Callback = lambda frequency, period: None
 
 
 NO_OBSERVER = Observer()
 
 
-def reporting(report: Progress, total: int) -> Observer:
+def reporting_observer(report: Progress, total: int) -> Observer:
     """Observer that reports the speeds done, of `total`, and progress in slow ones."""
-    lock, done, shown = threading.Lock(), 0, time.perf_counter()
+    lock, done, last_report = threading.Lock(), 0, time.perf_counter()
 
     def passed() -> None:
         nonlocal done
@@ -85,14 +85,14 @@ def reporting(report: Progress, total: int) -> Observer:
             done += 1
             report("sweep", done, total)
 
-    def watch(frequency: float, period: int) -> None:
-        nonlocal shown
+    def callback(frequency: float, period: int) -> None:
+        nonlocal last_report
         now = time.perf_counter()
-        if now - shown > REFRESH:
-            shown = now
+        if now - last_report > REPORT_INTERVAL:
+            last_report = now
             report(f"{frequency:g} Hz, period {period}", done, total)
 
-    return Observer(passed, watch)
+    return Observer(passed, callback)
 
 
 class BranchStore(Protocol):
@@ -112,7 +112,7 @@ def sweep_branch(
     settings: SteadySettings,
     *,
     store: BranchStore | None = None,
-    keep: Keep = lambda frequency, motion: None,
+    store_motion: StoreMotion = lambda frequency, motion: None,
     observer: Observer = NO_OBSERVER,
     stop: Stop | None = None,
 ) -> Branch:
@@ -121,18 +121,18 @@ def sweep_branch(
     The frequencies are sorted by the direction. For the other arguments see
     `continue_sweep`.
     """
-    ordered = in_order(frequencies, direction)
+    ordered = sort_values(frequencies, direction)
     responses, complete = continue_sweep(
         *(ordered, lambda frequency: (stepper, frequency), settings),
         store=store,
-        keep=keep,
+        store_motion=store_motion,
         observer=observer,
         stop=stop,
     )
     return Branch(stepper.system, direction, responses, complete)
 
 
-def in_order(values: Sequence[float] | Array, direction: Direction) -> list[float]:
+def sort_values(values: Sequence[float] | Array, direction: Direction) -> list[float]:
     """Values in the order in which they are passed."""
     if direction not in ("up", "down"):
         raise ValueError(f"direction must be up or down, got {direction}")
@@ -141,53 +141,60 @@ def in_order(values: Sequence[float] | Array, direction: Direction) -> list[floa
 
 def continue_sweep(
     values: Sequence[float],
-    station: Callable[[float], SweepPoint],
+    point_at: Callable[[float], SweepPoint],
     settings: SteadySettings,
     *,
     settle: Settle | None = None,
     store: BranchStore | None = None,
-    keep: Keep = lambda frequency, motion: None,
+    store_motion: StoreMotion = lambda frequency, motion: None,
     observer: Observer = NO_OBSERVER,
     stop: Stop | None = None,
 ) -> tuple[tuple[Response, ...], bool]:
     """Settle at stations, each from the state of the previous, until one diverges.
 
-    station : function that returns the station of a value, called in turn, and again
+    point_at : function that returns the station of a value, called in turn, and again
         for the last value in the store
     settle : function that settles from one point to the next; None for
         `confirm_steady_state`
-    keep : function called with the motion of a value before it counts as finished
-    stop : event that ends the sweep at the next call of watch; without it Stopped,
+    store_motion : function called with the motion of a value that is finished
+    stop : event that ends the sweep at the next call of callback; without it Stopped,
         raised by the observer, leaves no responses
     Also returns whether all values were reached.
     """
 
-    def watched(frequency: float, period: int) -> None:
+    def stoppable_callback(frequency: float, period: int) -> None:
         if stop is not None and stop.is_set():
             raise Stopped
-        observer.watch(frequency, period)
+        observer.callback(frequency, period)
 
     responses = [] if store is None else store.finished()
     for _ in responses:
         observer.passed()
-    last = station(values[len(responses) - 1])[0] if responses else None
+    last_stepper = point_at(values[len(responses) - 1])[0] if responses else None
     while len(responses) < len(values) and not _diverged(responses):
         if stop is not None and stop.is_set():
             break
-        stepper, frequency = station(values[len(responses)])
-        before, state = responses[-1] if responses else None, None
-        if before is not None and last is not None:
-            state = _transfer_state(before.state, last.system, stepper.system)
+        stepper, frequency = point_at(values[len(responses)])
+        previous_response, state = responses[-1] if responses else None, None
+        if previous_response is not None and last_stepper is not None:
+            state = _transfer_state(
+                previous_response.state, last_stepper.system, stepper.system
+            )
         try:
             response, motion, _ = (settle or confirm_steady_state)(
-                stepper, frequency, settings, state, before, watched
+                stepper,
+                frequency,
+                settings,
+                state,
+                previous_response,
+                stoppable_callback,
             )
             if response.status != Status.DIVERGED:
-                keep(frequency, motion)
+                store_motion(frequency, motion)
             if store is not None:
                 store.add(response)
             responses.append(response)
-            last = stepper
+            last_stepper = stepper
             observer.passed()
         except Stopped:  # of others it is no end of a branch
             if stop is None or not stop.is_set():
@@ -197,16 +204,22 @@ def continue_sweep(
     return tuple(responses), complete
 
 
-def _transfer_state(state: Any, before: LumpedSystem, after: LumpedSystem) -> Any:
+def _transfer_state(
+    state: Any, previous_system: LumpedSystem, system: LumpedSystem
+) -> Any:
     """State to continue from, unchanged if the system is the same."""
-    return state if before is after else after.state_from(before, state)
+    return (
+        state
+        if previous_system is system
+        else system.state_from(previous_system, state)
+    )
 
 
 def _diverged(responses: Sequence[Response]) -> bool:
     return bool(responses) and responses[-1].status == Status.DIVERGED
 
 
-@checked
+@check_arguments
 def sweep(
     system: LumpedSystem,
     frequencies: Sequence[float] | Array,
@@ -224,11 +237,11 @@ def sweep(
     )
 
 
-@checked
+@check_arguments
 def sweep_all(
     systems: Sequence[LumpedSystem],
     frequencies: Sequence[float] | Array,
-    directions: Sequence[Direction] = BOTH,
+    directions: Sequence[Direction] = DIRECTIONS,
     settings: Settings | None = None,
     report: Progress = silent,
     workers: int | None = None,
@@ -239,9 +252,9 @@ def sweep_all(
     finished speeds and are not complete.
     """
     tasks = [(system, direction) for system in systems for direction in directions]
-    observer = reporting(report, len(tasks) * len(frequencies))
+    observer = reporting_observer(report, len(tasks) * len(frequencies))
     stop = threading.Event()
-    return run_together(
+    return run_in_threads(
         [
             partial(
                 sweep,

@@ -50,8 +50,10 @@ class SweepRow:
 
 
 COLUMNS = tuple(column.name for column in fields(SweepRow))
-FORMER = {"dte_rms_spread_m": "dte_rms_stderr_m"}  # of earlier versions, also read
-WORDS, COUNTS = ("model", "direction"), ("mesh", "period_multiple")
+RENAMED_COLUMNS = {
+    "dte_rms_spread_m": "dte_rms_stderr_m"
+}  # of earlier versions, also read
+TEXT_COLUMNS, INTEGER_COLUMNS = ("model", "direction"), ("mesh", "period_multiple")
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def format_sweep(table: SweepTable) -> str:
 def parse_sweep(text: str, source: str = "sweep") -> SweepTable:
     """Read CSV text; raises TableError naming `source`, line and column."""
     csv_table = parse_csv(text, source)
-    names = [FORMER.get(name, name) for name in csv_table.names]
+    names = [RENAMED_COLUMNS.get(name, name) for name in csv_table.names]
     for name in COLUMNS:
         if name not in names:
             raise TableError(f"{source}: column {name} is missing")
@@ -121,27 +123,29 @@ def parse_sweep(text: str, source: str = "sweep") -> SweepTable:
             raise TableError(f"{source}: unknown column {name}")
         if names.count(name) > 1:
             raise TableError(f"{source}: column {name} is there twice")
-    rows = tuple(_row(cells, names, at) for at, cells in csv_table.rows.items())
+    rows = tuple(
+        _row(cells, names, location) for location, cells in csv_table.rows.items()
+    )
     return SweepTable(rows, csv_table.header)
 
 
-def _row(cells: Sequence[str], names: Sequence[str], place: str) -> SweepRow:
+def _row(cells: Sequence[str], names: Sequence[str], location: str) -> SweepRow:
     values: dict[str, Any] = {}
     for name, cell in zip(names, cells, strict=True):
         try:
             values[name] = _value(name, cell.strip())
         except ValueError as error:
-            raise TableError(f"{place}, column {name}: {error}") from None
+            raise TableError(f"{location}, column {name}: {error}") from None
     return SweepRow(**values)
 
 
 def _value(name: str, cell: str) -> str | int | float:
-    if name in WORDS:
+    if name in TEXT_COLUMNS:
         allowed = get_args(Direction) if name == "direction" else ()
         if not cell or (allowed and cell not in allowed):
             raise ValueError(f"{cell!r} must be {' or '.join(allowed) or 'a word'}")
         return cell
-    if name in COUNTS:
+    if name in INTEGER_COLUMNS:
         count, least = int(cell), 1 if name == "mesh" else 0
         if count < least:
             raise ValueError(f"{count} must be {least} or more")

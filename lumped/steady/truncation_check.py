@@ -20,7 +20,7 @@ from lumped.steady.steppers import stepper_of
 from lumped.train.system import LumpedSystem
 
 MAX_SPEEDS = 4  # of a branch that are compared
-Watch = Callable[[float, int], None]
+Callback = Callable[[float, int], None]
 
 
 @dataclass(frozen=True)
@@ -41,16 +41,16 @@ class TruncationCheck:
 def leaves_modes_out(system: LumpedSystem) -> bool:
     """Whether a system has fewer body modes than were solved."""
     contacts = system.contacts
-    if contacts is None or contacts.solved is None:
+    if contacts is None or contacts.solved_modes is None:
         return False
-    return contacts.bodies.count < contacts.solved.count
+    return contacts.body_modes.count < contacts.solved_modes.count
 
 
 def check_truncation(
     system: LumpedSystem,
     responses: Sequence[Response],
     settings: Settings,
-    watch: Watch = lambda frequency, period: None,
+    callback: Callback = lambda frequency, period: None,
 ) -> tuple[TruncationCheck, ...]:
     """Compare responses with those of all solved body modes, from the same states.
 
@@ -58,33 +58,35 @@ def check_truncation(
     the largest RMS of each mesh, and others at equal distances in the order in which
     they were passed.
 
-    watch : as in `lumped.steady.steady_state.steady_state`
+    callback : as in `lumped.steady.steady_state.steady_state`
     """
     periodic = [
         response for response in responses if response.status == Status.PERIODIC
     ]
     if not periodic or not leaves_modes_out(system) or system.contacts is None:
         return ()
-    every = replace(system, contacts=system.contacts.with_all_modes)
-    stepper, checks = stepper_of(every, settings), []
-    for response in _chosen(periodic):
-        state = every.state_from(system, response.state)
-        other, _ = steady_state(
-            stepper, response.frequency, settings, state, response.frequency, watch
+    full_system = replace(system, contacts=system.contacts.with_all_modes)
+    stepper, checks = stepper_of(full_system, settings), []
+    for response in _select_responses(periodic):
+        state = full_system.state_from(system, response.state)
+        full_response, _ = steady_state(
+            stepper, response.frequency, settings, state, response.frequency, callback
         )
-        change = np.abs(other.dte_rms / response.dte_rms - 1.0)
-        error = math.inf if other.status == Status.DIVERGED else float(change.max())
+        change = np.abs(full_response.dte_rms / response.dte_rms - 1.0)
+        error = (
+            math.inf if full_response.status == Status.DIVERGED else float(change.max())
+        )
         checks.append(TruncationCheck(response.frequency, error))
     return tuple(sorted(checks, key=lambda check: check.frequency))
 
 
-def _chosen(responses: Sequence[Response]) -> list[Response]:
+def _select_responses(responses: Sequence[Response]) -> list[Response]:
     if len(responses) <= MAX_SPEEDS:
         return list(responses)
     rms = np.array([response.dte_rms for response in responses])
-    chosen = list(dict.fromkeys(rms.argmax(axis=0).tolist()))[:MAX_SPEEDS]
-    spread = np.linspace(0, len(responses) - 1, MAX_SPEEDS + 2)[1:-1].round()
-    for place in spread.astype(int).tolist():
-        if len(chosen) < MAX_SPEEDS and place not in chosen:
-            chosen.append(place)
-    return [responses[place] for place in chosen]
+    indices = list(dict.fromkeys(rms.argmax(axis=0).tolist()))[:MAX_SPEEDS]
+    even_indices = np.linspace(0, len(responses) - 1, MAX_SPEEDS + 2)[1:-1].round()
+    for index in even_indices.astype(int).tolist():
+        if len(indices) < MAX_SPEEDS and index not in indices:
+            indices.append(index)
+    return [responses[index] for index in indices]

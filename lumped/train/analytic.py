@@ -9,23 +9,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.checks import checked, require_fields
-from lumped.train.excitation import MODELS, MeshExcitation, PairExcitation, with_errors
+from lumped.common.checks import check_arguments, require_fields
+from lumped.train.excitation import (
+    MODELS,
+    MeshExcitation,
+    PairExcitation,
+    with_pitch_errors,
+)
 from lumped.train.waves import (
     POSITION_TOL,
     Wave,
-    constant,
+    constant_wave,
     cut_into_pitches,
-    from_harmonics,
-    from_samples,
-    line_pieces,
-    total,
+    linear_pieces,
+    sum_waves,
+    wave_from_harmonics,
+    wave_from_samples,
 )
 
 Array = NDArray[np.float64]
 Points = Sequence[tuple[float, float]]  # (base pitches from the pitch point, value)
 STE_POINTS = 512  # points per base pitch of a static transmission error
-PITCHES = 64  # base pitches that are solved at once if they differ
+PITCHES_PER_BLOCK = 64  # base pitches that are solved at once if they differ
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,13 +60,13 @@ class StiffnessParameters:
 
     def __post_init__(self) -> None:
         require_fields(self)
-        room = min(self.part, 1.0 - self.part)
+        max_ramp = min(self.part, 1.0 - self.part)
         checks = {
             "mean": (0.0 < self.mean < math.inf, "positive"),
             "variation": (0.0 <= self.variation < 1.0, "from 0 to below 1"),
             "contact_ratio": (1.0 <= self.contact_ratio < 20.0, "from 1 to below 20"),
             "load_share": (0.0 < self.load_share < 1.0, "between 0 and 1"),
-            "ramp": (0.0 <= self.ramp <= room, f"from 0 to {room!r}"),
+            "ramp": (0.0 <= self.ramp <= max_ramp, f"from 0 to {max_ramp!r}"),
         }
         for name, (ok, allowed) in checks.items():
             if not ok:
@@ -95,7 +100,7 @@ class StiffnessParameters:
         return -(half if self.approach is None else self.approach)
 
 
-@checked
+@check_arguments
 def analytic_excitation(
     figures: StiffnessParameters,
     model: int = 1,
@@ -120,15 +125,17 @@ def analytic_excitation(
             raise ValueError(
                 "harmonics represent the complete mesh; pitch_errors are of tooth pairs"
             )
-        return _by_harmonics(figures, model, gap, force, harmonics)
+        return _excitation_by_harmonics(figures, model, gap, force, harmonics)
     springs = pair_springs(figures, gap, errors)
     if model == 1:
         return MeshExcitation(springs, figures.mean)
     if model == 2:
         error = static_error(springs, force)
-        spring = PairExcitation(constant(figures.mean), error.scaled(1.0, -error.mean))
+        spring = PairExcitation(
+            constant_wave(figures.mean), error.scaled(1.0, -error.mean)
+        )
         return MeshExcitation((spring,), figures.mean)
-    stiffness = total([spring.stiffness for spring in springs])
+    stiffness = sum_waves([spring.stiffness for spring in springs])
     if errors.size and force > 0.0:
         stiffness = loaded_stiffness(springs, force)
     spring = PairExcitation(stiffness, static_error(springs, 0.0))
@@ -139,17 +146,17 @@ def pair_springs(
     figures: StiffnessParameters, gap: Points = (), pitch_errors: ArrayLike = ()
 ) -> tuple[PairExcitation, ...]:
     """Stiffness and gap of every tooth pair in contact within a base pitch."""
-    stiffness = _cut(pair_profile(figures))
-    gaps = _cut([(x, y) for x, y in gap]) if gap else {}
-    none, errors = constant(0.0), np.asarray(pitch_errors, float)
+    stiffness = _waves_by_pair(pair_profile(figures))
+    gaps = _waves_by_pair([(x, y) for x, y in gap]) if gap else {}
+    none, errors = constant_wave(0.0), np.asarray(pitch_errors, float)
     return tuple(
-        PairExcitation(stiffness[k], with_errors(gaps.get(k, none), k, errors), k)
+        PairExcitation(stiffness[k], with_pitch_errors(gaps.get(k, none), k, errors), k)
         for k in stiffness
     )
 
 
-def _cut(points: Points) -> dict[int, Wave]:
-    return cut_into_pitches(*line_pieces(points), {x for x, _ in points}, 0.0)
+def _waves_by_pair(points: Points) -> dict[int, Wave]:
+    return cut_into_pitches(*linear_pieces(points), {x for x, _ in points}, 0.0)
 
 
 def pair_profile(figures: StiffnessParameters) -> list[tuple[float, float]]:
@@ -169,15 +176,15 @@ def pair_profile(figures: StiffnessParameters) -> list[tuple[float, float]]:
             ends = (start + k + figures.part, start + k + 1.0)
             corners += [(x, figures.low / n) for x in ends]
     corners.append((start + c, 0.0))
-    return _ramped(corners, figures.ramp) if figures.ramp else corners
+    return _add_ramps(corners, figures.ramp) if figures.ramp else corners
 
 
-def _ramped(corners: Points, ramp: float) -> list[tuple[float, float]]:
+def _add_ramps(corners: Points, ramp: float) -> list[tuple[float, float]]:
     """Replace jumps by slopes of length `ramp` about them; the mean is unchanged."""
     out: list[tuple[float, float]] = []
     groups = sorted({x for x, _ in corners})
     for x in groups:
-        values = [y for at, y in corners if at == x]
+        values = [y for position, y in corners if position == x]
         before, after = values[0], values[-1]
         out += [(x - 0.5 * ramp, before), (x + 0.5 * ramp, after)]
     return out
@@ -189,14 +196,14 @@ def static_error(springs: Sequence[PairExcitation], force: float) -> Wave:
     It is exact at the corners of all waves and at STE_POINTS positions between them.
     """
     corners, x = _nodes(springs)
-    after, before = _at_nodes(springs, force, x)
+    after, before = _errors_at_nodes(springs, force, x)
     return _polygon(x, after, before, corners)
 
 
 def loaded_stiffness(springs: Sequence[PairExcitation], force: float) -> Wave:
     """Force over its share of the transmission error [N/m], if pairs differ."""
     corners, x = _nodes(springs)
-    loaded, free = (_at_nodes(springs, f, x) for f in (force, 0.0))
+    loaded, free = (_errors_at_nodes(springs, f, x) for f in (force, 0.0))
     after, before = (force / (one - two) for one, two in zip(loaded, free, strict=True))
     return _polygon(x, after, before, corners)
 
@@ -210,15 +217,15 @@ def _nodes(springs: Sequence[PairExcitation]) -> tuple[list[float], Array]:
     return corners, np.append(x[:-1][np.diff(x) > POSITION_TOL], 1.0)
 
 
-def _at_nodes(
+def _errors_at_nodes(
     springs: Sequence[PairExcitation], force: float, x: Array
 ) -> tuple[Array, Array]:
     """Transmission errors (c, n) at the starts and ends of n pieces."""
     period = math.lcm(*(spring.period for spring in springs))
-    blocks = np.array_split(np.arange(period), math.ceil(period / PITCHES))
+    blocks = np.array_split(np.arange(period), math.ceil(period / PITCHES_PER_BLOCK))
     after, before = (
         np.concatenate([_static_errors(springs, x[s], force, side, b) for b in blocks])
-        for s, side in _ENDS
+        for s, side in _PIECE_ENDS
     )
     return after, before
 
@@ -229,7 +236,7 @@ def _polygon(x: Array, after: Array, before: Array, corners: list[float]) -> Wav
     return Wave(x, rows if len(rows) > 1 else rows[0], tuple(corners))
 
 
-_ENDS = ((slice(None, -1), 1), (slice(1, None), -1))
+_PIECE_ENDS = ((slice(None, -1), 1), (slice(1, None), -1))
 
 
 def _static_errors(
@@ -256,27 +263,27 @@ def lowest_deflection(stiffness: Array, gap: Array, force: float) -> Array:
     gap = np.where(stiffness > 0.0, gap, np.inf)
     order = np.argsort(gap, axis=0)
     k, g = (np.take_along_axis(v, order, axis=0) for v in (stiffness, gap))
-    held = np.cumsum(k, axis=0)
+    total_stiffness = np.cumsum(k, axis=0)
     moment = np.cumsum(np.where(k > 0.0, k * np.where(k > 0.0, g, 0.0), 0.0), axis=0)
-    return ((force + moment) / held).min(axis=0)
+    return ((force + moment) / total_stiffness).min(axis=0)
 
 
-def _by_harmonics(
+def _excitation_by_harmonics(
     figures: StiffnessParameters, model: int, gap: Points, force: float, harmonics: int
 ) -> MeshExcitation:
     if harmonics < 1:
         raise ValueError(f"harmonics must be 1 or more, got {harmonics}")
     if any(value != 0.0 for _, value in gap):
         raise ValueError("harmonics represent the complete mesh; gaps need tooth pairs")
-    wave = from_harmonics(figures.mean, stiffness_harmonics(figures, harmonics))
+    wave = wave_from_harmonics(figures.mean, stiffness_harmonics(figures, harmonics))
     if model == 2:
         x = np.arange(STE_POINTS) / STE_POINTS
         error = force / wave(x)
         spring = PairExcitation(
-            constant(figures.mean), from_samples(error - error.mean())
+            constant_wave(figures.mean), wave_from_samples(error - error.mean())
         )
     else:
-        spring = PairExcitation(wave, constant(0.0))
+        spring = PairExcitation(wave, constant_wave(0.0))
     return MeshExcitation((spring,), figures.mean)
 
 
@@ -289,5 +296,7 @@ def stiffness_harmonics(figures: StiffnessParameters, count: int) -> list[comple
     s = np.arange(1, count + 1)
     height = figures.mean * figures.variation
     centre = figures.start + 0.5 * figures.part
-    size = height * figures.part * np.sinc(s * figures.part) * np.sinc(s * figures.ramp)
-    return list(size * np.exp(-2j * np.pi * s * centre))
+    amplitude = (
+        height * figures.part * np.sinc(s * figures.part) * np.sinc(s * figures.ramp)
+    )
+    return list(amplitude * np.exp(-2j * np.pi * s * centre))

@@ -85,11 +85,11 @@ def check_springs(mesh: int, reference: RestReference) -> StaticCheck | None:
     excitation, expected = reference.excitation, reference.transmission_error
     error = static_error(excitation.pairs, reference.force)
     # the table covers one base pitch of equal teeth, or all until they repeat
-    place = np.arange(expected.size) * (excitation.period / expected.size)
-    return compare_at_rest(mesh, error(place), expected)
+    position = np.arange(expected.size) * (excitation.period / expected.size)
+    return compare_at_rest(mesh, error(position), expected)
 
 
-def of_equal_teeth(excitation: MeshExcitation) -> MeshExcitation:
+def remove_pitch_errors(excitation: MeshExcitation) -> MeshExcitation:
     """Return an excitation of tooth pairs without their pitch errors."""
     pairs = (
         replace(pair, gap=replace(pair.gap, offsets=np.zeros(0)))

@@ -23,7 +23,7 @@ class Coordinates:
     """Inertias, springs and loads in n physical coordinates (rad and m).
 
     labels : ("pinion", "rotation"), ("pinion", "x"), ...
-    places : index of the coordinate by gear index and "rotation", "x" or "y"
+    indices : index of the coordinate by gear index and "rotation", "x" or "y"
     mass : (n,) [kg m2 or kg]
     load : (n,) external loads [N m or N]
     mesh_rows : (meshes, n) rows; mesh deflection is row times displacement [m]
@@ -32,7 +32,7 @@ class Coordinates:
     """
 
     labels: tuple[tuple[str, str], ...]
-    places: Mapping[tuple[int, str], int]
+    indices: Mapping[tuple[int, str], int]
     mass: Array
     load: Array
     mesh_rows: Array
@@ -40,29 +40,29 @@ class Coordinates:
     spring_stiffness: Array
 
 
-def coordinates(train: Train) -> Coordinates:
+def train_coordinates(train: Train) -> Coordinates:
     """Degrees of freedom of a train; raises TrainError if nothing can move."""
     groups = rigid_groups(train)
-    places: dict[tuple[int, str], int] = {}
+    indices: dict[tuple[int, str], int] = {}
     labels: list[tuple[str, str]] = []
     for members in groups:
-        kinds = ["rotation"]
+        directions = ["rotation"]
         if any(train.gears[g].bearing_stiffness for g in members):
             _require_masses(train, members)
-            kinds += ["x", "y"]
+            directions += ["x", "y"]
         name = "+".join(train.gears[g].name for g in members)
-        for kind in kinds:
-            places |= {(g, kind): len(labels) for g in members}
+        for kind in directions:
+            indices |= {(g, kind): len(labels) for g in members}
             labels.append((name, kind))
     n = len(labels)
     mass, load = np.zeros(n), np.zeros(n)
-    for (gear, kind), i in places.items():
+    for (gear, kind), i in indices.items():
         part = train.gears[gear]
         mass[i] += part.inertia if kind == "rotation" else part.mass or 0.0
         load[i] += part.torque if kind == "rotation" else 0.0
-    rows = np.array([_mesh_row(train, mesh, places, n) for mesh in train.meshes])
-    stiffness, elongations = _springs(train, places, n)
-    return Coordinates(tuple(labels), places, mass, load, rows, elongations, stiffness)
+    rows = np.array([_mesh_row(train, mesh, indices, n) for mesh in train.meshes])
+    stiffness, elongations = _springs(train, indices, n)
+    return Coordinates(tuple(labels), indices, mass, load, rows, elongations, stiffness)
 
 
 def rigid_groups(train: Train) -> list[tuple[int, ...]]:
@@ -95,7 +95,7 @@ def line_of_action(train: Train, mesh: Mesh) -> tuple[float, float]:
 
 
 def _mesh_row(
-    train: Train, mesh: Mesh, places: dict[tuple[int, str], int], n: int
+    train: Train, mesh: Mesh, indices: dict[tuple[int, str], int], n: int
 ) -> Array:
     """Deflection per displacement, positive where the teeth are pressed together."""
     row = np.zeros(n)
@@ -103,29 +103,29 @@ def _mesh_row(
     direction = dict(zip("xy", line_of_action(train, mesh), strict=True))
     for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
         # both gears' rotations close the mesh in the driver's sense
-        row[places[gear, "rotation"]] += sense * train.gears[gear].base_radius
+        row[indices[gear, "rotation"]] += sense * train.gears[gear].base_radius
         for axis, cosine in direction.items():
-            if (gear, axis) in places:
-                row[places[gear, axis]] += side * cosine
+            if (gear, axis) in indices:
+                row[indices[gear, axis]] += side * cosine
     return row
 
 
 def _springs(
-    train: Train, places: dict[tuple[int, str], int], n: int
+    train: Train, indices: dict[tuple[int, str], int], n: int
 ) -> tuple[Array, Array]:
     """Stiffness (springs,) and elongation rows (springs, n)."""
     springs: list[tuple[float, list[tuple[int, float]]]] = []
     for i, gear in enumerate(train.gears):
         for axis, stiffness in zip("xy", gear.bearing_stiffness or (), strict=False):
-            springs.append((stiffness, [(places[i, axis], 1.0)]))
-        springs.append((gear.coupling_stiffness, [(places[i, "rotation"], 1.0)]))
+            springs.append((stiffness, [(indices[i, axis], 1.0)]))
+        springs.append((gear.coupling_stiffness, [(indices[i, "rotation"], 1.0)]))
     for shaft in train.shafts:
         if shaft.stiffness is not None:
-            one, two = (places[gear, "rotation"] for gear in shaft.gears)
+            one, two = (indices[gear, "rotation"] for gear in shaft.gears)
             springs.append((shaft.stiffness, [(one, 1.0), (two, -1.0)]))
     springs = [(stiffness, ends) for stiffness, ends in springs if stiffness > 0.0]
     rows = np.zeros((len(springs), n))
     for row, (_, ends) in zip(rows, springs, strict=True):
-        for place, sign in ends:
-            row[place] += sign
+        for index, sign in ends:
+            row[index] += sign
     return np.array([stiffness for stiffness, _ in springs]), rows

@@ -1,6 +1,6 @@
 """A train whose contacts deflect each other: the coupled model.
 
-Every tooth pair has its own law of load over penetration, which stiffens like Hertzian
+Every tooth pair has its own curve of load over penetration, which stiffens as Hertzian
 contact. Pairs of a mesh, and of all meshes of a gear, deflect each other through the
 bodies of their gears. Coordinates are the mean rotations of the gears' masses: in these
 axes the inertia of an elastic body does not move its mean, and its compliance is that
@@ -52,7 +52,7 @@ from lumped.kernels.arrays import (
     CoupledSteps,
     CoupledSystem,
     PenetrationProblem,
-    in_row_order,
+    make_contiguous,
 )
 from lumped.train.propagator import LinearPart
 from lumped.train.truncation import TruncationModel
@@ -60,12 +60,12 @@ from lumped.train.truncation import TruncationModel
 Array = NDArray[np.float64]
 COMPONENTS = "hardening", "pairs", "body", "meshes", "modes"
 MAX_FACING_GAP = 5e-3  # m, gaps beyond which flanks do not face each other
-MAX_ITERATIONS = 60  # iterations of Newton's method for static equilibrium
-ROUNDING = 1e-9  # round-off of a position in a mesh cycle
+MAX_NEWTON_ITERATIONS = 60  # iterations of Newton's method for static equilibrium
+POSITION_ROUND_OFF = 1e-9  # round-off of a position in a mesh cycle
 EQUILIBRIUM_RTOL = 1e-12  # error relative to the range of the contacts' tables
 
 
-OF_EACH = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
+MODE_FIELDS = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,16 +96,16 @@ class BodyModes:
     def count(self) -> int:
         return self.angular.size
 
-    def only(self, retained: NDArray[np.bool_]) -> BodyModes:
+    def select(self, retained: NDArray[np.bool_]) -> BodyModes:
         """Return a subset of the modes by a mask (b,)."""
-        values = {name: vars(self)[name][retained] for name in OF_EACH}
+        values = {name: vars(self)[name][retained] for name in MODE_FIELDS}
         rows = np.ascontiguousarray(self.rows[..., retained])
         return BodyModes(
             **values, mass=self.mass[np.ix_(retained, retained)], rows=rows
         )
 
     @property
-    def pairs(self) -> Array:
+    def pair_whirl(self) -> Array:
         """Rates `whirl` (w,) of the pairs."""
         travelling = self.whirl[self.nodal_diameters > 0]
         return travelling[: travelling.size // 2]
@@ -150,10 +150,10 @@ class CoupledContacts:
         per acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
     modes : modes of the bodies as separate coordinates; C, U and W still include them
-    solved : all body modes that were solved, of which `modes` are coordinates
-    inertia : inertia of all solved body modes, and of the rest of the bodies
+    solved_modes : all body modes that were solved, of which `modes` are coordinates
+    truncation_model : inertia of all solved body modes, and of the rest of the bodies
     retained : (b,) mask of the solved modes that are coordinates
-    without : those of INGREDIENTS that are left out
+    without : those of COMPONENTS that are left out
     """
 
     contacts: Contacts
@@ -165,19 +165,21 @@ class CoupledContacts:
     inertia_rows: Array
     work: Array
     modes: BodyModes | None = None
-    solved: BodyModes | None = None
-    inertia: TruncationModel | None = None
+    solved_modes: BodyModes | None = None
+    truncation_model: TruncationModel | None = None
     retained: NDArray[np.bool_] | None = None
     without: tuple[str, ...] = ()
 
     @property
     def with_all_modes(self) -> CoupledContacts:
         """The contacts with all solved body modes as coordinates."""
-        if self.solved is None or self.retained is None:
+        if self.solved_modes is None or self.retained is None:
             return self
         without = tuple(name for name in self.without if name != "modes")
         retained = np.ones_like(self.retained)
-        return replace(self, modes=self.solved, retained=retained, without=without)
+        return replace(
+            self, modes=self.solved_modes, retained=retained, without=without
+        )
 
     @property
     def of_equal_teeth(self) -> CoupledContacts:
@@ -186,7 +188,7 @@ class CoupledContacts:
         return replace(self, contacts=self.contacts._replace(errors=errors))
 
     @property
-    def bodies(self) -> BodyModes:
+    def body_modes(self) -> BodyModes:
         """Body modes that are coordinates of the model."""
         if self.modes is None or not {"body", "modes"}.isdisjoint(self.without):
             return no_body_modes(*self.rows.shape)
@@ -220,7 +222,7 @@ class LoadedState:
     load : (p + 1, c) load of the contacts [N]
     penetration : (p + 1, c) penetration of the contacts [m]
     load_sensitivity : (p + 1, c, n) load of the contacts per coordinate
-    place : (p + 1, n) coordinates
+    coordinates : (p + 1, n) coordinates
     springs : (n, n) stiffness without the meshes, in modal coordinates in mean axes
     tangent : (p, m, n, n) tangent stiffness of each mesh [1/s2]; a load that is
         transmitted to another mesh counts half for each
@@ -230,7 +232,7 @@ class LoadedState:
     load: Array
     penetration: Array
     load_sensitivity: Array
-    place: Array
+    coordinates: Array
     springs: Array
     tangent: Array
 
@@ -265,34 +267,36 @@ class LoadedState:
 def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem:
     """System in the form that the kernels take, without the ingredients left out."""
     if "body" in coupled.without:
-        nothing = np.zeros_like(coupled.inertia_rows), np.zeros_like(coupled.work)
-        coupled = replace(coupled, inertia_rows=nothing[0], work=nothing[1])
-    system, hubs = _in_mean_axes(*_with_bodies(coupled, train), coupled.bodies.pairs)
-    start = _start(train, system)
+        zeros = np.zeros_like(coupled.inertia_rows), np.zeros_like(coupled.work)
+        coupled = replace(coupled, inertia_rows=zeros[0], work=zeros[1])
+    system, hubs = _in_mean_axes(
+        *_with_body_modes(coupled, train), coupled.body_modes.pair_whirl
+    )
+    start = _initial_coordinates(train, system)
     for name, leave_out in LEAVE_OUT.items():
         if name in coupled.without:
             # about the state of the model with the ingredients not yet left out
             loaded = loaded_state(system, start)
             system = system._replace(contacts=leave_out(system, loaded))
-    return system._replace(damping=_damping(system, hubs, train, coupled.bodies))
+    return system._replace(damping=_damping(system, hubs, train, coupled.body_modes))
 
 
-def _start(train: ModalTrain, system: CoupledSystem) -> Array:
+def _initial_coordinates(train: ModalTrain, system: CoupledSystem) -> Array:
     """Coordinates (n,) near static equilibrium."""
     start = np.zeros(system.load.size)
     start[: train.start.size] = train.start
     return start
 
 
-def _with_bodies(
+def _with_body_modes(
     coupled: CoupledContacts, train: ModalTrain
 ) -> tuple[CoupledContacts, ModalTrain]:
     """Contacts and springs in the coordinates of hubs and body modes, of unit mass."""
-    bodies, hubs = coupled.bodies, train.load.size
+    bodies, hubs = coupled.body_modes, train.load.size
     E, G, squares = bodies.rows, bodies.coupling, bodies.angular**2
     size, to_unit = hubs + bodies.count, bodies.to_unit
 
-    def joined(of_hubs: Array, of_bodies: Array) -> Array:
+    def in_unit_coordinates(of_hubs: Array, of_bodies: Array) -> Array:
         return np.concatenate([of_hubs, of_bodies], axis=-1) @ to_unit
 
     compliance = coupled.contacts.normal_compliance - np.einsum(
@@ -307,8 +311,8 @@ def _with_bodies(
     none = np.zeros(bodies.count)
     contacts = replace(
         coupled,
-        rows=joined(coupled.rows, E),
-        inertia_rows=joined(inertial, np.zeros_like(E)),
+        rows=in_unit_coordinates(coupled.rows, E),
+        inertia_rows=in_unit_coordinates(inertial, np.zeros_like(E)),
         work=to_unit.T @ work @ to_unit,
         contacts=coupled.contacts._replace(normal_compliance=compliance),
     )
@@ -316,7 +320,9 @@ def _with_bodies(
         train,
         stiffness=to_unit.T @ stiffness @ to_unit,
         load=np.concatenate([train.load, none]) @ to_unit,
-        shapes=joined(train.shapes, np.zeros((len(train.shapes), bodies.count))),
+        shapes=in_unit_coordinates(
+            train.shapes, np.zeros((len(train.shapes), bodies.count))
+        ),
     )
     return contacts, springs
 
@@ -329,35 +335,45 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
     """
     grid, mesh_of = system.contacts.gap.shape[1] - 1, system.mesh_of
     cycles = system.rate * (np.arange(steps * periods[0]) / steps)[:, None]
-    turn = np.floor(cycles + ROUNDING).astype(np.int64)
-    at = np.maximum(cycles - turn, 0.0) * grid
-    place = np.minimum((at + ROUNDING * grid).astype(np.int64), grid - 1)
-    part = np.where(np.abs(at - place) < ROUNDING * grid, 0.0, at - place)
+    mesh_cycle = np.floor(cycles + POSITION_ROUND_OFF).astype(np.int64)
+    table_position = np.maximum(cycles - mesh_cycle, 0.0) * grid
+    grid_index = np.minimum(
+        (table_position + POSITION_ROUND_OFF * grid).astype(np.int64), grid - 1
+    )
+    cell_fraction = np.where(
+        np.abs(table_position - grid_index) < POSITION_ROUND_OFF * grid,
+        0.0,
+        table_position - grid_index,
+    )
 
-    def between(table: Array) -> Array:
+    def interpolate(table: Array) -> Array:
         """Entries (s, c, ...) of a table (c, p + 1, ...) at the steps."""
-        every, here = np.arange(len(mesh_of)), place[:, mesh_of]
-        share = part[:, mesh_of].reshape(*here.shape, *[1] * (table.ndim - 2))
-        return (1.0 - share) * table[every, here] + share * table[every, here + 1]
+        contact_indices, cells = np.arange(len(mesh_of)), grid_index[:, mesh_of]
+        fraction = cell_fraction[:, mesh_of].reshape(
+            *cells.shape, *[1] * (table.ndim - 2)
+        )
+        return (1.0 - fraction) * table[contact_indices, cells] + fraction * table[
+            contact_indices, cells + 1
+        ]
 
-    gap = between(system.contacts.gap)
+    gap = interpolate(system.contacts.gap)
     compliance = np.swapaxes(system.contacts.normal_compliance, 0, 1)
     facing = gap < MAX_FACING_GAP
     faces = np.where(facing, np.arange(len(mesh_of)), len(mesh_of))
     faces = np.sort(faces)[:, : facing.sum(axis=1).max()]
     step_grid = ContactGrid(
-        place=place,
-        part=part,
-        turn=turn,
+        grid_index=grid_index,
+        fraction=cell_fraction,
+        mesh_cycle=mesh_cycle,
         periods=np.array(periods),
         gap=gap,
-        rows=between(system.rows),
-        ahead=between(system.ahead),
-        compliance=between(compliance),
+        rows=interpolate(system.rows),
+        ahead=interpolate(system.ahead),
+        compliance=interpolate(compliance),
         facing=facing,
-        faces=np.where(faces < len(mesh_of), faces, -1),
+        facing_contacts=np.where(faces < len(mesh_of), faces, -1),
     )
-    return in_row_order(step_grid)
+    return make_contiguous(step_grid)
 
 
 def coupled_steps(
@@ -365,43 +381,43 @@ def coupled_steps(
     linear: LinearPart,
     grid: ContactGrid,
     frequency: float,
-    rounds: int,
+    repetitions: int,
 ) -> CoupledSteps:
     """Steps of a common period at a frequency of the first mesh [Hz].
 
-    rounds : number of repetitions of the grid in a common period
+    repetitions : number of repetitions of the grid in a common period
     """
-    from lumped.kernels.coupled import add_moving
+    from lumped.kernels.coupled import add_step_compliance
 
     steps = len(grid.gap) // int(grid.periods[0])
     h = 1.0 / (frequency * steps)
     propagator = linear.step(frequency, h)
-    a, push = linear.standing, propagator.waves[:, 2:4].sum(axis=0)
+    a, push = linear.n_standing, propagator.waves[:, 2:4].sum(axis=0)
     compliance = grid.compliance.copy()
-    newest = np.ascontiguousarray(propagator.push[:, :a])
-    add_moving(grid.rows, grid.facing, newest, push, compliance)
+    newest = np.ascontiguousarray(propagator.force_response[:, :a])
+    add_step_compliance(grid.rows, grid.facing, newest, push, compliance)
     return CoupledSteps(
-        h=np.full(rounds * len(grid.gap), h),
+        h=np.full(repetitions * len(grid.gap), h),
         grid=grid,
         propagator=propagator,
         compliance=compliance,
-        **_room(system),
+        **_allocate_workspace(system),
     )
 
 
-def _room(system: CoupledSystem) -> dict[str, Any]:
+def _allocate_workspace(system: CoupledSystem) -> dict[str, Any]:
     count = len(system.mesh_of)
     problem = PenetrationProblem(
         knots=system.contacts.knots,
         load_curve=system.contacts.load_curve,
-        place=np.zeros(system.rate.size, np.int64),
-        part=np.zeros(system.rate.size),
+        grid_index=np.zeros(system.rate.size, np.int64),
+        fraction=np.zeros(system.rate.size),
         mesh_of=system.mesh_of,
-        reversed=np.zeros(count, np.int64),
+        friction_reversed=np.zeros(count, np.int64),
         free=np.zeros(count),
-        start=np.zeros(count),
+        guess=np.zeros(count),
         cell=np.zeros(count, np.int64),
-        chosen=np.empty(count, np.int64),
+        active=np.empty(count, np.int64),
         Q=np.empty((count, count)),
         newton=np.empty((6, count)),
         loaded=np.empty(count, np.int64),
@@ -421,7 +437,7 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
 class Hubs:
     """Displacement of the hubs (n,), per coordinate (n, n) and load (c, p + 1, n)."""
 
-    turn: Array
+    rotation: Array
     hub_compliance: Array
 
 
@@ -437,24 +453,29 @@ def static_transmission_error(
 
     Raises ArithmeticError if no equilibrium is found.
     """
-    of_mesh = np.flatnonzero(coupled.mesh_of == mesh)
-    contacts, none = coupled.contacts, np.zeros((of_mesh.size, len(coupled.rows[0]), 1))
-    gap, errors = contacts.gap[of_mesh], contacts.errors[of_mesh]
+    mesh_contacts = np.flatnonzero(coupled.mesh_of == mesh)
+    contacts, none = (
+        coupled.contacts,
+        np.zeros((mesh_contacts.size, len(coupled.rows[0]), 1)),
+    )
+    gap, errors = contacts.gap[mesh_contacts], contacts.errors[mesh_contacts]
     if errors.size:
         gap = gap + errors[:, [cycle % errors.shape[1]]]
-    alone = replace(
+    single_mesh = replace(
         coupled,
-        mesh_of=np.zeros(of_mesh.size, np.int64),
-        rows=coupled.penetration_rate[of_mesh][:, :, None],
+        mesh_of=np.zeros(mesh_contacts.size, np.int64),
+        rows=coupled.penetration_rate[mesh_contacts][:, :, None],
         inertia_rows=none,
         work=np.zeros((1, 1)),
         modes=None,
         contacts=contacts._replace(
-            first=np.array([0, of_mesh.size]),
+            first=np.array([0, mesh_contacts.size]),
             gap=gap,
             knots=contacts.knots[[mesh]],
-            load_curve=contacts.load_curve[of_mesh],
-            normal_compliance=contacts.normal_compliance[:, of_mesh][:, :, of_mesh],
+            load_curve=contacts.load_curve[mesh_contacts],
+            normal_compliance=contacts.normal_compliance[:, mesh_contacts][
+                :, :, mesh_contacts
+            ],
         ),
     )
     one = np.ones(1)
@@ -466,7 +487,9 @@ def static_transmission_error(
         rate=one,
         start=contacts.knots[mesh, -1] * one,
     )
-    return loaded_state(coupled_system(alone, train), train.start).deflection[:, 0]
+    return loaded_state(coupled_system(single_mesh, train), train.start).deflection[
+        :, 0
+    ]
 
 
 def _in_mean_axes(
@@ -504,19 +527,19 @@ def _damping(
     system: CoupledSystem, hubs: Hubs, train: ModalTrain, bodies: BodyModes
 ) -> Array:
     """Damping matrix (n, n) of the hubs and of the body modes."""
-    loaded = loaded_state(system, _start(train, system))
-    turned = hubs.turn + np.einsum(
+    loaded = loaded_state(system, _initial_coordinates(train, system))
+    rotation = hubs.rotation + np.einsum(
         "cpi,pcj->pij", hubs.hub_compliance, loaded.load_sensitivity
     )
-    turned = bodies.to_unit @ turned[:-1]
-    both = np.concatenate([train.damping, bodies.damping])
-    damped = np.tensordot(turned * both[:, None], turned, ((0, 1), (0, 1)))
-    damped /= len(turned)
+    rotation = bodies.to_unit @ rotation[:-1]
+    mode_damping = np.concatenate([train.damping, bodies.damping])
+    damping = np.tensordot(rotation * mode_damping[:, None], rotation, ((0, 1), (0, 1)))
+    damping /= len(rotation)
     # pairs retain only their own damping: they must whirl unchanged
-    pairs = slice(damped.shape[0] - 2 * bodies.pairs.size, None)
-    damped[pairs], damped[:, pairs] = 0.0, 0.0
-    damped[pairs, pairs] = np.diag(both[pairs])
-    return np.asarray(damped)
+    pairs = slice(damping.shape[0] - 2 * bodies.pair_whirl.size, None)
+    damping[pairs], damping[:, pairs] = 0.0, 0.0
+    damping[pairs, pairs] = np.diag(mode_damping[pairs])
+    return np.asarray(damping)
 
 
 def _without_meshes(system: CoupledSystem, loaded: LoadedState) -> Contacts:
@@ -532,14 +555,14 @@ def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     They act like springs in parallel, which is exact at rest under the load.
     """
     compliance = system.contacts.normal_compliance.copy()
-    others = system.mesh_of[:, None] == system.mesh_of
-    np.fill_diagonal(others, False)
-    shared = np.einsum("pcd,pd->pc", compliance * others, loaded.load)
+    same_mesh = system.mesh_of[:, None] == system.mesh_of
+    np.fill_diagonal(same_mesh, False)
+    shared = np.einsum("pcd,pd->pc", compliance * same_mesh, loaded.load)
     carries = loaded.load > 0.0
     mutual = np.divide(shared, loaded.load, np.zeros_like(shared), where=carries)
-    compliance[:, others] = 0.0
-    every = np.arange(system.mesh_of.size)
-    compliance[:, every, every] += mutual
+    compliance[:, same_mesh] = 0.0
+    contact_indices = np.arange(system.mesh_of.size)
+    compliance[:, contact_indices, contact_indices] += mutual
     # pairs that are kept apart by others at rest stay apart
     gap = system.contacts.gap + np.where(carries, 0.0, shared).T
     return system.contacts._replace(normal_compliance=compliance, gap=gap)
@@ -548,13 +571,15 @@ def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
 def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     """Contacts with the secant stiffness at the largest load that each has at rest."""
     contacts = system.contacts
-    top = np.maximum(loaded.penetration.max(axis=0), 1e-3 * contacts.knots[0, -1])
-    load, _ = contact_loads(system, np.tile(top, (len(loaded.load), 1)))
-    law = np.zeros_like(contacts.load_curve)
-    secant = (load / top).T[:, :, None, None]
-    law[..., 1] = secant
-    law[..., 0] = secant * contacts.knots[system.mesh_of][:, None, None, :-1]
-    return contacts._replace(load_curve=law)
+    max_penetration = np.maximum(
+        loaded.penetration.max(axis=0), 1e-3 * contacts.knots[0, -1]
+    )
+    load, _ = contact_loads(system, np.tile(max_penetration, (len(loaded.load), 1)))
+    load_curve = np.zeros_like(contacts.load_curve)
+    secant = (load / max_penetration).T[:, :, None, None]
+    load_curve[..., 1] = secant
+    load_curve[..., 0] = secant * contacts.knots[system.mesh_of][:, None, None, :-1]
+    return contacts._replace(load_curve=load_curve)
 
 
 LEAVE_OUT = {  # in this order, in addition to the body
@@ -574,30 +599,30 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
     K, B = system.stiffness, system.rows.transpose(1, 0, 2)
     Q, gap = system.contacts.normal_compliance, system.contacts.gap.T
     positions, count, n = B.shape
-    q, eye = start + _closing(system, start), np.eye(count)
-    x = _times(B, q) - gap
-    exact = EQUILIBRIUM_RTOL * system.contacts.knots[:, -1].max()
-    for _ in range(MAX_ITERATIONS):
+    q, eye = start + _touching_coordinates(system, start), np.eye(count)
+    x = _multiply(B, q) - gap
+    tolerance = EQUILIBRIUM_RTOL * system.contacts.knots[:, -1].max()
+    for _ in range(MAX_NEWTON_ITERATIONS):
         F, D = contact_loads(system, x)
-        miss = [
-            x + _times(Q, F) - _times(B, q) + gap,
-            q @ K + _times(B.transpose(0, 2, 1), F) - system.load,
+        residual = [
+            x + _multiply(Q, F) - _multiply(B, q) + gap,
+            q @ K + _multiply(B.transpose(0, 2, 1), F) - system.load,
         ]
         matrix = np.zeros((positions, count + n, count + n))
         matrix[:, :count, :count] = eye + Q * D[:, None, :]
         matrix[:, :count, count:] = -B
         matrix[:, count:, :count] = B.transpose(0, 2, 1) * D[:, None, :]
         matrix[:, count:, count:] = K
-        step = _solve(matrix, np.concatenate(miss, axis=1))
+        step = _solve(matrix, np.concatenate(residual, axis=1))
         x, q = x - step[:, :count], q - step[:, count:]
         if not np.isfinite(step).all():
             break
-        if (np.abs(step[:, :count]) < exact).all():
+        if (np.abs(step[:, :count]) < tolerance).all():
             return _linearise(system, x, q, B)
     raise ArithmeticError("no static equilibrium of the contacts was found")
 
 
-def _closing(system: CoupledSystem, start: Array) -> Array:
+def _touching_coordinates(system: CoupledSystem, start: Array) -> Array:
     """Coordinates (p + 1, n) at which the flanks that carry load begin to touch.
 
     Newton's method cannot leave a gap, where there is no stiffness.
@@ -617,20 +642,20 @@ def _closing(system: CoupledSystem, start: Array) -> Array:
 
 def _linearise(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
     F, D = contact_loads(system, x)
-    by_loads = np.einsum("cpm,pc->pm", system.ahead, F)
+    ahead_deflection = np.einsum("cpm,pc->pm", system.ahead, F)
     Q, eye = system.contacts.normal_compliance, np.eye(len(system.mesh_of))
-    pressed = np.asarray(
+    load_sensitivity = np.asarray(
         np.linalg.solve(eye + D[:, :, None] * Q, D[:, :, None] * B), float
     )
     # the end of the cycle is the start of the next
     of_mesh = np.eye(system.rate.size)[system.mesh_of]  # (c, m)
-    tangent = np.einsum("cm,pci,pcj->pmij", of_mesh, B[:-1], pressed[:-1])
+    tangent = np.einsum("cm,pci,pcj->pmij", of_mesh, B[:-1], load_sensitivity[:-1])
     return LoadedState(
-        deflection=system.offset + q @ system.shapes.T + by_loads,
+        deflection=system.offset + q @ system.shapes.T + ahead_deflection,
         load=F,
         penetration=x,
-        load_sensitivity=pressed,
-        place=q,
+        load_sensitivity=load_sensitivity,
+        coordinates=q,
         springs=system.stiffness,
         tangent=0.5 * (tangent + np.swapaxes(tangent, 2, 3)),
     )
@@ -638,23 +663,25 @@ def _linearise(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedSta
 
 def contact_loads(system: CoupledSystem, x: Array) -> tuple[Array, Array]:
     """Loads [N] and slopes [N/m] of the contacts at penetrations, all (p + 1, c)."""
-    law, knots = (
+    load_curve, knots = (
         system.contacts.load_curve[:, :, 0],
         system.contacts.knots[system.mesh_of],
     )
-    reach, cells = knots[:, -1], law.shape[2]
-    inside = np.clip(x, 0.0, reach)
-    cell = np.minimum((cells * np.sqrt(inside / reach)).astype(int), cells - 1)
-    contact, place = np.arange(x.shape[1])[None, :], np.arange(len(x))[:, None]
+    max_penetration, cells = knots[:, -1], load_curve.shape[2]
+    inside = np.clip(x, 0.0, max_penetration)
+    cell = np.minimum(
+        (cells * np.sqrt(inside / max_penetration)).astype(int), cells - 1
+    )
+    contact, position = np.arange(x.shape[1])[None, :], np.arange(len(x))[:, None]
     cell -= inside < knots[contact, cell]  # round-off of the root
     t = inside - knots[contact, cell]
-    c0, c1, c2, c3 = np.moveaxis(law[contact, place, cell], -1, 0)
+    c0, c1, c2, c3 = np.moveaxis(load_curve[contact, position, cell], -1, 0)
     load = (c0 + t * (c1 + t * (c2 + t * c3))) * (x > 0.0)
     slope = (c1 + t * (2.0 * c2 + t * 3.0 * c3)) * (x > 0.0)
-    return load + slope * np.maximum(x - reach, 0.0), slope
+    return load + slope * np.maximum(x - max_penetration, 0.0), slope
 
 
-def _times(matrices: Array, vectors: Array) -> Array:
+def _multiply(matrices: Array, vectors: Array) -> Array:
     return np.asarray((matrices @ vectors[..., None])[..., 0])
 
 

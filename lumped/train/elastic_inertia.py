@@ -29,8 +29,9 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Fidelity = Literal["quasistatic", "reduced"]
-LARGEST = 1e3  # r_i assigned to an undamped mode at resonance, as for zeta = 0.0005
-ABOVE = 1e-6  # relative margin of a cut-off above the highest mode, for pairs
+# R_i assigned to an undamped mode at resonance, as for zeta = 0.0005
+MAX_INERTIA_FACTOR = 1e3
+CUTOFF_MARGIN = 1e-6  # relative margin of a cut-off above the highest mode, for pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,19 +100,19 @@ class Choice:
     def sentence(self) -> str:
         """Sentence that states the choice and its reason."""
         extent = "at most" if self.fidelity == "quasistatic" else "up to"
-        where = f"at {_digits(self.speed_Hz, 4)} Hz"
-        where += f" in mesh {self.mesh + 1}" if len(self.retained) > 1 else ""
+        location = f"at {_format_digits(self.speed_Hz, 4)} Hz"
+        location += f" in mesh {self.mesh + 1}" if len(self.retained) > 1 else ""
         text = (
             f"{self.fidelity}: elastic inertia changes the mesh compliance by {extent} "
-            f"{_percent(self.bound)} of the excitation's RMS ({where}), allowed are "
-            f"{_percent(self.tolerance)}"
+            f"{_format_percent(self.bound)} of the excitation's RMS ({location}), "
+            f"allowed are {_format_percent(self.tolerance)}"
         )
         if self.fidelity == "quasistatic":
             return text
         return (
             f"{text}; {' + '.join(map(str, self.retained))} modes below "
-            f"{_digits(self.cutoff_Hz / 1e3, 3)} kHz are kept, the others change it by "
-            f"at most {_percent(self.remaining)}"
+            f"{_format_digits(self.cutoff_Hz / 1e3, 3)} kHz are kept, the others "
+            f"change it by at most {_format_percent(self.remaining)}"
         )
 
 
@@ -162,7 +163,7 @@ def choose(
         raise ValueError("meshes must have one or more, got none")
     if not 0.0 <= tolerance < math.inf:
         raise ValueError(f"tolerance must be 0 or more and finite, got {tolerance}")
-    frequencies = _checked_speeds(speeds)
+    frequencies = _validate_speeds(speeds)
     tables = [
         np.array([_remaining_errors(modes, a, rate * f) for f in frequencies])
         for modes, a, rate in meshes
@@ -190,36 +191,36 @@ def _remaining_errors(
     modes: ElasticModes, amplitudes: ArrayLike, mesh_frequency: float
 ) -> Array:
     """Error (n + 1,) with the 0, 1, ..., n lowest of n modes retained."""
-    weights = normalised(amplitudes)
+    weights = normalise(amplitudes)
     if not 0.0 <= mesh_frequency < math.inf:
         raise ValueError(
             f"mesh_frequency must be 0 or more and finite, got {mesh_frequency} Hz"
         )
     order = np.argsort(modes.frequencies_Hz)
-    driven = mesh_frequency * np.arange(1.0, weights.size + 1.0)
-    x = driven[:, None] / modes.frequencies_Hz[order]
-    shares = modes.compliance[order] * inertia_part(x, modes.damping_ratio)
+    harmonic_frequencies = mesh_frequency * np.arange(1.0, weights.size + 1.0)
+    x = harmonic_frequencies[:, None] / modes.frequencies_Hz[order]
+    shares = modes.compliance[order] * inertia_factor(x, modes.damping_ratio)
     # sums from the highest mode down: the modes above each cut-off
     above = np.cumsum(shares[:, ::-1], axis=1)[:, ::-1]
     errors = np.column_stack([above, np.zeros(weights.size)])
     return np.sqrt(((weights[:, None] * errors) ** 2).sum(axis=0))
 
 
-def inertia_part(x: Array, damping_ratio: float | Array) -> Array:
+def inertia_factor(x: Array, damping_ratio: float | Array) -> Array:
     """Factor r_i at frequency ratios x of any shape, at most LARGEST."""
-    size = np.hypot(1.0 - x**2, 2.0 * damping_ratio * x)
-    return x**2 / np.maximum(size, x**2 / LARGEST)
+    magnitude = np.hypot(1.0 - x**2, 2.0 * damping_ratio * x)
+    return x**2 / np.maximum(magnitude, x**2 / MAX_INERTIA_FACTOR)
 
 
-def normalised(amplitudes: ArrayLike) -> Array:
+def normalise(amplitudes: ArrayLike) -> Array:
     """Magnitudes |A_h| (H,) with a sum of squares of 1, or all 0."""
-    sizes = np.abs(np.asarray(amplitudes))
-    _require_finite("amplitudes", sizes)
-    largest = sizes.max(initial=0.0)
+    magnitudes = np.abs(np.asarray(amplitudes))
+    _require_finite("amplitudes", magnitudes)
+    largest = magnitudes.max(initial=0.0)
     if largest == 0.0:
-        return np.zeros(sizes.size)
-    sizes = sizes / largest  # squares of very small numbers would underflow
-    return sizes / np.sqrt((sizes**2).sum())
+        return np.zeros(magnitudes.size)
+    magnitudes = magnitudes / largest  # squares of very small numbers would underflow
+    return magnitudes / np.sqrt((magnitudes**2).sum())
 
 
 def _lowest_cutoff(
@@ -230,16 +231,16 @@ def _lowest_cutoff(
     frequencies : (n,) for each mesh, rising
     errors : (n + 1,) for each mesh, with the lowest modes retained
     """
-    candidates = np.unique(np.concatenate(frequencies)) * (1.0 + ABOVE)
+    candidates = np.unique(np.concatenate(frequencies)) * (1.0 + CUTOFF_MARGIN)
     cutoffs = np.concatenate([[0.0], candidates])
     counts = [np.searchsorted(f, cutoffs) for f in frequencies]
-    worst = np.max([e[n] for e, n in zip(errors, counts, strict=True)], axis=0)
-    first = int(np.argmax(worst <= tolerance))  # with all modes the error is 0
+    max_errors = np.max([e[n] for e, n in zip(errors, counts, strict=True)], axis=0)
+    first = int(np.argmax(max_errors <= tolerance))  # with all modes the error is 0
     retained = tuple(int(n[first]) for n in counts)
-    return float(cutoffs[first]), retained, float(worst[first])
+    return float(cutoffs[first]), retained, float(max_errors[first])
 
 
-def _checked_speeds(speeds: ArrayLike) -> Array:
+def _validate_speeds(speeds: ArrayLike) -> Array:
     frequencies = np.asarray(speeds, float)
     _require_finite("speeds", frequencies)
     if not frequencies.size:
@@ -254,11 +255,11 @@ def _require_finite(name: str, values: NDArray[Any]) -> None:
         raise ValueError(f"{name} must be finite")
 
 
-def _percent(part: float) -> str:
-    return f"{_digits(100.0 * part, 2)} %"
+def _format_percent(fraction: float) -> str:
+    return f"{_format_digits(100.0 * fraction, 2)} %"
 
 
-def _digits(value: float, count: int) -> str:
+def _format_digits(value: float, count: int) -> str:
     """Format with `count` significant digits, never with an exponent."""
     return np.format_float_positional(
         value, precision=count, fractional=False, trim="-"

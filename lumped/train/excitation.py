@@ -27,20 +27,25 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.checks import checked, is_number, require_fields, shown
+from lumped.common.checks import (
+    check_arguments,
+    format_value,
+    is_number,
+    require_fields,
+)
 from lumped.train.table import MeshTable, pair_names, pair_teeth
 from lumped.train.waves import (
     Wave,
-    constant,
+    constant_wave,
     cut_into_pitches,
-    from_samples,
     monotone_cubics,
+    wave_from_samples,
 )
 
 Array = NDArray[np.float64]
 MODELS = (1, 2, 3)
 TORQUE_RTOL = 1e-4  # of torques that are typed with five digits
-WHOLE = "on the path of contact it must be finite"
+FINITE_ON_PATH = "on the path of contact it must be finite"
 STIFFNESS = "stiffness_N_per_m"
 ReliefStiffness = Literal["own", "unmodified"]
 
@@ -79,7 +84,7 @@ class MeshExcitation:
         if not self.pairs:
             raise ValueError("pairs must not be empty")
         if not is_number(self.mean_stiffness) or not 0 < self.mean_stiffness < math.inf:
-            value = shown(self.mean_stiffness)
+            value = format_value(self.mean_stiffness)
             raise ValueError(f"mean_stiffness must be positive, got {value}")
         require_fields(self)
 
@@ -89,7 +94,7 @@ class MeshExcitation:
         return math.lcm(*(pair.period for pair in self.pairs))
 
 
-@checked
+@check_arguments
 def excitation_from_table(
     table: MeshTable,
     torque: float,
@@ -120,20 +125,27 @@ def excitation_from_table(
     if model not in MODELS:
         raise ValueError(f"model must be 1, 2 or 3, got {model}")
     pitches = table_pitches(table)
-    plain = table if stiffness_table is None else stiffness_table
-    for mesh_table in (table, plain):
-        _require_stiff(mesh_table)
-    total = at_torque(plain, "stiffness_N_per_m", torque)
+    unmodified_table = table if stiffness_table is None else stiffness_table
+    for mesh_table in (table, unmodified_table):
+        _require_positive_stiffness(mesh_table)
+    total = column_at_torque(unmodified_table, "stiffness_N_per_m", torque)
     mean = float(total.mean())
     errors = np.asarray(pitch_errors, float)
     if model == 1 and table.pair_count:
-        use_own = relief_stiffness == "own"
-        if use_own and not np.array_equal(table.position, plain.position):
+        use_modified_stiffness = relief_stiffness == "own"
+        if use_modified_stiffness and not np.array_equal(
+            table.position, unmodified_table.position
+        ):
             raise ValueError(
                 "stiffness_table must have the positions of the table, got "
-                f"{plain.position.size} for {table.position.size}"
+                f"{unmodified_table.position.size} for {table.position.size}"
             )
-        return MeshExcitation(_pairs(table, plain, torque, errors, use_own), mean)
+        return MeshExcitation(
+            _pair_excitations(
+                table, unmodified_table, torque, errors, use_modified_stiffness
+            ),
+            mean,
+        )
     if errors.size:
         raise ValueError(
             "pitch_errors are gaps of tooth pairs: model 1 and a table with columns "
@@ -142,19 +154,19 @@ def excitation_from_table(
     if model == 2:
         _require_torque(table, torque)
         _require_finite(table, "ste_m")
-        error = at_torque(table, "ste_m", torque)
-        gap = from_samples(error - error.mean(), pitches)
-        return MeshExcitation((PairExcitation(constant(mean), gap),), mean)
+        error = column_at_torque(table, "ste_m", torque)
+        gap = wave_from_samples(error - error.mean(), pitches)
+        return MeshExcitation((PairExcitation(constant_wave(mean), gap),), mean)
     error = np.zeros(table.position.size)
     if "nlte_m" in table.columns:
         _require_finite(table, "nlte_m")
-        error = at_torque(table, "nlte_m", torque)
-    stiffness = from_samples(total, table_pitches(plain))
-    spring = PairExcitation(stiffness, from_samples(error, pitches))
+        error = column_at_torque(table, "nlte_m", torque)
+    stiffness = wave_from_samples(total, table_pitches(unmodified_table))
+    spring = PairExcitation(stiffness, wave_from_samples(error, pitches))
     return MeshExcitation((spring,), spring.stiffness.mean)
 
 
-def at_torque(table: MeshTable, column: str, torque: float) -> Array:
+def column_at_torque(table: MeshTable, column: str, torque: float) -> Array:
     """Column (n,) at a torque [N m], linear between the torques of the table."""
     torques, values = table.torque_Nm, table[column]
     if torques.size == 1:
@@ -162,16 +174,16 @@ def at_torque(table: MeshTable, column: str, torque: float) -> Array:
     order = np.argsort(torques)
     torques, values = torques[order], values[order]
     low, high = torques[0], torques[-1]
-    slack = 1e-9 * abs(high)
-    if not low - slack <= torque <= high + slack:
+    tolerance = 1e-9 * abs(high)
+    if not low - tolerance <= torque <= high + tolerance:
         raise ValueError(
             f"torque {torque:g} N m is outside of the mesh table's "
             f"{low:g} to {high:g} N m"
         )
     upper = int(np.clip(np.searchsorted(torques, torque), 1, max(torques.size - 1, 1)))
     step = torques[upper] - torques[upper - 1]
-    part = min(max((torque - torques[upper - 1]) / step, 0.0), 1.0)
-    return (1.0 - part) * values[upper - 1] + part * values[upper]
+    fraction = min(max((torque - torques[upper - 1]) / step, 0.0), 1.0)
+    return (1.0 - fraction) * values[upper - 1] + fraction * values[upper]
 
 
 def _require_torque(table: MeshTable, torque: float) -> None:
@@ -185,17 +197,19 @@ def _require_torque(table: MeshTable, torque: float) -> None:
         )
 
 
-def _require_stiff(table: MeshTable) -> None:
+def _require_positive_stiffness(table: MeshTable) -> None:
     values = table["stiffness_N_per_m"]
     bad = ~(np.isfinite(values) & (values > 0.0))
-    _refuse(table, "stiffness_N_per_m", bad, "must be positive")
+    _raise_at_first(table, "stiffness_N_per_m", bad, "must be positive")
 
 
 def _require_finite(table: MeshTable, column: str) -> None:
-    _refuse(table, column, ~np.isfinite(table[column]), "must be a finite number")
+    _raise_at_first(
+        table, column, ~np.isfinite(table[column]), "must be a finite number"
+    )
 
 
-def _refuse(
+def _raise_at_first(
     table: MeshTable, column: str, bad: NDArray[np.bool_], allowed: str
 ) -> None:
     """Raise ValueError with the first bad cell (t, n) of a column, if any."""
@@ -219,25 +233,32 @@ def _require_whole_path(table: MeshTable) -> None:
         for quantity in ("stiffness_N_per_m", "load_share", "gap_m")
     }
     per_pitch = table.position.size // pitches
-    ways = []
+    loaded_masks = []
     for i in order:
         carries = columns["stiffness_N_per_m"][i] > 0.0
         # the pair that is k ahead in base pitch n is k + 1 ahead in the next
-        ways.append(np.roll(carries.reshape(-1, pitches, per_pitch), -teeth[i], axis=1))
-    positive = np.concatenate(ways, axis=2)
+        loaded_masks.append(
+            np.roll(carries.reshape(-1, pitches, per_pitch), -teeth[i], axis=1)
+        )
+    positive = np.concatenate(loaded_masks, axis=2)
     begun = np.maximum.accumulate(positive, axis=2)
     path = begun & np.maximum.accumulate(positive[..., ::-1], axis=2)[..., ::-1]
-    for place, i in enumerate(order):
+    for number, i in enumerate(order):
         k, share, gap = (values[i] for values in columns.values())
         on_path = np.roll(
-            path[..., place * per_pitch : (place + 1) * per_pitch], teeth[i], axis=1
+            path[..., number * per_pitch : (number + 1) * per_pitch], teeth[i], axis=1
         )
         needed = on_path.reshape(k.shape) | (share > 0.0)
         missing = np.isnan(k) & needed | (share > 0.0) & ~(k > 0.0)
         bad = missing | np.isinf(k) | (k < 0.0)
-        _refuse(table, f"pair{i + 1}_stiffness_N_per_m", bad, f"{WHOLE} and positive")
+        _raise_at_first(
+            table,
+            f"pair{i + 1}_stiffness_N_per_m",
+            bad,
+            f"{FINITE_ON_PATH} and positive",
+        )
         bad = np.isnan(gap) & needed | np.isinf(gap)
-        _refuse(table, f"pair{i + 1}_gap_m", bad, WHOLE)
+        _raise_at_first(table, f"pair{i + 1}_gap_m", bad, FINITE_ON_PATH)
 
 
 def table_pitches(table: MeshTable) -> int:
@@ -254,30 +275,38 @@ def table_pitches(table: MeshTable) -> int:
     return size // per_pitch
 
 
-def _pairs(
-    table: MeshTable, plain: MeshTable, torque: float, errors: Array, use_own: bool
+def _pair_excitations(
+    table: MeshTable,
+    unmodified_table: MeshTable,
+    torque: float,
+    errors: Array,
+    use_modified_stiffness: bool,
 ) -> tuple[PairExcitation, ...]:
     """Springs of all pairs; a pair's waves continue those of the pair before it.
 
-    use_own : whether pairs that carry load have the stiffness of `table`
+    use_modified_stiffness : whether pairs that carry load have the stiffness of `table`
     """
-    for mesh_table in (plain, table):
+    for mesh_table in (unmodified_table, table):
         _require_whole_path(mesh_table)
-    stiffness = _by_pair(plain, STIFFNESS, torque)
-    gap = _by_pair(table, "gap_m", torque)
-    if use_own and table is not plain:
+    stiffness = _columns_by_pair(unmodified_table, STIFFNESS, torque)
+    gap = _columns_by_pair(table, "gap_m", torque)
+    if use_modified_stiffness and table is not unmodified_table:
         stiffness, gap = _with_loads_at_rest(table, stiffness, gap, torque)
     unknown = np.full(table.position.size, np.nan)
     gap = {k: gap.get(k, unknown) for k in stiffness}
-    springs = _along_the_path(stiffness, table_pitches(plain), 0.0)
-    gaps = _along_the_path(gap, table_pitches(table), None)
+    springs = _waves_along_path(stiffness, table_pitches(unmodified_table), 0.0)
+    gaps = _waves_along_path(gap, table_pitches(table), None)
     return tuple(
-        PairExcitation(springs[k], with_errors(gaps[k], k, errors), k) for k in springs
+        PairExcitation(springs[k], with_pitch_errors(gaps[k], k, errors), k)
+        for k in springs
     )
 
 
 def _with_loads_at_rest(
-    table: MeshTable, plain: dict[int, Array], gap: dict[int, Array], torque: float
+    table: MeshTable,
+    unmodified_stiffness: dict[int, Array],
+    gap: dict[int, Array],
+    torque: float,
 ) -> tuple[dict[int, Array], dict[int, Array]]:
     """Stiffness and gap (n,) of modified pairs that carry what they do at rest.
 
@@ -286,26 +315,31 @@ def _with_loads_at_rest(
     pressed together further. Loads of its neighbours keep a pair apart that carries
     little or nothing: its gap closes where its load begins.
 
-    plain : stiffness of unmodified teeth
+    unmodified_stiffness : stiffness of unmodified teeth
     gap : of the modified teeth
     """
     _require_finite(table, "ste_m")
-    error = at_torque(table, "ste_m", torque)
-    modified = _by_pair(table, STIFFNESS, torque)
-    share = _by_pair(table, "load_share", torque)
+    error = column_at_torque(table, "ste_m", torque)
+    modified = _columns_by_pair(table, STIFFNESS, torque)
+    share = _columns_by_pair(table, "load_share", torque)
     none, unknown = np.zeros(error.size), np.full(error.size, np.nan)
     stiffness, gaps = {}, {}
-    for k in sorted({*modified, *plain}):
-        carried = np.nan_to_num(share.get(k, none))
-        part = np.clip(carried, 0.0, 1.0)
+    for k in sorted({*modified, *unmodified_stiffness}):
+        load_share = np.nan_to_num(share.get(k, none))
+        part = np.clip(load_share, 0.0, 1.0)
         weight = part * part * (3.0 - 2.0 * part)
-        unmodified, closes = plain.get(k, none), gap.get(k, unknown)
-        secant = np.where(carried > 0.0, modified.get(k, none), unmodified)
+        unmodified, modified_gap = (
+            unmodified_stiffness.get(k, none),
+            gap.get(k, unknown),
+        )
+        secant = np.where(load_share > 0.0, modified.get(k, none), unmodified)
         unmodified = np.where(unmodified > 0.0, unmodified, secant)
         stiffness[k] = secant * weight + unmodified * (1.0 - weight)
-        load = np.where(carried > 0.0, secant * (error - closes), 0.0)
-        begins = error - load / np.where(carried > 0.0, stiffness[k], 1.0)
-        gaps[k] = np.where(carried > 0.0, begins, np.maximum(closes, error))
+        load = np.where(load_share > 0.0, secant * (error - modified_gap), 0.0)
+        loaded_gap = error - load / np.where(load_share > 0.0, stiffness[k], 1.0)
+        gaps[k] = np.where(
+            load_share > 0.0, loaded_gap, np.maximum(modified_gap, error)
+        )
     return stiffness, gaps
 
 
@@ -314,11 +348,11 @@ def bending_along_path(table: MeshTable, torque: float) -> dict[int, Wave]:
 
     Where a pair carries no load, the ratio is that at the nearest loaded position.
     """
-    ratio = _by_pair(table, "friction_bending_ratio", torque)
-    return _along_the_path(ratio, table_pitches(table), None)
+    ratio = _columns_by_pair(table, "friction_bending_ratio", torque)
+    return _waves_along_path(ratio, table_pitches(table), None)
 
 
-def with_errors(gap: Wave, ahead: int, errors: Array) -> Wave:
+def with_pitch_errors(gap: Wave, ahead: int, errors: Array) -> Wave:
     """Gap of the pairs that are `ahead` of the reference pair, by their pitch errors.
 
     errors : of the tooth pairs (n,) [m], the reference pair at position 0 first, then
@@ -328,13 +362,15 @@ def with_errors(gap: Wave, ahead: int, errors: Array) -> Wave:
     return replace(gap, offsets=np.roll(errors, ahead)) if errors.size else gap
 
 
-def _by_pair(table: MeshTable, quantity: str, torque: float) -> dict[int, Array]:
+def _columns_by_pair(
+    table: MeshTable, quantity: str, torque: float
+) -> dict[int, Array]:
     """Column (n,) of each pair at a torque, by base pitches ahead in rising order."""
     columns = zip(pair_teeth(table), pair_names(table, quantity), strict=True)
-    return {k: at_torque(table, name, torque) for k, name in sorted(columns)}
+    return {k: column_at_torque(table, name, torque) for k, name in sorted(columns)}
 
 
-def _along_the_path(
+def _waves_along_path(
     columns: dict[int, Array], pitches: int, outside: float | None
 ) -> dict[int, Wave]:
     """Waves by pair; cells without a value take `outside`, or the nearest value.
@@ -343,15 +379,15 @@ def _along_the_path(
     """
     if pitches > 1:
         by_pitch = {k: column.reshape(pitches, -1) for k, column in columns.items()}
-        return _along_all_paths(by_pitch, outside)
-    path, end = _filled(np.concatenate([*columns.values()]), outside)
+        return _waves_along_different_paths(by_pitch, outside)
+    path, end = _fill_gaps(np.concatenate([*columns.values()]), outside)
     size = next(iter(columns.values())).size
     x = min(columns) + np.arange(path.size + 1) / size
     coefficients = monotone_cubics(x, np.append(path, end))
     return cut_into_pitches(x, coefficients, (), 0.0)
 
 
-def _along_all_paths(
+def _waves_along_different_paths(
     columns: dict[int, Array], outside: float | None
 ) -> dict[int, Wave]:
     """Waves by pair if pairs differ, from columns (c, n) over base pitches.
@@ -361,18 +397,18 @@ def _along_all_paths(
     (pitches, n), count = next(iter(columns.values())).shape, len(columns)
     shapes = np.empty((count, pitches, n, 4))
     for first in range(pitches):
-        turns = (first + np.arange(count)) % pitches
-        way = np.concatenate(
-            [v[t] for v, t in zip(columns.values(), turns, strict=True)]
+        pitch_indices = (first + np.arange(count)) % pitches
+        values = np.concatenate(
+            [v[t] for v, t in zip(columns.values(), pitch_indices, strict=True)]
         )
-        path, end = _filled(way, outside)
+        path, end = _fill_gaps(values, outside)
         pieces = monotone_cubics(np.arange(path.size + 1) / n, np.append(path, end))
-        shapes[np.arange(count), turns] = pieces.reshape(count, n, 4)
+        shapes[np.arange(count), pitch_indices] = pieces.reshape(count, n, 4)
     breaks = np.arange(n + 1) / n
     return {k: Wave(breaks, shapes[i]) for i, k in enumerate(columns)}
 
 
-def _filled(path: Array, outside: float | None) -> tuple[Array, float]:
+def _fill_gaps(path: Array, outside: float | None) -> tuple[Array, float]:
     """Path with gaps filled, and the value at its end."""
     missing = ~np.isfinite(path)
     if outside is None and not missing.all():

@@ -40,7 +40,7 @@ from lumped.common.checks import require_between, require_fields
 from lumped.train.coordinates import Coordinates
 from lumped.train.excitation import MeshExcitation
 from lumped.train.train import Mesh, Train
-from lumped.train.waves import Wave, constant, product
+from lumped.train.waves import Wave, constant_wave, multiply_waves
 
 Array = NDArray[np.float64]
 Sliding = Literal["nominal", "instantaneous"]
@@ -87,7 +87,7 @@ class ToothFriction:
     def bending_of(self, ahead: int) -> Wave:
         """Friction-bending ratio of a pair by whole base pitches ahead."""
         if not isinstance(self.bending, Mapping):
-            return constant(self.bending)
+            return constant_wave(self.bending)
         # a pair that carried no load when the ratio was found has that of the nearest
         nearest = min(self.bending, key=lambda pair: abs(pair - ahead))
         return self.bending[nearest]
@@ -107,16 +107,16 @@ def with_bending(excitation: MeshExcitation, friction: ToothFriction) -> MeshExc
                 "friction needs the stiffness of every tooth pair, that of model 1; "
                 "the excitation is one spring for the whole mesh"
             )
-        change = side_of(pair.ahead) * friction.coefficient
+        change = sliding_sign(pair.ahead) * friction.coefficient
         factor = friction.bending_of(pair.ahead).scaled(change, 1.0)
-        wave = product(pair.stiffness, factor)
+        wave = multiply_waves(pair.stiffness, factor)
         if pair.ahead == 0:  # the pair passes from approach to recess
             wave = replace(wave, corners=tuple(sorted({0.0, *wave.corners})))
         pairs.append(replace(pair, stiffness=wave))
     return replace(excitation, pairs=tuple(pairs))
 
 
-def side_of(ahead: int) -> int:
+def sliding_sign(ahead: int) -> int:
     """Sign of a pair by whole base pitches ahead: 1 in approach, -1 in recess."""
     return 1 if ahead < 0 else -1
 
@@ -139,47 +139,52 @@ class FrictionRows(NamedTuple):
     at_pitch_back: Array
     per_metre: Array
 
-    def of_shapes(self, shapes: Array) -> FrictionRows:
+    def on_modes(self, shapes: Array) -> FrictionRows:
         """Rows on modes of shapes (n, k)."""
         return FrictionRows(*(row @ shapes for row in self))
 
 
-def friction_rows(train: Train, space: Coordinates) -> FrictionRows:
+def friction_rows(train: Train, coordinates: Coordinates) -> FrictionRows:
     """Friction rows on the coordinates."""
-    shape = len(train.meshes), space.mass.size
+    shape = len(train.meshes), coordinates.mass.size
     drive, back, per_metre = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     for m, mesh in enumerate(train.meshes):
         sense = train.sense(mesh.driver)
         # from the line of centres to the direction of the driver's flank at the contact
-        ways = (drive, math.pi - mesh.pressure_angle), (back, mesh.pressure_angle)
-        for row, angle in ways:
-            row[m] = _row_at_pitch(train, mesh, space, sense * angle)
+        sides = (drive, math.pi - mesh.pressure_angle), (back, mesh.pressure_angle)
+        for row, angle in sides:
+            row[m] = _row_at_pitch(train, mesh, coordinates, sense * angle)
         for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
-            per_metre[m, space.places[gear, "rotation"]] += sense * side
+            per_metre[m, coordinates.indices[gear, "rotation"]] += sense * side
     return FrictionRows(drive, back, per_metre)
 
 
-def _row_at_pitch(train: Train, mesh: Mesh, space: Coordinates, angle: float) -> Array:
+def _row_at_pitch(
+    train: Train, mesh: Mesh, coordinates: Coordinates, angle: float
+) -> Array:
     """Row (n,) of a force on the driver at an angle to the line of centres, and of the
     opposite force on the driven gear."""
-    row, slope = np.zeros(space.mass.size), math.tan(mesh.pressure_angle)
-    way = mesh.center_line + angle
+    row, slope = np.zeros(coordinates.mass.size), math.tan(mesh.pressure_angle)
+    force_angle = mesh.center_line + angle
     for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
         arm = train.sense(mesh.driver) * train.gears[gear].base_radius * slope
-        row[space.places[gear, "rotation"]] += arm
-        for axis, cosine in (("x", math.cos(way)), ("y", math.sin(way))):
-            if (gear, axis) in space.places:
-                row[space.places[gear, axis]] += side * cosine
+        row[coordinates.indices[gear, "rotation"]] += arm
+        for axis, cosine in (
+            ("x", math.cos(force_angle)),
+            ("y", math.sin(force_angle)),
+        ):
+            if (gear, axis) in coordinates.indices:
+                row[coordinates.indices[gear, axis]] += side * cosine
     return row
 
 
 def sliding_rate(train: Train, mesh: int) -> float:
     """Nominal sliding speed per metre from the pitch point, over the frequency of the
     first mesh, from both gears' speeds and base radii."""
-    along = float(train.mesh_rates[mesh]) * base_pitch(train, mesh)
+    speed = float(train.mesh_rates[mesh]) * base_pitch(train, mesh)
     spec = train.meshes[mesh]
     radii = (train.gears[g].base_radius for g in (spec.driver, spec.driven))
-    return along * sum(1.0 / radius for radius in radii)
+    return speed * sum(1.0 / radius for radius in radii)
 
 
 def torque_shares(
@@ -198,13 +203,13 @@ def torque_shares(
     position : (n,) positions in the mesh's cycle
     """
     spec, pitch = train.meshes[mesh], base_pitch(train, mesh)
-    way = pitch if gear == "driver" else -pitch
+    signed_pitch = pitch if gear == "driver" else -pitch
     radius, slope = (
         train.gears[getattr(spec, gear)].base_radius,
         math.tan(spec.pressure_angle),
     )
     rows = [
-        side_of(pitches) * (slope + way * (position + pitches) / radius)
+        sliding_sign(pitches) * (slope + signed_pitch * (position + pitches) / radius)
         for pitches in ahead
     ]
     return 1.0 - coefficient * np.array(rows)

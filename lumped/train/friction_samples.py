@@ -12,11 +12,11 @@ from lumped.train.friction import (
     FrictionRows,
     ToothFriction,
     base_pitch,
-    side_of,
     sliding_rate,
+    sliding_sign,
 )
 from lumped.train.train_excitation import TrainExcitation
-from lumped.train.waves import Wave, constant, line
+from lumped.train.waves import Wave, constant_wave, linear_wave
 
 Array = NDArray[np.float64]
 
@@ -35,22 +35,22 @@ def with_friction(
     rows : friction rows on the modes
     """
     train = excitation.train
-    slide: list[Wave] = []
+    sliding: list[Wave] = []
     arm: list[Wave] = []
     bending: list[Wave] = []
     for m, (mesh, rub) in enumerate(zip(excitation.meshes, friction, strict=True)):
         mu, pitch = rub.coefficient, base_pitch(train, m)
         for pair in mesh.pairs:
             ahead = pair.ahead or 0
-            slide.append(constant(mu * side_of(ahead)))
-            arm.append(line(ahead * pitch, pitch))
+            sliding.append(constant_wave(mu * sliding_sign(ahead)))
+            arm.append(linear_wave(ahead * pitch, pitch))
             bending.append(rub.bending_of(ahead).scaled(mu))
     meshes = range(len(friction))
     return FrictionSamples(
         *samples,
-        excitation.on_steps(slide, times),
-        excitation.on_steps(arm, times),
-        excitation.on_steps(bending, times),
+        excitation.sample_steps(sliding, times),
+        excitation.sample_steps(arm, times),
+        excitation.sample_steps(bending, times),
         *rows,
         np.array([sliding_rate(train, m) for m in meshes]),
         np.array(
@@ -60,7 +60,7 @@ def with_friction(
     )
 
 
-def at_frequency(samples: FrictionSamples, frequency: float) -> FrictionSamples:
+def scale_to_frequency(samples: FrictionSamples, frequency: float) -> FrictionSamples:
     """Steps in seconds and sliding speeds at a frequency of the first mesh [Hz]."""
     h, rate = samples.h / frequency, samples.sliding_rate * frequency
     return samples._replace(h=h, sliding_rate=rate)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.train.coordinates import Coordinates, coordinates
+from lumped.train.coordinates import Coordinates, train_coordinates
 from lumped.train.train import Train, TrainError
 
 Array = NDArray[np.float64]
-RIGID = 1e-12  # frequency over the highest one below which a motion is rigid
+RIGID_RTOL = 1e-12  # frequency over the highest one below which a motion is rigid
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,27 +55,29 @@ def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
             f"mean_stiffness must hold {len(train.meshes)} positive numbers, "
             f"got {mean_stiffness}"
         )
-    space = coordinates(train)
-    rows = np.concatenate([space.mesh_rows, space.spring_rows])
-    roots = np.sqrt(np.concatenate([stiffness, space.spring_stiffness]))
-    scale = 1.0 / np.sqrt(space.mass)
-    _, singular, right = np.linalg.svd(roots[:, None] * rows * scale)
-    angular = np.zeros(space.mass.size)
+    coordinates = train_coordinates(train)
+    rows = np.concatenate([coordinates.mesh_rows, coordinates.spring_rows])
+    stiffness_roots = np.sqrt(np.concatenate([stiffness, coordinates.spring_stiffness]))
+    scale = 1.0 / np.sqrt(coordinates.mass)
+    _, singular, right_vectors = np.linalg.svd(stiffness_roots[:, None] * rows * scale)
+    angular = np.zeros(coordinates.mass.size)
     angular[: singular.size] = singular
-    angular[angular < RIGID * angular.max()] = 0.0
+    angular[angular < RIGID_RTOL * angular.max()] = 0.0
     order = np.argsort(angular, kind="stable")
     angular = angular[order]
-    shapes = _with_sign(scale[:, None] * right[order].T)
-    mesh_shapes = space.mesh_rows @ shapes
+    shapes = _fix_signs(scale[:, None] * right_vectors[order].T)
+    mesh_shapes = coordinates.mesh_rows @ shapes
     strain = stiffness[:, None] * mesh_shapes**2
     energy = np.divide(
         strain, angular**2, out=np.zeros_like(strain), where=angular > 0.0
     )
     mesh_shapes[:, angular == 0.0] = 0.0
-    return Modes(space, stiffness, angular / (2.0 * np.pi), shapes, mesh_shapes, energy)
+    return Modes(
+        coordinates, stiffness, angular / (2.0 * np.pi), shapes, mesh_shapes, energy
+    )
 
 
-def _with_sign(shapes: Array) -> Array:
+def _fix_signs(shapes: Array) -> Array:
     """Columns with signs such that the largest entry is positive."""
     largest = np.abs(shapes).argmax(axis=0)
     signs = np.sign(shapes[largest, np.arange(shapes.shape[1])])

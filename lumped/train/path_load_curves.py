@@ -4,10 +4,10 @@ A tooth pair is deflected by its own load F and by the loads of neighbouring pai
 
     ste = gap_i + x_i + sum_j C_ij F_j,
 
-so that a table contains, at every position, a point of the law F_i(x_i) for each
-torque. Equal pairs follow the same path one after another: the laws are functions of
+so that a table contains, at every position, a point of the load curve F_i(x_i) for each
+torque. Equal pairs follow the same path one after another: load curves are functions of
 the position on the path of contact. Contact stiffens with the logarithm of its load:
-F / x is nearly linear over log x. In these variables laws are interpolated, and
+F / x is nearly linear over log x. In these variables load curves are interpolated, and
 extrapolated beyond the table's torques.
 """
 
@@ -24,30 +24,30 @@ from lumped.train.excitation import table_pitches
 from lumped.train.table import MeshTable, pair_compliance_name, pair_names, pair_teeth
 
 Array = NDArray[np.float64]
-FAR_GAP = 1e-2  # [m] beyond any deflection
-CELLS = 256  # penetrations of a law, denser toward zero
-BEYOND = 2.0  # multiple of the table's largest penetration up to which laws curve
+OPEN_GAP = 1e-2  # [m] beyond any deflection
+N_INTERVALS = 256  # of penetration in a load curve, denser toward zero
+# Multiple of the table's largest penetration up to which load curves bend
+MAX_PENETRATION_RATIO = 2.0
 MIN_PENETRATION = 1e-4  # part of that penetration below which points are round-off
-EXTRAPOLATE_FROM = (
-    1e-1  # part of it from which a law is extrapolated to larger penetrations
-)
-WRONG = 1e-2  # part of it by which a table may contradict itself
+# Part of it from which a load curve is extrapolated to larger penetrations
+EXTRAPOLATE_FROM = 1e-1
+MAX_CONTRADICTION = 1e-2  # part of it by which a table may contradict itself
 MAX_HARDENING = 0.5  # largest extrapolated relative slope of F / x over log x
-FLOOR = 0.1  # least F / x toward zero, relative to the first point
-WHOLE = 1e-2  # largest deviation of the sum of load shares from 1
+MIN_STIFFNESS_RATIO = 0.1  # least F / x toward zero, relative to the first point
+MAX_SHARE_ERROR = 1e-2  # largest deviation of the sum of load shares from 1
 NEEDED = "the coupled model needs"
-CONTRADICTS = (
+CONTRADICTION_MESSAGE = (
     "ste_m, gap_m, load_share and compliance contradict each other: a pair must carry "
     "where it is pressed in and nowhere else"
 )
-FALLS = "the load of a pair must grow with its penetration"
+FALLING_LOAD_MESSAGE = "the load of a pair must grow with its penetration"
 
 
 @dataclass(frozen=True, eq=False)
 class PathLoadCurves:
     """Laws of equal tooth pairs along the path of contact, at s places.
 
-    place : (s,) base pitches past the pitch point
+    position : (s,) base pitches past the pitch point
     gap : (s,) transmission error that closes the pair, large off the path [m]
     penetration : (j,) [m]
     load : (s, j) [N]
@@ -55,14 +55,14 @@ class PathLoadCurves:
         of base pitches by which the other is ahead
     """
 
-    place: Array
+    position: Array
     gap: Array
     penetration: Array
     load: Array
     compliance: dict[int, Array]
 
 
-def path_laws(
+def path_load_curves(
     table: MeshTable, base_radius: float, without: Collection[str] = ()
 ) -> PathLoadCurves:
     """Laws from all torques of a table with the gears' hubs held.
@@ -83,27 +83,31 @@ def path_laws(
         for quantity in ("load_share", "gap_m")
     )  # (k, t, n)
     load = np.nan_to_num(share) * force[:, None]
-    gap = np.nan_to_num(gaps, nan=FAR_GAP).min(axis=1)
-    if len(teeth) > 1 and not _knows_compliance(table):
+    gap = np.nan_to_num(gaps, nan=OPEN_GAP).min(axis=1)
+    if len(teeth) > 1 and not _has_mutual_compliance(table):
         # neighbouring pairs keep a pair open that would touch alone
-        idle = np.where(load > 0.0, 0.0, table["ste_m"][rising])
-        gap = np.maximum(gap, idle.max(axis=1))
+        unloaded_gap = np.where(load > 0.0, 0.0, table["ste_m"][rising])
+        gap = np.maximum(gap, unloaded_gap.max(axis=1))
     penetration = table["ste_m"][rising] - gap[:, None]
     compliance: dict[int, Array] = {}
     for i, j in permutations(range(len(teeth)), 2):
-        both = ((load[i] > 0.0) & (load[j] > 0.0))[np.argsort(rising)]
-        values = _compliance(table, i, j, both, "pairs" not in without)
+        both_loaded = ((load[i] > 0.0) & (load[j] > 0.0))[np.argsort(rising)]
+        values = _mutual_compliance(table, i, j, both_loaded, "pairs" not in without)
         penetration[i] -= values * load[j]
         by_pair = np.zeros((len(teeth), values.size))
         by_pair[i] = values
         ahead = teeth[j] - teeth[i]
-        compliance[ahead] = compliance.get(ahead, 0.0) + _along(by_pair, teeth, 0.0)
-    knots, loads = _laws(
-        _along(penetration, teeth, 0.0), _along(load, teeth, 0.0), table
+        compliance[ahead] = compliance.get(ahead, 0.0) + _arrange_along_path(
+            by_pair, teeth, 0.0
+        )
+    knots, loads = _load_curves(
+        _arrange_along_path(penetration, teeth, 0.0),
+        _arrange_along_path(load, teeth, 0.0),
+        table,
     )
     return PathLoadCurves(
-        place=min(teeth) + np.arange(loads.shape[0]) / table.position.size,
-        gap=_along(gap, teeth, FAR_GAP),
+        position=min(teeth) + np.arange(loads.shape[0]) / table.position.size,
+        gap=_arrange_along_path(gap, teeth, OPEN_GAP),
         penetration=knots,
         load=loads,
         compliance=compliance,
@@ -131,7 +135,7 @@ def _require_equal_pairs(table: MeshTable) -> None:
         raise ValueError(f"torque_Nm = {least:g}; {NEEDED} positive torques")
     shares = np.nansum([table[n] for n in pair_names(table, "load_share")], axis=0)
     worst = float(shares.flat[np.abs(shares - 1.0).argmax()])
-    if not abs(worst - 1.0) <= WHOLE:
+    if not abs(worst - 1.0) <= MAX_SHARE_ERROR:
         raise ValueError(
             f"load_share of all pairs = {worst:g} at some position; {NEEDED} shares "
             "that make 1"
@@ -146,26 +150,26 @@ def _require_hardening(table: MeshTable, without: Collection[str]) -> None:
         )
 
 
-def _knows_compliance(table: MeshTable) -> bool:
+def _has_mutual_compliance(table: MeshTable) -> bool:
     return any(
         pair_compliance_name(i, j) in table.columns
         for i, j in permutations(range(table.pair_count), 2)
     )
 
 
-def _compliance(
-    table: MeshTable, i: int, j: int, both: NDArray[np.bool_], needed: bool
+def _mutual_compliance(
+    table: MeshTable, i: int, j: int, both_loaded: NDArray[np.bool_], required: bool
 ) -> Array:
     """Mutual compliance (n,) of pairs i and j [m/N], 0 where it is unknown.
 
     It is the mean over all torques, since the load only shifts its position slightly.
 
-    both : (t, n) mask of the positions where both carry load
-    needed : whether it must be known there
+    both_loaded : (t, n) mask of the positions where both carry load
+    required : whether it must be known there
     """
     name = pair_compliance_name(i, j)
     if name not in table.columns:
-        if both.any() and needed:
+        if both_loaded.any() and required:
             raise ValueError(
                 f"column {name} is missing; {NEEDED} it to know how pairs deflect each "
                 "other, else it must be without pairs"
@@ -173,7 +177,7 @@ def _compliance(
         return np.zeros(table.position.size)
     values = table[name]
     finite = np.isfinite(values)
-    for t, n in np.argwhere(both & ~finite):
+    for t, n in np.argwhere(both_loaded & ~finite):
         raise ValueError(
             f"{name} is {values[t, n]:g} at {table.torque_Nm[t]:g} N m, position "
             f"{table.position[n]:g}; where both pairs carry it must be a number"
@@ -182,7 +186,7 @@ def _compliance(
     return np.asarray(total / np.maximum(finite.sum(axis=0), 1))
 
 
-def _along(values: Array, teeth: list[int], outside: float) -> Array:
+def _arrange_along_path(values: Array, teeth: list[int], outside: float) -> Array:
     """Reshape values (k, ..., n) of the pairs to one row (..., s) along the path."""
     low, high = min(teeth), max(teeth)
     path = np.full((high - low + 1, *values.shape[1:]), outside)
@@ -190,7 +194,9 @@ def _along(values: Array, teeth: list[int], outside: float) -> Array:
     return np.moveaxis(path, 0, -2).reshape(*values.shape[1:-1], -1)
 
 
-def _laws(penetration: Array, load: Array, table: MeshTable) -> tuple[Array, Array]:
+def _load_curves(
+    penetration: Array, load: Array, table: MeshTable
+) -> tuple[Array, Array]:
     """Penetrations (j,) and loads (s, j) from points (t, s) at rising torques."""
     scale = float(penetration.max(where=load > 0.0, initial=0.0))
     _require_agreement(penetration, load, scale, table)
@@ -199,25 +205,27 @@ def _laws(penetration: Array, load: Array, table: MeshTable) -> tuple[Array, Arr
         (np.log(x[mask]), f[mask] / x[mask])
         for x, f, mask in zip(penetration.T, load.T, is_loaded.T, strict=True)
     ]
-    last = np.array([x.max(initial=-np.inf) for x, _ in points])
-    sure = np.flatnonzero(last > np.log(EXTRAPOLATE_FROM * scale))
-    hardening = _hardening([points[s] for s in sure])
-    end = np.log([scale])
-    for s in sorted({*range(len(points))} - {*sure}):
+    log_largest = np.array([x.max(initial=-np.inf) for x, _ in points])
+    reliable = np.flatnonzero(log_largest > np.log(EXTRAPOLATE_FROM * scale))
+    hardening = _typical_hardening([points[s] for s in reliable])
+    log_scale = np.log([scale])
+    for s in sorted({*range(len(points))} - {*reliable}):
         # a pair that hardly carries load here is extrapolated as where it does
-        nearest = points[sure[np.abs(sure - s).argmin()]]
+        nearest = points[reliable[np.abs(reliable - s).argmin()]]
         x, k = points[s]
-        onward = np.append(k, _stiffness(nearest, hardening, end))
-        points[s] = (np.append(x, end), onward) if x.size else nearest
-    knots = BEYOND * scale * np.linspace(0.0, 1.0, CELLS + 1) ** 2
+        stiffness = np.append(k, _stiffness(nearest, hardening, log_scale))
+        points[s] = (np.append(x, log_scale), stiffness) if x.size else nearest
+    knots = MAX_PENETRATION_RATIO * scale * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
     loads = np.zeros((len(points), knots.size))
     for s, curve in enumerate(points):
         loads[s, 1:] = knots[1:] * _stiffness(curve, hardening, np.log(knots[1:]))
-    _refuse_where(np.diff(loads, axis=1).min(axis=1)[None] <= 0.0, table, FALLS)
+    _raise_at_first(
+        np.diff(loads, axis=1).min(axis=1)[None] <= 0.0, table, FALLING_LOAD_MESSAGE
+    )
     return knots, loads
 
 
-def _hardening(points: Sequence[tuple[Array, Array]]) -> float:
+def _typical_hardening(points: Sequence[tuple[Array, Array]]) -> float:
     """Typical relative slope of F / x over log x at the largest loads."""
     slopes = [
         (k[-1] - k[-2]) / (x[-1] - x[-2]) / k[-1] for x, k in points if x.size > 1
@@ -225,7 +233,9 @@ def _hardening(points: Sequence[tuple[Array, Array]]) -> float:
     return float(np.clip(np.median(slopes), 0.0, MAX_HARDENING)) if slopes else 0.0
 
 
-def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Array:
+def _stiffness(
+    points: tuple[Array, Array], hardening: float, log_penetration: Array
+) -> Array:
     """Stiffness F / x [N/m] at logarithms of penetrations (j,), from that at points.
 
     hardening : typical relative slope, for extrapolation beyond the ends
@@ -239,9 +249,13 @@ def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Arra
     low, high = curve(x[[0, -1]], 1)
     low = np.clip(low, 0.0, MAX_HARDENING * k[0])
     high = np.clip(high, 0.0, 2.0 * hardening * k[-1])  # not from a trace of load alone
-    inside = np.clip(at, x[0], x[-1])
-    beyond = np.where(at < x[0], low, high) * (at - inside)
-    return np.asarray(np.maximum(curve(inside) + beyond, FLOOR * k[0]))
+    inside = np.clip(log_penetration, x[0], x[-1])
+    extrapolation = np.where(log_penetration < x[0], low, high) * (
+        log_penetration - inside
+    )
+    return np.asarray(
+        np.maximum(curve(inside) + extrapolation, MIN_STIFFNESS_RATIO * k[0])
+    )
 
 
 def _require_agreement(
@@ -249,16 +263,24 @@ def _require_agreement(
 ) -> None:
     """Require that loads (t, s) increase with penetrations, from zero at zero."""
     carries = load > 0.0
-    wrong = np.where(carries, penetration < -WRONG * scale, penetration > WRONG * scale)
-    _refuse_where(wrong | (load < 0.0), table, CONTRADICTS)
-    made = carries & (penetration > MIN_PENETRATION * scale)
+    contradicts = np.where(
+        carries,
+        penetration < -MAX_CONTRADICTION * scale,
+        penetration > MAX_CONTRADICTION * scale,
+    )
+    _raise_at_first(contradicts | (load < 0.0), table, CONTRADICTION_MESSAGE)
+    is_loaded = carries & (penetration > MIN_PENETRATION * scale)
     grows = (np.diff(penetration, axis=0) > 0.0) & (np.diff(load, axis=0) > 0.0)
-    _refuse_where(made[:-1] & made[1:] & ~grows, table, FALLS)
+    _raise_at_first(
+        is_loaded[:-1] & is_loaded[1:] & ~grows, table, FALLING_LOAD_MESSAGE
+    )
 
 
-def _refuse_where(bad: NDArray[np.bool_], table: MeshTable, allowed: str) -> None:
+def _raise_at_first(bad: NDArray[np.bool_], table: MeshTable, allowed: str) -> None:
     """Raise ValueError at the first bad position along the path (t, s)."""
     for _, s in np.argwhere(bad):
-        ahead, at = divmod(int(s), table.position.size)
+        ahead, index = divmod(int(s), table.position.size)
         number = pair_teeth(table).index(ahead + min(pair_teeth(table))) + 1
-        raise ValueError(f"pair{number} at position {table.position[at]:g}: {allowed}")
+        raise ValueError(
+            f"pair{number} at position {table.position[index]:g}: {allowed}"
+        )

@@ -26,7 +26,7 @@ def pair_errors(driver: Sequence[float], driven: Sequence[float]) -> Array:
     """
     if not (any(driver) or any(driven)):
         return np.zeros(0)
-    periods = (shortest_period(errors) for errors in (driver, driven) if len(errors))
+    periods = (minimal_period(errors) for errors in (driver, driven) if len(errors))
     return pair_gaps(driver, driven, np.arange(math.lcm(*periods)))
 
 
@@ -51,7 +51,7 @@ def pair_gaps(
     return -gaps if back else gaps
 
 
-def shortest_period(errors: Sequence[float] | Array) -> int:
+def minimal_period(errors: Sequence[float] | Array) -> int:
     """Number of teeth after which errors repeat, a divisor of the number of errors."""
     values = np.asarray(errors, float)
     for period in range(1, values.size // 2 + 1):

@@ -21,16 +21,20 @@ from lumped.kernels.arrays import CoupledSystem, Propagator
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 NODES = np.array([1.0, 0.0, -1.0, -2.0])  # nodes of a force, in steps
-RESOLVED = 1.0  # rad per step up to which a motion is resolved
-FADING = 0.25  # logarithm of the decay in a step per rad beyond it
-SOFT = 1e-10  # least part of the largest squared frequency: no defective eigenvalues
-SMALL = 2.0  # |z| below which moments are integrated, otherwise by recurrence
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(12)
-PLACES = 0.5 * (POINTS + 1.0)
-POWERS = 0.5 * WEIGHTS * PLACES ** np.arange(4)[:, None]
-CUBIC = np.linalg.inv(np.vander(NODES, increasing=True)).T  # values to coefficients
-LINEAR = np.zeros((4, 4))
-LINEAR[:2, :2] = np.linalg.inv(np.vander(NODES[:2], increasing=True)).T
+MAX_RESOLVED_ANGLE = 1.0  # rad per step up to which a motion is resolved
+DECAY_PER_ANGLE = 0.25  # logarithm of the decay in a step per rad beyond it
+# Least part of the largest squared frequency: no defective eigenvalues
+MIN_STIFFNESS_RATIO = 1e-10
+# |z| below which moments are integrated, otherwise by recurrence
+MAX_INTEGRATED_EXPONENT = 2.0
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
+GAUSS_NODES = 0.5 * (GAUSS_POINTS + 1.0)
+MOMENT_WEIGHTS = 0.5 * GAUSS_WEIGHTS * GAUSS_NODES ** np.arange(4)[:, None]
+CUBIC_COEFFICIENTS = np.linalg.inv(
+    np.vander(NODES, increasing=True)
+).T  # values to coefficients
+LINEAR_COEFFICIENTS = np.zeros((4, 4))
+LINEAR_COEFFICIENTS[:2, :2] = np.linalg.inv(np.vander(NODES[:2], increasing=True)).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,22 +44,22 @@ class LinearPart:
     system: CoupledSystem
 
     @property
-    def waves(self) -> int:
+    def n_wave_pairs(self) -> int:
         """Number of pairs of travelling modes."""
         return self.system.whirl.size
 
     @property
-    def standing(self) -> int:
+    def n_standing(self) -> int:
         """Number of coordinates that do not whirl."""
-        return self.system.load.size - 2 * self.waves
+        return self.system.load.size - 2 * self.n_wave_pairs
 
     @cached_property
     def _modes(self) -> tuple[Complex, Complex, Complex]:
         """Eigenvalues (2 a,), eigenvectors as rows (2 a, 2 a), and their inverse."""
-        a = self.standing
+        a = self.n_standing
         standing, eye = slice(0, a), np.eye(a)
         stiffness = self.system.stiffness[standing, standing]
-        stiffness = stiffness + SOFT * self._largest * eye
+        stiffness = stiffness + MIN_STIFFNESS_RATIO * self._largest * eye
         matrix = np.block(
             [
                 [np.zeros((a, a)), eye],
@@ -68,15 +72,15 @@ class LinearPart:
     @property
     def _largest(self) -> float:
         """Squared frequency of the contacts [1/s2]."""
-        contacts, rows = self.system.contacts, self.system.rows[..., : self.standing]
-        reach = contacts.knots[:, -1].max()
-        slope = contacts.load_curve[:, 0, 0, -1, 0].max() / reach
+        contacts, rows = self.system.contacts, self.system.rows[..., : self.n_standing]
+        max_penetration = contacts.knots[:, -1].max()
+        slope = contacts.load_curve[:, 0, 0, -1, 0].max() / max_penetration
         return float(slope * (rows**2).sum(axis=2).max())
 
     @cached_property
     def _wave_rates(self) -> tuple[Array, Array]:
         """Decay (w,) and damped angular frequency (w,) in the frame of the gear."""
-        indices = np.arange(self.standing, self.standing + self.waves)
+        indices = np.arange(self.n_standing, self.n_standing + self.n_wave_pairs)
         squares, damping = (
             np.diag(matrix)[indices]
             for matrix in (self.system.stiffness, self.system.damping)
@@ -87,20 +91,22 @@ class LinearPart:
         """Step of size h [s] at a frequency of the first mesh [Hz]."""
         values, rows, inverse = self._modes
         decay, angular = self._wave_rates
-        turn = 2.0 * math.pi * frequency * self.system.whirl
-        rates = -decay + 1j * (turn + np.array([[1.0], [-1.0]]) * angular)
-        turned = np.concatenate([np.abs(values), angular, angular]) * h
-        all_factors = _factors(np.concatenate([values, *rates]), h, turned)
+        pattern_rate = 2.0 * math.pi * frequency * self.system.whirl
+        rates = -decay + 1j * (pattern_rate + np.array([[1.0], [-1.0]]) * angular)
+        phase_angles = np.concatenate([np.abs(values), angular, angular]) * h
+        all_factors = _factors(np.concatenate([values, *rates]), h, phase_angles)
         factors = all_factors[:, : values.size]
         # the map of each variable, and finally of a force, over the step
         matrices = ((inverse.T[None] * factors[:, None]) @ rows).real
-        waves = all_factors[:, values.size :].reshape(5, 2, self.waves)
+        waves = all_factors[:, values.size :].reshape(5, 2, self.n_wave_pairs)
         waves[1:] /= 2j * np.stack([angular, -angular])
         return Propagator(
-            carry=np.concatenate([matrices[0], *matrices[2:, self.standing :]]),
-            push=np.ascontiguousarray(matrices[1, self.standing :]),
-            waves=_parts(waves.swapaxes(0, 1)).reshape(2, 10, self.waves),
-            rates=_parts(rates),
+            transition=np.concatenate([matrices[0], *matrices[2:, self.n_standing :]]),
+            force_response=np.ascontiguousarray(matrices[1, self.n_standing :]),
+            waves=_real_and_imaginary(waves.swapaxes(0, 1)).reshape(
+                2, 10, self.n_wave_pairs
+            ),
+            rates=_real_and_imaginary(rates),
         )
 
 
@@ -109,13 +115,13 @@ def _factors(rates: Complex, h: float, angle: Array) -> Complex:
 
     angle : phase angle of a motion in a step [rad]
     """
-    decays = FADING * np.maximum(angle - RESOLVED, 0.0)
+    decays = DECAY_PER_ANGLE * np.maximum(angle - MAX_RESOLVED_ANGLE, 0.0)
     z = rates * h - decays
     moments = _moments(z)
-    weights = np.tensordot(CUBIC, moments, axes=1)
-    coarse = angle > RESOLVED
+    weights = np.tensordot(CUBIC_COEFFICIENTS, moments, axes=1)
+    coarse = angle > MAX_RESOLVED_ANGLE
     if coarse.any():
-        weights[:, coarse] = LINEAR @ moments[:, coarse]
+        weights[:, coarse] = LINEAR_COEFFICIENTS @ moments[:, coarse]
         # constant forces give the same displacement however fast a motion decays
         weights[:, coarse] *= z[coarse] / (rates[coarse] * h)
     return np.concatenate([np.exp(z)[None], h * weights])
@@ -123,20 +129,20 @@ def _factors(rates: Complex, h: float, angle: Array) -> Complex:
 
 def _moments(z: Complex) -> Complex:
     """Moments int_0^1 e^{z (1 - s)} s^j ds (4, ...) for j = 0 to 3."""
-    near = np.where(np.abs(z) < SMALL, z, 0.0)
+    small = np.where(np.abs(z) < MAX_INTEGRATED_EXPONENT, z, 0.0)
     moments = np.tensordot(
-        POWERS, np.exp(np.multiply.outer(1.0 - PLACES, near)), axes=1
+        MOMENT_WEIGHTS, np.exp(np.multiply.outer(1.0 - GAUSS_NODES, small)), axes=1
     )
-    far = np.abs(z) >= SMALL
-    if far.any():
-        moment = (np.exp(z[far]) - 1.0) / z[far]
-        moments[0][far] = moment
+    is_large = np.abs(z) >= MAX_INTEGRATED_EXPONENT
+    if is_large.any():
+        moment = (np.exp(z[is_large]) - 1.0) / z[is_large]
+        moments[0][is_large] = moment
         for j in range(1, 4):
-            moment = (j * moment - 1.0) / z[far]
-            moments[j][far] = moment
+            moment = (j * moment - 1.0) / z[is_large]
+            moments[j][is_large] = moment
     return np.asarray(moments)
 
 
-def _parts(values: Complex) -> Array:
+def _real_and_imaginary(values: Complex) -> Array:
     """Real and imaginary parts (k, 2, ..., w) of values (k, ..., w), contiguous."""
     return np.ascontiguousarray(np.stack([values.real, values.imag], axis=-2))

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.checks import present, require_between, require_fields
+from lumped.common.checks import require_between, require_fields, require_present
 from lumped.kernels.arrays import (
     ContactGrid,
     CoupledSteps,
@@ -43,15 +43,19 @@ from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 
 Array = NDArray[np.float64]
-UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is omitted
-IN_MESHES = 0.25  # least part of strain energy in the meshes of a mesh mode
-FELT = 1e-3  # the same for a body mode that is listed among the resonances
-BALANCED = 1e-3  # relative imbalance of torques on a free motion that is round-off
-COUPLED = "coupled model"
+# Part of strain energy in the meshes below which a mode is omitted
+MIN_MESH_STRAIN = 1e-20
+MIN_MESH_MODE_STRAIN = 0.25  # least part of strain energy in the meshes of a mesh mode
+# The same for a body mode that is listed among the resonances
+MIN_RESONANCE_STRAIN = 1e-3
+# Relative imbalance of torques on a free motion that is round-off
+IMBALANCE_RTOL = 1e-3
+COUPLED_MODEL = "coupled model"
 MAX_BYTES = 1e9  # largest memory of the excitation on the steps of a common period
 MOTION_BYTES = 150  # memory per step and mesh while a motion is recorded and measured
 CONTACT_BYTES = 32  # memory per step and contact of the coupled model, recorded twice
-RUNAWAY = 1e6  # multiple of the largest velocity expected from statics and gaps
+# Multiple of the largest velocity expected from statics and gaps
+DIVERGENCE_RATIO = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +91,11 @@ class LumpedSystem:
                 f"{len(self.train.meshes)} meshes"
             )
         self._require_friction()
-        space = self.modes.coordinates
+        coordinates = self.modes.coordinates
         free = self.modes.shapes[:, self.modes.frequency_Hz == 0.0]
-        net = np.abs(free.T @ space.load)
-        size = np.abs(free.T) @ np.abs(space.load)
-        if (net > (BALANCED + self.losses) * size).any():
+        net = np.abs(free.T @ coordinates.load)
+        magnitude = np.abs(free.T) @ np.abs(coordinates.load)
+        if (net > (IMBALANCE_RTOL + self.losses) * magnitude).any():
             raise TrainError(
                 "torques do not balance: the train would accelerate; "
                 "hold a gear by a coupling_stiffness or change a torque"
@@ -131,20 +135,20 @@ class LumpedSystem:
             for tooth_friction in self.friction
         ):
             sliding = sum(np.abs(row).max(axis=0) for row in self._friction_rows)
-            by_sliding = sliding > UNTOUCHED * np.max(sliding)
+            by_sliding = sliding > MIN_MESH_STRAIN * np.max(sliding)
             taking_part = taking_part | (by_sliding & (self.modes.frequency_Hz > 0.0))
         return np.flatnonzero(taking_part)
 
     @property
     def _moves_mesh(self) -> NDArray[np.bool_]:
         """Mask of the modes that strain a mesh."""
-        return np.asarray(self.modes.mesh_energy.sum(axis=0) > UNTOUCHED)
+        return np.asarray(self.modes.mesh_energy.sum(axis=0) > MIN_MESH_STRAIN)
 
     @cached_property
     def _friction_rows(self) -> FrictionRows:
         """Rows of friction on all modes."""
         rows = friction_rows(self.train, self.modes.coordinates)
-        return rows.of_shapes(self.modes.shapes)
+        return rows.on_modes(self.modes.shapes)
 
     @cached_property
     def arrays(self) -> ModalSystem:
@@ -181,7 +185,7 @@ class LumpedSystem:
 
     @cached_property
     def _linear(self) -> LinearPart:
-        return LinearPart(present(self.coupled_arrays, COUPLED))
+        return LinearPart(require_present(self.coupled_arrays, COUPLED_MODEL))
 
     @cached_property
     def loaded(self) -> LoadedState | None:
@@ -215,10 +219,10 @@ class LumpedSystem:
         return tuple(checks)
 
     @cached_property
-    def strained_angular(self) -> float:
+    def highest_mesh_mode_angular(self) -> float:
         """Highest mode about the loaded state with strain in the meshes [rad/s]."""
-        loaded = present(self.loaded, COUPLED)
-        strained = loaded.mesh_energy.sum(axis=0) >= IN_MESHES
+        loaded = require_present(self.loaded, COUPLED_MODEL)
+        strained = loaded.mesh_energy.sum(axis=0) >= MIN_MESH_MODE_STRAIN
         return 2.0 * math.pi * float(loaded.frequency_Hz[strained].max(initial=0.0))
 
     @cached_property
@@ -226,7 +230,7 @@ class LumpedSystem:
         """Natural frequencies of modes that strain a mesh, under load if coupled."""
         if self.loaded is None:
             return np.asarray(self.modes.frequency_Hz[self._moves_mesh])
-        strained = self.loaded.mesh_energy.sum(axis=0) > FELT
+        strained = self.loaded.mesh_energy.sum(axis=0) > MIN_RESONANCE_STRAIN
         return np.asarray(self.loaded.frequency_Hz[strained])
 
     @cached_property
@@ -237,7 +241,9 @@ class LumpedSystem:
         coupled model is in equilibrium with gears at rest at the start of the cycle.
         """
         if self.loaded is not None:
-            return np.stack([self.loaded.place[0], np.zeros_like(self.loaded.place[0])])
+            return np.stack(
+                [self.loaded.coordinates[0], np.zeros_like(self.loaded.coordinates[0])]
+            )
         load = self.arrays.load
         return np.stack([load / self.arrays.rigidity, np.zeros_like(load)])
 
@@ -248,7 +254,7 @@ class LumpedSystem:
         hubs = np.sqrt(self.arrays.rigidity)
         if self.contacts is None:
             return hubs
-        return np.concatenate([hubs, self.contacts.bodies.angular])
+        return np.concatenate([hubs, self.contacts.body_modes.angular])
 
     @cached_property
     def deflection_rows(self) -> Array:
@@ -256,15 +262,15 @@ class LumpedSystem:
         the teeth in contact."""
         if self.contacts is None:
             return self.arrays.shapes
-        bodies, w = self.contacts.bodies, self.contacts.bodies.pairs.size
+        bodies, w = self.contacts.body_modes, self.contacts.body_modes.pair_whirl.size
         squares = (bodies.rows**2).mean(axis=1)  # (c, b)
         pairs = squares[:, bodies.count - 2 * w :].reshape(len(squares), 2, w)
         # whichever tooth the pattern of a pair refers to
         squares[:, bodies.count - 2 * w :] = np.tile(pairs.sum(axis=1), 2)
         magnitudes = np.sqrt(squares)
         mesh_of, meshes = self.contacts.mesh_of, range(len(self.excitations))
-        bent = np.array([magnitudes[mesh_of == m].max(axis=0) for m in meshes])
-        return np.concatenate([self.arrays.shapes, bent], axis=1)
+        body_rows = np.array([magnitudes[mesh_of == m].max(axis=0) for m in meshes])
+        return np.concatenate([self.arrays.shapes, body_rows], axis=1)
 
     def state_from(self, other: LumpedSystem, state: Array) -> Array:
         """Modal displacements and velocities (2, n) for the motion of another system.
@@ -305,16 +311,16 @@ class LumpedSystem:
     def energy_norm(self) -> float:
         """Typical sum of modal velocities, from the loads and the gaps."""
         stiffness, backlash = self.arrays.mean_stiffness, self.arrays.backlash
-        reach = np.abs(self.static_deflection).sum() + sum(
+        deflection = np.abs(self.static_deflection).sum() + sum(
             largest_gap(pair) for e in self.excitations for pair in e.pairs
         )
-        reach += backlash[np.isfinite(backlash)].sum()
-        return math.sqrt(stiffness.max()) * max(reach, 1e-9)
+        deflection += backlash[np.isfinite(backlash)].sum()
+        return math.sqrt(stiffness.max()) * max(deflection, 1e-9)
 
     @property
     def limit(self) -> float:
         """Sum of modal velocities beyond which a run has diverged."""
-        return RUNAWAY * self.energy_norm
+        return DIVERGENCE_RATIO * self.energy_norm
 
     def samples(self, steps: int) -> ExcitationSamples | FrictionSamples:
         """Steps of one common period and the excitation on them.
@@ -331,7 +337,7 @@ class LumpedSystem:
 
     def coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
         """Steps of the coupled model at a frequency of the first mesh [Hz]."""
-        arrays = present(self.coupled_arrays, COUPLED)
+        arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
         return coupled_steps(
             *(arrays, self._linear, self.contact_grid(steps)),
             *(frequency, self.repetitions),
@@ -340,7 +346,7 @@ class LumpedSystem:
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
     def contact_grid(self, steps: int) -> ContactGrid:
         """Contacts of the coupled model at the steps, for any speed."""
-        arrays = present(self.coupled_arrays, COUPLED)
+        arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
         self._require_memory(steps)
         return contact_grid(arrays, steps, np.array(self.train.common_period))
 
@@ -371,7 +377,7 @@ class LumpedSystem:
             contacts = 0
         else:
             contacts, _, n = self.contacts.rows.shape
-            n += self.contacts.bodies.count
+            n += self.contacts.body_modes.count
             # pitch errors are added to steps that repeat with the meshes
             length = self.train.common_period[0]
             per_step = 8 * contacts * (2 * contacts + n + meshes + 1)
@@ -385,14 +391,16 @@ class LumpedSystem:
         if self.fits_memory(steps):
             return
         quantity, teeth = "excitation", ""
-        ways = "higher speeds or simpler tooth ratios"
+        remedies = "higher speeds or simpler tooth ratios"
         if self.repetitions > 1:
             quantity, teeth = "motion", " and tooth pairs with pitch errors"
-            ways = "pitch errors of fewer gears or that repeat sooner, higher speeds"
-            ways += " or fewer steps"
+            remedies = (
+                "pitch errors of fewer gears or that repeat sooner, higher speeds"
+            )
+            remedies += " or fewer steps"
         raise TrainError(
             f"{self.common_period[0]} periods of the first mesh, after which all "
             f"meshes{teeth} repeat, of {steps:.3g} steps each: "
             f"{self._bytes(steps) / 1e9:.3g} GB of {quantity}, more than a run "
-            f"should hold in memory; allowed are {ways}"
+            f"should hold in memory; allowed are {remedies}"
         )

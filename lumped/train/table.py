@@ -21,8 +21,8 @@ from lumped.common.checks import require_fields
 from lumped.common.csv_text import TableError, format_csv, parse_csv
 
 Array = NDArray[np.float64]
-REQUIRED = ("torque_Nm", "position", "stiffness_N_per_m")
-COUNTS = ("n_pairs",)
+REQUIRED_COLUMNS = ("torque_Nm", "position", "stiffness_N_per_m")
+INTEGER_COLUMNS = ("n_pairs",)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +50,8 @@ class MeshTable:
             if torques.count(torque) > 1:
                 raise TableError(f"torque_Nm = {torque:g} is there more than once")
         if not (np.diff(self.position) > 0.0).all():
-            fall = int(np.argmin(np.diff(self.position) > 0.0))
-            before, after = self.position[fall : fall + 2]
+            index = int(np.argmin(np.diff(self.position) > 0.0))
+            before, after = self.position[index : index + 2]
             raise TableError(f"position must increase, {after:g} follows {before:g}")
         object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
         object.__setattr__(self, "header", MappingProxyType(dict(self.header)))
@@ -79,7 +79,7 @@ class MeshTable:
         torque, position = np.meshgrid(self.torque_Nm, self.position, indexing="ij")
         columns = {"torque_Nm": torque, "position": position, **self.columns}
         return {
-            name: values.ravel().astype(int if name in COUNTS else float)
+            name: values.ravel().astype(int if name in INTEGER_COLUMNS else float)
             for name, values in columns.items()
         }
 
@@ -99,16 +99,18 @@ def format_table(table: MeshTable) -> str:
 def parse_table(text: str, source: str = "table") -> MeshTable:
     """Read CSV text; raises TableError naming `source` and the line."""
     csv_table = parse_csv(text, source)
-    for name in REQUIRED:
+    for name in REQUIRED_COLUMNS:
         if name not in csv_table.names:
             raise TableError(f"{source}: column {name} is missing")
     data = np.array(
         [
             [
-                _number(cell, f"{place}, column {name}", name in REQUIRED[:2])
+                _parse_number(
+                    cell, f"{location}, column {name}", name in REQUIRED_COLUMNS[:2]
+                )
                 for cell, name in zip(row, csv_table.names, strict=True)
             ]
-            for place, row in csv_table.rows.items()
+            for location, row in csv_table.rows.items()
         ]
     )
     if not len(data):
@@ -119,20 +121,20 @@ def parse_table(text: str, source: str = "table") -> MeshTable:
         raise TableError(f"{source}: {error}") from None
 
 
-def _number(cell: str, place: str, needed: bool) -> float:
+def _parse_number(cell: str, location: str, required: bool) -> float:
     try:
         value = float(cell) if cell.strip() else math.nan
     except ValueError:
-        raise TableError(f"{place}: {cell!r} is no number") from None
-    if needed and not math.isfinite(value):
-        raise TableError(f"{place}: {cell!r}; must be a finite number")
+        raise TableError(f"{location}: {cell!r} is no number") from None
+    if required and not math.isfinite(value):
+        raise TableError(f"{location}: {cell!r}; must be a finite number")
     return value
 
 
 def _table_from(
     names: Sequence[str], data: Array, header: Mapping[str, str]
 ) -> MeshTable:
-    torque, position = (data[:, names.index(name)] for name in REQUIRED[:2])
+    torque, position = (data[:, names.index(name)] for name in REQUIRED_COLUMNS[:2])
     torques = np.array(list(dict.fromkeys(torque)))
     if not (torques > 0.0).all():
         raise TableError(f"torque_Nm = {torques.min():g}; must be above 0 N m")
@@ -144,7 +146,7 @@ def _table_from(
     columns = {
         name: data[:, i].reshape(shape)
         for i, name in enumerate(names)
-        if name not in REQUIRED[:2]
+        if name not in REQUIRED_COLUMNS[:2]
     }
     return MeshTable(torques, positions, columns, header)
 

@@ -42,21 +42,21 @@ class Gear:
     torque: float = 0.0
 
     def __post_init__(self) -> None:
-        where = f"gear {self.name!r}: "
+        prefix = f"gear {self.name!r}: "
         teeth = is_number(self.teeth) and self.teeth >= 1
-        _require(teeth, f"{where}teeth", self.teeth, "at least 1")
-        _require_positive(f"{where}base_radius", self.base_radius)
-        _require_positive(f"{where}inertia", self.inertia)
-        _require_not_negative(f"{where}coupling_stiffness", self.coupling_stiffness)
-        _require_finite(f"{where}torque", self.torque)
+        _require(teeth, f"{prefix}teeth", self.teeth, "at least 1")
+        _require_positive(f"{prefix}base_radius", self.base_radius)
+        _require_positive(f"{prefix}inertia", self.inertia)
+        _require_not_negative(f"{prefix}coupling_stiffness", self.coupling_stiffness)
+        _require_finite(f"{prefix}torque", self.torque)
         require_fields(self)
         if self.bearing_stiffness is not None:
             for stiffness in self.bearing_stiffness:
-                _require_not_negative(f"{where}bearing_stiffness", stiffness)
+                _require_not_negative(f"{prefix}bearing_stiffness", stiffness)
             if self.mass is None:
-                raise TrainError(f"{where}mass is needed with a bearing_stiffness")
+                raise TrainError(f"{prefix}mass is needed with a bearing_stiffness")
         if self.mass is not None:
-            _require_positive(f"{where}mass", self.mass)
+            _require_positive(f"{prefix}mass", self.mass)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,10 +118,12 @@ class Train:
         require_fields(self)
         if not self.meshes:
             raise TrainError("meshes: at least one is needed")
-        used = [index for mesh in self.meshes for index in (mesh.driver, mesh.driven)]
-        used += [index for shaft in self.shafts for index in shaft.gears]
+        indices = [
+            index for mesh in self.meshes for index in (mesh.driver, mesh.driven)
+        ]
+        indices += [index for shaft in self.shafts for index in shaft.gears]
         count = len(self.gears)
-        for index in used:
+        for index in indices:
             allowed = f"0 to {count - 1}"
             _require(0 <= index < count, "gear index", index, allowed)
         for mesh in self.meshes:
@@ -136,7 +138,7 @@ class Train:
         for start in (self.meshes[0].driver, *range(len(self.gears))):
             if start not in speeds:
                 speeds[start] = Fraction(1)
-                _spread(start, speeds, list(self._links()))
+                _propagate_speeds(start, speeds, list(self._links()))
         return tuple(speeds[index] for index in range(len(self.gears)))
 
     def _links(self) -> Iterator[tuple[int, int, Fraction]]:
@@ -150,10 +152,10 @@ class Train:
     @cached_property
     def mesh_rates(self) -> tuple[Fraction, ...]:
         """Mesh frequency of each mesh over that of the first."""
-        passing = [
+        tooth_rates = [
             self.gears[m.driver].teeth * self.speeds[m.driver] for m in self.meshes
         ]
-        return tuple(abs(rate / passing[0]) for rate in passing)
+        return tuple(abs(rate / tooth_rates[0]) for rate in tooth_rates)
 
     @cached_property
     def common_period(self) -> tuple[int, ...]:
@@ -167,22 +169,22 @@ class Train:
         return 1 if self.speeds[gear] > 0 else -1
 
 
-def _spread(
+def _propagate_speeds(
     start: int,
     speeds: dict[int, Fraction],
     links: list[tuple[int, int, Fraction]],
 ) -> None:
     """Fill in the speeds of all gears that are linked to `start`."""
     symmetric_links = links + [(b, a, 1 / ratio) for a, b, ratio in links]
-    waiting = [start]
-    while waiting:
-        gear = waiting.pop()
+    queue = [start]
+    while queue:
+        gear = queue.pop()
         for a, b, ratio in symmetric_links:
             if a != gear:
                 continue
             if b not in speeds:
                 speeds[b] = speeds[gear] * ratio
-                waiting.append(b)
+                queue.append(b)
             elif speeds[b] != speeds[gear] * ratio:
                 raise TrainError(f"gears {a} and {b}: a closed train that cannot turn")
 

@@ -62,7 +62,7 @@ class TrainExcitation:
         whole = np.repeat([self._whole[m] for m in self.mesh_of], 2)
         pitches = (rows, shapes, offsets[:-1], np.diff(offsets), whole, rows)
         return Pieces(
-            place=np.array([(*self._places[m], 0.0) for m in self.mesh_of]),
+            pair_positions=np.array([(*self._places[m], 0.0) for m in self.mesh_of]),
             first_piece=np.concatenate([[0], np.cumsum(sizes)]),
             breaks=np.concatenate([wave.breaks for wave in waves]),
             coefficients=np.concatenate(
@@ -83,7 +83,9 @@ class TrainExcitation:
         """Separate `pieces` for a round of the common period, by its number."""
         pitches = self.pieces.pitches.copy()
         pitches[:, PITCH] += number * self.turns
-        return self.pieces._replace(place=self.pieces.place.copy(), pitches=pitches)
+        return self.pieces._replace(
+            pair_positions=self.pieces.pair_positions.copy(), pitches=pitches
+        )
 
     def _pair_switches(self) -> Array:
         """Times at which a mesh starts a cycle and pairs pass their waves on."""
@@ -95,7 +97,7 @@ class TrainExcitation:
             ]
         )
 
-    def at(self, times: Array, side: int = 1) -> tuple[Array, Array]:
+    def evaluate(self, times: Array, side: int = 1) -> tuple[Array, Array]:
         """Stiffness [N/m] and gap [m] of all pairs (..., p) at times.
 
         side : -1 for the limit from below
@@ -114,18 +116,20 @@ class TrainExcitation:
         waves: Sequence[Wave],
         times: Array,
         side: int = 1,
-        rounds: NDArray[np.intp] | int = 0,
+        repetitions: NDArray[np.intp] | int = 0,
     ) -> Array:
         """Values (..., p) of a wave of each pair at times.
 
-        rounds : number of common periods of the meshes that have passed, broadcast
+        repetitions : number of common periods of the meshes that have passed, broadcast
         """
         # a constant wave does not broadcast by itself
-        shape = np.broadcast_shapes(times.shape, np.shape(rounds))
+        shape = np.broadcast_shapes(times.shape, np.shape(repetitions))
         values = np.empty((*shape, len(waves)))
         for p, (wave, m) in enumerate(zip(waves, self.mesh_of, strict=True)):
             phase, rate = self._places[m]
-            pitch = self._whole[m] + np.asarray(rounds) * self.train.common_period[m]
+            pitch = (
+                self._whole[m] + np.asarray(repetitions) * self.train.common_period[m]
+            )
             values[..., p] = wave(phase + rate * times, side, pitch)
         return values
 
@@ -147,12 +151,12 @@ class TrainExcitation:
 
     def samples(self, times: Array) -> ExcitationSamples:
         """Steps of the common period between times of a grid, with the excitation."""
-        stiffness, gap = (self.on_steps(waves, times) for waves in self._functions)
+        stiffness, gap = (self.sample_steps(waves, times) for waves in self._functions)
         return ExcitationSamples(
             np.tile(np.diff(times), self.repetitions), stiffness, gap
         )
 
-    def on_steps(self, waves: Sequence[Wave], times: Array) -> Array:
+    def sample_steps(self, waves: Sequence[Wave], times: Array) -> Array:
         """Values (s, 3, p) of a wave per pair at start, middle and end of all steps.
 
         times : times of a grid, whose steps cross no corner

@@ -17,18 +17,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.train.elastic_inertia import inertia_part, normalised
+from lumped.train.elastic_inertia import inertia_factor, normalise
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-ALLOWED = 0.08  # largest error of excitation, and of amplitudes on flanks of resonances
-STRAINED = 0.05  # least part of a resonance's strain energy in the meshes that counts
-REACH = 0.05  # relative distance beyond the band at which a resonance is excited
-SHARP = 1e-3  # least damping ratio at which a resonance is resolved
-GRID = 25  # speeds at which the bound is evaluated, in addition to resonances
-ORDERS = 12  # orders of the mesh frequency whose resonances with a mode are considered
-HARMONICS = 32  # largest number of harmonics of the excitation
-CRITICAL = 1.0  # damping ratio of modes that were not solved
+# Largest error of excitation, and of amplitudes on flanks of resonances
+MAX_ERROR = 0.08
+# Least part of a resonance's strain energy in the meshes that counts
+MIN_RESONANCE_STRAIN = 0.05
+BAND_MARGIN = 0.05  # relative distance beyond the band at which a resonance is excited
+MIN_DAMPING_RATIO = 1e-3  # least damping ratio at which a resonance is resolved
+N_SPEEDS = 25  # speeds at which the bound is evaluated, in addition to resonances
+# Orders of the mesh frequency whose resonances with a mode are considered
+MAX_ORDER = 12
+MAX_HARMONICS = 32  # largest number of harmonics of the excitation
+UNSOLVED_DAMPING_RATIO = 1.0  # damping ratio of modes that were not solved
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +40,9 @@ class TruncationModel:
 
     frequencies_Hz, damping_ratio, families : (b,); modes of one family are a pair
     compliance : (m, b) share of each mode in the mesh's compliance at rest
-    rest_Hz : lower bound of the frequencies of modes that were not solved
-    rest : (m,) compliance of modes at this frequency with the inertia of all of these
+    unsolved_Hz : lower bound of the frequencies of modes that were not solved
+    unsolved_compliance : (m,) compliance of modes at this frequency with the inertia
+        of all of these
     amplitudes : (m, h) amplitudes of harmonics of the static transmission error
     rate : (m,) frequencies of the meshes over that of the first
     resonances_Hz, energy : (r,) and (m, r) natural frequencies without body modes, and
@@ -50,8 +54,8 @@ class TruncationModel:
     damping_ratio: Array
     families: NDArray[np.int64]
     compliance: Array
-    rest_Hz: float
-    rest: Array
+    unsolved_Hz: float
+    unsolved_compliance: Array
     amplitudes: NDArray[np.complex128]
     rate: Array
     resonances_Hz: Array
@@ -72,7 +76,7 @@ class TruncationModel:
         """
         return self._flank_error(self._flanks(band), ~retained)
 
-    def choose(self, band: tuple[float, float], allowed: float = ALLOWED) -> Mask:
+    def choose(self, band: tuple[float, float], max_error: float = MAX_ERROR) -> Mask:
         """Mask (b,) of the modes to retain, so that the others change no more than
         allowed.
 
@@ -80,76 +84,86 @@ class TruncationModel:
         """
         parts, flanks = self._parts(band), self._flanks(band)
 
-        def error(left: Mask, rest: bool = True) -> float:
-            on_flanks = self._flank_error(flanks, left, rest)
-            return max(self._error(parts, left, rest), on_flanks)
+        def error(left_out: Mask, rest: bool = True) -> float:
+            on_flanks = self._flank_error(flanks, left_out, rest)
+            return max(self._error(parts, left_out, rest), on_flanks)
 
-        numbers = np.unique(self.families)
-        alone = [error(self.families == n, rest=False) for n in numbers]
-        order = numbers[np.argsort(alone, kind="stable")[::-1]]
+        families = np.unique(self.families)
+        individual_errors = [error(self.families == n, rest=False) for n in families]
+        order = families[np.argsort(individual_errors, kind="stable")[::-1]]
         for count in range(order.size):
             retained = np.isin(self.families, order[:count])
-            if error(~retained) <= allowed:
+            if error(~retained) <= max_error:
                 return retained
         return np.ones(self.families.size, bool)
 
-    def _error(self, parts: list[Array], left: Mask, rest: bool = True) -> float:
+    def _error(self, parts: list[Array], left_out: Mask, rest: bool = True) -> float:
         """Compliance error without some of the modes (b,), and the rest if included."""
-        out = np.append(left, rest)
+        mask = np.append(left_out, rest)
         return max(
-            float(np.sqrt(((part[..., out].sum(axis=2) * size) ** 2).sum(axis=1)).max())
+            float(
+                np.sqrt(((part[..., mask].sum(axis=2) * size) ** 2).sum(axis=1)).max()
+            )
             for part, size in zip(parts, self._sizes, strict=True)
         )
 
-    def _flank_error(self, flanks: Array, left: Mask, rest: bool = True) -> float:
+    def _flank_error(self, flanks: Array, left_out: Mask, rest: bool = True) -> float:
         """Flank error without some of the modes (b,), and the rest if included."""
-        out = np.append(left, rest)
-        return float(flanks[:, out].sum(axis=1).max(initial=0.0))
+        mask = np.append(left_out, rest)
+        return float(flanks[:, mask].sum(axis=1).max(initial=0.0))
 
     def _flanks(self, band: tuple[float, float]) -> Array:
         """Change (r, b + 1) of amplitudes on each resonance's flank by each mode."""
-        frequencies = np.append(self.frequencies_Hz, self.rest_Hz)
-        ratios = np.append(self.damping_ratio, CRITICAL)
-        part = inertia_part(self.resonances_Hz[:, None] / frequencies, ratios)
-        share = np.column_stack([self.compliance, self.rest])
-        shift = 0.5 * (self.energy.T @ share) * part
-        damping = max(self.resonance_damping, SHARP)
+        frequencies = np.append(self.frequencies_Hz, self.unsolved_Hz)
+        ratios = np.append(self.damping_ratio, UNSOLVED_DAMPING_RATIO)
+        factor = inertia_factor(self.resonances_Hz[:, None] / frequencies, ratios)
+        share = np.column_stack([self.compliance, self.unsolved_compliance])
+        shift = 0.5 * (self.energy.T @ share) * factor
+        damping = max(self.resonance_damping, MIN_DAMPING_RATIO)
         return 0.5 * shift / damping * self._excited(band, damping)[:, None]
 
     def _excited(self, band: tuple[float, float], damping: float) -> Array:
         """Fraction (r,) of vibration due to resonance, at the most exciting speed."""
         energy, fraction = self.energy.sum(axis=0), np.zeros(self.resonances_Hz.size)
         for sizes, rate in zip(self._sizes, self.rate, strict=True):
-            for order, size in enumerate(sizes[:ORDERS], start=1):
+            for order, size in enumerate(sizes[:MAX_ORDER], start=1):
                 speed = self.resonances_Hz / (order * rate)
-                low, high = band[0] * (1.0 - REACH), band[1] * (1.0 + REACH)
-                met = (speed > low) & (speed < high) & (energy >= STRAINED)
-                grown = size * energy / (2.0 * damping)
-                fraction = np.maximum(fraction, met * grown / np.hypot(1.0, grown))
+                low, high = band[0] * (1.0 - BAND_MARGIN), band[1] * (1.0 + BAND_MARGIN)
+                is_excited = (
+                    (speed > low) & (speed < high) & (energy >= MIN_RESONANCE_STRAIN)
+                )
+                amplification = size * energy / (2.0 * damping)
+                fraction = np.maximum(
+                    fraction, is_excited * amplification / np.hypot(1.0, amplification)
+                )
         return fraction
 
     @property
     def _sizes(self) -> list[Array]:
-        return [normalised(a[:HARMONICS]) for a in self.amplitudes]
+        return [normalise(a[:MAX_HARMONICS]) for a in self.amplitudes]
 
     def _parts(self, band: tuple[float, float]) -> list[Array]:
         """Change of each mesh's compliance (s, h, b + 1) by each mode and the rest."""
-        frequencies = np.append(self.frequencies_Hz, self.rest_Hz)
-        ratios = np.append(self.damping_ratio, CRITICAL)
+        frequencies = np.append(self.frequencies_Hz, self.unsolved_Hz)
+        ratios = np.append(self.damping_ratio, UNSOLVED_DAMPING_RATIO)
         parts = []
         meshes = zip(
-            self.compliance, self.rest, self.amplitudes, self.rate, strict=True
+            self.compliance,
+            self.unsolved_compliance,
+            self.amplitudes,
+            self.rate,
+            strict=True,
         )
         for share, rest, amplitudes, rate in meshes:
-            orders = np.arange(1.0, min(len(amplitudes), HARMONICS) + 1.0)
-            driven = np.multiply.outer(self._speeds(band), rate * orders)
-            part = inertia_part(driven[..., None] / frequencies, ratios)
-            parts.append(np.append(share, rest) * part)
+            orders = np.arange(1.0, min(len(amplitudes), MAX_HARMONICS) + 1.0)
+            frequency = np.multiply.outer(self._speeds(band), rate * orders)
+            factor = inertia_factor(frequency[..., None] / frequencies, ratios)
+            parts.append(np.append(share, rest) * factor)
         return parts
 
     def _speeds(self, band: tuple[float, float]) -> Array:
         """Speeds of a band, including those at which harmonics excite modes."""
-        orders = np.multiply.outer(self.rate, np.arange(1.0, ORDERS + 1.0)).ravel()
-        met = np.divide.outer(self.frequencies_Hz, orders).ravel()
-        inside = met[(met > band[0]) & (met < band[1])]
-        return np.concatenate([np.geomspace(*band, GRID), inside])
+        orders = np.multiply.outer(self.rate, np.arange(1.0, MAX_ORDER + 1.0)).ravel()
+        resonances = np.divide.outer(self.frequencies_Hz, orders).ravel()
+        inside = resonances[(resonances > band[0]) & (resonances < band[1])]
+        return np.concatenate([np.geomspace(*band, N_SPEEDS), inside])

@@ -76,21 +76,25 @@ class Wave:
         """
         x = np.asarray(position, float)
         x = np.where(np.abs(x - np.round(x)) < POSITION_TOL, np.round(x), x)
-        whole = np.floor(x)
-        x = x - whole
+        whole_pitches = np.floor(x)
+        x = x - whole_pitches
         if side < 0:
             at_start = x == 0.0
-            x, whole = np.where(at_start, 1.0, x), whole - at_start
-        nudge = POSITION_TOL if side > 0 else -POSITION_TOL
-        piece = np.searchsorted(self.breaks, x + nudge, "right")
+            x, whole_pitches = np.where(at_start, 1.0, x), whole_pitches - at_start
+        shift = POSITION_TOL if side > 0 else -POSITION_TOL
+        piece = np.searchsorted(self.breaks, x + shift, "right")
         piece = np.clip(piece - 1, 0, self.breaks.size - 2)
-        turn = whole.astype(np.int64) + np.asarray(pitch)
+        pitch_index = whole_pitches.astype(np.int64) + np.asarray(pitch)
         shapes = self.shapes
-        c = shapes[0, piece] if len(shapes) == 1 else shapes[turn % len(shapes), piece]
+        c = (
+            shapes[0, piece]
+            if len(shapes) == 1
+            else shapes[pitch_index % len(shapes), piece]
+        )
         t = x - self.breaks[piece]
         value = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
         if self.offsets.size:
-            value = value + self.offsets[turn % self.offsets.size]
+            value = value + self.offsets[pitch_index % self.offsets.size]
         return value
 
     @cached_property
@@ -108,16 +112,16 @@ class Wave:
         return Wave(self.breaks, c, self.corners, factor * self.offsets)
 
 
-def constant(value: float) -> Wave:
-    return line(value, 0.0)
+def constant_wave(value: float) -> Wave:
+    return linear_wave(value, 0.0)
 
 
-def line(start: float, slope: float) -> Wave:
+def linear_wave(start: float, slope: float) -> Wave:
     """Wave that grows linearly over every base pitch."""
     return Wave(np.array([0.0, 1.0]), np.array([[start, slope, 0.0, 0.0]]))
 
 
-def total(waves: Sequence[Wave]) -> Wave:
+def sum_waves(waves: Sequence[Wave]) -> Wave:
     """Sum of waves, with the corners of all of them except joints that cancel."""
     breaks = np.unique(np.concatenate([wave.breaks for wave in waves]))
     breaks = np.append(breaks[:-1][np.diff(breaks) > POSITION_TOL], 1.0)
@@ -126,12 +130,12 @@ def total(waves: Sequence[Wave]) -> Wave:
     for wave in waves:
         piece = np.searchsorted(wave.breaks, middle, "right") - 1
         shift = breaks[:-1] - wave.breaks[piece]
-        rows += shifted_cubics(wave.coefficients[piece], shift)
+        rows += shift_cubics(wave.coefficients[piece], shift)
     corners = sorted({corner for wave in waves for corner in wave.corners})
     return Wave(breaks, rows, tuple(corners))
 
 
-def product(one: Wave, other: Wave) -> Wave:
+def multiply_waves(one: Wave, other: Wave) -> Wave:
     """Product of waves without offsets, with the corners of both.
 
     Values and slopes are exact at all breaks. Between them the product is a cubic:
@@ -146,7 +150,7 @@ def product(one: Wave, other: Wave) -> Wave:
     for wave in (one, other):
         piece = np.searchsorted(wave.breaks, breaks[:-1] + 0.5 * h, "right") - 1
         shift = breaks[:-1] - wave.breaks[piece]
-        rows = [shifted_cubics(shape[piece], shift) for shape in wave.shapes]
+        rows = [shift_cubics(shape[piece], shift) for shape in wave.shapes]
         c = np.tile(rows, (period // len(rows), 1, 1))
         powers = h[:, None] ** np.arange(4)
         ends = (c * powers).sum(axis=-1), (c[..., 1:] * powers[:, :3]) @ [1.0, 2.0, 3.0]
@@ -159,7 +163,7 @@ def product(one: Wave, other: Wave) -> Wave:
     return Wave(breaks, shapes if period > 1 else shapes[0], corners)
 
 
-def from_samples(samples: ArrayLike, pitches: int = 1) -> Wave:
+def wave_from_samples(samples: ArrayLike, pitches: int = 1) -> Wave:
     """Monotone cubic interpolation (PCHIP) of equally spaced samples.
 
     The first sample is at position 0; each base pitch has the same number of samples, 4
@@ -195,31 +199,33 @@ def cut_into_pitches(
     pair leaves a wave, its successor enters.
     """
     starts, ends = breaks[:-1], breaks[1:]
-    marks = [float(corner) for corner in corners]
+    corner_positions = [float(corner) for corner in corners]
     waves = {}
     for k in range(
         math.floor(breaks[0] + POSITION_TOL), math.ceil(breaks[-1] - POSITION_TOL)
     ):
         inner = starts[(starts > k + POSITION_TOL) & (starts < k + 1 - POSITION_TOL)]
-        rim = [
+        path_ends = [
             x
             for x in (breaks[0], breaks[-1])
             if k + POSITION_TOL < x < k + 1 - POSITION_TOL
         ]
-        wave_breaks = np.unique(np.concatenate([[k], inner, rim, [k + 1.0]]))
+        wave_breaks = np.unique(np.concatenate([[k], inner, path_ends, [k + 1.0]]))
         middle = 0.5 * (wave_breaks[:-1] + wave_breaks[1:])
         piece = np.searchsorted(ends, middle, "right")
         rows = np.zeros((middle.size, 4))
         rows[:, 0] = outside
         inside = (middle > breaks[0]) & (middle < breaks[-1])
-        rows[inside] = shifted_cubics(
+        rows[inside] = shift_cubics(
             coefficients[piece[inside]],
             wave_breaks[:-1][inside] - starts[piece[inside]],
         )
-        near = tuple(
-            x - k for x in marks if k - POSITION_TOL <= x < k + 1 - POSITION_TOL
+        wave_corners = tuple(
+            x - k
+            for x in corner_positions
+            if k - POSITION_TOL <= x < k + 1 - POSITION_TOL
         )
-        waves[k] = Wave(_from_zero_to_one(wave_breaks - k), rows, near)
+        waves[k] = Wave(_from_zero_to_one(wave_breaks - k), rows, wave_corners)
     return waves
 
 
@@ -227,7 +233,7 @@ def _from_zero_to_one(breaks: Array) -> Array:
     return np.concatenate([[0.0], breaks[1:-1], [1.0]])
 
 
-def shifted_cubics(coefficients: Array, shift: Array) -> Array:
+def shift_cubics(coefficients: Array, shift: Array) -> Array:
     """Coefficients (n, 4) of the same cubics with origins moved by shift (n,)."""
     c0, c1, c2, c3 = coefficients.T
     h = shift
@@ -242,7 +248,7 @@ def shifted_cubics(coefficients: Array, shift: Array) -> Array:
     )
 
 
-def line_pieces(points: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
+def linear_pieces(points: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
     """Breaks and coefficients of straight lines between points (position, value).
 
     Two points at the same position form a jump.
@@ -257,7 +263,7 @@ def line_pieces(points: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
     return np.append(x[pieces], x[-1]), coefficients
 
 
-def from_harmonics(mean: float, coefficients: Iterable[complex]) -> Wave:
+def wave_from_harmonics(mean: float, coefficients: Iterable[complex]) -> Wave:
     """Wave mean + sum_s (c_s exp(2 pi i s x) + c.c.) as cubics (error below 1e-9)."""
     harmonics = np.array(list(coefficients), complex)
     count = harmonics.size

@@ -64,7 +64,7 @@ def with_modes(system, count):
         contacts.inertia.families, np.unique(contacts.inertia.families)[:count]
     )
     contacts = replace(
-        contacts, modes=contacts.solved.only(mode_mask), retained=mode_mask
+        contacts, modes=contacts.solved_modes.select(mode_mask), retained=mode_mask
     )
     return replace(system, contacts=contacts)
 

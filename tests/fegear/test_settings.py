@@ -23,7 +23,7 @@ from lumped.steady.maps import Axis
 from lumped.train.at_rest import RestReference
 from lumped.train.coupled import CoupledContacts
 from lumped.train.friction import ToothFriction
-from lumped.train.waves import constant
+from lumped.train.waves import constant_wave
 
 GEARS = fegear.load_gear_set("liu-pair")
 RESULTS = {  # what functions return, made by nobody else
@@ -54,7 +54,7 @@ FREE = {
     "numbers",
     "directory",
 }  # any text
-PAIR = lumped.PairExcitation(constant(1e8), constant(0.0))
+PAIR = lumped.PairExcitation(constant_wave(1e8), constant_wave(0.0))
 SPRING = lumped.MeshExcitation((PAIR,), 1e8)
 TWO = tuple(
     lumped.Gear(name=name, teeth=30, base_radius=0.04, inertia=1e-3, torque=torque)
@@ -73,7 +73,7 @@ EXAMPLES = [  # of classes that must be told something
     lumped.Shaft(gears=(0, 1)),
     SPRING,
     SPRING.pairs[0],
-    constant(1.0),
+    constant_wave(1.0),
     lumped.LumpedSystem(TRAIN, (SPRING,)),
     lumped.StiffnessParameters(mean=1e8, variation=0.3, contact_ratio=1.5),
     TABLE,

@@ -19,7 +19,14 @@ from hypothesis.extra import numpy as numpy_st
 
 from fegear.files.errors import InputError
 from fegear.files.netcdf import Variable, read_netcdf, write_netcdf
-from fegear.files.values import Decoder, Encoder, class_of, name_of_class
+from fegear.files.values import (
+    Decoder,
+    Encoder,
+    class_of,
+    name_of_class,
+    plain_of,
+    value_of,
+)
 from fegear.gearset import load_gear_set
 from lumped import Status
 
@@ -82,6 +89,12 @@ def test_a_tree_comes_back_to_the_last_bit(tmp_path, tree):
     assert same(there_and_back(tree, tmp_path / "x.nc"), tree)
 
 
+@given(TREES)
+@settings(deadline=None, max_examples=150)
+def test_a_tree_comes_back_from_json(tree):
+    assert same(value_of(json.loads(json.dumps(plain_of(tree)))), tree)
+
+
 def test_values_of_the_program_come_back(tmp_path):
     records = np.zeros(2, np.dtype([("a", "?"), ("b", "f8", (2,))], align=True))
     records["b"][1] = 1.0 / 3.0
@@ -96,6 +109,7 @@ def test_values_of_the_program_come_back(tmp_path):
         "view": MappingProxyType({"a": (1, [2])}),
     }
     assert same(there_and_back(value, tmp_path / "x.nc"), value)
+    assert same(value_of(json.loads(json.dumps(plain_of(value)))), value)
 
 
 def test_what_two_values_share_they_share_again(tmp_path):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lumped import StiffnessParameters, analytic_excitation
 from lumped.train.analytic import pair_springs, static_error, stiffness_harmonics
-from lumped.train.waves import total
+from lumped.train.waves import sum_waves
 
 MEAN, FORCE = 2.9831e8, 2205.0
 RATIOS = (1.0, 1.0 + 1e-6, 1.3, 1.504, 2.0 - 1e-6, 2.0, 2.36, 3.0, 3.7)
@@ -25,7 +25,7 @@ def make(ratio, **changes):
 
 
 def mesh_wave(figures):
-    return total([spring.stiffness for spring in pair_springs(figures)])
+    return sum_waves([spring.stiffness for spring in pair_springs(figures)])
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
@@ -179,7 +179,7 @@ def test_models_take_what_is_theirs(model, harmonics):
     )
     stiffness = [pair.stiffness for pair in excitation.pairs]
     assert excitation.mean_stiffness == MEAN
-    assert total(stiffness).mean == pytest.approx(MEAN, rel=1e-9)
+    assert sum_waves(stiffness).mean == pytest.approx(MEAN, rel=1e-9)
     assert len(stiffness) == (2 if model == 1 and harmonics is None else 1)
     constant_stiffness = np.ptp(stiffness[0](np.linspace(0.0, 1.0, 99))) == 0.0
     assert constant_stiffness == (model == 2)

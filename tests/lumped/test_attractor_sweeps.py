@@ -187,7 +187,7 @@ def test_a_wrong_direction_is_named(at):
 
 def test_what_is_unstable_on_finest_steps_too_does_not_repeat(at, monkeypatch):
     """As chaos may pass by near an orbit for longer than is looked for."""
-    monkeypatch.setattr("lumped.attractors.attractor_sweeps.NEUTRAL", -1.0)
+    monkeypatch.setattr("lumped.attractors.attractor_sweeps.MAX_NEUTRAL_EXPONENT", -1.0)
     (attractor,) = sweep_attractors([900.0], at, "up").attractors
     assert (attractor.multiple, attractor.name) == (0, "not converged")
     assert attractor.deflection.shape == (100, 2)

@@ -170,12 +170,12 @@ def test_no_direction_grows_along_a_torus(train):
 def test_changes_are_carried_as_differences_of_motions(train, chaotic):
     """Also through losses of contact: nothing is to be added there."""
     response, settings = chaotic[0], Settings(steps=1024)
-    way = FixedStepper(train).driven(Speed(response.frequency, settings))
+    way = FixedStepper(train).kernel_arguments(Speed(response.frequency, settings))
     start, n = np.array(response.state), response.state.shape[1]
 
     def end(state):
         out = np.empty((way[1].h.size + 1, 2, n))
-        orbit.trace(*way, np.ascontiguousarray(state), out)
+        orbit.integrate_steps(*way, np.ascontiguousarray(state), out)
         return out[-1]
 
     columns = []
@@ -191,7 +191,7 @@ def test_changes_are_carried_as_differences_of_motions(train, chaotic):
 
 
 def test_kernels_are_the_same_uncompiled(train, request, monkeypatch):
-    monkeypatch.setattr(attractors, "FINE", 16)
+    monkeypatch.setattr(attractors, "FINE_STEPS", 16)
     response, _, _ = respond_confirmed(train, 0.91 * FIRST, Settings(multiples=2))
     coarse = Settings(steps=16)
     compiled = find_attractor(train, response, coarse)

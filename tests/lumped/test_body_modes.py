@@ -94,8 +94,8 @@ def inertia(**changes) -> TruncationModel:
         "damping_ratio": np.full(4, 0.01),
         "families": np.array([0, 1, 1, 3]),
         "compliance": np.array([[0.2, 0.03, 0.04, 0.01]]),
-        "rest_Hz": 40e3,
-        "rest": np.array([0.02]),
+        "unsolved_Hz": 40e3,
+        "unsolved_compliance": np.array([0.02]),
         "amplitudes": np.array([1.0, 0.3, 0.1], complex)[None],
         "rate": np.ones(1),
         "resonances_Hz": np.array([3000.0]),
@@ -116,7 +116,7 @@ def test_more_modes_leave_out_less_and_the_fewest_are_chosen():
 
 def test_the_bound_is_that_of_one_mode_off_resonance():
     """c r of the mode alone, r = x^2 / |1 - x^2 + 2 i zeta x|."""
-    alone = inertia(rest=np.zeros(1), amplitudes=np.array([[1.0 + 0j]]))
+    alone = inertia(unsolved_compliance=np.zeros(1), amplitudes=np.array([[1.0 + 0j]]))
     retained = np.array([0, 1, 1, 1], bool)
     x = 1000.0 / 4000.0
     expected = 0.2 * x**2 / abs(1.0 - x**2 + 0.02j * x)
@@ -132,7 +132,7 @@ def test_a_shifted_resonance_counts_by_half_bandwidths():
 
     Only the part of the vibration that is resonance counts.
     """
-    alone = inertia(**SHARP, rest=np.zeros(1))
+    alone = inertia(**SHARP, unsolved_compliance=np.zeros(1))
     retained, band = np.array([1, 1, 1, 0], bool), (2400.0, 2600.0)
     x = 7500.0 / 30e3
     change = 0.01 * x**2 / abs(1.0 - x**2 + 0.02j * x)

@@ -183,10 +183,10 @@ def test_bounds_let_no_runaway_pass(uncompiled, value):
     good = np.zeros(2)
     with np.errstate(invalid="ignore"):
         for bad in (np.array([value, 0.0]), np.array([0.0, value])):
-            assert not convergence.bounded(good, bad, 1e6)
+            assert not convergence.is_bounded(good, bad, 1e6)
         if not math.isfinite(value):
-            assert not convergence.bounded(np.array([value, 0.0]), good, 1e6)
-    assert convergence.bounded(good, good, 1e-9)
+            assert not convergence.is_bounded(np.array([value, 0.0]), good, 1e6)
+    assert convergence.is_bounded(good, good, 1e-9)
 
 
 @pytest.mark.parametrize("noise", [1e-7, 1e-9])

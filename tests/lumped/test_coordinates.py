@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from lumped import Gear, Mesh, Shaft, Train, TrainError
-from lumped.train.coordinates import coordinates, line_of_action, rigid_groups
+from lumped.train.coordinates import line_of_action, rigid_groups, train_coordinates
 
 
 def test_rotations_of_the_idler(idler):
     """Eq. (2.3): S1 = u1 + u2, S2 = -u2 - u3."""
-    space = coordinates(idler())
+    space = train_coordinates(idler())
     r1, r2, r3 = 0.04535, 0.06564, 0.11218
     expected = [[r1, r2, 0.0], [0.0, -r2, -r3]]
     np.testing.assert_allclose(space.mesh_rows, expected, rtol=1e-15)
@@ -26,7 +26,7 @@ def test_rotations_of_the_idler(idler):
 def test_translations_of_the_idler_turned_into_the_seeds_frame(idler):
     """Eq. (2.3) with x along the first line of action: chi = alpha1 + alpha2."""
     train = idler(translations=True)
-    space = coordinates(train)
+    space = train_coordinates(train)
     one = np.array(line_of_action(train, train.meshes[0]))
     across = np.array([-one[1], one[0]])
     index = {label: i for i, label in enumerate(space.labels)}
@@ -48,7 +48,7 @@ def test_translations_of_the_idler_turned_into_the_seeds_frame(idler):
 
 def test_contact_pushes_the_gears_apart(idler):
     """Both centres move away from each other along the centre line when pressed."""
-    space = coordinates(idler(translations=True))
+    space = train_coordinates(idler(translations=True))
     index = {label: i for i, label in enumerate(space.labels)}
     row = space.mesh_rows[0]
     assert row[index["pinion", "x"]] > 0.0  # towards the idler closes the mesh
@@ -58,7 +58,7 @@ def test_contact_pushes_the_gears_apart(idler):
 @pytest.mark.parametrize("mesh", [0, 1])
 def test_force_and_moment_of_a_mesh_balance(idler, mesh):
     """As much on one gear as on the other; moments about the pitch point vanish."""
-    space = coordinates(idler(translations=True))
+    space = train_coordinates(idler(translations=True))
     row = space.mesh_rows[mesh]
     kinds = np.array([kind for _, kind in space.labels])
     for axis in "xy":
@@ -69,7 +69,7 @@ def test_rolling_closes_no_mesh(idler):
     """Rotations in the ratio of the base circles leave every mesh as it is."""
     r1, r2, r3 = 0.04535, 0.06564, 0.11218
     rolling = [1.0 / r1, -1.0 / r2, 1.0 / r3]
-    rows = coordinates(idler()).mesh_rows
+    rows = train_coordinates(idler()).mesh_rows
     np.testing.assert_allclose(rows @ rolling, 0.0, atol=1e-15)
 
 
@@ -98,7 +98,7 @@ def shafted(stiffness=None, second=None):
 
 
 def test_rigid_shaft_adds_up():
-    space = coordinates(shafted())
+    space = train_coordinates(shafted())
     assert rigid_groups(shafted()) == [(0,), (1, 2), (3,)]
     assert [name for name, _ in space.labels] == ["a", "b+c", "d"]
     np.testing.assert_allclose(space.mass, [1e-3, 5e-3, 4e-3])
@@ -108,14 +108,14 @@ def test_rigid_shaft_adds_up():
 
 
 def test_elastic_shaft_is_a_spring():
-    space = coordinates(shafted(2e5))
+    space = train_coordinates(shafted(2e5))
     assert space.mass.size == 4
     np.testing.assert_allclose(space.spring_rows[-1], [0, 1, -1, 0])
     assert space.spring_stiffness[-1] == 2e5
 
 
 def test_rigid_shaft_shares_one_bearing():
-    space = coordinates(shafted(second=(1e8, 2e8)))
+    space = train_coordinates(shafted(second=(1e8, 2e8)))
     assert ("b+c", "x") in space.labels
     x = space.labels.index(("b+c", "x"))
     assert space.mass[x] == pytest.approx(2.0 + 3.0)
@@ -137,4 +137,4 @@ def test_bearings_on_a_shaft_need_every_mass():
     gears = list(train.gears)
     gears[2] = replace(gears[2], mass=None)
     with pytest.raises(TrainError, match="gear 'c': mass is needed"):
-        coordinates(replace(train, gears=tuple(gears)))
+        train_coordinates(replace(train, gears=tuple(gears)))

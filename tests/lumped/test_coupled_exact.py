@@ -203,7 +203,7 @@ def test_resonances_of_harmonics_take_more_steps():
     """Large steps would shift sharp ones, and take high harmonics for lower ones; a
     refined run doubles the steps that they take."""
     sharp, broad = (replace(FIRM, damping=d).coupled for d in (0.005, 0.05))
-    highest = sharp.strained_angular / (2.0 * math.pi)
+    highest = sharp.highest_mesh_mode_angular / (2.0 * math.pi)
     frequency = highest / 8.0
     for system in (sharp, broad):
         many = steps_per_period(system, frequency, Settings())
@@ -338,8 +338,8 @@ class ShortStepper(FixedStepper):
 
     count: int = 0
 
-    def driven(self, at):
-        arrays, steps = super().driven(at)
+    def kernel_arguments(self, at):
+        arrays, steps = super().kernel_arguments(at)
         return arrays, steps._replace(h=steps.h[: self.count])
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from lumped import MeshExcitation, MeshTable, PairExcitation, excitation_from_table
-from lumped.train.excitation import at_torque
-from lumped.train.waves import constant, total
+from lumped.train.excitation import column_at_torque
+from lumped.train.waves import constant_wave, sum_waves
 
 RADIUS, POSITIONS, RATIO = 0.04535, 48, 1.6
 TORQUES = (80.0, 120.0)
@@ -95,7 +95,7 @@ def test_equilibrium_of_the_pairs_is_the_tables_error(ahead, torque, relief):
     table = make_table(ahead=ahead, relief=relief)
     excitation = excitation_from_table(table, torque)
     error = deflection(excitation, table.position, torque / RADIUS)
-    expected = at_torque(table, "ste_m", torque)
+    expected = column_at_torque(table, "ste_m", torque)
     np.testing.assert_allclose(error, expected, rtol=1e-9)
 
 
@@ -129,7 +129,7 @@ def test_no_pair_adds_stiffness_that_the_table_has_not():
     """Between positions the sum stays within its neighbours, jumps included."""
     excitation = excitation_from_table(make_table(relief=0.0), 100.0)
     x = np.linspace(0.0, 1.0, 2000, endpoint=False)
-    stiffness = total([pair.stiffness for pair in excitation.pairs])(x)
+    stiffness = sum_waves([pair.stiffness for pair in excitation.pairs])(x)
     samples = excitation_sum(np.arange(POSITIONS) / POSITIONS)
     assert stiffness.max() < 1.02 * samples.max()
     assert stiffness.min() > 0.98 * samples.min()
@@ -141,7 +141,9 @@ def excitation_sum(x):
 
 def test_torques_between_are_interpolated():
     table = make_table()
-    one, middle, two = (at_torque(table, "ste_m", t) for t in (80.0, 90.0, 120.0))
+    one, middle, two = (
+        column_at_torque(table, "ste_m", t) for t in (80.0, 90.0, 120.0)
+    )
     np.testing.assert_allclose(middle, 0.75 * one + 0.25 * two, rtol=1e-14)
     np.testing.assert_array_equal(one, table["ste_m"][0])
     np.testing.assert_array_equal(two, table["ste_m"][1])
@@ -151,7 +153,9 @@ def test_torques_may_stand_in_any_order():
     one, two = make_table(), make_table(torques=TORQUES[::-1])
     for name in ("ste_m", "stiffness_N_per_m"):
         np.testing.assert_allclose(
-            at_torque(two, name, 93.0), at_torque(one, name, 93.0), rtol=1e-14
+            column_at_torque(two, name, 93.0),
+            column_at_torque(one, name, 93.0),
+            rtol=1e-14,
         )
 
 
@@ -247,7 +251,7 @@ def test_models_are_counted():
 
 @pytest.mark.parametrize("mean", [0.0, -1.0, math.nan, math.inf])
 def test_mean_stiffness_is_checked(mean):
-    spring = PairExcitation(constant(1.0), constant(0.0))
+    spring = PairExcitation(constant_wave(1.0), constant_wave(0.0))
     with pytest.raises(ValueError, match="mean_stiffness must be positive"):
         MeshExcitation((spring,), mean)
 

@@ -25,7 +25,7 @@ from lumped.train.friction import ToothFriction, with_bending
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable
 from lumped.train.train import TrainError
-from lumped.train.waves import constant, line
+from lumped.train.waves import constant_wave, linear_wave
 
 MU, BENDING, EPS, ALPHA, GAMMA, C = 0.1, 0.5, 0.3, 0.6, 0.28, 1.5
 RATIO = 0.02
@@ -297,7 +297,7 @@ def test_bending_varies_over_the_way_of_a_pair():
 
 def test_bending_that_varies_is_told_apart_from_its_mean():
     """A ratio that is the same everywhere is a number; what is not one is refused."""
-    same = {0: constant(0.3), -1: constant(0.3)}
+    same = {0: constant_wave(0.3), -1: constant_wave(0.3)}
     plain = pair_system(EPS, RATIO).excitations[0]
     for one, other in zip(
         with_bending(plain, ToothFriction(MU, same)).pairs,
@@ -308,4 +308,4 @@ def test_bending_that_varies_is_told_apart_from_its_mean():
             one.stiffness.coefficients, other.stiffness.coefficients
         )
     with pytest.raises(ValueError, match="bending of pair -1 must be 0"):
-        ToothFriction(MU, {0: constant(0.3), -1: line(0.9, 0.2)})
+        ToothFriction(MU, {0: constant_wave(0.3), -1: linear_wave(0.9, 0.2)})

@@ -18,7 +18,7 @@ from lumped.steady.motion import time_history
 from lumped.steady.settings import Settings
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.friction import ToothFriction, base_pitch, with_bending
-from lumped.train.friction_samples import at_frequency
+from lumped.train.friction_samples import scale_to_frequency
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Gear, Mesh, Train
 
@@ -89,8 +89,8 @@ class Flanks:
         for gear, turn, arm, sign in zip(
             self.gears, self.turns, self.arms, (1, -1), strict=True
         ):
-            turn = turn + velocity[self.space.places[gear, "rotation"]]
-            centre = [velocity[self.space.places[gear, axis]] for axis in "xy"]
+            turn = turn + velocity[self.space.indices[gear, "rotation"]]
+            centre = [velocity[self.space.indices[gear, axis]] for axis in "xy"]
             sliding += (
                 sign * (centre + turn * turned(arm, 0.5 * math.pi)) @ self.tangent
             )
@@ -101,10 +101,10 @@ class Flanks:
         out = np.zeros(self.space.mass.size)
         for gear, arm, sign in zip(self.gears, self.arms, (1, -1), strict=True):
             push = sign * force * self.tangent
-            out[self.space.places[gear, "rotation"]] += arm[0] * push[1]
-            out[self.space.places[gear, "rotation"]] -= arm[1] * push[0]
+            out[self.space.indices[gear, "rotation"]] += arm[0] * push[1]
+            out[self.space.indices[gear, "rotation"]] -= arm[1] * push[0]
             for axis, part in zip("xy", push, strict=True):
-                out[self.space.places[gear, axis]] += part
+                out[self.space.indices[gear, axis]] += part
         return out
 
 
@@ -130,7 +130,7 @@ def friction_by_flanks(system, samples, instant, q, v):
             direction_speed = nominal if rub.sliding == "nominal" else speed
             # toward the root of the driver while its own flank is ahead in sliding
             toward = [math.copysign(1.0, s) for s in (nominal, direction_speed)]
-            approach = 1.0 if samples.slide[*instant, p] > 0.0 else -1.0
+            approach = 1.0 if samples.signed_friction[*instant, p] > 0.0 else -1.0
             bare = k / (1.0 + approach * rub.bending * MU)
             again = approach * toward[0] * toward[1]
             normal = overlap * bare * (1.0 + again * rub.bending * MU)
@@ -145,8 +145,8 @@ def test_friction_is_that_of_flanks_in_the_plane(sliding):
     """Moments, forces and sliding of both sides; nothing where teeth are apart."""
     system = idler(ToothFriction(MU, BENDING, sliding))
     without = idler(ToothFriction(0.0, 0.0, sliding))
-    samples = at_frequency(system.samples(16), FREQUENCY)
-    bare = at_frequency(with_no_friction(system.samples(16)), FREQUENCY)
+    samples = scale_to_frequency(system.samples(16), FREQUENCY)
+    bare = scale_to_frequency(with_no_friction(system.samples(16)), FREQUENCY)
     assert np.array_equal(system.modes.shapes, without.modes.shapes)
     random, n = np.random.default_rng(1), system.moving.size
     to_rows = system.arrays.shapes
@@ -175,7 +175,9 @@ def test_friction_is_that_of_flanks_in_the_plane(sliding):
 
 def with_no_friction(samples):
     """The same springs, stiffnesses as friction bends them."""
-    return samples._replace(slide=0.0 * samples.slide, bending=0.0 * samples.bending)
+    return samples._replace(
+        signed_friction=0.0 * samples.signed_friction, bending=0.0 * samples.bending
+    )
 
 
 def hammering(friction):

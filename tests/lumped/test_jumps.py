@@ -11,7 +11,7 @@ from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from lumped import sweep_all
-from lumped.steady.jumps import find_jumps, find_peaks, prominent
+from lumped.steady.jumps import find_jumps, find_peaks, prominent_maxima
 
 
 def branch(frequency, *curves, direction="up"):
@@ -100,11 +100,11 @@ def test_uneven_speeds_are_compared_by_their_slopes():
 
 
 def test_prominent_maxima():
-    assert prominent(np.array([0.0, 1.0, 0.0, 0.5, 0.45, 2.0, 0.1])) == [1, 5]
-    assert prominent(np.array([3.0, 1.0, 2.0])) == []
-    assert prominent(np.array([1.0, np.nan, 4.0, 4.0, 1.0])) == [2]
-    assert prominent(np.zeros(5)) == []
-    assert prominent(np.array([])) == []
+    assert prominent_maxima(np.array([0.0, 1.0, 0.0, 0.5, 0.45, 2.0, 0.1])) == [1, 5]
+    assert prominent_maxima(np.array([3.0, 1.0, 2.0])) == []
+    assert prominent_maxima(np.array([1.0, np.nan, 4.0, 4.0, 1.0])) == [2]
+    assert prominent_maxima(np.zeros(5)) == []
+    assert prominent_maxima(np.array([])) == []
 
 
 def idler_system(torque=100.0):

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from lumped.common.workers import in_threads
+from lumped.common.workers import compute_in_threads
 from lumped.steady.maps import (
     Axis,
     Cell,
@@ -34,7 +34,7 @@ def cell(value: float) -> Cell:
     return Cell(figures, (1, 2), "periodic")
 
 
-def solved(compute=in_threads) -> ParameterMap:
+def solved(compute=compute_in_threads) -> ParameterMap:
     return run_map(GRID, sum, cell, compute)
 
 
@@ -92,7 +92,7 @@ def test_ctrl_c_is_raised_again():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        solved(partial(in_threads, report=report))
+        solved(partial(compute_in_threads, report=report))
 
 
 def test_largest_response_of_each_mesh_is_kept():

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from lumped import History, Settings, Status, respond, respond_with_history
-from lumped.steady.measures import measures, pooled
-from lumped.steady.steady_state import windows
+from lumped.steady.measures import combine_windows, measure_motion
+from lumped.steady.steady_state import count_windows
 
 STEPS = 64
 
@@ -30,7 +30,7 @@ def part_above(level):
 
 @pytest.mark.parametrize("backlash", [0.1, 0.3, 0.9, 1.5])
 def test_contact_is_lost_where_neither_flank_touches(backlash):
-    quantities = measures(motion(backlash=backlash))
+    quantities = measure_motion(motion(backlash=backlash))
     drive, back = part_above(-0.2), part_above(backlash + 0.2)
     assert quantities["back_side"][0] == pytest.approx(back, abs=2e-6)
     assert quantities["contact_loss"][0] == pytest.approx(1.0 - drive - back, abs=2e-6)
@@ -44,7 +44,7 @@ def test_both_flanks_at_once_are_contact_once(overlap):
     t = s.time[:, None]
     drive, back = np.cos(t) - 0.5, np.cos(t) - 0.5 + overlap
     both = History(s.time, 0 * t, 0 * t, 0 * t, drive, back, 0 * t)
-    quantities = measures(both)
+    quantities = measure_motion(both)
     assert quantities["back_side"][0] == pytest.approx(
         part_above(0.5 - overlap), abs=1e-3
     )
@@ -53,7 +53,9 @@ def test_both_flanks_at_once_are_contact_once(overlap):
     )
     separate = History(s.time, 0 * t, 0 * t, 0 * t, drive, -np.cos(t) - 0.8, 0 * t)
     union = part_above(0.5) + part_above(0.8)
-    assert measures(separate)["contact_loss"][0] == pytest.approx(1.0 - union, abs=1e-3)
+    assert measure_motion(separate)["contact_loss"][0] == pytest.approx(
+        1.0 - union, abs=1e-3
+    )
 
 
 def test_overlaps_are_cubic_where_rates_are_known():
@@ -62,7 +64,7 @@ def test_overlaps_are_cubic_where_rates_are_known():
     coarse = [8, 16, 32]
     errors = [
         abs(
-            measures(motion(mean=-0.3, backlash=9.0, steps=n))["contact_loss"][0]
+            measure_motion(motion(mean=-0.3, backlash=9.0, steps=n))["contact_loss"][0]
             - exact
         )
         for n in coarse
@@ -81,7 +83,9 @@ def test_a_touch_within_one_step_is_seen():
     seen = History(s.time, value, rate, value, value, -value - 9.0, value)
     exact = part_above(-top)
     assert (value < 0.0).all()
-    assert 1.0 - measures(seen)["contact_loss"][0] == pytest.approx(exact, rel=0.02)
+    assert 1.0 - measure_motion(seen)["contact_loss"][0] == pytest.approx(
+        exact, rel=0.02
+    )
 
 
 def test_a_pair_that_leaves_keeps_its_contact_until_then():
@@ -91,7 +95,9 @@ def test_a_pair_that_leaves_keeps_its_contact_until_then():
     half = History(
         s.time, s.deflection, s.rate, s.force, drive, s.back_overlap, s.force
     )
-    assert measures(half)["contact_loss"][0] == pytest.approx(0.5, abs=1.0 / STEPS)
+    assert measure_motion(half)["contact_loss"][0] == pytest.approx(
+        0.5, abs=1.0 / STEPS
+    )
 
 
 def test_windows_together_are_the_whole():
@@ -99,7 +105,7 @@ def test_windows_together_are_the_whole():
     parts = []
     for _ in range(6):
         parts.append(motion(amplitude=rng.uniform(0.5, 1.5), mean=rng.normal()))
-    together = pooled([measures(part) for part in parts])
+    together = combine_windows([measure_motion(part) for part in parts])
     time = np.concatenate([p.time[:-1] + 2 * math.pi * i for i, p in enumerate(parts)])
 
     def join(name):
@@ -111,25 +117,25 @@ def test_windows_together_are_the_whole():
     assert time.size == 6 * STEPS
     assert together["dte_mean"] == pytest.approx(mean)
     assert together["dte_rms"] == pytest.approx(rms)
-    window_rms = [measures(part)["dte_rms"][0] for part in parts]
+    window_rms = [measure_motion(part)["dte_rms"][0] for part in parts]
     expected = np.std(window_rms, ddof=1) / math.sqrt(6)
     assert together["dte_rms_stderr"] == pytest.approx([expected])
     assert together["force_peak"] == pytest.approx(np.abs(join("force")).max())
 
 
 def test_one_window_has_no_spread():
-    one = measures(motion())
-    statistics = pooled([one])
+    one = measure_motion(motion())
+    statistics = combine_windows([one])
     for name, value in one.items():
         assert statistics[name] == pytest.approx(value), name
     assert statistics["dte_rms_stderr"] == 0.0
 
 
 def test_long_periods_take_fewer_windows():
-    assert windows(16, 8) == 16
-    assert windows(16, 8 * 72) == 4
-    assert windows(1, 8 * 72) == 1
-    assert windows(1000, 8) == 250
+    assert count_windows(16, 8) == 16
+    assert count_windows(16, 8 * 72) == 4
+    assert count_windows(1, 8 * 72) == 1
+    assert count_windows(1000, 8) == 250
 
 
 @pytest.fixture(scope="module")

@@ -18,9 +18,9 @@ from lumped.common.workers import Stopped
 from lumped.steady import motion as module
 from lumped.steady.motion import (
     DivergedError,
-    arrive,
-    resampled,
+    resample,
     spectrum,
+    sweep_to_speed,
     time_history,
     wave_columns,
 )
@@ -43,7 +43,7 @@ def system():
 @pytest.fixture(scope="module")
 def lost(system):
     """The upper branch below the second resonance, second mesh mostly apart."""
-    return time_history(system, 2400.0, state=arrive(system, 3200.0, 2400.0))
+    return time_history(system, 2400.0, state=sweep_to_speed(system, 3200.0, 2400.0))
 
 
 @pytest.mark.parametrize("method", ["rk4", "dopri5"])
@@ -103,7 +103,7 @@ def test_resampling_is_exact_for_cubics():
     cubic, slope = np.poly1d([2.0, -1.0, 3.0, 1.0]), np.poly1d([6.0, -2.0, 3.0])
     columns = [f(time)[:, None] for f in (cubic, slope)]
     fine = np.linspace(0.0, 1.0, 11)
-    value, rate = resampled(History(time, *columns, *[columns[0]] * 4), fine)
+    value, rate = resample(History(time, *columns, *[columns[0]] * 4), fine)
     np.testing.assert_allclose(value[:, 0], cubic(fine), atol=1e-14)
     np.testing.assert_allclose(rate[:, 0], slope(fine), atol=1e-13)
 
@@ -189,11 +189,11 @@ def test_csv_has_a_row_for_each_time_and_empty_states_out_of_mesh(lost):
 
 def test_the_branch_depends_on_where_it_comes_from(system):
     low, high = (
-        respond(system, 2400.0, state=arrive(system, start, 2400.0))
+        respond(system, 2400.0, state=sweep_to_speed(system, start, 2400.0))
         for start in (2000.0, 3200.0)
     )
     assert high.dte_rms[1] > 5.0 * low.dte_rms[1]
-    assert arrive(system, 2400.0, 2400.0) is None
+    assert sweep_to_speed(system, 2400.0, 2400.0) is None
 
 
 def test_a_divergence_names_speed_and_time(system, monkeypatch):
@@ -221,7 +221,7 @@ def test_a_sweep_that_is_stopped_is_short_only_where_it_was_asked_to_stop(system
         with pytest.raises(Stopped):
             sweep(system, speeds, observer=Observer(passed), stop=event)
     with pytest.raises(Stopped):  # not IndexError
-        arrive(system, 1000.0, 1200.0, observer=Observer(watch=stopped))
+        sweep_to_speed(system, 1000.0, 1200.0, observer=Observer(callback=stopped))
     stop.set()
     begun = sweep(system, speeds, stop=stop)
     assert not begun.responses

@@ -27,7 +27,7 @@ class Curved:
         self.linear = rotation @ np.diag(multipliers) @ rotation.T
         self.curvature = curvature
 
-    def after(self, x, on=True):
+    def two_iterates(self, x, continues=True):
         first = self.mapped(x)
         return first, self.mapped(first)
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lumped.train.path_load_curves import FAR_GAP, path_laws
+from lumped.train.path_load_curves import OPEN_GAP, path_load_curves
 from lumped.train.table import (
     MeshTable,
     format_table,
@@ -82,8 +82,8 @@ def changed(table, header=None, torque=None, **columns):
 @pytest.mark.parametrize("hardening", [0.0, 0.08])
 def test_known_laws_are_found_again(hardening):
     """At the torques, between them and beyond: two pairs that deflect each other."""
-    path = path_laws(make_table(hardening), RADIUS)
-    np.testing.assert_allclose(path.place, PLACES)
+    path = path_load_curves(make_table(hardening), RADIUS)
+    np.testing.assert_allclose(path.position, PLACES)
     np.testing.assert_allclose(path.gap, gap_at(PLACES))
     assert set(path.compliance) == {-1, 1}
     np.testing.assert_allclose(path.compliance[-1][POSITIONS:], COUPLING)
@@ -111,7 +111,7 @@ def test_loads_grow_from_zero_through_all_points(relative, stiff):
         "pair1_gap_m": np.zeros(shape),
     }
     table = MeshTable(load * RADIUS, np.arange(4) / 4, columns)
-    path = path_laws(table, RADIUS, ["hardening"])
+    path = path_load_curves(table, RADIUS, ["hardening"])
     assert path.load[0, 0] == 0.0
     assert (np.diff(path.load, axis=1) > 0.0).all()
     for penetration, force in zip(x, load, strict=True):
@@ -136,7 +136,7 @@ def test_a_pair_that_hardly_carries_goes_on_as_where_it_does():
         pair2_gap_m=far,
         ste_m=ste,
     )
-    path = path_laws(alone, RADIUS)
+    path = path_load_curves(alone, RADIUS)
     np.testing.assert_allclose(path.load[0], path.load[1], rtol=1e-6, atol=1e-6)
     assert path.gap[0] == 1e-3
 
@@ -151,15 +151,15 @@ def test_cells_off_the_path_are_gaps_beyond_reach():
         for name in ("pair2_load_share", "pair2_gap_m", pair_compliance_name(0, 1))
     }
     off = free.all(axis=0)
-    path = path_laws(changed(table, **none), RADIUS)
-    assert (path.gap[:POSITIONS][off] == FAR_GAP).all()
+    path = path_load_curves(changed(table, **none), RADIUS)
+    assert (path.gap[:POSITIONS][off] == OPEN_GAP).all()
 
 
 def test_one_torque_gives_straight_lines_where_hardening_is_left_out():
     table = make_table(torques=(60.0,))
     with pytest.raises(ValueError, match=r"torques = 1; .* must be without hardening"):
-        path_laws(table, RADIUS)
-    path = path_laws(table, RADIUS, ["hardening"])
+        path_load_curves(table, RADIUS)
+    path = path_load_curves(table, RADIUS, ["hardening"])
     expected = STIFFNESS * path.penetration
     np.testing.assert_allclose(path.load, np.tile(expected, (32, 1)), rtol=1e-9)
 
@@ -172,7 +172,7 @@ def test_torques_may_stand_in_any_order_and_in_a_file():
         {name: values[::-1] for name, values in table.columns.items()},
     )
     one, two = (
-        path_laws(parse_table(format_table(t)), RADIUS) for t in (table, turned)
+        path_load_curves(parse_table(format_table(t)), RADIUS) for t in (table, turned)
     )
     np.testing.assert_array_equal(one.load, two.load)
     np.testing.assert_array_equal(one.gap, two.gap)
@@ -182,8 +182,8 @@ def test_a_table_without_compliance_is_one_without_pairs():
     name = pair_compliance_name(0, 1)
     bare = changed(make_table(), **{name: None})
     with pytest.raises(ValueError, match=f"{name} is missing; .* without pairs"):
-        path_laws(bare, RADIUS)
-    path = path_laws(bare, RADIUS, ["pairs"])
+        path_load_curves(bare, RADIUS)
+    path = path_load_curves(bare, RADIUS, ["pairs"])
     assert not any(values.any() for values in path.compliance.values())
 
 
@@ -191,7 +191,7 @@ def test_without_compliance_a_pair_that_others_keep_open_is_open():
     """Alone it would touch: its gap is the transmission error at which it does."""
     name, coupling = pair_compliance_name(0, 1), 5.0 * COUPLING
     table = make_table(coupling=coupling)
-    path = path_laws(changed(table, **{name: None}), RADIUS, ["pairs"])
+    path = path_load_curves(changed(table, **{name: None}), RADIUS, ["pairs"])
     gap_errors = np.array(
         [path.gap[n] - gap_at(place) for n, place in enumerate(PLACES)]
     )
@@ -224,4 +224,4 @@ EMPTY = np.full((3, POSITIONS), np.nan)
 )
 def test_what_is_wrong_is_refused_by_name(change, message):
     with pytest.raises(ValueError, match=message):
-        path_laws(changed(make_table(), **change), RADIUS)
+        path_load_curves(changed(make_table(), **change), RADIUS)

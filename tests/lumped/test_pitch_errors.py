@@ -19,10 +19,10 @@ from oracles.piecewise import (
 
 import lumped
 from lumped import LumpedSystem, MeshTable, Settings, TrainError, pair_errors
-from lumped.steady.motion import resampled, spectrum, time_history
+from lumped.steady.motion import resample, spectrum, time_history
 from lumped.train.excitation import excitation_from_table, table_pitches
-from lumped.train.pitch_errors import pair_gaps, shortest_period
-from lumped.train.waves import Wave, constant, from_samples
+from lumped.train.pitch_errors import minimal_period, pair_gaps
+from lumped.train.waves import Wave, constant_wave, wave_from_samples
 
 RADII, INERTIAS, TORQUE = (0.04535, 0.05831), (2.6e-3, 1.1e-2), 100.0
 MEAN, VARIATION, RATIO, DAMPING, BACKLASH = 3e8, 0.35, 1.5, 0.04, 40e-6
@@ -107,7 +107,7 @@ def test_hunting_teeth_have_the_exact_motion_of_all_pairs(part, backlash):
     ):
         response, history = lumped.respond_with_history(system, frequency, settings)
         assert response.period_multiple.tolist() == [63]
-        samples, _ = resampled(history, time - begin)
+        samples, _ = resample(history, time - begin)
         off = np.abs(samples[:, 0] - deflection).max()
         assert off < allowed * np.ptp(deflection)
         assert response.force_peak[0] == pytest.approx(np.abs(force).max(), rel=0.01)
@@ -190,8 +190,8 @@ def test_a_later_pair_is_that_of_the_phase():
     _, here = lumped.respond_with_history(system_of(SMALL), frequency)
     _, there = lumped.respond_with_history(system_of(SMALL, phase=shift), frequency)
     x = np.arange(40 * 8) / 8.0
-    one, _ = resampled(here, (x + shift) / frequency)
-    other, _ = resampled(there, x / frequency)
+    one, _ = resample(here, (x + shift) / frequency)
+    other, _ = resample(there, x / frequency)
     np.testing.assert_allclose(one, other, atol=0.01 * np.ptp(one))
 
 
@@ -278,9 +278,9 @@ def test_pairs_repeat_after_their_shortest_period(driver, driven):
 
 
 def test_the_shortest_period_is_a_divisor():
-    assert shortest_period([1, 2, 1, 2, 1, 2]) == 2
-    assert shortest_period([1, 2, 1, 2, 1]) == 5
-    assert shortest_period([4, 4, 4]) == 1
+    assert minimal_period([1, 2, 1, 2, 1, 2]) == 2
+    assert minimal_period([1, 2, 1, 2, 1]) == 5
+    assert minimal_period([4, 4, 4]) == 1
 
 
 def test_back_flanks_stand_ahead_and_meet_the_tooth_before():
@@ -293,7 +293,7 @@ def test_back_flanks_stand_ahead_and_meet_the_tooth_before():
 
 def test_waves_over_several_pitches():
     samples = np.random.default_rng(1).normal(size=15)
-    wave = from_samples(samples, pitches=3)
+    wave = wave_from_samples(samples, pitches=3)
     assert wave.period == 3
     x = np.arange(15) / 5.0
     np.testing.assert_allclose(wave(x), samples)
@@ -306,7 +306,7 @@ def test_waves_over_several_pitches():
         shifted(x + 1.0) - wave(x + 1.0), [7] * 5 + [0] * 5 + [7] * 5
     )
     # the end of one base pitch is not the start of the next
-    steps = replace(constant(1.0), offsets=np.array([0.0, 5.0]))
+    steps = replace(constant_wave(1.0), offsets=np.array([0.0, 5.0]))
     assert (steps(1.0, side=-1), steps(1.0)) == (1.0, 6.0)
     assert steps.mean == pytest.approx(3.5)
     assert shifted.scaled(2.0, 1.0)(0.4) == pytest.approx(2.0 * shifted(0.4) + 1.0)

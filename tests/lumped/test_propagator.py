@@ -67,7 +67,7 @@ def test_a_step_is_exact_for_cubic_forces():
     step = part.step(FREQUENCY, H)
     end, *before = at_nodes()
     inputs = np.concatenate([start, *(push * force[0] for force in before)])
-    state = inputs @ step.carry + (push * end[0]) @ step.push
+    state = inputs @ step.transition + (push * end[0]) @ step.force_response
     np.testing.assert_allclose(state, exact, rtol=1e-8, atol=1e-14)
 
 
@@ -104,7 +104,7 @@ def test_constant_forces_lead_to_the_static_displacement(size):
     """However far a step is from resolving the motion, and steps do not grow."""
     part = Linear().part
     step = part.step(FREQUENCY, size)
-    assert np.abs(np.linalg.eigvals(step.carry[:6])).max() <= 1.0 + 1e-9
+    assert np.abs(np.linalg.eigvals(step.transition[:6])).max() <= 1.0 + 1e-9
     factors = step.waves[:, ::2, 0] + 1j * step.waves[:, 1::2, 0]
     assert (np.abs(factors[:, 0]) < 1.0).all()
     turn = 2.0 * np.pi * FREQUENCY * WHIRL
@@ -119,5 +119,5 @@ def test_a_train_without_damping_or_springs_is_carried_on():
     step = part.step(FREQUENCY, H)
     turn = np.array([[1.0, 0.5, 0.1], [-0.3, 1.0, 0.2], [0.0, 0.1, 1.0]])
     free = np.linalg.solve(turn, [1.0, 0.0, 0.0])  # strains nothing
-    moved = np.concatenate([0.0 * free, free]) @ step.carry[:6]
+    moved = np.concatenate([0.0 * free, free]) @ step.transition[:6]
     np.testing.assert_allclose(moved, np.concatenate([H * free, free]), rtol=1e-6)

@@ -28,11 +28,11 @@ from lumped import (
     sweep,
     sweep_all,
 )
-from lumped.steady.response import FIGURES
+from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.steady.steady_state import periods_to_settle
 from lumped.steady.steppers import steps_per_period
 from lumped.train.train import TrainError
-from lumped.train.waves import constant, from_harmonics
+from lumped.train.waves import constant_wave, wave_from_harmonics
 
 MODELS = (1, 2, 3)
 METHODS = ("rk4", "dopri5")
@@ -208,7 +208,7 @@ def test_models_agree_where_they_must(system, idler, fixed, method):
     assert (first[0].contact_loss == 0.0).all()
     assert (first[0].dte_rms > 1e-7).all()
     for response, history in motions[1:]:
-        for name in FIGURES:
+        for name in RESPONSE_QUANTITIES:
             one, two = getattr(first[0], name), getattr(response, name)
             np.testing.assert_allclose(two, one, rtol=1e-6, err_msg=name)
         np.testing.assert_allclose(history.deflection, first[1].deflection, rtol=1e-6)
@@ -233,7 +233,11 @@ def excited_linearly(train):
     """Constant stiffness and transmission errors of three harmonics."""
     excitations = tuple(
         MeshExcitation(
-            (PairExcitation(constant(k), from_harmonics(0.0, transmission_error(m))),),
+            (
+                PairExcitation(
+                    constant_wave(k), wave_from_harmonics(0.0, transmission_error(m))
+                ),
+            ),
             k,
         )
         for m, k in enumerate(STIFFNESS)
@@ -339,9 +343,9 @@ def test_twice_the_torque_is_twice_the_response(system, idler, method, model):
         )
         for t in (100.0, 200.0)
     )
-    for name in FIGURES[:5]:
+    for name in RESPONSE_QUANTITIES[:5]:
         np.testing.assert_allclose(two.column(name), 2.0 * one.column(name), rtol=1e-6)
-    for name in FIGURES[5:]:
+    for name in RESPONSE_QUANTITIES[5:]:
         np.testing.assert_allclose(two.column(name), one.column(name), atol=1e-6)
     assert one.column("contact_loss").max() > 0.1
 
@@ -366,7 +370,7 @@ def test_a_whole_phase_is_none(system, idler, fixed, method, model):
         start = kicked(built, 0.02)
         responses.append(respond(built, 1500.0, settings, start))
     for other in responses[1:]:
-        for name in FIGURES:
+        for name in RESPONSE_QUANTITIES:
             one, two = getattr(responses[0], name), getattr(other, name)
             np.testing.assert_allclose(two, one, rtol=1e-6, atol=1e-9, err_msg=name)
 
@@ -395,7 +399,7 @@ def test_order_of_the_gears_does_not_matter(system, idler, fixed, method, transl
     settings = fixed(method=method, accuracy=1e-9)
     one = respond(system(train, relief=5e-6), 1400.0, settings)
     two = respond(system(permuted(train), relief=5e-6), 1400.0, settings)
-    for name in FIGURES:
+    for name in RESPONSE_QUANTITIES:
         first, second = getattr(one, name), getattr(two, name)
         np.testing.assert_allclose(second, first, rtol=1e-6, atol=1e-9)
 
@@ -447,7 +451,7 @@ def free_train(idler, backlash):
     """No load, no damping, no coupling, constant stiffness."""
     train = idler(torque=0.0, damping=0.0, coupled=False, backlash=backlash)
     excitations = tuple(
-        MeshExcitation((PairExcitation(constant(k), constant(0.0)),), k)
+        MeshExcitation((PairExcitation(constant_wave(k), constant_wave(0.0)),), k)
         for k in STIFFNESS
     )
     return LumpedSystem(train, excitations)
@@ -537,7 +541,7 @@ def test_work_of_a_smooth_stiffness_pays_for_damping(system, idler, method):
 def assert_diverged(response):
     assert response.status == Status.DIVERGED
     assert response.multiple == 0
-    for name in FIGURES:
+    for name in RESPONSE_QUANTITIES:
         assert np.isnan(getattr(response, name)).all()
     assert math.isfinite(response.settling_time)
 
@@ -568,7 +572,9 @@ def test_parametric_instability_diverges(system, idler, method):
 
 def test_steps_far_too_long_diverge(idler):
     """A spring far stiffer than the mean that modes and steps are chosen by."""
-    excitation = MeshExcitation((PairExcitation(constant(3e10), constant(0.0)),), 3e8)
+    excitation = MeshExcitation(
+        (PairExcitation(constant_wave(3e10), constant_wave(0.0)),), 3e8
+    )
     built = LumpedSystem(idler(backlash=0.0), (excitation, excitation))
     settings = Settings(steps=4, step_angle=2.0)
     assert_diverged(respond(built, 3000.0, settings, kicked(built, 0.01)))
@@ -620,7 +626,7 @@ def test_settings_name_what_is_wrong(name, value):
 
 
 def same_bits(one, two):
-    pairs = [(one.column(name), two.column(name)) for name in FIGURES]
+    pairs = [(one.column(name), two.column(name)) for name in RESPONSE_QUANTITIES]
     pairs.append((one.frequency_Hz, two.frequency_Hz))
     return all(a.tobytes() == b.tobytes() for a, b in pairs)
 
@@ -640,8 +646,8 @@ def test_a_long_speed_reports_its_periods_and_changes_no_bit(system, monkeypatch
     """Where a period takes long it is told how far the speed has come."""
     built, speeds, reports = system(), [1000.0, 1240.0], []
     (plain,) = sweep_all([built], speeds, ["up"], report=lambda *args: None)
-    monkeypatch.setattr("lumped.steady.steppers.WATCHED", 1)
-    monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REFRESH", -1.0)
+    monkeypatch.setattr("lumped.steady.steppers.STEPS_PER_CALLBACK", 1)
+    monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REPORT_INTERVAL", -1.0)
     (watched,) = sweep_all([built], speeds, ["up"], report=lambda *w: reports.append(w))
     assert same_bits(plain, watched)
     first = reports[: reports.index(("sweep", 1, 2))]

@@ -12,15 +12,15 @@ from hypothesis.extra.numpy import arrays
 
 from lumped.train.waves import (
     Wave,
-    constant,
+    constant_wave,
     cut_into_pitches,
-    from_harmonics,
-    from_samples,
-    line,
-    line_pieces,
-    product,
-    shifted_cubics,
-    total,
+    linear_pieces,
+    linear_wave,
+    multiply_waves,
+    shift_cubics,
+    sum_waves,
+    wave_from_harmonics,
+    wave_from_samples,
 )
 
 small = st.floats(-10.0, 10.0).map(lambda value: round(value, 9))
@@ -71,7 +71,7 @@ def test_jumps_have_two_sides(wave):
 
 @given(one=waves(), two=waves(), x=positions)
 def test_sum_is_the_sum_of_values(one, two, x):
-    both = total([one, two])
+    both = sum_waves([one, two])
     assert both.mean == pytest.approx(one.mean + two.mean, rel=1e-11, abs=1e-10)
     assert set(both.corners) == {*one.corners, *two.corners}
     for side in (1, -1):
@@ -88,7 +88,7 @@ def test_scaled(wave, factor, offset, x):
 
 @given(c=arrays(np.float64, (1, 4), elements=small), shift=small, x=small)
 def test_shifted_cubics_are_the_same_cubics(c, shift, x):
-    moved = shifted_cubics(c, np.array([shift]))[0]
+    moved = shift_cubics(c, np.array([shift]))[0]
     one = np.polynomial.polynomial.polyval(x + shift, c[0])
     two = np.polynomial.polynomial.polyval(x, moved)
     assert two == pytest.approx(one, rel=1e-9, abs=1e-7)
@@ -97,7 +97,7 @@ def test_shifted_cubics_are_the_same_cubics(c, shift, x):
 @given(samples=arrays(np.float64, st.integers(4, 12), elements=small))
 def test_interpolant_stays_within_its_samples(samples):
     """Between two samples no value is beyond both of them."""
-    wave, n = from_samples(samples), samples.size
+    wave, n = wave_from_samples(samples), samples.size
     np.testing.assert_allclose(wave(np.arange(n) / n), samples, atol=1e-12)
     inside = wave((np.arange(n)[:, None] + np.linspace(0.0, 1.0, 9)[1:-1]) / n)
     ends = np.stack([samples, np.roll(samples, -1)])
@@ -111,9 +111,9 @@ def test_interpolant_stays_within_its_samples(samples):
     x=positions,
 )
 def test_interpolant_turns_with_its_samples(samples, turn, x):
-    turned = from_samples(np.roll(samples, -turn))
+    turned = wave_from_samples(np.roll(samples, -turn))
     assert turned(x) == pytest.approx(
-        float(from_samples(samples)(x + turn / 8)), abs=1e-8
+        float(wave_from_samples(samples)(x + turn / 8)), abs=1e-8
     )
 
 
@@ -121,7 +121,7 @@ def test_interpolant_has_order_three_or_more():
     errors = []
     for n in (16, 32, 64, 128):
         x = np.arange(n) / n
-        interpolant = from_samples(np.sin(2 * np.pi * x))(
+        interpolant = wave_from_samples(np.sin(2 * np.pi * x))(
             (np.arange(1000) + 0.3) / 1000
         )
         exact = np.sin(2 * np.pi * (np.arange(1000) + 0.3) / 1000)
@@ -133,7 +133,7 @@ def test_interpolant_has_order_three_or_more():
 def test_harmonics_are_kept(count):
     s = np.arange(1, count + 1)
     c = (0.3 + 0.2j) ** s * s
-    wave = from_harmonics(2.0, c)
+    wave = wave_from_harmonics(2.0, c)
     x = np.linspace(-1.0, 1.0, 777)
     expected = 2.0 + 2.0 * (c * np.exp(2j * np.pi * x[:, None] * s)).sum(axis=1).real
     np.testing.assert_allclose(wave(x), expected, atol=2e-8 * np.abs(c).sum())
@@ -141,7 +141,7 @@ def test_harmonics_are_kept(count):
 
 
 def test_constant():
-    wave = constant(3.0)
+    wave = constant_wave(3.0)
     assert wave.mean == 3.0
     assert (wave(np.linspace(-2.0, 2.0, 9)) == 3.0).all()
 
@@ -157,7 +157,7 @@ def test_cut_at_pitches_keeps_the_function(start, lengths, heights, outside, x):
     """Pair k at cycle position x stands at k + x of its own way."""
     at = start + np.cumsum([0.0, *lengths])
     points = list(zip(at, heights, strict=False))
-    cut = cut_into_pitches(*line_pieces(points), at, outside)
+    cut = cut_into_pitches(*linear_pieces(points), at, outside)
     if np.abs(x - at).min() < 1e-6 or abs(x - round(x)) < 1e-6:
         return
     inside = at[0] < x < at[-1]
@@ -171,7 +171,7 @@ def test_cut_at_pitches_keeps_the_function(start, lengths, heights, outside, x):
 
 def test_cut_at_pitches_keeps_jumps_and_their_corners():
     points = [(-0.4, 0.0), (-0.4, 2.0), (0.3, 2.0), (0.3, 5.0), (0.6, 5.0), (0.6, 0.0)]
-    cut = cut_into_pitches(*line_pieces(points), {x for x, _ in points}, 0.0)
+    cut = cut_into_pitches(*linear_pieces(points), {x for x, _ in points}, 0.0)
     assert sorted(cut) == [-1, 0]
     assert cut[-1](0.6) == 2.0
     assert cut[-1](0.6, side=-1) == 0.0
@@ -185,9 +185,9 @@ def test_cut_at_pitches_keeps_jumps_and_their_corners():
 
 def test_corners_on_a_pitch_belong_to_one_pair():
     points = [(-1.0, 0.0), (-1.0, 1.0), (1.0, 1.0), (1.0, 0.0)]
-    cut = cut_into_pitches(*line_pieces(points), {-1.0, 1.0}, 0.0)
+    cut = cut_into_pitches(*linear_pieces(points), {-1.0, 1.0}, 0.0)
     assert sorted(cut) == [-1, 0]
-    assert total(list(cut.values())).mean == 2.0
+    assert sum_waves(list(cut.values())).mean == 2.0
 
 
 @pytest.mark.parametrize(
@@ -215,14 +215,17 @@ def test_what_is_no_wave_is_named(breaks, rows, message):
 )
 def test_samples_are_checked(samples, message):
     with pytest.raises(ValueError, match=message):
-        from_samples(samples)
+        wave_from_samples(samples)
 
 
 @given(one=waves(), start=small, slope=small)
 def test_products_are_exact_up_to_the_third_degree(one, start, slope):
     """Else at the breaks, with the slopes there."""
     square = Wave(one.breaks, one.coefficients * [1.0, 1.0, 1.0, 0.0], one.corners)
-    wave, x = product(square, line(start, slope)), np.linspace(0.0, 0.999, 97)
+    wave, x = (
+        multiply_waves(square, linear_wave(start, slope)),
+        np.linspace(0.0, 0.999, 97),
+    )
     exact = square(x) * (start + slope * x)
     np.testing.assert_allclose(wave(x), exact, rtol=1e-9, atol=1e-7)
     assert wave.corners == one.corners
@@ -234,7 +237,7 @@ def test_products_of_base_pitches_that_differ():
     other = Wave(
         np.array([0.0, 0.7, 1.0]), np.ones((2, 2, 4)) * [[[1.0, 0.5, 0.0, 0.0]]]
     )
-    wave = product(one, other)
+    wave = multiply_waves(one, other)
     assert wave.period == 6
     for pitch in range(6):
         x = wave.breaks[:-1]
@@ -242,4 +245,4 @@ def test_products_of_base_pitches_that_differ():
             wave(x, pitch=pitch), one(x, pitch=pitch) * other(x, pitch=pitch)
         )
     with pytest.raises(ValueError, match="without offsets"):
-        product(one, Wave(one.breaks, one.coefficients, offsets=np.ones(2)))
+        multiply_waves(one, Wave(one.breaks, one.coefficients, offsets=np.ones(2)))

@@ -20,11 +20,11 @@ from lumped.rattle.basins import InitialGrid, settle_grid
 from lumped.rattle.machine import Machine
 from lumped.steady.maps import Axis, ParameterMap, run_map
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import BOTH
+from lumped.steady.sweep import DIRECTIONS
 
 GRID = InitialGrid(side=60, velocity=(0.0, 7.0))
 AT = partial(respond_at, 2000.0, Settings())
-OVER = partial(respond_over, (1900.0, 2000.0), Settings(), BOTH, NeverStop())
+OVER = partial(respond_over, (1900.0, 2000.0), Settings(), DIRECTIONS, NeverStop())
 MACHINE = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
 
 
@@ -60,7 +60,7 @@ def test_whatever_dask_makes_of_an_address_is_one_line(monkeypatch, error, reaso
 def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
     """The other one computes its tiles, to the bit as threads do."""
     distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(basins, "TILE", 200)
+    monkeypatch.setattr(basins, "CELLS_PER_TILE", 200)
     exact = settle_grid(MACHINE, GRID, 300)
     settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     killed, stored = [], {}

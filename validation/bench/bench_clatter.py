@@ -13,7 +13,7 @@ import numpy as np
 
 from fegear.clatter.gearboxes import load_gearbox
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.runs import Impacts, centred_state, joined, simulate
+from lumped.clatter.runs import Impacts, centred_state, join_impacts, simulate
 from lumped.common.progress import Progress
 from validation.bench import benchmark as bench
 
@@ -67,8 +67,8 @@ def _measured(report: Progress) -> Iterator[tuple[str, Any]]:
 
 def _first(group: WheelGroup) -> Impacts:
     """Impacts one after another, until there are enough."""
-    alone = simulate(group, centred_state(group), math.inf, most=0)
-    return joined(list(islice(alone, COMPARED)))
+    alone = simulate(group, centred_state(group), math.inf, max_impacts=0)
+    return join_impacts(list(islice(alone, COMPARED)))
 
 
 def _point(study: str, group: WheelGroup, exact: Impacts) -> ImpactCost:

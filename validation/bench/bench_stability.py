@@ -28,7 +28,7 @@ from lumped.common.progress import Progress
 from lumped.stability.combinations import Combination, combinations
 from lumped.stability.intervals import scan_stability
 from lumped.stability.kernels.transition import set_transitions
-from lumped.stability.multipliers import REACH, integrated, largest_multiplier
+from lumped.stability.multipliers import MAX_STEP_ANGLE, integrated, largest_multiplier
 from lumped.stability.periodic import PeriodicSystem, periodic_system
 from lumped.steady.maps import Axis
 from validation.bench import benchmark as bench
@@ -188,7 +188,7 @@ def _compiled(system: PeriodicSystem, left_out: float) -> Callable[[], Array]:
     arguments = np.diff(system.edges), system.stiffness, system.damping, np.ones(BATCH)
 
     def work() -> Array:
-        set_transitions(*arguments, REACH, left_out, out, np.empty(BATCH))
+        set_transitions(*arguments, MAX_STEP_ANGLE, left_out, out, np.empty(BATCH))
         return np.asarray(out[0])
 
     return work

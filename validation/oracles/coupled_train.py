@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 from scipy.optimize import root
 
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 
 if TYPE_CHECKING:
     from lumped.train.system import LumpedSystem
@@ -95,7 +95,7 @@ class Instant:
 
 def instant_of(system: LumpedSystem, cycle: float) -> Instant:
     """The contacts of a train at a part of the mesh cycle, between its tables' rows."""
-    contacts = present(system.contacts, "coupled model")
+    contacts = require_present(system.contacts, "coupled model")
     space = system.modes.coordinates
     grid = contacts.rows.shape[1] - 1
     row, part = int(cycle * grid) % grid, cycle * grid - int(cycle * grid)

@@ -28,7 +28,7 @@ from fegear.train.lumped_models import (
     lumped_system,
     truncation_bound,
 )
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from lumped.common.progress import Progress, silent
 from lumped.steady.settings import Settings, SteadySettings
 from lumped.steady.steady_state import Stepper
@@ -165,7 +165,7 @@ def speeds_of(resonance: float, count: int = SPEEDS) -> list[float]:
 
 def kept_count(system: LumpedSystem) -> int:
     """Body modes that the coupled model has as coordinates."""
-    return present(system.contacts, "coupled model").bodies.count
+    return require_present(system.contacts, "coupled model").body_modes.count
 
 
 def fe_source(model: DynamicModel) -> SweepSpec:
@@ -220,7 +220,7 @@ def natural_frequencies(
     and those that are as low as what is compared.
     """
     highest = PARTNERS * NATURAL * resonance
-    loaded = present(coupled.loaded, "coupled model")
+    loaded = require_present(coupled.loaded, "coupled model")
     low = np.sqrt(model.modal.rigidity) < 2.0 * np.pi * highest
     averaged = low | kept_modes(coupled, model, elastic)
     fe_modes = loaded_modes(model, averaged, highest)
@@ -235,7 +235,7 @@ def kept_modes(
 ) -> NDArray[np.bool_]:
     """Which elastic modes (e,) of the finite elements the coupled model has as well."""
     bodies, mode_mask = (
-        present(coupled.contacts, "coupled model").bodies,
+        require_present(coupled.contacts, "coupled model").body_modes,
         np.zeros(model.modal.rigidity.size, bool),
     )
     diameters = np.concatenate(

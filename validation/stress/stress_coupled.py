@@ -18,7 +18,7 @@ from fegear.gearset.read import make_gear_set
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from lumped.steady.respond import respond
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
@@ -168,7 +168,7 @@ def coupled_relief() -> Trials:
         yield Trial(name, FINER, disagreement(system), 2e-3)
         settings = excitations().source.statics_of(gear_set, 0)
         table = solve_mesh(gear_set, 0, [100.0], settings).table
-        loaded = present(system.loaded, "coupled model")
+        loaded = require_present(system.loaded, "coupled model")
         expected = float(table["ste_m"].mean())
         value = abs(float(loaded.deflection[:-1].mean()) / expected - 1.0)
         yield Trial(name, "mean deflection at rest by finite elements", value, 0.02)
@@ -231,7 +231,7 @@ def coupled_energy() -> Trials:
     # body modes have a damping of their own
     rigid = LumpedModel(number="coupled", without=("modes",))
     _, moving = system_of({"dynamics.damping_ratio": 0.0}, IDLER, model=rigid)
-    contacts = present(moving.contacts, "coupled model")
+    contacts = require_present(moving.contacts, "coupled model")
     system = replace(moving, contacts=_standing(contacts))
     place, state = instant_of(system, 0.0), system.static_state.copy()
     natural = system.resonances_Hz

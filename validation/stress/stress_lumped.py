@@ -17,7 +17,7 @@ from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Gear, Mesh, Train
-from lumped.train.waves import constant
+from lumped.train.waves import constant_wave
 from validation.stress.trials import Family, Trial, Trials
 
 Array = NDArray[np.float64]
@@ -366,7 +366,9 @@ def bad_numbers() -> Trials:
     healthy = Idler().system()
     means = [excitation.mean_stiffness for excitation in healthy.excitations]
     explosive = tuple(
-        MeshExcitation((PairExcitation(constant(-mean), constant(0.0)),), mean)
+        MeshExcitation(
+            (PairExcitation(constant_wave(-mean), constant_wave(0.0)),), mean
+        )
         for mean in means
     )
     runaway = respond(LumpedSystem(healthy.train, explosive), 1600.0)

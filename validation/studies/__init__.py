@@ -1,1 +1,68 @@
-"""Studies that compare models with evidence; listed by `fegear.studies`."""
+"""Studies that compare models with evidence."""
+
+from fegear.studies import register
+
+register(
+    {
+        "compare": (
+            "validation.studies.compare",
+            "ClosedForms",
+            "Finite elements compared with ISO 6336 and other closed forms.",
+        ),
+        "ablation": (
+            "validation.studies.budget",
+            "Ablation",
+            "Contribution of each part of the coupled model.",
+        ),
+        "validate": (
+            "validation.studies.validate",
+            "Validation",
+            "Lumped models against finite elements, with tolerances.",
+        ),
+        "reproduce": (
+            "validation.studies.reproduce",
+            "Reproduction",
+            "Figures and tables of the sources, recomputed.",
+        ),
+        "bench stiffness": (
+            "validation.studies.benchmarks",
+            "StiffnessBenchmark",
+            "Statics over mesh size, element order and contact grid.",
+        ),
+        "bench dynamics": (
+            "validation.studies.benchmarks",
+            "DynamicsBenchmark",
+            "Finite-element dynamics over time steps and modes.",
+        ),
+        "bench lumped": (
+            "validation.studies.benchmarks",
+            "LumpedBenchmark",
+            "Time integrators of the lumped models compared with those of SciPy.",
+        ),
+        "bench branches": (
+            "validation.studies.benchmarks",
+            "BranchesBenchmark",
+            "Periodic motions by harmonic balance compared with sweeps.",
+        ),
+        "bench stability": (
+            "validation.studies.benchmarks",
+            "StabilityBenchmark",
+            "Floquet multipliers of trains with tooth friction, and closed forms.",
+        ),
+        "bench eccentric": (
+            "validation.studies.benchmarks",
+            "EccentricBenchmark",
+            "Eccentric wheels: centre distance, and contact over the mesh size.",
+        ),
+        "bench clatter": (
+            "validation.studies.benchmarks",
+            "ClatterBenchmark",
+            "Clattering wheels: impacts per second, and the tolerance of events.",
+        ),
+        "bench all": (
+            "validation.studies.benchmarks",
+            "AllBenchmarks",
+            "All benchmarks on one page, index.html.",
+        ),
+    }
+)

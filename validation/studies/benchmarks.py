@@ -16,7 +16,6 @@ from fegear.studies.page import Columns, Page, RowTable
 from fegear.studies.study import (
     NO_PICTURES,
     Job,
-    Range,
     Study,
     StudyResult,
     Task,
@@ -27,6 +26,7 @@ from fegear.studies.study import (
 )
 from fegear.studies.table import Table
 from fegear.studies.trains import chosen_torque, torque_setting
+from lumped.common.options import Range
 from lumped.common.progress import Progress
 from validation.bench import (
     bench_branches,

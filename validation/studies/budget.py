@@ -16,7 +16,7 @@ from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import ColumnTable, Page, number
-from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
@@ -25,6 +25,7 @@ from fegear.studies.trains import (
     speeds_setting,
     torque_setting,
 )
+from lumped.common.options import Range
 from lumped.figures.drawing import draw_title
 from validation.report.figures import draw_budget
 from validation.report.values import budget_values

@@ -17,6 +17,7 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
+    expose,
     group,
     setting,
 )
@@ -24,7 +25,6 @@ from fegear.studies.table import Table
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,
-    PLANE,
     GearSetRef,
     chosen_torque,
     mesh_index,
@@ -73,7 +73,7 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
         "of the gear set]",
     )
     elements: StaticsSettings = group(
-        SettingsGroup(kind=StaticsSettings, exposed={"plane": PLANE})
+        SettingsGroup(kind=StaticsSettings, exposed=expose("plane"))
     )
 
     @property

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import inf, nan
 from pathlib import Path
 
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from lumped.common.progress import Progress, silent
 from validation.study.cases import LADDER, Case, Model
 from validation.study.metrics import FE
@@ -134,7 +134,7 @@ def budget_of(result: CaseResult) -> Budget | None:
 
 def budget(case: Case, store: Path, report: Progress = silent) -> Budget:
     """Run what the store does not hold yet, and compare; case : of `budget_case`."""
-    return present(budget_of(run_case(case, store, report)), "error budget")
+    return require_present(budget_of(run_case(case, store, report)), "error budget")
 
 
 def budget_case(

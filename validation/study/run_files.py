@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from lumped.common.csv_text import format_csv, parse_csv
-from lumped.steady.jumps import Jump, Peak, find_jumps, find_peaks, opposites
+from lumped.steady.jumps import Jump, Peak, find_jumps, find_peaks, opposite_branches
 from lumped.steady.sweep import Branch
 from lumped.steady.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
 from validation.study.metrics import CYCLE_POINTS, ForceCycle, MeasuredCurve, Statics
@@ -89,7 +89,7 @@ def contents(task: RunSpec, solution: RunResult) -> dict[str, str]:
 def features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
     """Jumps and peaks of every mesh of every branch, as plain values."""
     entries: list[dict[str, Any]] = []
-    for branch, other in zip(branches, opposites(branches), strict=True):
+    for branch, other in zip(branches, opposite_branches(branches), strict=True):
         jumps, peaks = find_jumps(branch, other), find_peaks(branch)
         meshes = len(branch.system.excitations) if len(branch.frequency_Hz) else 0
         entries += [

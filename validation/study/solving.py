@@ -27,7 +27,7 @@ from fegear.train.lumped_models import (
     static_warnings,
     truncation_warnings,
 )
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from lumped.common.progress import Progress
 from lumped.steady.motion import speeds_between
 from lumped.steady.response import Response, Status
@@ -110,7 +110,7 @@ class SpeedCount:
         self.done += 1
         self.report(self.label, self.done, self.total)
 
-    def watch(self, frequency: float, period: int) -> None:
+    def callback(self, frequency: float, period: int) -> None:
         if frequency != self.running:
             self.running = frequency
             self.report(f"{self.label}, {frequency:g} Hz", self.done, self.total)
@@ -155,7 +155,7 @@ class Integrator:
         return sweep_branch(
             *(self.stepper, speeds, direction, self.settings),
             store=stored,
-            observer=Observer(progress.passed, progress.watch),
+            observer=Observer(progress.passed, progress.callback),
         )
 
     def steps_to_settle(self, response: Response) -> int:
@@ -287,7 +287,7 @@ def _coupled_deflection(
 
     At the positions of its own tables, see `static_transmission_error`.
     """
-    contacts = present(system.contacts, "coupled model")
+    contacts = require_present(system.contacts, "coupled model")
     cycles = [
         static_transmission_error(contacts, mesh, force, cycle)[:-1]
         for cycle in range(pitches)
@@ -405,7 +405,12 @@ def _cycles_at(
         state = branch.responses[-1].state if way else None
         before = way[-1] if way else None
         response, motion = steady_state(
-            integrator.stepper, last, integrator.settings, state, before, progress.watch
+            integrator.stepper,
+            last,
+            integrator.settings,
+            state,
+            before,
+            progress.callback,
         )
         progress.passed()
         if response.status != Status.DIVERGED:

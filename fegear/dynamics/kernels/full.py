@@ -14,14 +14,14 @@ from fegear.dynamics.kernels.reduced import (
 from lumped.common.compiled import compiled
 from lumped.kernels.contact import (
     CONVERGED,
-    LOADS,
-    X,
+    LOADS_ROW,
+    PENETRATIONS_ROW,
     contact_problem,
-    find_near,
+    find_active,
+    new_position,
     set_position,
     set_reversed,
     solve_penetrations,
-    start_position,
 )
 
 __all__ = [
@@ -40,7 +40,7 @@ def find_position(rate, contacts, cycle, number):
     """Find the place of each mesh in its tables at step `number`; see
     `set_position`.
     """
-    where = start_position(contacts)
+    where = new_position(contacts)
     set_position(rate, contacts, cycle, number, where)
     return where
 
@@ -100,20 +100,23 @@ def find_loads(contacts, mesh_of, Q, free, where, contact):
     """
     problem = contact_problem(contacts, mesh_of, where)
     for c in range(free.size):
-        problem.start[c] = (
+        problem.guess[c] = (
             contact[PENETRATION, c] if contact[LOAD, c] > 0.0 else free[c]
         )
         contact[PENETRATION, c], contact[LOAD, c] = free[c], 0.0
-        problem.free[c], problem.reversed[c] = free[c], int(contact[REVERSED, c])
-    near = find_near(problem)
+        problem.free[c], problem.friction_reversed[c] = (
+            free[c],
+            int(contact[REVERSED, c]),
+        )
+    near = find_active(problem)
     if near == 0:
         return CONVERGED
     for p in range(near):
         for s in range(near):
-            problem.Q[p, s] = Q[problem.chosen[p], problem.chosen[s]]
+            problem.Q[p, s] = Q[problem.active[p], problem.active[s]]
     status = solve_penetrations(problem, near)
     for p in range(near):
-        c = problem.chosen[p]
-        contact[PENETRATION, c] = problem.newton[X, p]
-        contact[LOAD, c] = problem.newton[LOADS, p]
+        c = problem.active[p]
+        contact[PENETRATION, c] = problem.newton[PENETRATIONS_ROW, p]
+        contact[LOAD, c] = problem.newton[LOADS_ROW, p]
     return status

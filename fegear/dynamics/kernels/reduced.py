@@ -18,18 +18,18 @@ from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
 from lumped.common.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.contact import (
     CONVERGED,
-    LOADS,
-    X,
-    between,
+    LOADS_ROW,
+    PENETRATIONS_ROW,
     contact_problem,
-    find_near,
+    find_active,
+    interpolate,
+    new_position,
     set_position,
     set_reversed,
     set_row,
     solve_penetrations,
-    start_position,
 )
-from lumped.kernels.convergence import bounded
+from lumped.kernels.convergence import is_bounded
 
 FINISHED, DIVERGED, UNSOLVED = 0, 1, 2
 Q, V, A, PUSH = 0, 1, 2, 3  # rows of a state
@@ -213,7 +213,7 @@ def residual_compliance(contacts, jacobian, friction, where, c, d):
     m = jacobian.mesh_of[c]  # meshes of a common gear are in step
     if not jacobian.linked[m, jacobian.mesh_of[d]]:
         return 0.0
-    place, part = where.place[m], where.part[m]
+    place, part = where.grid_index[m], where.fraction[m]
     normal, tangential = contacts.normal_compliance, contacts.tangential_compliance
     value = normal[place, c, d]
     if part > 0.0:
@@ -230,7 +230,7 @@ def residual_compliance(contacts, jacobian, friction, where, c, d):
 def set_friction(model, speed, where, room):
     """The signed coefficient of friction toward the roots of each contact (c,)."""
     jacobian, contacts, signed = model.jacobian, model.contacts, room.friction
-    reversed_, friction = room.problem.reversed, jacobian.friction[()]
+    reversed_, friction = room.problem.friction_reversed, jacobian.friction[()]
     for c in range(signed.size):
         reversed_[c], signed[c] = 0, 0.0
     if not friction > 0.0:
@@ -239,7 +239,9 @@ def set_friction(model, speed, where, room):
     set_reversed(contacts, room.rotation, where, reversed_)
     for c in range(signed.size):
         m = jacobian.mesh_of[c]
-        sliding = between(contacts.sliding, c, where.place[m], where.part[m])
+        sliding = interpolate(
+            contacts.sliding, c, where.grid_index[m], where.fraction[m]
+        )
         signed[c] = friction * sliding
         if reversed_[c] == 1:
             signed[c] = -signed[c]
@@ -253,8 +255,8 @@ def set_free(model, newmark, where, room):
     predicted, acceleration = room.predicted, room.acceleration
     for c in range(free.size):
         m = jacobian.mesh_of[c]
-        width, place, part = jacobian.widths[m], where.place[m], where.part[m]
-        free[c] = -between(where.gap, c, place, part)
+        width, place, part = jacobian.widths[m], where.grid_index[m], where.fraction[m]
+        free[c] = -interpolate(where.gap, c, place, part)
         set_row(jacobian.normal, width, c, place, part, rows[c])
         for k in range(width):
             i = columns[m, k]
@@ -272,9 +274,9 @@ def set_forces(model, step, where, near, room):
     normal, pushing, moved = room.normal, room.pushing, room.moved
     hubs = modal.rotation.shape[1]
     for p in range(near):
-        c = room.problem.chosen[p]
+        c = room.problem.active[p]
         m = jacobian.mesh_of[c]
-        width, place, part = jacobian.widths[m], where.place[m], where.part[m]
+        width, place, part = jacobian.widths[m], where.grid_index[m], where.fraction[m]
         columns = jacobian.columns[m, :width]
         eliminate_modes(modal, step, columns, normal, c)
         if friction[c] != 0.0:
@@ -296,7 +298,7 @@ def set_compliance(model, step, where, near, room):
     soft = newmark.beta * newmark.h**2 * (1.0 - newmark.alpha_f)
     for p in range(near):
         for s in range(near):
-            c, d = problem.chosen[p], problem.chosen[s]
+            c, d = problem.active[p], problem.active[s]
             moving = step_compliance(model.jacobian, hubs, room, c, d)
             problem.Q[p, s] = soft * moving + residual_compliance(
                 model.contacts, model.jacobian, room.friction, where, c, d
@@ -314,21 +316,24 @@ def find_contact(model, step, speed, where, state, contact, room):
     set_free(model, step.newmark, where, room)
     for c in range(contact.shape[1]):
         loaded = contact[LOAD, c] > 0.0
-        problem.start[c] = contact[PENETRATION, c] if loaded else problem.free[c]
+        problem.guess[c] = contact[PENETRATION, c] if loaded else problem.free[c]
         contact[PENETRATION, c], contact[LOAD, c] = problem.free[c], 0.0
-        contact[REVERSED, c] = problem.reversed[c]
+        contact[REVERSED, c] = problem.friction_reversed[c]
     for i in range(state.shape[1]):
         state[PUSH, i] = 0.0
-    near = find_near(problem)
+    near = find_active(problem)
     if near == 0:
         return CONVERGED
     set_forces(model, step, where, near, room)
     set_compliance(model, step, where, near, room)
     status = solve_penetrations(problem, near)
     for p in range(near):
-        c, load = problem.chosen[p], problem.newton[LOADS, p]
+        c, load = problem.active[p], problem.newton[LOADS_ROW, p]
         m = jacobian.mesh_of[c]
-        contact[PENETRATION, c], contact[LOAD, c] = problem.newton[X, p], load
+        contact[PENETRATION, c], contact[LOAD, c] = (
+            problem.newton[PENETRATIONS_ROW, p],
+            load,
+        )
         for k in range(jacobian.widths[m]):
             state[PUSH, jacobian.columns[m, k]] -= room.pushing.row[c, k] * load
     return status
@@ -387,7 +392,7 @@ def integrate(model, step, clock, state, contact, record):
 
     model : ModelArrays; state (4, n) and contact (3, c) are advanced in place
     """
-    where = start_position(model.contacts)
+    where = new_position(model.contacts)
     room = make_room(model, where)
     return march(model, step, clock, state, contact, record, where, room)
 
@@ -407,7 +412,7 @@ def march(model, step, clock, state, contact, record, where, room):
         status = advance(model, step, clock.speed, where, state, contact, room)
         if status != CONVERGED:
             return UNSOLVED, n
-        if not bounded(state[Q], state[V], clock.limit):
+        if not is_bounded(state[Q], state[V], clock.limit):
             return DIVERGED, n
     record_step(model, state, contact, record, steps)
     return FINISHED, steps

@@ -8,19 +8,23 @@ from __future__ import annotations
 
 import math
 
-from lumped.clatter.kernels.excitation import derive_drives, drive, excite
+from lumped.clatter.kernels.excitation import (
+    derive_drives,
+    evaluate_drive,
+    evaluate_excitation,
+)
 from lumped.clatter.kernels.impact import fill_delassus, solve_basis, solve_lcp
 from lumped.common.compiled import compiled_part, inlined
 
-TERMS = 19  # of a series
+N_TERMS = 19  # of a series
 
 
 @inlined
 def evaluate_plays(box, work, t, q, v):
     """Plays and their derivatives in `work.s`, of coordinates that fly."""
-    e, e1, e2, e3, _ = excite(box, t)
+    e, e1, e2, e3, _ = evaluate_excitation(box, t)
     for p in range(box.ratios.size):
-        s, s1, s2, s3 = drive(box, p, t, (e, e1, e2, e3))
+        s, s1, s2, s3 = evaluate_drive(box, p, t, (e, e1, e2, e3))
         for i in range(box.drag_acceleration.size):
             row = box.rows[p, i]
             a = box.drag_acceleration[i] - box.damping_rate[i] * v[i]
@@ -32,16 +36,16 @@ def evaluate_plays(box, work, t, q, v):
 
 
 @inlined
-def gather_closed(box, work, fastest, event, side):
-    """Closed contacts that part at most at a speed `fastest`; how many.
+def gather_closed(box, work, max_speed, event, side):
+    """Closed contacts that part at most at a speed `max_speed`; how many.
 
     event, side : a play and edge that is one whatever its gap, -1 for none
     """
     count = 0
     for p in range(box.ratios.size):
-        s, s1, near = work.s[p, 0], work.s[p, 1], box.near
-        upper = box.high[p] - s <= near and -s1 <= fastest
-        lower = s - box.low[p] <= near and s1 <= fastest
+        s, s1, closed_gap = work.s[p, 0], work.s[p, 1], box.closed_gap
+        upper = box.high[p] - s <= closed_gap and -s1 <= max_speed
+        lower = s - box.low[p] <= closed_gap and s1 <= max_speed
         if event == p:
             upper, lower = side > 0, side < 0
         if upper or lower:
@@ -68,10 +72,10 @@ def select_held(box, work, t, q, v, held, released):
     Returns how many plays of teeth hold, -1 where forces are not found.
     """
     evaluate_plays(box, work, t, q, v)
-    count, candidates = gather_closed(box, work, box.rest, -1, 0), 0
+    count, candidates = gather_closed(box, work, box.resting_speed, -1, 0), 0
     for i in range(count):
         p, side = work.contact[i], work.side[i]
-        if -side * work.s[p, 1] < -2.0 * box.rest:
+        if -side * work.s[p, 1] < -2.0 * box.resting_speed:
             continue  # an impact is yet to come
         if released >= 0 and (p == released or work.leaving[p] == side):
             work.leaving[p] = 2 * side  # one whose force ended at this instant
@@ -100,7 +104,7 @@ def select_held(box, work, t, q, v, held, released):
     project_speeds(box, work, v, candidates)
     project_held(box, work, t, q, v, held)
     if teeth > 0:
-        couple(box, work, held)
+        set_constraints(box, work, held)
     return teeth
 
 
@@ -129,12 +133,12 @@ def project_held(box, work, t, q, v, held):
             i = box.wall[p]
             work.locked[i], v[i] = 1, 0.0
             q[i] = box.high[p] if held[p] > 0 else box.low[p]
-    e, e1, e2, e3, _ = excite(box, t)
+    e, e1, e2, e3, _ = evaluate_excitation(box, t)
     for p in range(held.size):
         if held[p] == 0 or box.wall[p] >= 0:
             continue
         edge = box.high[p] if held[p] > 0 else box.low[p]
-        s, s1, _, _ = drive(box, p, t, (e, e1, e2, e3))
+        s, s1, _, _ = evaluate_drive(box, p, t, (e, e1, e2, e3))
         coordinate = box.roundoff_coordinate[p]
         for i in range(box.drag_acceleration.size):
             s += box.rows[p, i] * q[i]
@@ -144,8 +148,8 @@ def project_held(box, work, t, q, v, held):
 
 
 @compiled_part
-def couple(box, work, held):
-    """Constraints of held contacts: their `inverse`, `lift` and `pull`."""
+def set_constraints(box, work, held):
+    """Set `inverse`, `contact_acceleration` and `pull` of the held contacts."""
     count = 0
     for p in range(held.size):
         if held[p] != 0:
@@ -179,23 +183,23 @@ def held_count(held):
 
 
 @compiled_part
-def expand(box, work, count, t, v):
+def expand_series(box, work, count, t, v):
     """Derivatives of the held coordinates in `work.x`, from the first on."""
     derive_drives(box, t, work.contact, count, work.e, work.drives)
     n = box.drag_acceleration.size
     for i in range(n):
         work.x[1, i] = v[i]
-    for m in range(2, TERMS):
+    for m in range(2, N_TERMS):
         for i in range(n):
-            push = box.drag_acceleration[i] if m == 2 else 0.0
-            work.x[m, i] = push - box.damping_rate[i] * work.x[m - 1, i]
+            acceleration = box.drag_acceleration[i] if m == 2 else 0.0
+            work.x[m, i] = acceleration - box.damping_rate[i] * work.x[m - 1, i]
         for k in range(count):
             p = work.contact[k]
             value = work.drives[k, m]
             for i in range(n):
-                push = box.drag_acceleration[i] if m == 2 else 0.0
+                acceleration = box.drag_acceleration[i] if m == 2 else 0.0
                 value += box.rows[p, i] * (
-                    push - box.damping_rate[i] * work.x[m - 1, i]
+                    acceleration - box.damping_rate[i] * work.x[m - 1, i]
                 )
             for i in range(n):
                 work.x[m, i] -= work.contact_acceleration[i, k] * value
@@ -208,18 +212,18 @@ def bound_held(box, work, count, horizon):
     In the norm of the masses damping lets no derivative grow, the excitation does.
     Coordinates that no held contact moves fly on their own.
     """
-    size, pull, fastest = 0.0, 0.0, 0.0
+    squared_norm, pull, fastest = 0.0, 0.0, 0.0
     for i in range(box.drag_acceleration.size):
         work.a[i], work.j[i] = work.x[2, i], work.x[3, i]
         if is_coupled(work, count, i):
-            size += work.j[i] ** 2 / box.inverse_mass[i]
+            squared_norm += work.j[i] ** 2 / box.inverse_mass[i]
             pull += work.pull[i] ** 2 / box.inverse_mass[i]
             fastest = max(fastest, box.damping_rate[i])
-    most = math.sqrt(size) + math.sqrt(pull) * horizon
+    max_jerk = math.sqrt(squared_norm) + math.sqrt(pull) * horizon
     for i in range(box.drag_acceleration.size):
         root = math.sqrt(box.inverse_mass[i])
-        work.max_j[i] = root * most
-        work.max_k[i] = root * (fastest * most + math.sqrt(pull))
+        work.max_j[i] = root * max_jerk
+        work.max_k[i] = root * (fastest * max_jerk + math.sqrt(pull))
         if not is_coupled(work, count, i):
             work.max_j[i] = abs(work.j[i])
             work.max_k[i] = box.damping_rate[i] * abs(work.j[i])
@@ -235,33 +239,37 @@ def is_coupled(work, count, i):
 
 
 @compiled_part
-def force_of(box, work, held, count, k):
+def contact_force(box, work, held, count, k):
     """Force of a held contact, its rate and the largest second derivative."""
-    force, rate, most = 0.0, 0.0, 0.0
+    force, rate, max_second_derivative = 0.0, 0.0, 0.0
     for m in range(count):
         p, g = work.contact[m], work.inverse[k, m]
-        value, slope, bend = work.drives[m, 2], work.drives[m, 3], box.snap[p]
+        value, slope, second_derivative = (
+            work.drives[m, 2],
+            work.drives[m, 3],
+            box.snap[p],
+        )
         for i in range(box.drag_acceleration.size):
             row = box.rows[p, i]
             value += row * (
                 box.drag_acceleration[i] - box.damping_rate[i] * work.x[1, i]
             )
             slope -= row * box.damping_rate[i] * work.x[2, i]
-            bend += abs(row) * box.damping_rate[i] * work.max_j[i]
+            second_derivative += abs(row) * box.damping_rate[i] * work.max_j[i]
         force += g * value
         rate += g * slope
-        most += abs(g) * bend
+        max_second_derivative += abs(g) * second_derivative
     side = held[work.contact[k]]
-    return side * force, side * rate, most
+    return side * force, side * rate, max_second_derivative
 
 
 @compiled_part
-def slide(box, work, q, v, h):
+def advance_held(box, work, q, v, h):
     """A step of the held coordinates, by their series."""
     for i in range(box.drag_acceleration.size):
         # both by Horner's rule: sum x_m h^m / m!, and of its derivative
         speed, shift = 0.0, 0.0
-        for m in range(TERMS - 1, 0, -1):
+        for m in range(N_TERMS - 1, 0, -1):
             shift = (work.x[m, i] + shift) * h / m
             speed = work.x[m, i] + (speed * h / m)
         q[i] += shift

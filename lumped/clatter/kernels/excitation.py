@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lumped.common.compiled import compiled_part, inlined
-from lumped.rattle.kernels.flight import TURN, turned
+from lumped.rattle.kernels.flight import TWO_PI, cos_sin_of_turns
 
 
 @compiled_part
@@ -22,48 +22,48 @@ def piece_at(pieces, t):
 
 
 @compiled_part
-def piecewise(pieces, t):
-    """Excitation, as `excite`, by a polynomial in each piece."""
+def evaluate_pieces(pieces, t):
+    """Excitation, as `evaluate_excitation`, by a polynomial in each piece."""
     k = piece_at(pieces, t)
     end = pieces[k + 1, 0] if k + 1 < pieces.shape[0] else math.inf
     h = t - pieces[k, 0]
     c1, c2, c3, c4 = pieces[k, 2], pieces[k, 3], pieces[k, 4], pieces[k, 5]
     value = pieces[k, 1] + h * (c1 + h * (c2 + h * (c3 + h * c4)))
     rate = c1 + h * (2.0 * c2 + h * (3.0 * c3 + h * 4.0 * c4))
-    bend = 2.0 * c2 + h * (6.0 * c3 + h * 12.0 * c4)
-    return value, rate, bend, 6.0 * c3 + 24.0 * h * c4, end
+    acceleration = 2.0 * c2 + h * (6.0 * c3 + h * 12.0 * c4)
+    return value, rate, acceleration, 6.0 * c3 + 24.0 * h * c4, end
 
 
 @inlined
-def excite(box, t):
+def evaluate_excitation(box, t):
     """e and three derivatives, and where the piece of a signal ends."""
     if box.pieces.shape[0] > 0:
-        return piecewise(box.pieces, t)
-    value, rate, bend, jerk = 0.0, 0.0, 0.0, 0.0
+        return evaluate_pieces(box.pieces, t)
+    value, rate, acceleration, jerk = 0.0, 0.0, 0.0, 0.0
     for k in range(box.orders.size):
-        angular = TURN * box.orders[k]
-        c, s = turned(box.orders[k] * t)
+        angular = TWO_PI * box.orders[k]
+        c, s = cos_sin_of_turns(box.orders[k] * t)
         wave = box.cosines[k] * c + box.sines[k] * s
         speed = angular * (box.sines[k] * c - box.cosines[k] * s)
         value += wave
         rate += speed
-        bend -= angular * angular * wave
+        acceleration -= angular * angular * wave
         jerk -= angular * angular * speed
-    return value, rate, bend, jerk, math.inf
+    return value, rate, acceleration, jerk, math.inf
 
 
 @inlined
 def edge_wave(box, p, t):
     """The wave of a play's own edge and three derivatives."""
-    angular = TURN * box.own_order[p]
-    c, s = turned(box.own_order[p] * t)
+    angular = TWO_PI * box.own_order[p]
+    c, s = cos_sin_of_turns(box.own_order[p] * t)
     value = box.own_cosine[p] * c + box.own_sine[p] * s
     rate = angular * (box.own_sine[p] * c - box.own_cosine[p] * s)
     return value, rate, -angular * angular * value, -angular * angular * rate
 
 
 @inlined
-def drive(box, p, t, e):
+def evaluate_drive(box, p, t, e):
     """What moves a play, of e and its derivatives, with the wave of its own."""
     c = box.ratios[p]
     s, s1, s2, s3 = c * e[0], c * e[1], c * e[2], c * e[3]
@@ -74,17 +74,17 @@ def drive(box, p, t, e):
 
 
 @compiled_part
-def derive(box, t, out):
+def derive_excitation(box, t, out):
     """Derivatives of e at a time, from itself on."""
     for m in range(out.size):
         out[m] = 0.0
     if box.pieces.shape[0] > 0:
-        out[0], out[1], out[2], out[3], _ = piecewise(box.pieces, t)
+        out[0], out[1], out[2], out[3], _ = evaluate_pieces(box.pieces, t)
         out[4] = 24.0 * box.pieces[piece_at(box.pieces, t), 5]
         return
     for k in range(box.orders.size):
-        angular = TURN * box.orders[k]
-        c, s = turned(box.orders[k] * t)
+        angular = TWO_PI * box.orders[k]
+        c, s = cos_sin_of_turns(box.orders[k] * t)
         wave = box.cosines[k] * c + box.sines[k] * s
         speed = angular * (box.sines[k] * c - box.cosines[k] * s)
         for m in range(out.size):
@@ -95,13 +95,13 @@ def derive(box, t, out):
 @compiled_part
 def derive_drives(box, t, plays, count, e, out):
     """Derivatives of what moves plays, from itself on; out (count, terms), e : room."""
-    derive(box, t, e)
+    derive_excitation(box, t, e)
     for k in range(count):
         p = plays[k]
         for m in range(e.size):
             out[k, m] = box.ratios[p] * e[m]
         if box.own_order[p] > 0.0:
-            angular = TURN * box.own_order[p]
+            angular = TWO_PI * box.own_order[p]
             wave, speed, _, _ = edge_wave(box, p, t)
             for m in range(e.size):
                 out[k, m] += wave

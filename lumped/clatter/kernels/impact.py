@@ -25,8 +25,8 @@ def solve_basis(g, b, z, basis, count, rows):
         size += basis[i]
     for i in range(count):
         for k in range(count):
-            both = basis[i] * basis[k]
-            rows[i, k] = g[i, k] * both
+            in_basis = basis[i] * basis[k]
+            rows[i, k] = g[i, k] * in_basis
         rows[i, i] += 1.0 - basis[i]
         rows[i, count] = -b[i] * basis[i]
     for i in range(count):  # positive definite: no pivots
@@ -57,22 +57,22 @@ def solve_lcp(g, b, z, basis, count, rows):
         basis[i] = 1 if b[i] < 0.0 else 0
     for _ in range(2 ** min(count, 20)):
         solve_basis(g, b, z, basis, count, rows)
-        wrong = -1
+        violated = -1
         for i in range(count):
-            rest, size = b[i], abs(b[i])
+            residual, scale = b[i], abs(b[i])
             for k in range(count):
-                rest += g[i, k] * z[k]
-                size += abs(g[i, k] * z[k])
+                residual += g[i, k] * z[k]
+                scale += abs(g[i, k] * z[k])
             if basis[i] == 1:
-                rest, size = z[i], size / g[i, i]
-            if rest < -ROUND_OFF * size:
-                wrong = i
+                residual, scale = z[i], scale / g[i, i]
+            if residual < -ROUND_OFF * scale:
+                violated = i
                 break
-        if wrong < 0:
+        if violated < 0:
             for i in range(count):
                 z[i] = max(z[i], 0.0)
             return True
-        basis[wrong] = 1 - basis[wrong]
+        basis[violated] = 1 - basis[violated]
     return False
 
 
@@ -95,18 +95,18 @@ def fill_delassus(box, work, count):
 
 
 @compiled
-def impact(box, work, v, count, bounces):
+def solve_impact(box, work, v, count, bounces):
     """Impulses in `work.z` and speeds after an impact; whether they were found.
 
     Contacts and `work.s` are those of the instant. Those that close more slowly than
-    `box.rest` do not bounce, and none does without `bounces`.
+    `box.resting_speed` do not bounce, and none does without `bounces`.
     """
     fill_delassus(box, work, count)
     for i in range(count):
         p = work.contact[i]
         speed = -work.side[i] * work.s[p, 1]
         if bounces:
-            bounce = box.restitution[p] if speed < -box.rest else 0.0
+            bounce = box.restitution[p] if speed < -box.resting_speed else 0.0
             speed = (1.0 + bounce) * min(speed, 0.0)
         work.b[i] = speed
     is_solved = solve_lcp(

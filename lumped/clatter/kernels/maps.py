@@ -13,15 +13,15 @@ from lumped.common.compiled import compiled, inlined
 
 EVENT_TOL_PERIODS = 1e-15  # periods
 MAX_STEPS = 100_000
-TURN = 2.0 * math.pi
+TWO_PI = 2.0 * math.pi
 
 
 @inlined
-def displace(box, t):
+def excitation_at(box, t):
     """i e and i e' of the source at a time."""
     e, e1 = 0.0, 0.0
     for m in range(box.orders.size):
-        angle = TURN * box.orders[m]
+        angle = TWO_PI * box.orders[m]
         c, s = math.cos(angle * t), math.sin(angle * t)
         e += box.cosines[m] * c + box.sines[m] * s
         e1 += angle * (box.sines[m] * c - box.cosines[m] * s)
@@ -29,49 +29,56 @@ def displace(box, t):
 
 
 @inlined
-def turn(box, v, h):
+def free_motion(box, v, h):
     """The wheel's part of s and of its speed, after a time h: the right of eq. (8)."""
     shift, rate = 0.0, 0.0
     for i in range(v.size):
-        z, push = box.damping_rate[i] * h, box.drag_acceleration[i]
+        z, acceleration = box.damping_rate[i] * h, box.drag_acceleration[i]
         first, second = 1.0 - z / 2.0 + z * z / 6.0 - z**3 / 24.0, 0.5 - z / 6.0
         second += z * z / 24.0 - z**3 / 120.0
         if z > 1e-3:
             first = -math.expm1(-z) / z
             second = (1.0 - first) / z
-        shift += box.rows[0, i] * h * (v[i] * first + push * h * second)
-        rate += box.rows[0, i] * (v[i] * (1.0 - z * first) + push * h * first)
+        shift += box.rows[0, i] * h * (v[i] * first + acceleration * h * second)
+        rate += box.rows[0, i] * (v[i] * (1.0 - z * first) + acceleration * h * first)
     return shift, rate
 
 
 @inlined
-def time_to_bound(speed, gap, most):
-    """A time in which a gap is not passed, of accelerations up to `most`."""
-    root = math.sqrt(speed * speed + 2.0 * most * gap)
-    return 2.0 * gap / (speed + root) if speed > 0.0 else (root - speed) / most
+def time_to_bound(speed, gap, max_acceleration):
+    """A time in which a gap is not passed, of accelerations up to a largest one."""
+    root = math.sqrt(speed * speed + 2.0 * max_acceleration * gap)
+    return (
+        2.0 * gap / (speed + root) if speed > 0.0 else (root - speed) / max_acceleration
+    )
 
 
 @inlined
 def next_root(box, t, v, edge):
     """The first root of eq. (8): time from t, edge and speed; inf where none is."""
-    most, high, low = 0.0, box.high[0], box.low[0]
+    max_acceleration, high, low = 0.0, box.high[0], box.low[0]
     for m in range(box.orders.size):
-        size = math.hypot(box.cosines[m], box.sines[m])
-        most += abs(box.ratios[0]) * size * (TURN * box.orders[m]) ** 2
+        amplitude = math.hypot(box.cosines[m], box.sines[m])
+        max_acceleration += (
+            abs(box.ratios[0]) * amplitude * (TWO_PI * box.orders[m]) ** 2
+        )
     for i in range(v.size):
-        most += abs(
+        max_acceleration += abs(
             box.rows[0, i] * (box.drag_acceleration[i] - box.damping_rate[i] * v[i])
         )
     start = high if edge > 0 else low
-    begin, _ = displace(box, t)
+    begin, _ = excitation_at(box, t)
     h = 0.0
     for _ in range(MAX_STEPS):
-        e, e1 = displace(box, t + h)
-        shift, rate = turn(box, v, h)
+        e, e1 = excitation_at(box, t + h)
+        shift, rate = free_motion(box, v, h)
         s, speed = start + e - begin + shift, e1 + rate
         up = max(high - s, 0.0) if h > 0.0 or edge < 0 else 0.0
         down = max(s - low, 0.0) if h > 0.0 or edge > 0 else 0.0
-        upper, lower = time_to_bound(speed, up, most), time_to_bound(-speed, down, most)
+        upper, lower = (
+            time_to_bound(speed, up, max_acceleration),
+            time_to_bound(-speed, down, max_acceleration),
+        )
         h += min(upper, lower)
         if min(upper, lower) < EVENT_TOL_PERIODS:
             return h, 1 if upper < lower else -1, speed
@@ -91,7 +98,7 @@ def follow_implicit(box, t, v, edge, out):
         mobility += box.rows[0, i] ** 2 * box.inverse_mass[i]
     for k in range(out.shape[0]):
         h, edge, speed = next_root(box, t, v, edge)
-        if not math.isfinite(h) or edge * speed <= box.rest:
+        if not math.isfinite(h) or edge * speed <= box.resting_speed:
             return k  # at rest on the edge: no impact follows
         t += h
         impulse = (1.0 + box.restitution[0]) * edge * speed / mobility
@@ -123,9 +130,9 @@ def follow_fermi(box, t, v, edge, out):
         j -= box.rows[0, i] * v[i]  # the speed Q'
     for k in range(out.shape[0]):
         t += play / abs(j)
-        _, e1 = displace(box, t)
+        _, e1 = excitation_at(box, t)
         approach, edge = abs(e1 - j), 1.0 if e1 > j else -1.0
-        if not math.isfinite(t) or approach <= box.rest:
+        if not math.isfinite(t) or approach <= box.resting_speed:
             return k
         impulse = (1.0 + eps) * approach / mobility
         for i in range(v.size):

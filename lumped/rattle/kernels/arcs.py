@@ -18,17 +18,20 @@ from lumped.rattle.kernels.flight import (
     free_flight,
 )
 
-START, SPEED, END, LAST, SIDE, NEXT, PRESSED = range(7)  # columns of arcs
-COLUMNS = 7
-SAMPLES = 48  # of a turn, or an oscillation on a flank, where turning points are sought
+START_TIME, START_SPEED, END_TIME, END_SPEED, START_SIDE, END_SIDE, ON_FLANK = range(
+    7
+)  # columns of arcs
+N_COLUMNS = 7
+# Of a turn, or an oscillation on a flank, where turning points are sought
+SAMPLES_PER_TURN = 48
 MAX_HALVINGS = 60
 MAX_CORRECTIONS = 30
 NEWTON_TOL = 1e-11  # largest last correction
-LONGEST = 0.1  # turns of a correction, at most
+MAX_TIME_CORRECTION = 0.1  # turns of a correction, at most
 
 
 @compiled
-def trace(m, t, v, count, arcs):
+def trace_arcs(m, t, v, count, arcs):
     """The arcs (a, 7) of so many returns after a departure, and their number.
 
     Their columns: time and speed at the start and at the end, the side where they
@@ -36,44 +39,58 @@ def trace(m, t, v, count, arcs):
     between one arc and the next. The row after the last has the start of the next one.
     0 where the flanks stay together, or where more arcs come than there is room for.
     """
-    w, side, used = -v, 1, 0
+    w, side, n_arcs = -v, 1, 0
     while count > 0:
-        if used + 3 > arcs.shape[0]:
+        if n_arcs + 3 > arcs.shape[0]:
             return 0
-        end, last, to = free_flight(m, t, side * m.play, w)
+        end, last, end_side = free_flight(m, t, side * m.play, w)
         if not math.isfinite(end):
             return 0
-        after, away = apply_contact(m, end, last, to)
-        if not math.isfinite(after):
+        departure, departure_speed = apply_contact(m, end, last, end_side)
+        if not math.isfinite(departure):
             return 0
-        _put(arcs[used], t, w, end, last, side, to, 0.0)
-        used += 1
+        _set_arc(arcs[n_arcs], t, w, end, last, side, end_side, 0.0)
+        n_arcs += 1
         if m.stiffness < math.inf:
-            _put(arcs[used], end, last, after, away, to, to, 1.0)
-            used += 1
-        t, w, side = after, away, to
-        if to > 0:
+            _set_arc(
+                arcs[n_arcs],
+                end,
+                last,
+                departure,
+                departure_speed,
+                end_side,
+                end_side,
+                1.0,
+            )
+            n_arcs += 1
+        t, w, side = departure, departure_speed, end_side
+        if end_side > 0:
             count -= 1
-    arcs[used, START], arcs[used, SPEED] = t, w
-    return used
+    arcs[n_arcs, START_TIME], arcs[n_arcs, START_SPEED] = t, w
+    return n_arcs
 
 
 @inlined
-def _put(arc, start, speed, end, last, side, to, pressed):
-    arc[START], arc[SPEED], arc[END], arc[LAST] = start, speed, end, last
-    arc[SIDE], arc[NEXT], arc[PRESSED] = side, to, pressed
+def _set_arc(arc, start, speed, end, last, side, to, pressed):
+    arc[START_TIME], arc[START_SPEED], arc[END_TIME], arc[END_SPEED] = (
+        start,
+        speed,
+        end,
+        last,
+    )
+    arc[START_SIDE], arc[END_SIDE], arc[ON_FLANK] = side, to, pressed
 
 
 @inlined
 def fundamental(m, pressed, tau):
     """What a change of place and one of speed become after a time, as (2, 2)."""
     if pressed == 0.0:
-        fade = math.expm1(-m.damping * tau)
-        return 1.0, -fade / m.damping, 0.0, 1.0 + fade
+        decay = math.expm1(-m.damping * tau)
+        return 1.0, -decay / m.damping, 0.0, 1.0 + decay
     half = 0.5 * m.damping
     turn = math.sqrt(m.stiffness - half * half)
-    fade = math.exp(-half * tau)
-    c, s = fade * math.cos(turn * tau), fade * math.sin(turn * tau) / turn
+    decay = math.exp(-half * tau)
+    c, s = decay * math.cos(turn * tau), decay * math.sin(turn * tau) / turn
     return c + half * s, s, -m.stiffness * s, c - half * s
 
 
@@ -98,72 +115,84 @@ def arc_state(m, pressed, side, t, w, end):
 @inlined
 def propagate_change(m, arc, dt, dw):
     """What a change of time and speed at the start of an arc becomes at its end."""
-    t, w, end, last, pressed = arc[START], arc[SPEED], arc[END], arc[LAST], arc[PRESSED]
+    t, w, end, last, pressed = (
+        arc[START_TIME],
+        arc[START_SPEED],
+        arc[END_TIME],
+        arc[END_SPEED],
+        arc[ON_FLANK],
+    )
     a, b, c, d = fundamental(m, pressed, end - t)
     x, speed = -w * dt, dw - (free_acceleration(m, t) - m.damping * w) * dt
-    later = -(a * x + b * speed) / last
-    return later, c * x + d * speed + (
+    delay = -(a * x + b * speed) / last
+    return delay, c * x + d * speed + (
         free_acceleration(m, end) - m.damping * last
-    ) * later
+    ) * delay
 
 
 @compiled
-def linearise(m, arcs, used, out):
+def linearise(m, arcs, n_arcs, out):
     """What a change of a departure's time and speed becomes over arcs (2, 2)."""
     for k in range(2):
         dt, dw = (1.0, 0.0) if k == 0 else (0.0, -1.0)
-        for i in range(used):
+        for i in range(n_arcs):
             dt, dw = propagate_change(m, arcs[i], dt, dw)
             if m.stiffness == math.inf:
                 dw *= -m.restitution
-                if i + 1 < used and arcs[i + 1, START] > arcs[i, END]:
+                if i + 1 < n_arcs and arcs[i + 1, START_TIME] > arcs[i, END_TIME]:
                     dt, dw = 0.0, 0.0  # flanks that have come to rest forget
         out[0, k], out[1, k] = dt, -dw
 
 
 @compiled
-def find_periodic_point(m, t, v, count, least, longest, arcs, change):
+def find_periodic_point(m, t, v, count, min_speed, max_speed_correction, arcs, change):
     """The departure near one that repeats after so many returns, by Newton's method.
 
-    least : speed of departures below which it is given up
-    longest : of steps of the speed; those of time are up to LONGEST turns
+    min_speed : speed of departures below which it is given up
+    max_speed_correction : of steps of the speed; times change by MAX_TIME_CORRECTION
     arcs (a, 7), change (2, 2) : are overwritten
     NaN where there is none.
     """
     for _ in range(MAX_CORRECTIONS):
-        used = trace(m, t, v, count, arcs) if v >= least else 0
-        if used == 0:
+        n_arcs = trace_arcs(m, t, v, count, arcs) if v >= min_speed else 0
+        if n_arcs == 0:
             break
-        linearise(m, arcs, used, change)
-        late, fast = arcs[used, START] - t, -arcs[used, SPEED] - v
-        late -= math.floor(late + 0.5)
+        linearise(m, arcs, n_arcs, change)
+        time_error, speed_error = (
+            arcs[n_arcs, START_TIME] - t,
+            -arcs[n_arcs, START_SPEED] - v,
+        )
+        time_error -= math.floor(time_error + 0.5)
         a, b = change[0, 0] - 1.0, change[0, 1]
         c, d = change[1, 0], change[1, 1] - 1.0
-        area = a * d - b * c
-        dt, dv = (d * late - b * fast) / area, (a * fast - c * late) / area
+        determinant = a * d - b * c
+        dt, dv = (
+            (d * time_error - b * speed_error) / determinant,
+            (a * speed_error - c * time_error) / determinant,
+        )
         # far from an orbit the map bends too much for a whole step
-        size = max(abs(dt) / LONGEST, abs(dv) / longest)
+        size = max(abs(dt) / MAX_TIME_CORRECTION, abs(dv) / max_speed_correction)
         if not size < math.inf:
             break
-        part = 1.0 / max(1.0, size)
-        t, v = t - part * dt, v - part * dv
+        fraction = 1.0 / max(1.0, size)
+        t, v = t - fraction * dt, v - fraction * dv
         if max(abs(dt), abs(dv)) < NEWTON_TOL:
             return t, v
     return math.nan, math.nan
 
 
 @compiled
-def join_residual(m, turns, sides, pressed, starts, closing, errors, by_x):
+def join_residual(m, turns, sides, pressed, starts, closing_sign, errors, jacobian):
     """How far arcs (a,) with starts (2, a), times and speeds, miss to join an orbit.
 
     errors (2 a,) : of place and of speed at the end of each arc
     by_x (2 a, 2 a) : by the times, then the speeds; its determinant is zero where a
         multiplier is 1, or -1 if changes come back turned round
-    closing : 1, or -1 so that they do
+    closing_sign : 1, or -1 so that they do
     """
     times, speeds = starts[0], starts[1]
     a = times.size
-    by_x[:] = 0.0
+    jacobian[:] = 0.0
     for i in range(a):
         j = (i + 1) % a
         t, w = times[i], speeds[i]
@@ -174,28 +203,33 @@ def join_residual(m, turns, sides, pressed, starts, closing, errors, by_x):
         force = free_acceleration(m, end) - m.damping * speed
         if pressed[i] != 0.0:
             force -= m.stiffness * (place - sides[i] * m.play)
-        turned = -m.restitution if m.stiffness == math.inf else 1.0
+        impact_factor = -m.restitution if m.stiffness == math.inf else 1.0
         errors[i] = place - sides[j] * m.play
-        errors[a + i] = turned * speed - speeds[j]
-        by_x[i, i] -= one * w + two * start
-        by_x[i, a + i] += two
-        turn = closing if j == 0 else 1.0
-        by_x[i, j] += turn * speed
-        by_x[a + i, i] -= turned * (three * w + four * start)
-        by_x[a + i, a + i] += turned * four
-        by_x[a + i, j] += turn * turned * force
-        by_x[a + i, a + j] -= turn
+        errors[a + i] = impact_factor * speed - speeds[j]
+        jacobian[i, i] -= one * w + two * start
+        jacobian[i, a + i] += two
+        sign = closing_sign if j == 0 else 1.0
+        jacobian[i, j] += sign * speed
+        jacobian[a + i, i] -= impact_factor * (three * w + four * start)
+        jacobian[a + i, a + i] += impact_factor * four
+        jacobian[a + i, j] += sign * impact_factor * force
+        jacobian[a + i, a + j] -= sign
 
 
 @inlined
 def turning_point(m, arc, low, high):
     """Place where an arc that turns between two times does so."""
-    pressed, side, t, w = arc[PRESSED], arc[SIDE], arc[START], arc[SPEED]
+    pressed, side, t, w = (
+        arc[ON_FLANK],
+        arc[START_SIDE],
+        arc[START_TIME],
+        arc[START_SPEED],
+    )
     _, first = arc_state(m, pressed, side, t, w, low)
     for _ in range(MAX_HALVINGS):
         middle = 0.5 * (low + high)
-        _, now = arc_state(m, pressed, side, t, w, middle)
-        if now * first > 0.0:
+        _, speed = arc_state(m, pressed, side, t, w, middle)
+        if speed * first > 0.0:
             low = middle
         else:
             high = middle
@@ -205,24 +239,24 @@ def turning_point(m, arc, low, high):
 @inlined
 def clearance(m, arc):
     """Least distance [rad] that an arc keeps from bounds at its turning points."""
-    least, pressed, side = math.inf, arc[PRESSED], arc[SIDE]
-    t, w, lasts = arc[START], arc[SPEED], arc[END] - arc[START]
-    fast = max(1.0, m.order) if m.free[2] != 0.0 or m.free[3] != 0.0 else 1.0
+    least, pressed, side = math.inf, arc[ON_FLANK], arc[START_SIDE]
+    t, w, duration = arc[START_TIME], arc[START_SPEED], arc[END_TIME] - arc[START_TIME]
+    frequency = max(1.0, m.order) if m.free[2] != 0.0 or m.free[3] != 0.0 else 1.0
     if pressed != 0.0:
-        fast = max(fast, math.sqrt(m.stiffness) / (2.0 * math.pi))
-    count = int(SAMPLES * fast * lasts) + SAMPLES
+        frequency = max(frequency, math.sqrt(m.stiffness) / (2.0 * math.pi))
+    count = int(SAMPLES_PER_TURN * frequency * duration) + SAMPLES_PER_TURN
     before, speed_before = t, w
     for k in range(1, count):
-        at = t + lasts * k / count
-        _, speed = arc_state(m, pressed, side, t, w, at)
+        time = t + duration * k / count
+        _, speed = arc_state(m, pressed, side, t, w, time)
         if speed * speed_before < 0.0:
-            x = turning_point(m, arc, before, at)
+            x = turning_point(m, arc, before, time)
             peak = 1.0 if speed_before > 0.0 else -1.0
             if pressed == 0.0:
                 least = min(least, m.play - peak * x)
             elif peak != side:
                 least = min(least, side * x - m.play)
-        before, speed_before = at, speed
+        before, speed_before = time, speed
     return least
 
 
@@ -240,12 +274,16 @@ def min_clearance(m, arcs):
 
 
 @compiled
-def sample(m, arcs, count, out):
+def sample_arcs(m, arcs, count, out):
     """Time and place (a count, 2) at so many instants of each of arcs (a, 7)."""
     for i in range(arcs.shape[0]):
-        t, w, lasts = arcs[i, START], arcs[i, SPEED], arcs[i, END] - arcs[i, START]
-        side, pressed = arcs[i, SIDE], arcs[i, PRESSED]
+        t, w, duration = (
+            arcs[i, START_TIME],
+            arcs[i, START_SPEED],
+            arcs[i, END_TIME] - arcs[i, START_TIME],
+        )
+        side, pressed = arcs[i, START_SIDE], arcs[i, ON_FLANK]
         for k in range(count):
-            at = t + lasts * k / count
-            out[i * count + k, 0] = at
-            out[i * count + k, 1] = arc_state(m, pressed, side, t, w, at)[0]
+            time = t + duration * k / count
+            out[i * count + k, 0] = time
+            out[i * count + k, 1] = arc_state(m, pressed, side, t, w, time)[0]

@@ -1,11 +1,11 @@
-"""What the compiled kernels know of a machine that rattles, by name."""
+"""Records of a machine that rattles for the compiled kernels."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-SHORT = 0.05  # turns: flights that fade away stay shorter
-STEADY = 0.25  # of the time in which the contact load changes: short flights
+MAX_DECAYING_FLIGHT = 0.05  # turns: flights that fade away stay shorter
+MAX_LOAD_CHANGE = 0.25  # of the time in which the contact load changes: short flights
 Waves = tuple[float, float, float, float]
 
 
@@ -18,11 +18,12 @@ class Rattle(NamedTuple):
     `order` turns.
 
     stiffness : 2 kappa, infinite in the impact limit; restitution of its impacts
-    swing : largest value of `pressed`
+    max_pressed : largest value of `pressed`
     free_jerk, pressed_jerk : largest third derivative of the forced parts
     free_snap : largest fourth one
-    fading : 1 over damping; lasting : its size, the longest step of a transient
-    short : turns of a flight back to its flank after which flights fade away
+    inverse_damping : 1 over damping; max_step : its magnitude, the longest step of a
+        transient
+    decaying_flight : turns of a flight back to its flank after which flights decay
     growth : of a transient over a step, at most; above 1 where time runs backward
     """
 
@@ -35,11 +36,11 @@ class Rattle(NamedTuple):
     order: float
     free: Waves
     pressed: Waves
-    swing: float
+    max_pressed: float
     free_jerk: float
     pressed_jerk: float
     free_snap: float
-    fading: float
-    lasting: float
-    short: float
+    inverse_damping: float
+    max_step: float
+    decaying_flight: float
     growth: float

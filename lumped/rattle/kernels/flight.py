@@ -15,20 +15,21 @@ import math
 
 from lumped.common.compiled import compiled, inlined
 
-TURN = 2.0 * math.pi
-LONG = 0.5  # turns of a first step, at most
-CLOSE = 1e-14  # turns: a step so short ends a search
+TWO_PI = 2.0 * math.pi
+MAX_FIRST_STEP = 0.5  # turns of a first step, at most
+EVENT_TOL = 1e-14  # turns: a step so short ends a search
 MAX_STEPS = 10_000  # of a search
-REST = 1e-9  # rad per turn: slower flanks rest on each other
-FADED = 1e-18  # rad per turn: a transient that is none any more
-AGAIN, ENDED, LOST = 0.0, 1.0, 2.0  # of a search: goes on, has found it, has not
+MAX_RESTING_SPEED = 1e-9  # rad per turn: slower flanks rest on each other
+MIN_TRANSIENT = 1e-18  # rad per turn: a transient that is none any more
+# Of a search: goes on, has found it, has not
+SEARCHING, EVENT_FOUND, NOT_FOUND = 0.0, 1.0, 2.0
 
 
 @inlined
-def turned(t):
+def cos_sin_of_turns(t):
     """Cosine and sine of a time in turns, to round-off."""
     quarter = math.floor(4.0 * t + 0.5)
-    r = TURN * (t - 0.25 * quarter)
+    r = TWO_PI * (t - 0.25 * quarter)
     z = r * r
     s = 1.0 / 6227020800.0 - z / 1307674368000.0
     s = 1.0 / 362880.0 - z * (1.0 / 39916800.0 - z * s)
@@ -72,30 +73,30 @@ def forced_derivatives(order, part, t, rippled):
 
     rippled : whether it has a part of `order` turns
     """
-    c, s = turned(t)
+    c, s = cos_sin_of_turns(t)
     value = part[0] * c + part[1] * s
-    rate = TURN * (part[1] * c - part[0] * s)
-    bend, jerk = -TURN * TURN * value, -TURN * TURN * rate
+    rate = TWO_PI * (part[1] * c - part[0] * s)
+    acceleration, jerk = -TWO_PI * TWO_PI * value, -TWO_PI * TWO_PI * rate
     if rippled:
-        angular = TURN * order
-        c, s = turned(order * t)
+        angular = TWO_PI * order
+        c, s = cos_sin_of_turns(order * t)
         fast = part[2] * c + part[3] * s
         fast_rate = angular * (part[3] * c - part[2] * s)
         value += fast
         rate += fast_rate
-        bend -= angular * angular * fast
+        acceleration -= angular * angular * fast
         jerk -= angular * angular * fast_rate
-    return value, rate, bend, jerk
+    return value, rate, acceleration, jerk
 
 
 @inlined
-def time_to_bound(distance, speed, bend):
+def time_to_bound(distance, speed, acceleration):
     """Shortest time to a bound ahead under a constant acceleration; inf if never."""
-    square = speed * speed + 2.0 * bend * distance
+    square = speed * speed + 2.0 * acceleration * distance
     root = math.sqrt(max(square, 0.0))
     ahead = speed > 0.0
     span = 2.0 * distance if ahead else root - speed
-    over = speed + root if ahead else bend
+    over = speed + root if ahead else acceleration
     never = square < 0.0 or not over > 0.0
     return math.inf if never else span / over
 
@@ -106,9 +107,9 @@ def start_state(m, t, x, w, rippled):
 
     (x, w, acceleration, third derivative, transient speed, forced part, longest step)
     """
-    value, rate, bend, jerk = forced_derivatives(m.order, m.free, t, rippled)
+    value, rate, acceleration, jerk = forced_derivatives(m.order, m.free, t, rippled)
     transient = m.drift + rate - w
-    a = m.damping * transient + bend
+    a = m.damping * transient + acceleration
     jerk -= m.damping * m.damping * transient
     first = first_step(m, w, a, transient)
     return x, w, a, jerk, transient, value, first
@@ -121,7 +122,7 @@ def first_step(m, w, a, transient):
     back = time_to_bound(0.0, -abs(w), -a if w > 0.0 else a)
     jerk = m.growth * abs(transient) * m.damping * m.damping + m.free_jerk
     first = 2.0 * back if back > 0.0 else abs(a) / jerk
-    return min(LONG, min(m.lasting, first))
+    return min(MAX_FIRST_STEP, min(m.max_step, first))
 
 
 @inlined
@@ -133,16 +134,16 @@ def advance(m, t, flight, rippled):
     """
     x, w, a, jerk, transient, value, horizon = flight
     transient_jerk = m.growth * abs(transient) * m.damping * m.damping
-    most = transient_jerk + m.free_jerk
+    max_jerk = transient_jerk + m.free_jerk
     snap = transient_jerk * abs(m.damping) + m.free_snap
     side = -1.0 if w < 0.0 or (w == 0.0 and a < 0.0) else 1.0
     ahead, behind = max(m.play - side * x, 0.0), max(m.play + side * x, 0.0)
     horizon = min(horizon, 2.0 * time_to_bound(ahead, side * w, side * a))
     # up to the horizon, accelerations are on average at most these above a
     toward, rest = side * jerk * horizon / 3.0, snap * horizon * horizon / 12.0
-    most *= horizon / 3.0
-    turn = min(most, max(toward, 0.0) + rest)
-    back = min(most, max(-toward, 0.0) + rest)
+    max_jerk *= horizon / 3.0
+    turn = min(max_jerk, max(toward, 0.0) + rest)
+    back = min(max_jerk, max(-toward, 0.0) + rest)
     first = time_to_bound(ahead, side * w, side * a + turn)
     second = time_to_bound(behind, -side * w, back - side * a)
     side = -side if second < first else side
@@ -151,23 +152,23 @@ def advance(m, t, flight, rippled):
     t += step
     lost = transient * expm1_neg(min(max(m.damping * step, -1.0), 1.0))
     before = value
-    value, rate, bend, jerk = forced_derivatives(m.order, m.free, t, rippled)
-    x += value - before + m.drift * step + lost * m.fading
+    value, rate, acceleration, jerk = forced_derivatives(m.order, m.free, t, rippled)
+    x += value - before + m.drift * step + lost * m.inverse_damping
     transient += lost
-    transient = 0.0 if abs(transient) < FADED else transient
+    transient = 0.0 if abs(transient) < MIN_TRANSIENT else transient
     w = m.drift + rate - transient
-    a = m.damping * transient + bend
+    a = m.damping * transient + acceleration
     jerk -= m.damping * m.damping * transient
-    near = step < CLOSE or (turn + back) * step * step < CLOSE * side * w
-    state = ENDED if near and bound <= horizon else AGAIN
-    horizon = 2.0 * step if transient == 0.0 else min(2.0 * step, m.lasting)
+    is_close = step < EVENT_TOL or (turn + back) * step * step < EVENT_TOL * side * w
+    state = EVENT_FOUND if is_close and bound <= horizon else SEARCHING
+    horizon = 2.0 * step if transient == 0.0 else min(2.0 * step, m.max_step)
     return t, (x, w, a, jerk, transient, value, horizon), side, state
 
 
 @inlined
 def free_flight(m, t, x, w):
     """Time and speed at which the play ends, and its side; time is inf where no end is
-    found in MOST_STEPS.
+    found in MAX_STEPS.
 
     From (t, x, w) in the play or leaving a flank.
     """
@@ -175,13 +176,13 @@ def free_flight(m, t, x, w):
     turns = math.floor(t)
     t -= turns
     flight = start_state(m, t, x, w, rippled)
-    side, state = 1.0, AGAIN
+    side, state = 1.0, SEARCHING
     for _ in range(MAX_STEPS):
         t, flight, side, state = advance(m, t, flight, rippled)
-        if state != AGAIN:
+        if state != SEARCHING:
             break
     w = flight[1]
-    if state == AGAIN or not math.isfinite(w):
+    if state == SEARCHING or not math.isfinite(w):
         return math.inf, 0.0, 1
     return turns + t, w, 1 if side > 0.0 else -1
 
@@ -189,38 +190,48 @@ def free_flight(m, t, x, w):
 @inlined
 def contact_phase(m, t, w, side):
     """Time and speed at which flanks part again that met at a speed w; NaN if never,
-    inf where it is not found in MOST_STEPS.
+    inf where it is not found in MAX_STEPS.
 
     side : of the flanks, 1 or -1. Distances count into the flank.
     """
     rippled = m.pressed[2] != 0.0 or m.pressed[3] != 0.0
-    value, rate, bend, _ = forced_derivatives(m.order, m.pressed, t, rippled)
+    value, rate, acceleration, _ = forced_derivatives(m.order, m.pressed, t, rippled)
     half, angular = 0.5 * m.damping, math.sqrt(m.stiffness)
     turn = math.sqrt(m.stiffness - half * half)
     mean = side * m.offset
     a = -(mean + side * value)
     b = (side * (w - rate) + half * a) / turn
     size = math.hypot(a, b)
-    tau, into, speed, fade = 0.0, 0.0, side * w, 1.0
-    swung, swing_rate = a, turn * b - half * a
+    tau, penetration, speed, decay = 0.0, 0.0, side * w, 1.0
+    oscillation, oscillation_rate = a, turn * b - half * a
     horizon = math.sqrt(6.0) / angular  # an oscillation's first step to its end
     for _ in range(MAX_STEPS):
-        if mean - size * fade > m.swing and half > 0.0:
+        if mean - size * decay > m.max_pressed and half > 0.0:
             return math.nan, 0.0
-        jerk = m.growth * angular**3 * size * fade + m.pressed_jerk
-        pull = m.damping * swing_rate + m.stiffness * swung - side * bend
-        step = time_to_bound(max(into, 0.0), -speed, pull + jerk * horizon / 3.0)
+        jerk = m.growth * angular**3 * size * decay + m.pressed_jerk
+        restoring = (
+            m.damping * oscillation_rate
+            + m.stiffness * oscillation
+            - side * acceleration
+        )
+        step = time_to_bound(
+            max(penetration, 0.0), -speed, restoring + jerk * horizon / 3.0
+        )
         limited = step >= horizon
         step = min(step, horizon)
         tau += step
-        fade = math.exp(-half * tau)
-        c, s = turned(turn * tau / TURN)
-        value, rate, bend, _ = forced_derivatives(m.order, m.pressed, t + tau, rippled)
-        swung = fade * (a * c + b * s)
-        swing_rate = fade * ((turn * b - half * a) * c - (turn * a + half * b) * s)
-        into = mean + side * value + swung
-        speed = side * rate + swing_rate
-        if not limited and step < CLOSE * (1.0 + tau):
+        decay = math.exp(-half * tau)
+        c, s = cos_sin_of_turns(turn * tau / TWO_PI)
+        value, rate, acceleration, _ = forced_derivatives(
+            m.order, m.pressed, t + tau, rippled
+        )
+        oscillation = decay * (a * c + b * s)
+        oscillation_rate = decay * (
+            (turn * b - half * a) * c - (turn * a + half * b) * s
+        )
+        penetration = mean + side * value + oscillation
+        speed = side * rate + oscillation_rate
+        if not limited and step < EVENT_TOL * (1.0 + tau):
             return t + tau, side * speed
         horizon = min(2.0 * horizon if limited else step, 1.0 / abs(half))
     return math.inf, 0.0
@@ -230,23 +241,31 @@ def contact_phase(m, t, w, side):
 def free_acceleration(m, t):
     """Acceleration of flanks in the play at rest."""
     rippled = m.free[2] != 0.0 or m.free[3] != 0.0
-    _, rate, bend, _ = forced_derivatives(m.order, m.free, t, rippled)
-    return m.damping * (m.drift + rate) + bend
+    _, rate, acceleration, _ = forced_derivatives(m.order, m.free, t, rippled)
+    return m.damping * (m.drift + rate) + acceleration
 
 
 @inlined
 def liftoff_time(m, t, side):
     """Time from which flanks at rest on each other are pulled apart; NaN if never, inf
-    where it is not found in MOST_STEPS."""
+    where it is not found in MAX_STEPS."""
     rippled = m.free[2] != 0.0 or m.free[3] != 0.0
-    rate = TURN * m.order if rippled else TURN
-    most = m.free_jerk * (rate + m.damping)  # second derivative of the load
+    rate = TWO_PI * m.order if rippled else TWO_PI
+    max_second_derivative = m.free_jerk * (
+        rate + m.damping
+    )  # second derivative of the load
     tau = 0.0
     for _ in range(MAX_STEPS):
-        _, slow, bend, jerk = forced_derivatives(m.order, m.free, t + tau, rippled)
-        load = side * (m.damping * (m.drift + slow) + bend)
-        step = time_to_bound(max(load, 0.0), -side * (m.damping * bend + jerk), most)
-        if load <= 0.0 or step < CLOSE:
+        _, forced_rate, acceleration, jerk = forced_derivatives(
+            m.order, m.free, t + tau, rippled
+        )
+        load = side * (m.damping * (m.drift + forced_rate) + acceleration)
+        step = time_to_bound(
+            max(load, 0.0),
+            -side * (m.damping * acceleration + jerk),
+            max_second_derivative,
+        )
+        if load <= 0.0 or step < EVENT_TOL:
             return t + tau
         tau += step
         if tau > 1.0:
@@ -260,11 +279,11 @@ def apply_contact(m, t, w, side):
     where it is not found."""
     if m.stiffness < math.inf:
         return contact_phase(m, t, w, side)
-    away = -m.restitution * w
-    if abs(away) > REST:
-        return t, away
+    departure_speed = -m.restitution * w
+    if abs(departure_speed) > MAX_RESTING_SPEED:
+        return t, departure_speed
     # they rest on each other until something pulls them apart
-    return liftoff_time(m, t, side), -side * REST
+    return liftoff_time(m, t, side), -side * MAX_RESTING_SPEED
 
 
 @compiled
@@ -274,14 +293,14 @@ def return_map(m, t, v):
     Third is how often the lower flank was met; t is NaN where the flanks stay together,
     inf where it is not clear what follows. A speed v < 0 is that of the lower flank.
     """
-    now, w, side = free_flight(m, t, math.copysign(m.play, v), -v)
-    lower = 0
+    time, w, side = free_flight(m, t, math.copysign(m.play, v), -v)
+    lower_impacts = 0
     while side < 0:
-        lower += 1
-        now, w = apply_contact(m, now, w, -1)
-        if not math.isfinite(now):
-            return now, 0.0, lower
-        now, w, side = free_flight(m, now, -m.play, w)
-    if now < math.inf:
-        now, w = apply_contact(m, now, w, 1)
-    return now, -w, lower
+        lower_impacts += 1
+        time, w = apply_contact(m, time, w, -1)
+        if not math.isfinite(time):
+            return time, 0.0, lower_impacts
+        time, w, side = free_flight(m, time, -m.play, w)
+    if time < math.inf:
+        time, w = apply_contact(m, time, w, 1)
+    return time, -w, lower_impacts

@@ -10,7 +10,7 @@ import math
 
 from lumped.common.compiled import compiled, inlined
 from lumped.rattle.kernels.flight import (
-    REST,
+    MAX_RESTING_SPEED,
     apply_contact,
     free_acceleration,
     free_flight,
@@ -25,25 +25,25 @@ def inverse_return_map(m, t, v):
     m : the machine backward in time. Rest has no unique past: slow lift-offs have no
         pre-image.
     """
-    if not v > REST:
+    if not v > MAX_RESTING_SPEED:
         return math.inf, 0.0
-    now, w = apply_contact(m, -t, v, 1)
-    while math.isfinite(now):
-        now, w, side = free_flight(m, now, math.copysign(m.play, -w), w)
-        if side > 0 or not math.isfinite(now):
-            return -now, w
-        now, w = apply_contact(m, now, w, -1)
+    time, w = apply_contact(m, -t, v, 1)
+    while math.isfinite(time):
+        time, w, side = free_flight(m, time, math.copysign(m.play, -w), w)
+        if side > 0 or not math.isfinite(time):
+            return -time, w
+        time, w = apply_contact(m, time, w, -1)
     return math.inf, 0.0
 
 
 @compiled
-def map_points(m, starts, count, backward, ends):
+def map_points(m, departures, count, backward, images):
     """Departures (n, 2) some returns after others, or before; NaN where not clear.
 
     m : the machine, backward in time where `backward`
     """
-    for i in range(starts.shape[0]):
-        t, v = starts[i, 0], starts[i, 1]
+    for i in range(departures.shape[0]):
+        t, v = departures[i, 0], departures[i, 1]
         for _ in range(count):
             if backward:
                 t, v = inverse_return_map(m, t, v)
@@ -52,11 +52,11 @@ def map_points(m, starts, count, backward, ends):
             if not math.isfinite(t):
                 t, v = math.nan, math.nan
                 break
-        ends[i, 0], ends[i, 1] = t, v
+        images[i, 0], images[i, 1] = t, v
 
 
 @compiled
-def graze(m, times, departures):
+def find_grazing_departures(m, times, departures):
     """Departures (n, 2) whose next contact grazes the lower flank at a time; NaN where
     there is none.
 

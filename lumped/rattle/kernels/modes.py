@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.compiled import compiled, inlined
-from lumped.rattle.kernels.arrays import SHORT, STEADY
+from lumped.rattle.kernels.arrays import MAX_DECAYING_FLIGHT, MAX_LOAD_CHANGE
 from lumped.rattle.kernels.flight import time_to_bound
 
-TURN = 2.0 * math.pi
-LONG = 0.25  # turns of a first step, at most
-CLOSE = 1e-13  # turns: a step so short ends a search
+TWO_PI = 2.0 * math.pi
+MAX_FIRST_STEP = 0.25  # turns of a first step, at most
+EVENT_TOL = 1e-13  # turns: a step so short ends a search
 MAX_STEPS = 10_000_000  # of a search
 MAX_EVENTS = 10_000  # of flanks in a turn
-REST = 1e-9  # rad per turn: slower flanks rest on each other
+MAX_RESTING_SPEED = 1e-9  # rad per turn: slower flanks rest on each other
 
 
 class Regime(NamedTuple):
@@ -55,38 +55,38 @@ class Regime(NamedTuple):
 def at(m, state, amplitudes, start, t):
     """State at a time t from the amplitudes of its modes at `start`, into `state`."""
     n = state.size
-    one = np.exp(1j * TURN * t)
-    two = np.exp(1j * TURN * m.order * t)
+    one = np.exp(1j * TWO_PI * t)
+    two = np.exp(1j * TWO_PI * m.order * t)
     for i in range(n):
         value = m.offset[i] + m.drift[i] * (t - start)
         value += (m.turn[i] * one).real + (m.ripple[i] * two).real
         state[i] = value
     for j in range(n):
-        now = amplitudes[j] * np.exp(m.rates[j] * (t - start))
+        amplitude = amplitudes[j] * np.exp(m.rates[j] * (t - start))
         for i in range(n):
-            state[i] += (m.vectors[i, j] * now).real
+            state[i] += (m.vectors[i, j] * amplitude).real
 
 
 @inlined
 def modal_amplitudes(m, state, t, amplitudes):
     """Amplitudes of the modes of a state at a time t."""
     n = state.size
-    one = np.exp(1j * TURN * t)
-    two = np.exp(1j * TURN * m.order * t)
+    one = np.exp(1j * TWO_PI * t)
+    two = np.exp(1j * TWO_PI * m.order * t)
     for j in range(n):
         amplitudes[j] = 0.0
     for i in range(n):
-        left = state[i] - m.offset[i]
-        left -= (m.turn[i] * one).real + (m.ripple[i] * two).real
+        free_part = state[i] - m.offset[i]
+        free_part -= (m.turn[i] * one).real + (m.ripple[i] * two).real
         for j in range(n):
-            amplitudes[j] += m.inverse[j, i] * left
+            amplitudes[j] += m.inverse[j, i] * free_part
 
 
 @inlined
-def relative(m, state, t):
+def relative_motion(m, state, t):
     """Relative rotation of the flanks and its rate."""
     n = m.row.size
-    x, w = m.error * math.cos(TURN * t), -TURN * m.error * math.sin(TURN * t)
+    x, w = m.error * math.cos(TWO_PI * t), -TWO_PI * m.error * math.sin(TWO_PI * t)
     for i in range(n):
         x += m.row[i] * state[i]
         w += m.row[i] * state[n + i]
@@ -97,45 +97,48 @@ def relative(m, state, t):
 def event_function(m, amplitudes, tau, t):
     """What is watched, its rate, second derivative, and a bound on the third one from
     t on, `tau` after the start of the regime."""
-    one = m.forced[0] * np.exp(1j * TURN * t)
-    two = m.forced[1] * np.exp(1j * TURN * m.order * t)
-    rate = TURN * m.order
+    one = m.forced[0] * np.exp(1j * TWO_PI * t)
+    two = m.forced[1] * np.exp(1j * TWO_PI * m.order * t)
+    rate = TWO_PI * m.order
     x = m.steady[0] + m.steady[1] * tau + one.real + two.real
-    w = m.steady[1] - TURN * one.imag - rate * two.imag
-    a = -(TURN * TURN) * one.real - rate * rate * two.real
-    jerk = TURN**3 * abs(one) + rate**3 * abs(two)
+    w = m.steady[1] - TWO_PI * one.imag - rate * two.imag
+    a = -(TWO_PI * TWO_PI) * one.real - rate * rate * two.real
+    jerk = TWO_PI**3 * abs(one) + rate**3 * abs(two)
     for j in range(amplitudes.size):
         r = m.rates[j]
-        now = m.event_row[j] * amplitudes[j] * np.exp(r * tau)
-        x += now.real
-        w += (r * now).real
-        a += (r * r * now).real
-        jerk += abs(now) * abs(r) ** 3
+        term = m.event_row[j] * amplitudes[j] * np.exp(r * tau)
+        x += term.real
+        w += (r * term).real
+        a += (r * r * term).real
+        jerk += abs(term) * abs(r) ** 3
     return x, w, a, jerk
 
 
 @inlined
-def next_event(m, amplitudes, start, low, high, until):
+def next_event(m, amplitudes, start, low, high, end):
     """Time at which the event function leaves low to high, and by which end.
 
-    0 is that of `until`, come before; the time is NaN where no end is found.
+    0 is that of `end`, come before; the time is NaN where no end is found.
     """
-    tau, horizon = 0.0, LONG
+    tau, horizon = 0.0, MAX_FIRST_STEP
     for _ in range(MAX_STEPS):
-        if start + tau >= until:
-            return until, 0
+        if start + tau >= end:
+            return end, 0
         x, w, a, jerk = event_function(m, amplitudes, tau, start + tau)
-        bend = jerk * horizon / 3.0
+        jerk_margin = jerk * horizon / 3.0
         step, side = horizon, 0
         if high < math.inf:
-            step, side = min(step, time_to_bound(max(high - x, 0.0), w, a + bend)), 1
+            step, side = (
+                min(step, time_to_bound(max(high - x, 0.0), w, a + jerk_margin)),
+                1,
+            )
         if low > -math.inf:
-            down = time_to_bound(max(x - low, 0.0), -w, bend - a)
+            down = time_to_bound(max(x - low, 0.0), -w, jerk_margin - a)
             if side == 0 or down < step:
                 step, side = min(step, down), -1
-        horizon = min(2.0 * horizon, LONG) if step == horizon else step
+        horizon = min(2.0 * horizon, MAX_FIRST_STEP) if step == horizon else step
         tau += step
-        if step < CLOSE * (1.0 + tau):
+        if step < EVENT_TOL * (1.0 + tau):
             return start + tau, side
     return math.nan, 0
 
@@ -186,21 +189,25 @@ def comes_to_rest(s, state, t, side, w, amplitudes):
     m = s.regimes[side + 1]
     modal_amplitudes(m, state, t, amplitudes)
     steady, one, two = side * m.steady[0], abs(m.forced[0]), abs(m.forced[1])
-    change, slope = one + two, TURN * (one + m.order * two)
+    change, slope = one + two, TWO_PI * (one + m.order * two)
     for j in range(amplitudes.size):
         part = abs(m.event_row[j] * amplitudes[j])
         change += part
         slope += abs(m.rates[j]) * part
-    least = steady - change
-    if least <= 0.0:
+    min_load = steady - change
+    if min_load <= 0.0:
         return False
-    short = SHORT if slope * SHORT < STEADY * least else STEADY * least / slope
-    short *= (least / (steady + change)) ** (2.0 / 3.0)
-    return 2.0 * w * s.inertia < short * least
+    max_flight = (
+        MAX_DECAYING_FLIGHT
+        if slope * MAX_DECAYING_FLIGHT < MAX_LOAD_CHANGE * min_load
+        else MAX_LOAD_CHANGE * min_load / slope
+    )
+    max_flight *= (min_load / (steady + change)) ** (2.0 / 3.0)
+    return 2.0 * w * s.inertia < max_flight * min_load
 
 
 @compiled
-def run(s, state, start, begin, end, times, out):
+def run_motion(s, state, start, begin, end, times, out):
     """Noise from `begin` to `end` of a motion from a state (2 n,) at `start`.
 
     (sum of squared speeds at which flanks meet in that time, meetings of the upper and
@@ -211,44 +218,54 @@ def run(s, state, start, begin, end, times, out):
     times, out : instants, that rise, and the relative rotations then
     """
     amplitudes = np.empty(state.size, np.complex128)
-    x, _ = relative(s.regimes[1], state, start)
+    x, _ = relative_motion(s.regimes[1], state, start)
     side = int(x > s.bound) - int(x < -s.bound) if s.kick.size == 0 else 0
-    t, shown, noise, high, low, turn, often = start, 0, 0.0, 0, 0, start, 0
-    while t < end and often <= MAX_EVENTS:
+    t, n_recorded, noise, high, low, turn, events_in_turn = (
+        start,
+        0,
+        0.0,
+        0,
+        0,
+        start,
+        0,
+    )
+    while t < end and events_in_turn <= MAX_EVENTS:
         m = s.regimes[side + 1]
         modal_amplitudes(m, state, t, amplitudes)
         bottom, top = event_bounds(s, side)
-        now, to = next_event(m, amplitudes, t, bottom, top, end)
-        if math.isnan(now):
+        event_time, end_side = next_event(m, amplitudes, t, bottom, top, end)
+        if math.isnan(event_time):
             break
-        while shown < times.size and times[shown] <= now:
-            at(m, state, amplitudes, t, times[shown])
-            out[shown], _ = relative(m, state, times[shown])
-            shown += 1
-        at(m, state, amplitudes, t, now)
-        _, w = relative(m, state, now)
-        t = now
-        if to == 0 or side != 0:
+        while n_recorded < times.size and times[n_recorded] <= event_time:
+            at(m, state, amplitudes, t, times[n_recorded])
+            out[n_recorded], _ = relative_motion(m, state, times[n_recorded])
+            n_recorded += 1
+        at(m, state, amplitudes, t, event_time)
+        _, w = relative_motion(m, state, event_time)
+        t = event_time
+        if end_side == 0 or side != 0:
             # flanks that were at rest leave with a speed, so that they are apart
-            apply_impulse(s, state, w + side * REST)
+            apply_impulse(s, state, w + side * MAX_RESTING_SPEED)
             side = 0
             continue
         if t >= begin:
-            high, low = high + (to > 0), low + (to < 0)
+            high, low = high + (end_side > 0), low + (end_side < 0)
             noise += w * w
-        turn, often = (turn, often + 1) if t < turn + 1.0 else (t, 0)
-        side = to if s.restitution * abs(w) < REST else 0
+        turn, events_in_turn = (turn, events_in_turn + 1) if t < turn + 1.0 else (t, 0)
+        side = end_side if s.restitution * abs(w) < MAX_RESTING_SPEED else 0
         apply_impulse(s, state, w if side != 0 else (1.0 + s.restitution) * w)
         if side != 0 and s.edge == 0.0:
             m = s.regimes[side + 1]
             modal_amplitudes(m, state, t, amplitudes)
             if side * event_function(m, amplitudes, 0.0, t)[0] <= 0.0:
-                apply_impulse(s, state, side * REST)
+                apply_impulse(s, state, side * MAX_RESTING_SPEED)
                 side = 0
         elif side == 0 and times.size == 0 and s.inertia > 0.0:
             speed = s.restitution * abs(w)
             # the least load is below the mean one
-            short = 2.0 * speed * s.inertia < SHORT * abs(s.regimes[to + 1].steady[0])
-            if short and comes_to_rest(s, state, t, to, speed, amplitudes):
+            is_short = 2.0 * speed * s.inertia < MAX_DECAYING_FLIGHT * abs(
+                s.regimes[end_side + 1].steady[0]
+            )
+            if is_short and comes_to_rest(s, state, t, end_side, speed, amplitudes):
                 return 0.0, 0, 0, True
     return noise, high, low, t >= end

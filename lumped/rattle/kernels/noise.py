@@ -26,14 +26,14 @@ def sum_impacts(m, starts, periods, turns, sums):
     for i in range(starts.shape[0]):
         begin = starts[i, 0]
         t, w, side = begin, -starts[i, 1], -1 if starts[i, 1] < 0.0 else 1
-        period, rests = periods[i], periods[i] == STICKING
-        total, count, returns, whole = 0.0, 0, 0, period <= 0 and not rests
-        while (t - begin < turns or not whole) and count < MAX_IMPACTS * turns:
-            before, start = side, t
+        period, sticks = periods[i], periods[i] == STICKING
+        total, count, returns, is_complete = 0.0, 0, 0, period <= 0 and not sticks
+        while (t - begin < turns or not is_complete) and count < MAX_IMPACTS * turns:
+            start_side, start = side, t
             t, w, side = free_flight(m, t, side * m.play, w)
             if not math.isfinite(t):
                 break
-            if before > 0 and side > 0 and t - start < m.short:
+            if start_side > 0 and side > 0 and t - start < m.decaying_flight:
                 t = math.nan  # they fade away
                 break
             total += w * w
@@ -42,11 +42,13 @@ def sum_impacts(m, starts, periods, turns, sums):
             t, w = apply_contact(m, t, w, side)
             if period > 0:
                 returns += side > 0
-                whole = side > 0 and returns % period == 0
-            elif rests:
+                is_complete = side > 0 and returns % period == 0
+            elif sticks:
                 turn = t - begin
-                whole = t > met and abs(turn - math.floor(turn + 0.5)) < MAP_POINT_TOL
-        lasts = turns if math.isnan(t) else t - begin
-        sums[i, 0], sums[i, 1] = total / lasts, count / lasts
-        if t == math.inf or lasts < turns:
+                is_complete = (
+                    t > met and abs(turn - math.floor(turn + 0.5)) < MAP_POINT_TOL
+                )
+        duration = turns if math.isnan(t) else t - begin
+        sums[i, 0], sums[i, 1] = total / duration, count / duration
+        if t == math.inf or duration < turns:
             sums[i, 0], sums[i, 1] = math.nan, math.nan

@@ -18,17 +18,17 @@ import numpy as np
 from lumped.common.compiled import compiled, inlined
 
 MAX_TERMS = 40
-LARGE = 1e100  # of a state, which is then made small again
+MAX_STATE = 1e100  # of a state, which is then made small again
 
 
 @compiled
-def set_transitions(steps, stiffness, damping, periods, reach, error, out, growth):
+def set_transitions(steps, stiffness, damping, periods, max_angle, error, out, growth):
     """Transition matrices (f, 2 n, 2 n) of the state (q, T q') over all pieces.
 
     Matrices are exp(growth) `out`, since those of long periods may exceed all numbers.
 
     steps : (p,) lengths of the pieces; stiffness : (p, d + 1, n, n); damping : (n,)
-    periods : (f,) T [s]; reach : of a step, at most, in radians of the highest
+    periods : (f,) T [s]; max_angle : of a step, at most, in radians of the highest
         frequency; error : of a step over the motion, which sets the terms of a series
     """
     pieces, count, n = stiffness.shape[:3]
@@ -42,12 +42,12 @@ def set_transitions(steps, stiffness, damping, periods, reach, error, out, growt
                 q[i, c] = 1.0 if c == i else 0.0
                 w[i, c] = 1.0 if c == n + i else 0.0
         for p in range(pieces):
-            rate = math.sqrt(largest(stiffness[p], steps[p])) + damping.max()
-            parts = max(1, math.ceil(rate * period * steps[p] / reach))
+            rate = math.sqrt(row_sum_norm(stiffness[p], steps[p])) + damping.max()
+            parts = max(1, math.ceil(rate * period * steps[p] / max_angle))
             h = steps[p] / parts
             order = terms_needed(rate * period * h, error)
             for part in range(parts):
-                shift(stiffness[p], part * h, h, shifted)
+                shift_polynomial(stiffness[p], part * h, h, shifted)
                 advance(shifted, damping, period * h, order, terms, q, w, h)
                 growth[f] += normalise_state(q, w)
         for i in range(n):
@@ -58,17 +58,17 @@ def set_transitions(steps, stiffness, damping, periods, reach, error, out, growt
 @inlined
 def normalise_state(q, w):
     """Logarithm of the factor by which a large state was divided."""
-    size = 0.0
+    norm = 0.0
     for i in range(q.shape[0]):
         for c in range(q.shape[1]):
-            size = max(size, abs(q[i, c]), abs(w[i, c]))
-    if size < LARGE:
+            norm = max(norm, abs(q[i, c]), abs(w[i, c]))
+    if norm < MAX_STATE:
         return 0.0
     for i in range(q.shape[0]):
         for c in range(q.shape[1]):
-            q[i, c] /= size
-            w[i, c] /= size
-    return math.log(size)
+            q[i, c] /= norm
+            w[i, c] /= norm
+    return math.log(norm)
 
 
 @inlined
@@ -82,7 +82,7 @@ def terms_needed(angle, error):
 
 
 @compiled
-def largest(coefficients, step):
+def row_sum_norm(coefficients, step):
     """Largest sum of a row of |K| on a piece (d + 1, n, n)."""
     norm = 0.0
     for i in range(coefficients.shape[1]):
@@ -96,7 +96,7 @@ def largest(coefficients, step):
 
 
 @compiled
-def shift(coefficients, start, h, shifted):
+def shift_polynomial(coefficients, start, h, shifted):
     """Coefficients (d + 1, n, n) over (t - start) / h of a polynomial in t."""
     count = coefficients.shape[0]
     for i in range(coefficients.shape[1]):
@@ -114,7 +114,7 @@ def shift(coefficients, start, h, shifted):
 
 
 @inlined
-def pull(coefficients, terms, j, i, c):
+def stiffness_term(coefficients, terms, j, i, c):
     """Term j of K q, row i and column c."""
     total = 0.0
     for d in range(min(coefficients.shape[0], j + 1)):
@@ -135,7 +135,7 @@ def advance(coefficients, damping, span, order, terms, q, w, h):
         for i in range(n):
             for c in range(columns):
                 total = span * damping[i] * (j + 1) * terms[j + 1, i, c]
-                total += span * span * pull(coefficients, terms, j, i, c)
+                total += span * span * stiffness_term(coefficients, terms, j, i, c)
                 terms[j + 2, i, c] = -total / ((j + 1.0) * (j + 2.0))
     for i in range(n):
         for c in range(columns):

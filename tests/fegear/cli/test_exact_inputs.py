@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from lumped.common.csv_text import exact
+from lumped.common.csv_text import format_exact
 from tests.cli_commands import printed
 
 TORQUE, THIRD, SPEED = 123.4567, 1.0 / 3.0, 2345.678901
@@ -152,5 +152,5 @@ def test_inputs_reach_json(name):
     ],
 )
 def test_shortest_text_that_reads_back(value, text):
-    assert exact(value) == text
-    assert float(exact(value)) == value
+    assert format_exact(value) == text
+    assert float(format_exact(value)) == value

@@ -97,7 +97,7 @@ def test_the_coupled_model_warns_of_body_modes_that_it_leaves_out():
 def test_progress_tells_the_speed_on_the_way(monkeypatch):
     import fegear
 
-    monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REFRESH", -1.0)
+    monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REPORT_INTERVAL", -1.0)
     model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
     gears, reports = fegear.load_gear_set("liu-pair"), []
     study = fegear.Motion(

@@ -9,7 +9,7 @@ import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps
-from lumped.steady.response import FIGURES, Status
+from lumped.steady.response import RESPONSE_QUANTITIES, Status
 from lumped.steady.steady_state import steady_state
 
 FREQUENCY = 1600.0  # Hz
@@ -53,7 +53,7 @@ def test_response_is_complete_and_finite(stepper):
     meshes, contacts = 2, stepper.model.contact_count
     points = motion.time.size
     assert response.status is Status.PERIODIC
-    for name in FIGURES:
+    for name in RESPONSE_QUANTITIES:
         assert getattr(response, name).shape == (meshes,)
         assert np.isfinite(getattr(response, name)).all()
     for name in ("deflection", "rate", "force"):
@@ -115,13 +115,13 @@ def test_stiff_gears_are_quasistatic(case_of, frequency):
 def test_a_watch_ends_a_run(stepper):
     calls = []
 
-    def watch(frequency, period):
+    def callback(frequency, period):
         calls.append((frequency, period))
         if period == 3:
             raise TimeoutError
 
     with pytest.raises(TimeoutError):
-        steady_state(stepper, FREQUENCY, SETTINGS, watch=watch)
+        steady_state(stepper, FREQUENCY, SETTINGS, callback=callback)
     assert calls == [(FREQUENCY, n) for n in (1, 2, 3)]
 
 

@@ -10,7 +10,7 @@ import pytest
 from fegear.statics.solving import solve_mesh
 from fegear.train.coupled import contacts_of
 from lumped import TrainError, respond
-from lumped.steady.motion import arrive, time_history
+from lumped.steady.motion import sweep_to_speed, time_history
 from lumped.train.table import pair_names, pair_teeth
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
@@ -38,7 +38,7 @@ def uneven(case_of):
 def lost(case_of):
     """Little load on the upper branch of the resonance."""
     system = coupled(case_of("liu-pair", torque=10.0, backlash=1e-6, damping=0.01))
-    return time_history(system, 2600.0, state=arrive(system, 3600.0, 2600.0))
+    return time_history(system, 2600.0, state=sweep_to_speed(system, 3600.0, 2600.0))
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.files.store import Records, open_checkpoint
 from fegear.train.coupled import contacts_of
-from lumped.steady.response import FIGURES, Status
+from lumped.steady.response import RESPONSE_QUANTITIES, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, steady_state
 from lumped.steady.steppers import AdaptiveStepper, FixedStepper
@@ -160,7 +160,7 @@ def test_a_stopped_sweep_goes_on_as_if_it_had_not_stopped(
     checkpoint.close(keep=False)
     assert resumed.complete
     np.testing.assert_array_equal(resumed.frequency_Hz, SPEEDS[::-1])
-    for name in FIGURES:
+    for name in RESPONSE_QUANTITIES:
         np.testing.assert_array_equal(resumed.column(name), branch.column(name))
 
 

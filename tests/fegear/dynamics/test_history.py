@@ -205,7 +205,7 @@ def test_gears_on_bearings_have_translations(case_of):
     roots = {1: root_influence(CyclicSector(gear_set.gears[1].geometry, STEEL))}
     columns = recorded(stepper, FAST, roots).columns
     for row, mesh in zip(reference.modes.coordinates.mesh_rows, (1, 2), strict=True):
-        places = reference.modes.coordinates.places
+        places = reference.modes.coordinates.indices
         deflection = 0.0
         for (gear, kind), place in places.items():
             unit = "rad" if kind == "rotation" else "m"

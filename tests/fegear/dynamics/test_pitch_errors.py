@@ -165,8 +165,8 @@ def test_long_periods_are_run_in_pieces(uneven, monkeypatch):
     looks: list[int] = []
     one, _ = steady_state(stepper, 1600.0, settings)
     monkeypatch.setattr(stepping, "PIECE", 3)
-    watch = lambda frequency, period: looks.append(period)  # noqa: E731
-    other, motion = steady_state(stepper, 1600.0, settings, watch=watch)
+    callback = lambda frequency, period: looks.append(period)  # noqa: E731
+    other, motion = steady_state(stepper, 1600.0, settings, callback=callback)
     np.testing.assert_array_equal(one.dte_rms, other.dte_rms)
     np.testing.assert_array_equal(one.state.motion, other.state.motion)
     assert looks.count(0) == 3  # pieces of 3, 3, 3 and 1 cycles

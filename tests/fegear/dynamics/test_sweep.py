@@ -10,7 +10,7 @@ import pytest
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.files.store import Records, open_checkpoint
-from lumped.steady.response import FIGURES
+from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.steady.steady_state import Diverged
 from lumped.steady.sweep import Observer, sweep_branch
 
@@ -58,10 +58,10 @@ def test_a_checkpoint_gives_back_what_was_found(stepper, tmp_path):
     resumed = sweep_branch(
         *(stepper, SPEEDS, "up", SETTINGS),
         store=StoredBranch(Records(checkpoint, "up")),
-        observer=Observer(watch=lambda frequency, period: marched.append(frequency)),
+        observer=Observer(callback=lambda frequency, period: marched.append(frequency)),
     )
     assert set(marched) == set(SPEEDS[1:])
-    for name in FIGURES:
+    for name in RESPONSE_QUANTITIES:
         np.testing.assert_array_equal(resumed.column(name), branch.column(name))
     assert [r.status for r in resumed.responses] == [r.status for r in branch.responses]
     checkpoint.close(keep=False)
@@ -79,7 +79,7 @@ def test_histories_are_kept_before_a_speed_counts(stepper, tmp_path):
         sweep_branch(
             *(stepper, SPEEDS, "up", SETTINGS),
             store=StoredBranch(Records(checkpoint, "up")),
-            keep=keep,
+            store_motion=keep,
         )
     assert len(checkpoint.finished("up")) == 1
     checkpoint.close(keep=False)

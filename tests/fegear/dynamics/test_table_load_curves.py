@@ -19,7 +19,7 @@ from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper
-from lumped.train.path_load_curves import path_laws
+from lumped.train.path_load_curves import path_load_curves
 from lumped.train.table import MeshTable, format_table, pair_compliance_name
 
 POSITIONS = 64
@@ -116,7 +116,7 @@ def test_laws_stand_where_finite_elements_have_them(case_of, tables_of, back):
     problem = contact_problem(case.gear_set, 0, case.settings)
     position = 0.2 + np.arange(9) / 9
     _, table = tables_of(case).tables[0]
-    path = path_laws(table, problem.pair.driver.base_radius)
+    path = path_load_curves(table, problem.pair.driver.base_radius)
     laws = laws_at(path, problem.pair, position, back)
     reach = float(table["ste_m"][2].max())
     exact = pair_load_curves(problem, position, reach, back)

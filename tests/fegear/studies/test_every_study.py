@@ -171,6 +171,15 @@ def test_resumed_is_whole_to_the_byte(tmp_path, stop):
         run_study(Squares(), CheckpointOptions(checkpoint=path, resume=True))
 
 
+def test_records_of_another_format_are_refused(tmp_path, monkeypatch):
+    path = tmp_path / "s.csv.partial"
+    with monkeypatch.context() as earlier:
+        earlier.setattr("fegear.studies.running.RECORDS_FORMAT", "1")
+        interrupted(Squares(), 4, CheckpointOptions(checkpoint=path))
+    with pytest.raises(InputError, match="was begun with format of records = '1'"):
+        run_study(Squares(), CheckpointOptions(checkpoint=path, resume=True))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Powers(Squares, command="powers", example="powers"):
     """Powers by a task of parts."""

@@ -17,7 +17,7 @@ import pytest
 from fegear.cli import run
 from fegear.studies import warmup
 from fegear.studies.warmup import DECORATED, USES, kernel_folders
-from lumped.common.compiled import ENDING
+from lumped.common.compiled import CACHE_SUFFIX
 
 # compiled inside others alone, by the record that these are called with
 CHOSEN = {
@@ -82,7 +82,7 @@ def functions() -> set[str]:
 def signatures(cache: Path) -> Counter[str]:
     """How many each function has, which may be in several folders."""
     counts = Counter[tuple[Path, str]]()
-    for path in cache.rglob(f"*{ENDING}"):
+    for path in cache.rglob(f"*{CACHE_SUFFIX}"):
         counts[path.parent, path.name.rpartition("-")[0]] += 1
     most = Counter[str]()
     for (_, name), count in counts.items():

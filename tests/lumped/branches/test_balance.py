@@ -18,7 +18,7 @@ from lumped.steady.steppers import stepper_of
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.system import LumpedSystem
 from lumped.train.train import TrainError
-from lumped.train.waves import constant, from_samples
+from lumped.train.waves import constant_wave, wave_from_samples
 
 FINE = Settings(method="dopri5", accuracy=1e-10, tolerance=1e-10)
 LOST = 1600.0  # Hz at which the idler loses contact
@@ -51,7 +51,7 @@ def test_constant_stiffness_is_the_linear_response(system):
     x = solved(balance, frequency, balance.static)
     arrays = linear.arrays
     grid = np.linspace(0.0, 1.0, 4096, endpoint=False)
-    _, gaps = linear.excitation.at(grid)
+    _, gaps = linear.excitation.evaluate(grid)
     waves = np.fft.rfft(gaps, axis=0)[:13] / grid.size
     omega = 2.0 * math.pi * frequency * np.arange(13)
     modes = arrays.rigidity - omega[:, None] ** 2
@@ -91,7 +91,7 @@ def test_jacobian_is_that_of_differences(system, seed, frequency):
 def test_jacobian_where_a_sampled_stiffness_rises_within_a_step(idler):
     """Quadrature must not depend on where contact cuts its pieces."""
     samples = 3e8 * (np.arange(200) >= 30)  # N/m
-    pair = PairExcitation(from_samples(samples), constant(0.0))
+    pair = PairExcitation(wave_from_samples(samples), constant_wave(0.0))
     train = LumpedSystem(idler(), (MeshExcitation((pair,), 2.5e8),) * 2)
     balance = HarmonicBalance(train, harmonics=2)
     x = np.zeros(balance.shape)

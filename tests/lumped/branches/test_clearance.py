@@ -20,7 +20,7 @@ from lumped import (
 from lumped.branches.motions import SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.train.excitation import MeshExcitation, PairExcitation
-from lumped.train.waves import constant, from_samples
+from lumped.train.waves import constant_wave, wave_from_samples
 
 RADII, INERTIAS = (0.05, 0.08), (3e-3, 2e-2)  # m, kg m2
 MASS = 1.0 / sum(r * r / i for r, i in zip(RADII, INERTIAS, strict=True))
@@ -101,9 +101,10 @@ def test_one_harmonic_is_the_describing_function_of_clearance():
     """
     damping, error = 0.03, 4e-6
     grid = np.arange(256) / 256.0
-    wave = from_samples(error * np.cos(2.0 * np.pi * grid))
+    wave = wave_from_samples(error * np.cos(2.0 * np.pi * grid))
     excitation = MeshExcitation(
-        pairs=(PairExcitation(constant(STIFFNESS), wave),), mean_stiffness=STIFFNESS
+        pairs=(PairExcitation(constant_wave(STIFFNESS), wave),),
+        mean_stiffness=STIFFNESS,
     )
     system = pair(excitation, damping, CLEARANCE)
     limits = 0.6 * NATURAL, 1.2 * NATURAL

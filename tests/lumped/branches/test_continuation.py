@@ -52,9 +52,9 @@ def test_folds_are_passed_and_located():
     assert trace.reason == "the end of the range was reached"
     assert trace.points[-1].parameter == pytest.approx(1.875, abs=1e-12)
     folds = [
-        branch.between(a, b, lambda point: point.along)
+        branch.locate(a, b, lambda point: point.parameter_rate)
         for a, b in zip(trace.points, trace.points[1:], strict=False)
-        if a.along * b.along < 0.0
+        if a.parameter_rate * b.parameter_rate < 0.0
     ]
     at = sorted(point.x[0] for point in folds)
     np.testing.assert_allclose(at, [-1.0 / math.sqrt(3.0), 1.0 / math.sqrt(3.0)], 1e-7)
@@ -66,7 +66,7 @@ def test_folds_are_passed_and_located():
 def test_direction_of_the_start_is_that_of_the_parameter(grows):
     branch = branch_of(Cubic())
     start = branch.at(np.array([-1.5]), -1.8, grows)
-    assert (start.along > 0.0) == grows
+    assert (start.parameter_rate > 0.0) == grows
     end = branch.follow(start, (-2.0, -1.5)).points[-1]
     assert end.parameter == (-1.5 if grows else -2.0)
 
@@ -117,7 +117,7 @@ def test_a_branch_that_grows_without_bound_is_given_up():
 
 
 def test_points_are_limited():
-    branch = branch_of(Cubic(), count=5)
+    branch = branch_of(Cubic(), max_points=5)
     trace = branch.follow(branch.at(np.array([-1.5]), -1.875), (-2.0, 2.0))
     assert len(trace.points) == 5
     assert "5 points" in trace.reason

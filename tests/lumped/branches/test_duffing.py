@@ -63,9 +63,9 @@ def test_response_is_that_of_the_closed_form(followed):
 def test_folds_are_where_the_speed_turns(followed):
     branch, trace = followed
     folds = [
-        branch.between(a, b, lambda point: point.along).parameter
+        branch.locate(a, b, lambda point: point.parameter_rate).parameter
         for a, b in zip(trace.points, trace.points[1:], strict=False)
-        if a.along * b.along < 0.0
+        if a.parameter_rate * b.parameter_rate < 0.0
     ]
     # the higher speed falls with the amplitude, rises again, and falls to the peak's
     peak = math.hypot(*max(trace.points, key=lambda point: math.hypot(*point.x)).x)

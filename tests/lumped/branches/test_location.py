@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 import pytest
 
+from fegear.files.values import plain_of, value_of
 from lumped.branches.balance import HarmonicBalance
-from lumped.branches.location import root
+from lumped.branches.location import find_root
 from lumped.branches.motions import ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
-from lumped.branches.serialization import branch_from_dict, branch_to_dict
 from lumped.branches.shooting import shoot
 from lumped.continuation.arc_length import NoSolution
 from lumped.continuation.bifurcations import DOUBLING, FOLD
@@ -104,7 +105,7 @@ def test_true_contact_alone_is_located(train):
 
 def test_kept_branches_have_their_places(few):
     branch, _ = few[0]
-    again = branch_from_dict(branch_to_dict(branch))
+    again = value_of(json.loads(json.dumps(plain_of(branch))))
     places = [point.refined_parameter for point in branch.points]
     np.testing.assert_array_equal([p.refined_parameter for p in again.points], places)
 
@@ -118,9 +119,9 @@ def test_folds_are_located(train):
 
 
 def test_a_root_by_secants():
-    assert root(lambda x: math.sin(x - 2e-4)) == pytest.approx(2e-4, abs=1e-9)
+    assert find_root(lambda x: math.sin(x - 2e-4)) == pytest.approx(2e-4, abs=1e-9)
     with pytest.raises(NoSolution, match="no bifurcation there"):
-        root(lambda x: 1.0 + x)
+        find_root(lambda x: 1.0 + x)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from lumped.clatter.chaos import correlation_dimension, lyapunov_exponent
 from lumped.clatter.gearbox import Harmonics, SpeedSignal
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.noise import noise_of
-from lumped.clatter.runs import centred_state, joined, simulate
+from lumped.clatter.runs import centred_state, join_impacts, simulate
 
 
 @pytest.mark.parametrize(("kind", "wanted"), [("curve", 1.0), ("area", 2.0)])
@@ -57,7 +57,7 @@ def test_impacts_lose_the_energy_that_is_missing():
     state.v[0] = 1e-3
     inertia = group.wheels[0].inertia
     before = 0.5 * inertia * (state.v[0] / 0.04) ** 2
-    impacts = joined(list(simulate(group, state, 3.0)))
+    impacts = join_impacts(list(simulate(group, state, 3.0)))
     after = 0.5 * inertia * (state.v[0] / 0.04) ** 2
     (noise,) = noise_of(group, impacts, 3.0)
     assert noise.impacts == len(impacts) > 3
@@ -76,7 +76,7 @@ def test_a_recorded_speed_moves_teeth_like_the_sine_that_it_samples():
     ends = []
     for excitation in (signal, sine):
         group = WheelGroup((spur(),), excitation)
-        ends.append(joined(list(simulate(group, centred_state(group), 0.1))))
+        ends.append(join_impacts(list(simulate(group, centred_state(group), 0.1))))
     loud = ends[0].speed > 1e-5
     few = min(12, loud.sum())
     np.testing.assert_allclose(ends[0].time[:few], ends[1].time[:few], atol=1e-7)
@@ -88,7 +88,7 @@ def test_wheels_that_mesh_stay_in_their_plays():
     second = spur(0.8, 0.0, 0.0, name="second", driver="first", ratio=1.0)
     group = WheelGroup((first, second), SINE)
     state = centred_state(group)
-    impacts = joined(list(simulate(group, state, 1.0)))
+    impacts = join_impacts(list(simulate(group, state, 1.0)))
     assert set(impacts.play) == {0, 1}
     box = group.box
     for time in np.arange(1.0, 2.0, 0.003):

@@ -11,7 +11,13 @@ from loose_wheels import SINE, STILL, freedom, helical, impacts_by_scipy, spur
 
 from lumped.clatter.gearbox import Harmonics, Variation
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.runs import centred_state, energy, joined, random_state, simulate
+from lumped.clatter.runs import (
+    centred_state,
+    energy,
+    join_impacts,
+    random_state,
+    simulate,
+)
 
 
 def varying(wheel, amplitude, order=2):
@@ -33,7 +39,7 @@ def test_impacts_are_those_of_a_fine_integration(wheel, until):
     group = WheelGroup((wheel,), SINE)
     state = centred_state(group)
     wanted = impacts_by_scipy(group, state.q, state.v, until)
-    impacts = joined(list(simulate(group, state, until)))
+    impacts = join_impacts(list(simulate(group, state, until)))
     loud = [impact for impact in wanted if impact[2] > 1e-4]
     keep = impacts.speed > 1e-4
     assert len(loud) > 5
@@ -79,7 +85,7 @@ def test_bounces_of_decreasing_height_end_in_contact():
     a = 0.1 * wheel.base_radius / wheel.inertia
     fall = math.sqrt(wheel.rotation.play / a)
     end = fall * (1.0 + 0.5) / (1.0 - 0.5)
-    first = joined(list(simulate(group, state, 0.99999 * end)))
+    first = join_impacts(list(simulate(group, state, 0.99999 * end)))
     assert state.held[0] == 0
     speeds = first.speed
     np.testing.assert_allclose(speeds[1:12] / speeds[:11], 0.5, rtol=1e-9)
@@ -151,8 +157,8 @@ def test_damped_contact_of_a_helical_wheel_is_that_of_its_equations():
 def test_parts_of_a_run_are_the_whole_run():
     group = WheelGroup((helical(),), SINE)
     state, other = centred_state(group), centred_state(group)
-    whole = joined(list(simulate(group, state, 2.0)))
-    parts = joined(list(simulate(group, other, 2.0, most=7)))
+    whole = join_impacts(list(simulate(group, state, 2.0)))
+    parts = join_impacts(list(simulate(group, other, 2.0, max_impacts=7)))
     for name in vars(whole):
         np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name))
 
@@ -180,7 +186,7 @@ def test_a_body_squeezed_without_end_is_one_impact(mass):
         bounce = (0.8, 0.5)[p]
         v -= (1.0 + bounce) * (rows[p] @ v) / g[p, p] * rows[p] / masses
         hits += 1
-    impacts = joined(list(simulate(group, state, 1e-9)))
+    impacts = join_impacts(list(simulate(group, state, 1e-9)))
     np.testing.assert_allclose(state.v, v, atol=1e-10)
     assert sorted(impacts.play) == [0, 1]
     assert impacts.lost.sum() == pytest.approx(before - energy(group, state), rel=1e-9)
@@ -192,7 +198,7 @@ def test_a_light_body_between_heavy_ones_costs_few_impacts():
     state = random_state(group, 2)
     state.v = np.linalg.solve(group.rows, [3e-3, 1e-4])
     before = energy(group, state)
-    impacts = joined(list(simulate(group, state, 10.0)))
+    impacts = join_impacts(list(simulate(group, state, 10.0)))
     assert 10 < len(impacts) < 5000
     assert impacts.lost.sum() == pytest.approx(before - energy(group, state), rel=1e-9)
 

@@ -10,9 +10,9 @@ import pytest
 from loose_wheels import SINE, freedom, helical, spur
 
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.kernels.arrays import work_for
-from lumped.clatter.kernels.contact import TERMS
-from lumped.clatter.kernels.impact import impact, solve_lcp
+from lumped.clatter.kernels.arrays import new_workspace
+from lumped.clatter.kernels.contact import N_TERMS
+from lumped.clatter.kernels.impact import solve_impact, solve_lcp
 
 
 def enumerated(g, b):
@@ -46,11 +46,11 @@ def test_impulses_are_those_of_the_active_set_that_fits():
 def struck(group, v, contacts, e_rate=0.0):
     """Speeds after an impact of closed contacts (play, edge), and its impulses."""
     box, n = group.box, len(v)
-    work, after = work_for(n, n, TERMS), np.array(v)
+    work, after = new_workspace(n, n, N_TERMS), np.array(v)
     for k, (p, side) in enumerate(contacts):
         work.contact[k], work.side[k] = p, side
         work.s[p, 1] = box.ratios[p] * e_rate + box.rows[p] @ v
-    assert impact(box, work, after, len(contacts), True)
+    assert solve_impact(box, work, after, len(contacts), True)
     return after, work.z[: len(contacts)].copy()
 
 

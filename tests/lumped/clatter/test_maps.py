@@ -31,7 +31,7 @@ def test_the_implicit_map_is_the_event_system(wheel):
     state = centred_state(group)
     # chaos drives them apart in many impacts: the map starts from each event anew
     compared, last, start = 0, None, None
-    for part in simulate(group, state, 2.0, most=0):
+    for part in simulate(group, state, 2.0, max_impacts=0):
         if start is not None and len(part) == 1 and part.speed[0] > 1e-5:
             mapped = follow_map(group, "implicit", start, int(last.edge[0]), 1)
             for name in ("time", "edge", "speed", "impulse"):
@@ -67,7 +67,7 @@ def test_the_exponent_of_the_fermi_map_is_that_of_its_derivative():
     """Tangents of t' = t + d / |J|, J' = -eps J + (1 + eps) e'(t') in plain Python."""
     group = WheelGroup((spur(0.9, 0.0, 0.0, ratio=1.0),), SINE)
     state = centred_state(group)
-    first = next(iter(simulate(group, state, 1.0, most=0)))
+    first = next(iter(simulate(group, state, 1.0, max_impacts=0)))
     exponent = map_exponent(group, "fermi", state, int(first.edge[0]), 4000)
     turn, size, phase, count = 2.0 * math.pi / 0.04, 0.15e-3, 0.3, 40_000
     t, j = state.time * 0.04, 0.04 * state.v[0] / 0.04
@@ -89,7 +89,7 @@ def test_the_exponent_of_the_fermi_map_is_that_of_its_derivative():
 def test_a_map_ends_where_the_wheel_rests():
     group = WheelGroup((spur(0.3, -0.5),), SINE)
     state = centred_state(group)
-    first = next(iter(simulate(group, state, 1.0, most=0)))
+    first = next(iter(simulate(group, state, 1.0, max_impacts=0)))
     impacts = follow_map(group, "implicit", state, int(first.edge[0]), 10_000)
     assert 3 < len(impacts) < 1000
-    assert impacts.speed.min() * SINE.period > group.box.rest
+    assert impacts.speed.min() * SINE.period > group.box.resting_speed

@@ -54,7 +54,7 @@ def test_no_random_wheel_leaves_its_plays(seed):
         group = WheelGroup(members, excitation)
         state, count = random_state(group, seed), 0
         for time in np.arange(0.0133, 2.0, 0.0133):
-            for part in simulate(group, state, time, most=10_000):
+            for part in simulate(group, state, time, max_impacts=10_000):
                 count += len(part)
                 if count > 50_000:
                     break

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lumped.rattle.arcs import arcs_of, history_of, linearised
+from lumped.rattle.arcs import arcs_of, history_of, linearise_arcs
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import follow
 
@@ -46,7 +46,7 @@ def test_linearised_returns_are_differences(name):
     machine = machine_of(name)
     errors = []
     for path, *ends in paths(machine):
-        exact = linearised(machine, arcs_of(machine, path))
+        exact = linearise_arcs(machine, arcs_of(machine, path))
         last = [end[-1, :2] for end in ends]
         rough = np.stack([last[0] - last[1], last[2] - last[3]], axis=1) / (2.0 * STEP)
         errors.append(np.abs(exact - rough).max() / np.abs(exact).max())
@@ -59,7 +59,7 @@ def test_areas_shrink_by_damping_and_impacts(name):
     """Their change is e^(-delta t) r^2 for each impact, and the ratio of speeds."""
     machine = machine_of(name)
     for path, *_ in paths(machine):
-        determinant = np.linalg.det(linearised(machine, arcs_of(machine, path)))
+        determinant = np.linalg.det(linearise_arcs(machine, arcs_of(machine, path)))
         lasts = path[-1, 0] - path[0, 0]
         impacts = COUNT + path[:-1, 2].sum()
         exact = math.exp(-0.6 * lasts) * machine.restitution ** (2 * impacts)

@@ -65,7 +65,7 @@ def test_early_ends_change_nothing(figures):
     which, (first, last) = machine(*figures), (0, GRID.cells)
     departures = GRID.initial_conditions(first, last)
     early = iterate_map_points(which, departures, 1499)
-    whole = iterate_map_points(which, departures, 1499, early=False)
+    whole = iterate_map_points(which, departures, 1499, stop_early=False)
     np.testing.assert_array_equal(early.period, whole.period)
     np.testing.assert_array_equal(early.returns, whole.returns)
     one, two = (basins_of(which, GRID, 1499, s) for s in (early, whole))
@@ -156,7 +156,7 @@ def test_stiff_flanks_tend_to_impacts():
 def test_tiles_are_in_the_order_of_the_cells(monkeypatch):
     from lumped.rattle import basins
 
-    monkeypatch.setattr(basins, "TILE", 1000)
+    monkeypatch.setattr(basins, "CELLS_PER_TILE", 1000)
     which, tiles = machine(0.65), {}
 
     def compute(parts):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lumped.continuation.bifurcations import DOUBLING, FOLD
-from lumped.rattle.arcs import arcs_of, linearised
+from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.branches import GRAZING, OrbitFinder
 from lumped.rattle.curves import GRAZING_FOLD, curve_of, is_on
 from lumped.rattle.machine import Machine
@@ -84,7 +84,9 @@ def test_constructed_motions_pass_through_minus_one_on_the_doubling(curves):
                 ),
             )
             path = follow(machine, (near.time, near.velocity), 2)
-            multipliers = np.linalg.eigvals(linearised(machine, arcs_of(machine, path)))
+            multipliers = np.linalg.eigvals(
+                linearise_arcs(machine, arcs_of(machine, path))
+            )
             min_multipliers.append(multipliers.real.min())
         assert min_multipliers[0] > min_multipliers[1] > min_multipliers[2]
         assert min_multipliers[1] == pytest.approx(-1.0, abs=1e-6)

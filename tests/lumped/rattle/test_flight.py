@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from lumped.rattle.attractors import AttractorClassifier
-from lumped.rattle.kernels.flight import REST, return_map
-from lumped.rattle.kernels.settle import CHANGING, MIN_VIBRATION, UNKNOWN
+from lumped.rattle.kernels.flight import MAX_RESTING_SPEED, return_map
+from lumped.rattle.kernels.settle import CHANGING, PERMANENT_CONTACT, UNKNOWN
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import min_eccentricity, simple_rattle
 from lumped.rattle.return_map import follow, iterate_map_points
@@ -115,7 +115,9 @@ def test_events_that_are_not_found_are_not_taken_for_quiet():
     starts = np.array([[0.3, math.inf], [0.3, 1e6], [0.3, 2.0]])
     assert return_map(machine.arrays, *starts[0])[0] == math.inf
     settled = iterate_map_points(machine, starts, 1499)
-    np.testing.assert_array_equal(settled.period, [UNKNOWN, CHANGING, MIN_VIBRATION])
+    np.testing.assert_array_equal(
+        settled.period, [UNKNOWN, CHANGING, PERMANENT_CONTACT]
+    )
     naming = AttractorClassifier(machine, 1499)
     np.testing.assert_array_equal(naming.sort(settled)[0], [-1, -1, 0])
     assert [attractor.name for attractor in naming.attractors] == ["quiet"]
@@ -126,7 +128,7 @@ def test_flanks_that_stick_part_when_the_load_turns(restitution):
     """Departures from rest are those times, to round-off."""
     machine = Machine(**SCALED, eccentricity=0.3, restitution=restitution)
     path = follow(machine, (0.3, 2.0), 400)
-    times = path[path[:, 1] == REST, 0]
+    times = path[path[:, 1] == MAX_RESTING_SPEED, 0]
     assert times.size
     load = [acceleration(machine, t, 0.6, 0.0, lambda x: 0.0) for t in times]
     np.testing.assert_allclose(load, 0.0, atol=1e-9)

@@ -161,7 +161,7 @@ def test_early_ends_change_nothing(restitution):
     m = machine(0.3, restitution)
     departures = GRID.initial_conditions(0, GRID.cells)
     early = iterate_map_points(m, departures, 1499)
-    whole = iterate_map_points(m, departures, 1499, early=False)
+    whole = iterate_map_points(m, departures, 1499, stop_early=False)
     np.testing.assert_array_equal(early.period, whole.period)
     np.testing.assert_array_equal(early.returns, whole.returns)
     rests = early.period == STICKING

@@ -96,8 +96,8 @@ def test_friction_takes_energy_away():
     at_pitch, _, per_metre = friction_rows(train, space)
     # both gears turn, their pitch circles roll on each other
     turning = np.zeros(space.mass.size)
-    turning[space.places[0, "rotation"]] = 1.0 / RADII[0]
-    turning[space.places[1, "rotation"]] = -1.0 / RADII[1]
+    turning[space.indices[0, "rotation"]] = 1.0 / RADII[0]
+    turning[space.indices[1, "rotation"]] = -1.0 / RADII[1]
     assert space.mesh_rows[0] @ turning == pytest.approx(0.0, abs=1e-12)
     for place in (-0.7, -0.2, 0.3, 0.8):
         x = place * base_pitch(train, 0)
@@ -119,9 +119,9 @@ def test_the_normal_force_grows_in_approach():
     arms = RADII[0] * slope + x, RADII[1] * slope - x
     assert sum(arms) == pytest.approx(sum(RADII) * slope)
     for gear, arm in enumerate(arms):
-        place = space.places[gear, "rotation"]
+        place = space.indices[gear, "rotation"]
         assert load[place] == pytest.approx(RADII[gear] - 0.1 * arm, rel=1e-12)
-        others = [space.places[gear, axis] for axis in "xy"]
+        others = [space.indices[gear, axis] for axis in "xy"]
         assert np.linalg.norm(load[others]) == pytest.approx(math.hypot(1.0, 0.1))
 
 

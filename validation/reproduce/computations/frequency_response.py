@@ -26,7 +26,7 @@ from lumped.continuation.bifurcations import (
     TORUS,
     stability_segments,
 )
-from lumped.steady.jumps import find_jumps, find_peaks, opposites
+from lumped.steady.jumps import find_jumps, find_peaks, opposite_branches
 from lumped.steady.response import Status
 from lumped.steady.sweep import Branch, Direction
 from validation.reproduce.parts import (
@@ -218,7 +218,7 @@ def swept_result(
     """Curves and figures of branches of responses, one for each direction."""
     values: PartValues = {}
     curves = []
-    for branch, other in zip(swept, opposites(list(swept)), strict=True):
+    for branch, other in zip(swept, opposite_branches(list(swept)), strict=True):
         direction = branch.direction
         look: Style = style or ("dots" if direction == "up" else "circles")
         jumps, peaks = find_jumps(branch, other), find_peaks(branch)

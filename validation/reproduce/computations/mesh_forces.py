@@ -13,7 +13,7 @@ from fegear.studies.motion import Motion
 from fegear.studies.running import run
 from fegear.studies.trains import GearSetRef
 from lumped.common.progress import Progress
-from lumped.steady.motion import TimeHistory, arrive, time_history
+from lumped.steady.motion import TimeHistory, sweep_to_speed, time_history
 from lumped.steady.respond import respond
 from validation.reproduce.computations.frequency_response import Frequency
 from validation.reproduce.parts import Curve, Part, PartResult
@@ -99,6 +99,6 @@ def _over_damping(
         train = replace(system.train, damping_ratio=float(ratio))
         other = replace(system, train=train)
         if state is None:
-            state = arrive(other, start, speed)
+            state = sweep_to_speed(other, start, speed)
         state = respond(other, speed, state=state).state
     return time_history(system, speed, state=state)

@@ -28,7 +28,7 @@ from lumped.closed_forms import (
     resonance,
 )
 from lumped.common.progress import Progress
-from lumped.common.workers import in_threads
+from lumped.common.workers import compute_in_threads
 from lumped.steady.maps import Axis, Cell, ParameterMap, run_map
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import Direction, sweep_all
@@ -190,7 +190,7 @@ def parameter_map(part: MapPart, scene: Scene, report: Progress) -> PartResult:
         grid,
         lambda point: scene.changed(dict(zip(names, point, strict=True))).system,
         part.evaluation(scene.unit_Hz),
-        partial(in_threads, report=partial(report, "map")),
+        partial(compute_in_threads, report=partial(report, "map")),
     )
     values = {
         mesh: MICRO * solved_map.on_grid("dte_rms_m", mesh - 1).ravel()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.rattle.machines import load_machine
-from lumped.common.checks import present
+from lumped.common.checks import require_present
 from lumped.common.progress import Progress
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.permanent_contact import quiet_motion
@@ -125,7 +125,9 @@ def _shown(part: QuietPart, assembly: Assembly) -> float:
     if part.shows == ("critical",):
         return motion.critical_eccentricity
     one, other = (*part.shows, None)[:2]
-    return motion.largest_rotation(present(one, "shows"), other, part.with_error)
+    return motion.largest_rotation(
+        require_present(one, "shows"), other, part.with_error
+    )
 
 
 def _scaled(part: QuietPart, assembly: Assembly, value: float) -> float:

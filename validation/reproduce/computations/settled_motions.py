@@ -13,7 +13,7 @@ from lumped.attractors.attractors import Kind, SectionSettings
 from lumped.branches.motions import SpeedFamily
 from lumped.common.progress import Progress
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import Direction, reporting
+from lumped.steady.sweep import Direction, reporting_observer
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
 from validation.study.data_files import Flag, Speeds, parsed_speeds
@@ -56,7 +56,7 @@ def attractors(part: AttractorsPart, scene: Scene, report: Progress) -> PartResu
     branch = sweep_attractors(
         *(speeds, SpeedFamily(scene.system).at, part.direction),
         *(Settings(multiples=32), SectionSettings(sections=part.sections)),
-        observer=reporting(report, len(speeds)),
+        observer=reporting_observer(report, len(speeds)),
     )
     pairs = list(zip(branch.values, branch.attractors, strict=True))
     values = {

@@ -1,0 +1,78 @@
+"""Options of solvers: dataclass fields whose help and limits are stated once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import Field, dataclass, field, fields
+from math import inf
+from textwrap import fill
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+INDENT = " " * 4
+NO_NAMES: Mapping[str, str] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Range:
+    """Numbers that a setting takes: from or above, and to or below."""
+
+    least: float = -inf
+    most: float = inf
+    unit: str = ""
+    above: float = -inf
+    below: float = inf
+
+    def __contains__(self, value: float) -> bool:
+        inside = self.least <= value <= self.most
+        return inside and self.above < value < self.below
+
+    def __str__(self) -> str:
+        low = f"above {self.above:.12g}" if self.least == -inf else f"{self.least:.12g}"
+        high = f"below {self.below:.12g}" if self.most == inf else f"{self.most:.12g}"
+        return f"{low} to {high} {self.unit}".strip()
+
+
+def option(default: Any, text: str, allowed: Range | None = None) -> Any:
+    """A field of options.
+
+    text : its help, in sentences, with names of other fields in braces
+    allowed : its numbers, which `require_fields` checks
+    """
+    return field(default=default, metadata={"help": text, "allowed": allowed})
+
+
+def help_of(kind: Any, name: str, called: Mapping[str, str] = NO_NAMES) -> str:
+    """Help of a field of a class, empty where it has none.
+
+    called : what other fields are called in it, where that is not their name
+    """
+    entries = {entry.name: entry for entry in fields(kind)}
+    text: str = entries[name].metadata.get("help", "")
+    return text.format_map({**dict(zip(entries, entries, strict=True)), **called})
+
+
+def allowed_of(entry: Field[Any]) -> Range | None:
+    """Numbers that a field takes, None where they are not limited."""
+    allowed: Range | None = entry.metadata.get("allowed")
+    return allowed
+
+
+def documented(kind: type[T]) -> type[T]:
+    """Decorate a dataclass of options: its docstring lists them."""
+    summary = (kind.__doc__ or "").rstrip()
+    described = "\n".join(_described(kind))
+    kind.__doc__ = f"{summary}\n\n{INDENT}Parameters\n{INDENT}----------\n{described}\n"
+    return kind
+
+
+def _described(kind: Any) -> Iterator[str]:
+    for entry in fields(kind):
+        allowed, text = allowed_of(entry), help_of(kind, entry.name)
+        if not text:
+            continue
+        yield f"{INDENT}{entry.name} : {entry.type}"
+        limits = f" Allowed: {allowed}." if allowed is not None else ""
+        indent = 2 * INDENT
+        yield fill(text + limits, 80, initial_indent=indent, subsequent_indent=indent)
