@@ -1,4 +1,4 @@
-"""`fegear map`: contours, files, interruption and wrong words."""
+"""`fegear map`: contours, files and interruption."""
 
 from __future__ import annotations
 
@@ -166,31 +166,6 @@ def test_plot_of_one_and_two_axes(tmp_path):
         assert path.read_bytes()[:4] == b"\x89PNG"
 
 
-@pytest.mark.parametrize(
-    ("over", "message"),
-    [
-        (["a"], "KEY=A:B:N is needed"),
-        (["a=1:2"], "N values from A to B"),
-        (["a=1:2:0"], "N values from A to B"),
-        (["a=1,x"], "N values from A to B"),
-        (["a=1,1"], "given twice"),
-        (["a=1,nan"], "finite"),
-        (["a=1", "a=2"], "is given twice"),
-        (["a=1", "b=1", "c=1"], "one or two"),
-        (["a=0:1:2000", "b=0:1:2000"], "at most"),
-    ],
-)
-def test_wrong_axes(over, message):
-    options = [word for text in over for word in ("--over", text)]
-    with pytest.raises(InputError, match=message):
-        run("liu-pair", *options, "--at", 900)
-
-
-def test_one_of_at_and_band_is_needed():
-    with pytest.raises(InputError, match="not both"):
-        run(*SMALL)
-
-
 def test_whole_numbers_are_whole(tmp_path):
     path = tmp_path / "m.csv"
     run(*BASE, "--over", "gear.3.teeth=94,95", "--at", 1700, "-o", path)
@@ -210,22 +185,3 @@ def test_friction_is_an_axis_or_the_same_at_all_points(tmp_path):
     assert others[0, 3] != others[1, 3]
     assert "friction coefficient: 0.2" in fixed.read_text()
     assert "friction coefficient" not in over.read_text()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ("--over friction=0:0.2:3 --friction 0.1", "--over friction replaces it"),
-        ("--over friction=0,1", "--over friction = 1; allowed 0 to below 1"),
-        ("--over friction_bending=0,0.4", "needs --friction above 0"),
-        (
-            "--over friction_bending=0,0.4 --friction 0.1 --varying-bending",
-            "--over friction_bending replaces it",
-        ),
-        ("--over friction=0,0.1 --model 3", "friction needs model 1, got 3"),
-        ("--over torque_Nm=1,2 --bending 0.4", "needs --friction above 0"),
-    ],
-)
-def test_wrong_friction_of_maps_is_one_line(options, message):
-    with pytest.raises(InputError, match=message):
-        run("liu-pair", "--excitation", "rectangular", "--at", 1000, *options.split())
