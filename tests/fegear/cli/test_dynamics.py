@@ -135,21 +135,6 @@ def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
 
 
 @pytest.mark.slow
-def test_finished_speeds_are_not_thrown_away(tmp_path):
-    path = tmp_path / "d.csv"
-    arguments = [*PAIR, "--speeds", "1000:1400:1", "--direction", "up", "-o", str(path)]
-    killed_after(2, arguments)
-    with closing(sqlite3.connect(tmp_path / "d.csv.partial")) as connection:
-        # takes back what the kill may have left half committed
-        assert connection.execute("select count(*) from speeds").fetchone()[0] > 0
-    stored = (tmp_path / "d.csv.partial").read_bytes()
-    process = subprocess.run([*MAIN, *arguments], capture_output=True, text=True)
-    assert process.returncode == 2
-    assert "holds what an interrupted run" in process.stderr
-    assert (tmp_path / "d.csv.partial").read_bytes() == stored
-
-
-@pytest.mark.slow
 def test_a_cut_off_below_all_modes_is_refused():
     options = ["--fidelity", "reduced", "--speeds", "2000", "--cutoff", "10"]
     process = subprocess.run(
@@ -157,21 +142,6 @@ def test_a_cut_off_below_all_modes_is_refused():
     )
     assert process.returncode == 2
     assert "--cutoff = 10; no elastic mode" in process.stderr
-
-
-@pytest.mark.slow
-def test_a_checkpoint_of_other_settings_is_refused(tmp_path):
-    path = tmp_path / "d.csv"
-    arguments = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up"]
-    arguments += ["-o", str(path)]
-    killed_after(2, arguments)
-    process = subprocess.run(
-        [*MAIN, *arguments, "--steps", "64", "--resume"],
-        capture_output=True,
-        text=True,
-    )
-    assert process.returncode == 2
-    assert "integration.steps = '128', now '64'" in process.stderr
 
 
 @pytest.mark.slow

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import sqlite3
-from contextlib import closing
 
 import numpy as np
 import pytest
-from ended_runs import killed_after
 from typer.testing import CliRunner
 
 import fegear
@@ -102,26 +99,6 @@ def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
     run(*arguments, "--at", 1800, "--overwrite")
     assert "at 1800 Hz" in path.read_text()
     assert not checkpoint.exists()
-
-
-@pytest.mark.slow
-def test_a_killed_map_goes_on(tmp_path):
-    path = tmp_path / "m.csv"
-    arguments = (*BASE, "--over", "mesh.2.phase=0:0.5:300", "--at", "1605")
-    killed_after(21, ["map", *arguments, "-o", str(path)])
-    assert 10 <= finished_in(tmp_path / "m.csv.partial") < 300
-    assert not path.exists()
-    run(*arguments, "-o", path, "--resume")
-    assert path.read_text().count("periodic") == 600
-    other = tmp_path / "whole.csv"
-    run(*arguments, "-o", other)
-    assert other.read_bytes() == path.read_bytes()
-
-
-def finished_in(path) -> int:
-    """Points in a checkpoint that no process holds."""
-    with closing(sqlite3.connect(path)) as connection:
-        return connection.execute("select count(*) from speeds").fetchone()[0]
 
 
 def test_band_finds_the_peak(tmp_path):
