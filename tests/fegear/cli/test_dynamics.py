@@ -11,6 +11,7 @@ from contextlib import closing
 from importlib import resources
 
 import pytest
+from drawn_figures import are_drawn, axis_labels, saved_figures
 from ended_runs import killed_after
 from typer.testing import CliRunner
 
@@ -79,11 +80,22 @@ def test_history_and_root_stress(tmp_path):
 
 
 def test_model_1_beside(tmp_path):
-    picture = tmp_path / "d.png"
-    options = ["--speeds", "2400:2600:100", "--model-1", "--plot", str(picture)]
-    summary = json.loads(run(*PAIR, *options, "--json").stdout)
+    table, picture = str(tmp_path / "d.csv"), str(tmp_path / "d.png")
+    options = ["--speeds", "2400:2600:100", "--model-1", "-o", table]
+    with saved_figures() as figures:
+        result = run(*PAIR, *options, "--plot", picture, "--json")
+    summary = json.loads(result.stdout)
     assert len(summary["model_1_branches"]) == 2
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert axis_labels(*figures) == {
+        "mesh frequency [Hz]",
+        "mesh 1: RMS of dynamic\ntransmission error [um]",
+    }
+    rows = read_sweep(table).rows
+    points = [(row.mesh_frequency_Hz, 1e6 * row.dte_rms_m) for row in rows]
+    for branch in summary["model_1_branches"]:
+        (largest,) = branch["largest"]
+        points.append((largest["frequency_Hz"], 1e6 * largest["dte_rms_m"]))
+    assert are_drawn(*figures, points)
 
 
 def test_unknown_gear_for_root_stress(tmp_path):

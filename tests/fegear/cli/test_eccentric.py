@@ -11,6 +11,7 @@ import ezdxf
 import meshio
 import numpy as np
 import pytest
+from drawn_figures import are_drawn, axis_labels, saved_figures
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -106,9 +107,9 @@ def test_meshes_of_both_wheels(tmp_path):
 def test_contact_over_a_turn(tmp_path):
     table, plot = tmp_path / "c.csv", tmp_path / "c.png"
     arguments = (*WHEELS, "--teeth", 24, "--torque", 10, "--positions", 12)
-    values = json.loads(
-        invoked(*arguments, "--contact", table, "--plot", plot, "--json")
-    )["contact"]
+    with saved_figures() as figures:
+        printed = invoked(*arguments, "--contact", table, "--plot", plot, "--json")
+    values = json.loads(printed)["contact"]
     rows = list(
         csv.DictReader(
             line for line in table.read_text().splitlines() if line[0] != "#"
@@ -118,7 +119,9 @@ def test_contact_over_a_turn(tmp_path):
     errors = [float(row["transmission_error_um"]) for row in rows]
     assert values["mean_transmission_error_um"] == pytest.approx(np.mean(errors))
     assert values["largest_deviation_of_torque_ratio"] < 1e-3
-    assert Image.open(plot).size[0] > 1000
+    assert "transmission error\non the line of action [um]" in axis_labels(*figures)
+    angles = [float(row["driver_angle_deg"]) for row in rows]
+    assert are_drawn(*figures, list(zip(angles, errors, strict=True)))
     (warning,) = values["warnings"]
     assert warning.startswith("positions = 12 is less than 4 for each of the 24")
     doubled = (*arguments[:-3], 20, *arguments[-2:], "--json")

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 from cli_commands import refused
+from drawn_figures import saved_figures
+from matplotlib.text import Text
 
 from fegear.cli import run
 from fegear.files.errors import file_error
@@ -173,11 +175,15 @@ def test_no_table_or_picture_steers_its_reader(capsys, tmp_path, monkeypatch, re
     gears = '[[gear]]\nname = "a"\n[[gear]]\nname = "b"\n'
     mesh = '[[mesh]]\ndriver = "a"\ndriven = "b"\ncenter_distance_mm = 60.2\n'
     (tmp_path / "own.toml").write_text(text + gears + mesh, encoding="utf-8")
-    assert run(["show", "own.toml", "-o", "own.png"]) == 0
+    with saved_figures() as figures:
+        assert run(["show", "own.toml", "-o", "own.png"]) == 0
     page = capsys.readouterr().out
     assert r"\x1b[31m\x9b\u202e" in page
     assert not harmful(page)
-    assert (tmp_path / "own.png").stat().st_size > 10_000
+    (figure,) = figures
+    drawn = [text.get_text() for text in figure.findobj(Text)]
+    assert any(r"\x1b[31m\x9b\u202e" in text for text in drawn)
+    assert not any(harmful(text) for text in drawn)
     assert not recwarn.list
 
 

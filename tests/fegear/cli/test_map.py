@@ -6,6 +6,8 @@ import json
 
 import numpy as np
 import pytest
+from drawn_figures import are_drawn, axis_labels, saved_figures
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import fegear
@@ -135,12 +137,36 @@ def test_points_without_gears_are_marked(tmp_path):
     assert "impossible: liu-idler" in path.read_text()
 
 
-def test_plot_of_one_and_two_axes(tmp_path):
-    one_axis = (*BASE, "--over", "mesh.2.phase=0,1")
-    for name, arguments in (("two", SMALL), ("one", one_axis)):
-        path = tmp_path / f"{name}.png"
-        run(*arguments, "--at", 1700, "--plot", path)
-        assert path.read_bytes()[:4] == b"\x89PNG"
+@pytest.fixture
+def drawn(tmp_path):
+    """A function that gives the figure and the rows of a map."""
+
+    def draw(*arguments: object) -> tuple[Figure, np.ndarray]:
+        files = "-o", tmp_path / "m.csv", "--plot", tmp_path / "m.png"
+        with saved_figures() as figures:
+            run(*arguments, "--at", 1700, *files)
+        return *figures, numbers(tmp_path / "m.csv")
+
+    return draw
+
+
+def test_one_axis_is_plotted_as_lines(drawn):
+    figure, rows = drawn(*BASE, "--over", "mesh.2.phase=0,1")
+    error = "RMS of the DTE without mean [um]"
+    assert axis_labels(figure) == {"mesh 2, phase", error}
+    assert are_drawn(figure, rows[:, [0, 3]] * [1.0, 1e6])
+
+
+def test_two_axes_are_plotted_as_contours(drawn):
+    figure, rows = drawn(*SMALL)
+    assert axis_labels(figure) == {
+        *("mesh 1, tip relief, magnitude [um]", "mesh 2, phase"),
+        "RMS of the DTE without mean [um]",
+    }
+    for mesh, axes in enumerate(figure.axes[:2], start=1):
+        errors = 1e6 * rows[rows[:, 2] == mesh, 4]
+        filled = axes.collections[0]
+        assert (filled.zmin, filled.zmax) == pytest.approx((errors.min(), errors.max()))
 
 
 def test_whole_numbers_are_whole(tmp_path):

@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from cli_commands import printed, rows_of
+from drawn_figures import are_drawn, axis_labels, saved_figures
 
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import min_eccentricity
@@ -21,7 +22,8 @@ COMMAND = (
 def test_branches_on_screen_in_files_and_for_machines(tmp_path):
     """All say the same."""
     file, plot = tmp_path / "b.csv", tmp_path / "b.png"
-    values = json.loads(printed(*COMMAND, "-o", file, "--plot", plot, "--json"))
+    with saved_figures() as figures:
+        values = json.loads(printed(*COMMAND, "-o", file, "--plot", plot, "--json"))
     assert values["over"] == "damping"
     assert "damping" not in values
     bifurcations = {
@@ -56,7 +58,9 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
         if row["stable"] == "1" and row["branch"] != "0"
     }
     assert {round(float(r["speed_rad_per_turn"]), 1) for r in runs} & stable
-    assert plot.stat().st_size > 10_000
+    assert "speed of lift-off [rad per turn]" in axis_labels(*figures)
+    points = [(float(r["damping"]), float(r["speed_rad_per_turn"])) for r in rows]
+    assert are_drawn(*figures, points)
     page = printed(*COMMAND)
     for branch in values["branches"]:
         assert branch["name"] in page
@@ -107,7 +111,8 @@ def test_curves_over_two_figures(tmp_path):
         *("--doublings", "0"),
     ]
     file, plot = tmp_path / "c.csv", tmp_path / "c.png"
-    values = json.loads(printed(*arguments, "-o", file, "--plot", plot, "--json"))
+    with saved_figures() as figures:
+        values = json.loads(printed(*arguments, "-o", file, "--plot", plot, "--json"))
     assert values["over"] == ["damping", "eccentricity_rad"]
     curves = {
         (curve["name"], curve["bifurcation"]): curve for curve in values["curves"]
@@ -126,4 +131,5 @@ def test_curves_over_two_figures(tmp_path):
     for damping, eccentricity in folds:
         machine = Machine(damping=damping, eccentricity=0.1, half_backlash=0.6)
         assert eccentricity == pytest.approx(min_eccentricity(machine), rel=1e-8)
-    assert plot.stat().st_size > 10_000
+    points = [(float(r["damping"]), float(r["eccentricity_rad"])) for r in rows]
+    assert are_drawn(*figures, points)

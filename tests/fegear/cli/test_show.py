@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from drawn_figures import axis_labels, saved_figures
 from typer.testing import CliRunner
 
 from fegear.cli import app
@@ -86,5 +87,9 @@ def test_show_prints_markup_as_it_stands(tmp_path):
 
 
 def test_show_draws(tmp_path):
-    run("show", "liu-pair", "--plot", str(tmp_path / "gears.png"))
-    assert (tmp_path / "gears.png").read_bytes().startswith(b"\x89PNG")
+    with saved_figures() as figures:
+        run("show", "liu-pair", "--plot", str(tmp_path / "gears.png"))
+    (figure,) = figures
+    assert axis_labels(figure) == {"x [mm]", "y [mm]"}
+    texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert texts[:2] == ["pinion, 38 teeth", "idler, 55 teeth"]

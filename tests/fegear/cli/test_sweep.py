@@ -8,6 +8,7 @@ from dataclasses import replace
 from importlib import resources
 
 import pytest
+from drawn_figures import are_drawn, axis_labels, saved_figures
 from ended_runs import interrupted_after
 from typer.testing import CliRunner
 
@@ -64,11 +65,19 @@ def test_one_speed_shows_amplitude_and_force():
 
 def test_output_is_deterministic(tmp_path):
     files = [tmp_path / name for name in ("a.csv", "b.csv", "a.png", "b.png")]
-    for table, plot in (files[::2], files[1::2]):
-        run(*FAST, "--speeds", "1400:1480:20", "-o", table, "--plot", plot)
+    with saved_figures() as figures:
+        for table, plot in (files[::2], files[1::2]):
+            run(*FAST, "--speeds", "1400:1480:20", "-o", table, "--plot", plot)
     assert files[0].read_bytes() == files[1].read_bytes()
     assert files[2].read_bytes() == files[3].read_bytes()
-    assert files[2].read_bytes().startswith(b"\x89PNG")
+    assert axis_labels(figures[0]) == {
+        "mesh frequency of the first mesh [Hz]",
+        "mesh 1: RMS of dynamic\ntransmission error [um]",
+        "mesh 2: RMS of dynamic\ntransmission error [um]",
+    }
+    rows = read_sweep(str(files[0])).rows
+    points = [(row.mesh_frequency_Hz, 1e6 * row.dte_rms_m) for row in rows]
+    assert are_drawn(figures[0], points)
 
 
 def test_the_summary_lists_peaks_and_jumps():
