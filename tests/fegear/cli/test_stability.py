@@ -7,6 +7,7 @@ import json
 import pytest
 from cli_commands import printed, rows_of
 from drawn_figures import axis_labels, saved_figures
+from matplotlib.collections import LineCollection
 
 import fegear
 from fegear.cli import run
@@ -30,13 +31,25 @@ def outputs(tmp_path_factory):
     return json.loads(values), rows_of(path), folder, *figures
 
 
-def test_the_picture_has_a_line_over_the_parameter(outputs):
-    _, rows, _, figure = outputs
+def test_the_picture_has_the_intervals_over_the_parameter(outputs):
+    values, rows, _, figure = outputs
     labels = {"friction", "mesh frequency of the first mesh [Hz]"}
     assert axis_labels(figure) == labels
+    (axes,) = figure.axes
     frictions = {float(row["friction"]) for row in rows}
-    lines = [line.get_xdata() for axes in figure.axes for line in axes.lines]
-    assert any(set(line) == frictions for line in lines)
+    assert any(set(line.get_xdata()) == frictions for line in axes.lines)
+    drawn = {
+        tuple(segment.ravel())
+        for collection in axes.collections
+        if isinstance(collection, LineCollection)
+        for segment in collection.get_segments()
+    }
+    assert drawn == {
+        (column["value"], interval["from_Hz"], column["value"], interval["to_Hz"])
+        for column in values["columns"]
+        for interval in column["intervals"]
+    }
+    assert drawn
 
 
 def test_a_row_for_every_cell(outputs):
