@@ -49,7 +49,7 @@ from validation.study.other_branches import (
     without_speeds,
 )
 from validation.study.run_files import NAMES, Run, contents, read_run
-from validation.study.run_store import begin_run, write_texts
+from validation.study.run_store import begin_run, read_or_compute, write_texts
 from validation.study.solving import solve_task
 from validation.study.tasks import FE, FE_FRICTIONLESS, RunSpec, tasks_of
 
@@ -284,33 +284,22 @@ def _read_or_run(
     task: RunSpec, store: Path, excitations: Excitations, report: Progress
 ) -> Run:
     directory = make_directory(store / task.directory_name)
-    stored = read_run(task, directory, reused=True)
+    read = partial(read_run, task, directory)
+
+    def compute(checkpoint: Checkpoint | None = None) -> Mapping[str, str]:
+        return contents(task, solve_task(task, checkpoint, excitations, report))
+
+    where = directory, task.inputs, NAMES
+    if task.model is not None:  # soon made, at worst by two processes alike
+        return read_or_compute(*where, read, compute)
+    stored = read(reused=True)
     if stored is not None:
         if (directory / CHECKPOINT).exists():
             _remove_checkpoint(task, directory)
         return stored
-    if task.model is not None:  # soon made, at worst by two processes alike
-        return _run_task(task, directory, None, excitations, report)
     with _checkpoint(task, directory) as checkpoint:
         # the process that had the checkpoint until now may have made the run
-        stored = read_run(task, directory, reused=True)
-        return stored or _run_task(task, directory, checkpoint, excitations, report)
-
-
-def _run_task(
-    task: RunSpec,
-    directory: Path,
-    checkpoint: Checkpoint | None,
-    excitations: Excitations,
-    report: Progress,
-) -> Run:
-    begin_run(directory, task.inputs, NAMES)
-    solution = solve_task(task, checkpoint, excitations, report)
-    write_texts(directory, contents(task, solution))
-    stored = read_run(task, directory, reused=False)
-    if stored is None:
-        raise InputError(f"{directory}: was changed while the run was made; run again")
-    return stored
+        return read_or_compute(*where, read, partial(compute, checkpoint))
 
 
 @contextmanager
