@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from fegear.cli.command import PLAIN
+from fegear.cli.command import TYPER_OPTIONS
 from fegear.cli.screen import print_error, print_line
 from fegear.cli.study_group import group_class
 
@@ -52,15 +52,17 @@ BENCHMARKS = (  # of the group `bench`
 
 GROUPS = "rattle", "bench"
 app = typer.Typer(
-    name="fegear", help=ABOUT, cls=group_class((*COMMANDS, *GROUPS)), **PLAIN
+    name="fegear", help=ABOUT, cls=group_class((*COMMANDS, *GROUPS)), **TYPER_OPTIONS
 )
 benchmarks = typer.Typer(
-    help="Run time against error.", cls=group_class(BENCHMARKS, "bench "), **PLAIN
+    help="Run time against error.",
+    cls=group_class(BENCHMARKS, "bench "),
+    **TYPER_OPTIONS,
 )
 rattles = typer.Typer(
     help="Rattle of eccentric gears: quiet or noisy.",
     cls=group_class(RATTLES, "rattle "),
-    **PLAIN,
+    **TYPER_OPTIONS,
 )
 
 app.add_typer(rattles, name="rattle")

@@ -13,19 +13,19 @@ import numpy as np
 from fegear.contact.flanks import (
     NO_FLANK_GAP,
     arc_of_roll,
+    base_tangent_angle,
     closest_arc,
     common_normal,
     is_relieved,
     roll_of_arc,
     separation,
-    turn_to_point,
 )
 from fegear.contact.grid import SUPPORT
 from fegear.elasticity.flank_grid import place_stencil
 from lumped.common.compiled import compiled_part
 
-REACH = 0.5  # base pitches off the path within which a corner may touch
-COARSE, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
+CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
+COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
 # Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m].
 NODE = np.dtype([("gap", "f8"), ("opposite", "f8"), ("force", "f8")], align=True)
@@ -34,10 +34,10 @@ NODE = np.dtype([("gap", "f8"), ("opposite", "f8"), ("force", "f8")], align=True
 @compiled_part
 def hertz_half_width(mesh, flanks, s1, load):
     """Half-width of the contact strip under a line load [N/m]."""
-    least = 0.02 * mesh.line
-    rho1, rho2 = max(s1, least), max(mesh.line - s1, least)
-    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
-    return math.sqrt(4.0 / math.pi * load * softness * rho1 * rho2 / (rho1 + rho2))
+    min_radius = 0.02 * mesh.line
+    rho1, rho2 = max(s1, min_radius), max(mesh.line - s1, min_radius)
+    compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    return math.sqrt(4.0 / math.pi * load * compliance * rho1 * rho2 / (rho1 + rho2))
 
 
 @compiled_part
@@ -54,11 +54,11 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     off_path = nominal > master.tip_roll * (1.0 + 1e-12)
     if off_path and not mesh.corner:
         return
-    if nominal > master.tip_roll + REACH * mesh.base_pitch:
+    if nominal > master.tip_roll + CORNER_RANGE * mesh.base_pitch:
         return  # farther off, the point may lie behind the mate's base circle
     patch.arc = max(0.0, arc_of_roll(master, nominal))
     if is_relieved(master) or is_relieved(slave):
-        find_closest(mesh, flanks, patch, 0.1, COARSE)
+        find_closest(mesh, flanks, patch, 0.1, COARSE_ARC_RTOL)
         set_contact(mesh, flanks, patch, off_path, 0.0)
         if not patch.present:
             return
@@ -69,24 +69,25 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
 
 
 @compiled_part
-def turn_driver(mesh, patch, s1, turned):
-    """Put the driver a way `turned` [m] ahead of where unmodified flanks touch."""
-    patch.driver_advance = turned
-    crossings = s1 + turned, mesh.line - s1
+def turn_driver(mesh, patch, s1, advance):
+    """Put the driver a way `advance` [m] ahead of where unmodified flanks touch."""
+    patch.driver_advance = advance
+    crossings = s1 + advance, mesh.line - s1
     patch.crossings[0] = crossings[patch.master]
     patch.crossings[1] = crossings[1 - patch.master]
 
 
 @compiled_part
-def find_closest(mesh, flanks, patch, reach, exact):
+def find_closest(mesh, flanks, patch, search_radius, arc_tol):
     """Arc of the master where the gap is least.
 
-    reach : of the flank's length, within which it is sought first; exact : of it
+    search_radius : within which it is sought first; arc_tol : tolerance; both as parts
+        of the flank's length
     """
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     patch.arc = closest_arc(
-        master, slave, mesh.line, patch.crossings, patch.arc, reach * master.length,
-        exact * master.length,
+        master, slave, mesh.line, patch.crossings, patch.arc,
+        search_radius * master.length, arc_tol * master.length,
     )  # fmt: skip
 
 
@@ -99,13 +100,15 @@ def set_contact(mesh, flanks, patch, off_path, extra_gap):
     """
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     s = roll_of_arc(master, patch.arc)
-    gap, s_slave, lean = separation(master, slave, mesh.line, patch.crossings, s)
+    gap, s_slave, mate_tangent_angle = separation(
+        master, slave, mesh.line, patch.crossings, s
+    )
     patch.opposite = arc_of_roll(slave, s_slave)
     patch.present = 0.0 <= patch.opposite <= slave.length
     if not patch.present:
         patch.least_gap = NO_FLANK_GAP
         return
-    turn, normal = turn_to_point(master, patch.crossings[0], s), lean
+    turn, normal = base_tangent_angle(master, patch.crossings[0], s), mate_tangent_angle
     if is_relieved(master) or is_relieved(slave):
         normal = common_normal(master, slave, mesh.line, patch.crossings, patch.arc)
     elif not off_path:
@@ -157,11 +160,11 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
     near, far = max(0.0, patch.arc - half_width), patch.arc + half_width
     patch.first_arc = far
     patch.step = (far - near) / (nodes.size - 1)
-    before = extra_gap + patch.driver_advance * closing_rate(flanks, patch)
+    initial_gap = extra_gap + patch.driver_advance * closing_rate(flanks, patch)
     for i in range(nodes.size):
         s = roll_of_arc(master, far - i * patch.step)
         gap, s_slave, _ = separation(master, slave, line, crossings, s)
-        nodes[i].gap = normal_gap(flanks, patch, gap) + before
+        nodes[i].gap = normal_gap(flanks, patch, gap) + initial_gap
         nodes[i].opposite = arc_of_roll(slave, s_slave)
     for a in range(SUPPORT):
         arc = 0.5 * (far + near) - 0.5 * (far - near) * points[a]

@@ -301,7 +301,7 @@ def solve_pairs(
         patches=patches,
         nodes=nodes,
         half_width=np.empty(pairs),
-        laid=np.zeros(pairs, np.bool_),
+        has_nodes=np.zeros(pairs, np.bool_),
         in_contact=np.zeros((pairs, size), np.bool_),
         C=np.empty((pairs * size, pairs * size)),
         q=np.zeros(pairs * size),
@@ -311,8 +311,10 @@ def solve_pairs(
         mesh.friction = -mesh.friction
     constants = cycle.Constants(mesh, flanks, tables, contact_grid(size))
     # positions may be every other one of an array: kernels are compiled for whole ones
-    at = np.ascontiguousarray(position)
-    cycle.solve_cycle(constants, teeth, gaps, at, kind, targets, work, (rows, cells))
+    contiguous_position = np.ascontiguousarray(position)
+    cycle.solve_cycle(
+        constants, teeth, gaps, contiguous_position, kind, targets, work, (rows, cells)
+    )
     return KernelResult(teeth, rows, cells, patches, nodes)
 
 

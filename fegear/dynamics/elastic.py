@@ -55,7 +55,7 @@ def elastic_body(number: int, gear: ElasticGear | None) -> dict[str, NDArray[Any
     """
     if gear is None:
         none: dict[str, NDArray[Any]] = dict.fromkeys(REAL, np.empty(0))
-        return none | dict.fromkeys(("owner", "partner"), np.empty(0, np.int64))
+        return none | dict.fromkeys(("gear_of_mode", "partner"), np.empty(0, np.int64))
     modes = gear.modes
     angular = 2.0 * np.pi * modes.frequencies_Hz
     turn = 2.0 * np.pi * modes.nodal_diameters / modes.teeth
@@ -68,7 +68,7 @@ def elastic_body(number: int, gear: ElasticGear | None) -> dict[str, NDArray[Any
         "elastic_damping": gear.damping.mass + gear.damping.stiffness * angular**2,
         # modes count clockwise
         "coupling": -math.sqrt(gear.width) * modes.rotation_coupling,
-        "owner": np.full(angular.size, number),
+        "gear_of_mode": np.full(angular.size, number),
         "partner": np.arange(angular.size) + step,
         "cosine": np.cos(turn),
         "sine": np.where(single, 0.0, step * np.sin(turn)),

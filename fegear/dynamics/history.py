@@ -26,7 +26,7 @@ from fegear.dynamics.root_stress import RootInfluence
 from fegear.dynamics.sides import DRIVE
 from fegear.dynamics.stepper import FeHistory
 from fegear.gearset.model import GearSet
-from fegear.gearset.pitch_errors import error_periods, tooth_in_cycles
+from fegear.gearset.pitch_errors import pair_periods, tooth_in_cycles
 from lumped.common.csv_text import format_csv
 from lumped.steady.sweep import Direction
 
@@ -79,14 +79,14 @@ def history_table(
         subset = [contact for contact in contacts if contact.side.mesh == mesh]
         position = cycle_position(float(rate), motion.time.size, steps)
         columns |= _mesh_columns(motion, mesh, position, subset)
-        if error_periods(gear_set)[mesh] > 1:
+        if pair_periods(gear_set)[mesh] > 1:
             columns |= _tooth_columns(gear_set, mesh, position)
     for gear, name in enumerate(names):
         columns |= _movements(model, motion, gear, name)
     for gear, influence in (roots or {}).items():
         subset = [contact for contact in contacts if gear in contact.side.gears]
         columns |= _root_stresses(gear, names[gear], influence, subset)
-    differ = max(error_periods(gear_set)) > 1
+    differ = max(pair_periods(gear_set)) > 1
     legend = LEGEND | (TOOTH_LEGEND if differ else {}) | (ROOT_LEGEND if roots else {})
     return HistoryTable(columns, dict(header or {}) | legend)
 
@@ -141,7 +141,7 @@ def _root_stresses(
     """
     columns = {}
     for contact in contacts:
-        if contact.side.side != DRIVE:
+        if contact.side.flank_sign != DRIVE:
             continue
         tooth = contact.tooth(gear)
         parts = [
@@ -150,10 +150,8 @@ def _root_stresses(
             )
             for rows in _blocks(contact.load.size)
         ]
-        column = (
-            f"{name}_mesh{contact.side.mesh + 1}_tooth{contact.pair}_root_stress_Pa"
-        )
-        columns[column] = np.concatenate(parts)
+        mesh, pair = contact.side.mesh + 1, contact.pair_offset
+        columns[f"{name}_mesh{mesh}_tooth{pair}_root_stress_Pa"] = np.concatenate(parts)
     return columns
 
 

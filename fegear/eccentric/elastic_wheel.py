@@ -19,7 +19,7 @@ from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity import halfplane
 from fegear.elasticity.boundary import BoundaryQuadrature, edge_quadrature
-from fegear.elasticity.elements import freedoms_of_nodes, plane_basis
+from fegear.elasticity.elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import factorise
 from meshes.eccentric.wheel_mesh import WheelMesh
@@ -58,7 +58,7 @@ class ElasticWheel:
     @cached_property
     def freedoms(self) -> Indices:
         """(nodes, 2) of the mesh nodes."""
-        return freedoms_of_nodes(self.basis, self.mesh.triangles, ORDER)
+        return dofs_of_nodes(self.basis, self.mesh.triangles, ORDER)
 
     @cached_property
     def held(self) -> Indices:

@@ -78,7 +78,7 @@ def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankComplianc
     be compared with, and its diagonal depends on the mesh.
     """
     flank, material = sector.flanks[RIGHT], sector.material
-    rows, teeth = flank.freedoms.ravel(), range(-REACH, REACH + 1)
+    rows, teeth = flank.dofs.ravel(), range(-REACH, REACH + 1)
     loads = flamant_loads(sector) if split else nodal_loads(sector)
     fields = ring_fields(sector, loads, teeth)
     u = np.stack([fields[tooth][rows] for tooth in teeth])
@@ -104,13 +104,13 @@ def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankComplianc
 
 
 def flamant_displacement(
-    sector: CyclicSector, freedoms: NDArray[np.int64], load_angle: float = 0.0
+    sector: CyclicSector, dofs: NDArray[np.int64], load_angle: float = 0.0
 ) -> Array:
     """Flamant's displacement at freedoms given as (x, y) pairs, (freedoms, n)."""
-    places, flank = sector.locations[freedoms[::2]], sector.flanks[RIGHT]
+    locations, flank = sector.locations[dofs[::2]], sector.flanks[RIGHT]
     E, nu = sector.material.modulus, sector.material.poisson
     fields = [
-        halfplane.displacement(places, x, n, E, nu, load_angle)
+        halfplane.displacement(locations, x, n, E, nu, load_angle)
         for x, n in zip(flank.points, flank.inward, strict=True)
     ]
     return np.stack([u.ravel() for u in fields], axis=1)
@@ -140,7 +140,7 @@ def nodal_loads(sector: CyclicSector) -> SectorLoads:
     count = len(flank.points)
     force = np.zeros((sector.basis.N, count))
     for component in range(2):
-        dofs = flank.freedoms[:, component]
+        dofs = flank.dofs[:, component]
         force[dofs, np.arange(count)] = flank.inward[:, component]
     hub, cut = np.zeros((len(sector.hub), count)), np.zeros((len(sector.cut), count))
     return SectorLoads(force, hub, cut)
@@ -153,13 +153,13 @@ def ring_fields(
     loaded one; of the loaded sector the remainder only."""
     interior, cut, half = sector.interior, sector.cut, len(sector.cut) // 2
     condensed, K = sector.condensation, sector.stiffness
-    wanted = list(teeth)
+    tooth_offsets = list(teeth)
     with stage("ring"):
         load = loads.force - K[:, sector.hub] @ loads.hub
         particular = condensed.solve(load[interior])  # with the cuts held
         cut_load = sector.polar.T @ (load[cut] - K[cut][:, interior] @ particular)
         cut_load += condensed.superelement @ loads.jump
-        cuts = range(min(wanted) - 1, max(wanted) + 1)
+        cuts = range(min(tooth_offsets) - 1, max(tooth_offsets) + 1)
         edges = ring_response(
             condensed.superelement,
             cut_load[:half],
@@ -168,7 +168,7 @@ def ring_fields(
             cuts,
         )
         fields = {}
-        for tooth in wanted:
+        for tooth in tooth_offsets:
             ends = np.vstack([edges[tooth - 1], edges[tooth]])
             if tooth == 0:
                 ends -= loads.jump

@@ -18,14 +18,19 @@ Array = NDArray[np.float64]
 def _local_polar(
     points: Array, origin: Array, inward: Array, cut: Array | None = None
 ) -> tuple[Array, Array]:
-    """Distance and angle from the inward normal, within pi of the direction opposite
-    to the cut, which is the outward normal by default."""
+    """Polar coordinates about the load; the angle is from the inward normal.
+
+    It is within pi of the direction opposite to the cut, by default the outward normal.
+    """
     offset = points - origin
-    side = np.array([-inward[1], inward[0]])
-    back = 0.0 if cut is None else math.atan2(-side @ cut, -inward @ cut)
-    c, s = math.cos(back), math.sin(back)
-    depth, across = offset @ (c * inward + s * side), offset @ (c * side - s * inward)
-    return np.hypot(depth, across), back + np.arctan2(across, depth)
+    tangent = np.array([-inward[1], inward[0]])
+    branch_angle = 0.0 if cut is None else math.atan2(-tangent @ cut, -inward @ cut)
+    c, s = math.cos(branch_angle), math.sin(branch_angle)
+    depth, across = (
+        offset @ (c * inward + s * tangent),
+        offset @ (c * tangent - s * inward),
+    )
+    return np.hypot(depth, across), branch_angle + np.arctan2(across, depth)
 
 
 def displacement(

@@ -49,7 +49,7 @@ class InertiaRelief:
 
 def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
     """Solve for the zeroth harmonic: all sectors move alike; density in kg/m3."""
-    constraint, turn = sector.cyclic_constraint(1.0), sector.rigid_fields[:, 0]
+    constraint, turn = sector.cyclic_constraint(1.0), sector.rigid_body_modes[:, 0]
     mass = sector.mass(density)
     momentum = mass @ turn
     with stage("inertia relief"):
@@ -59,7 +59,7 @@ def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
     flank = sector.flanks[RIGHT]
 
     def along(directions: Array, values: Array) -> Array:
-        return np.einsum("ic,ic->i", values[flank.freedoms], directions)
+        return np.einsum("ic,ic->i", values[flank.dofs], directions)
 
     return InertiaRelief(
         arcs=flank.arcs,

@@ -260,8 +260,8 @@ def _collect_modes(
 
     They come one by one: the fields of all together are the largest arrays here.
     """
-    teeth, momentum = sector.gear.teeth, mass @ sector.rigid_fields
-    inertia, *shifted = np.einsum("ic,ic->c", sector.rigid_fields, momentum) * teeth
+    teeth, momentum = sector.gear.teeth, mass @ sector.rigid_body_modes
+    inertia, *shifted = np.einsum("ic,ic->c", sector.rigid_body_modes, momentum) * teeth
     parts = [
         _at_flanks_and_hub(mode_set, sector.flanks, momentum, teeth)
         for mode_set in modes
@@ -302,7 +302,7 @@ def _at_flanks_and_hub(
 def _on_flanks(field: Field, flanks: Flanks, direction: str) -> Complex:
     """Components (modes, 2, points) of fields (freedoms, modes) on both flanks."""
     both = [
-        np.einsum("icm,ic->mi", field[flank.freedoms], getattr(flank, direction))
+        np.einsum("icm,ic->mi", field[flank.dofs], getattr(flank, direction))
         for flank in flanks
     ]
     return np.stack(both, axis=1).astype(complex)

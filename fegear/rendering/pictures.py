@@ -19,7 +19,7 @@ from fegear.files.output import require_writable, write_text, write_whole
 from fegear.files.printable import printable
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
-from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.rendering.extremes import PeaksInView
 from fegear.rendering.fields import (
@@ -119,7 +119,7 @@ def contact_at_rest(
 
     position : base pitches from the pitch point
     """
-    period = error_periods(gear_set)[mesh]
+    period = pair_periods(gear_set)[mesh]
     if not 0.0 <= position <= period:
         raise InputError(f"position = {position:.12g}; allowed 0 to {period}")
 

@@ -101,7 +101,7 @@ class LoadableGear:
 
     def _state(self, field: Array) -> Array:
         stress = (self.stress @ field).reshape(3, -1).T
-        return np.hstack([field[self.sector.node_freedoms], stress])
+        return np.hstack([field[self.sector.node_dofs], stress])
 
 
 def loadable_gear(sector: CyclicSector, friction: bool = True) -> LoadableGear:

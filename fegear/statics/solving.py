@@ -32,7 +32,7 @@ from fegear.files.timing import recorded_stages, stage
 from fegear.files.version import package_version
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
-from fegear.gearset.pitch_errors import error_periods, mesh_errors
+from fegear.gearset.pitch_errors import mesh_errors, pair_periods
 from fegear.result import Result, frame
 from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_between, require_fields
@@ -289,7 +289,7 @@ def solve_mesh(
     report = progress or (silent)
     require_mesh(gear_set, mesh)
     torque = _loads(torques_on_driver, torques, gear_set.meshes[mesh].torques)
-    pitches = error_periods(gear_set)[mesh]
+    pitches = pair_periods(gear_set)[mesh]
     _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
     with recorded_stages() as seconds:
         problem = contact_problem(gear_set, mesh, settings, report)

@@ -18,10 +18,10 @@ from fegear.dynamics.body_modes import (
 )
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
-from fegear.dynamics.mesh_load_curves import all_mesh_laws, equal_tables
+from fegear.dynamics.mesh_load_curves import all_mesh_load_curves, equal_tables
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
-from fegear.dynamics.table_load_curves import all_table_laws
+from fegear.dynamics.table_load_curves import all_table_load_curves
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
 from fegear.gearset.inertia import require_inertia_of_bodies
@@ -56,10 +56,10 @@ def coupled_contacts(
         require_inertia_of_bodies(gear_set, otherwise)
     settings = excitations.statics
     if isinstance(excitations, GivenTables):
-        laws = all_table_laws(gear_set, torque, excitations, without)
+        laws = all_table_load_curves(gear_set, torque, excitations, without)
     else:
         tables = equal_tables(gear_set, torque, excitations)
-        laws = all_mesh_laws(gear_set, tables, settings)
+        laws = all_mesh_load_curves(gear_set, tables, settings)
     contacts = contacts_of(gear_set, reference, laws, settings)
     if "body" not in without:
         sides = contact_sides(gear_set, laws)
@@ -108,7 +108,9 @@ def contacts_of(
 def _closing(side: ContactSide, gear_set: GearSet) -> Array:
     """Penetration (k, p + 1) of a side's contacts, see `CoupledContacts`."""
     driver = gear_set.meshes[side.mesh].pair.driver
-    return np.asarray(side.side * side.laws.moment_arms[..., 0].T / driver.base_radius)
+    return np.asarray(
+        side.flank_sign * side.load_curves.moment_arms[..., 0].T / driver.base_radius
+    )
 
 
 def _inertial(

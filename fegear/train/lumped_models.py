@@ -17,7 +17,7 @@ from fegear.files.version import package_version
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
-from fegear.gearset.pitch_errors import error_periods, without_pitch_errors
+from fegear.gearset.pitch_errors import pair_periods, without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at, power_path
 from fegear.statics.excitation import (
     Excitations,
@@ -476,7 +476,7 @@ def _known_contacts(
 ) -> Excitations | GivenTables:
     """What gives the contacts of the coupled model; what it leaves out is there."""
     if isinstance(source, GivenTables):
-        if max(error_periods(gear_set)) > 1:
+        if max(pair_periods(gear_set)) > 1:
             raise InputError(
                 f"pitch_errors_um of {gear_set.name}; the coupled model of mesh tables "
                 "is that of equal teeth, allowed are none or finite elements"
@@ -732,7 +732,7 @@ def torque_entry(torque_of: TorqueOf) -> dict[str, str]:
 
 def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
     """After how long tooth pairs repeat, where they differ."""
-    periods = error_periods(gear_set)
+    periods = pair_periods(gear_set)
     if max(periods) == 1:
         return {}
     repeats = ", ".join(f"{n} of mesh {m}" for m, n in enumerate(periods, start=1))

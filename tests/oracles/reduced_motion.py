@@ -63,7 +63,7 @@ def equations(model: DynamicModel) -> DenseModel:
     mass, K = np.eye(n), np.zeros((n, n))
     for i in range(e):
         mass[:h, h + i] = mass[h + i, :h] = (
-            body.coupling[i] * body.rotation[body.owner[i]]
+            body.coupling[i] * body.rotation[body.gear_of_mode[i]]
         )
     K[:h, :h] = body.stiffness
     K[h:, h:] = np.diag(body.rigidity)

@@ -147,7 +147,7 @@ def mass_and_stiffness(model: DynamicModel) -> tuple[Array, Array]:
     modal = model.modal
     h, n = modal.damping.size, model.size
     mass, stiffness = np.eye(n), np.zeros((n, n))
-    mass[h:, :h] = modal.coupling[:, None] * modal.rotation[modal.owner]
+    mass[h:, :h] = modal.coupling[:, None] * modal.rotation[modal.gear_of_mode]
     mass[:h, h:] = mass[h:, :h].T
     stiffness[:h, :h] = modal.stiffness
     stiffness[h:, h:] = np.diag(modal.rigidity)

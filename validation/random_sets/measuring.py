@@ -245,6 +245,6 @@ def kept_modes(
     for gear, n, mode_angular in zip(
         bodies.gears, bodies.nodal_diameters, bodies.angular, strict=True
     ):
-        same = (model.modal.owner == gear) & (diameters == n)
+        same = (model.modal.gear_of_mode == gear) & (diameters == n)
         mode_mask |= same & (np.abs(angular - mode_angular) < SAME_MODE * mode_angular)
     return mode_mask

@@ -32,7 +32,7 @@ from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.study.cases import Case
 from validation.study.metrics import (
-    EFFECT,
+    FRICTION_EFFECT,
     Measured,
     MeasuredCurve,
     Verdict,
@@ -185,7 +185,9 @@ def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
     judged = {model.name for model in case.model}
     for run in (run for run in runs if run.source in judged):
         measured = list(measures(references[run.torque], run))
-        measured += _friction_measures(case, runs, run) if EFFECT in tolerances else []
+        measured += (
+            _friction_measures(case, runs, run) if FRICTION_EFFECT in tolerances else []
+        )
         for where, (name, place, value) in measured:
             if name in tolerances:
                 entry = tolerances[name]
@@ -259,7 +261,7 @@ def _friction_measures(
         curve = f"{model_curve.direction}, mesh {model_curve.mesh}"
         where = f"{model_run.torque:g} N m, {curve}"
         effect = friction_effect(model_curve, plain) - friction_effect(fe, fe_plain)
-        yield where, (EFFECT, "", effect)
+        yield where, (FRICTION_EFFECT, "", effect)
 
 
 def measures(reference: Run, model_run: Run) -> Iterator[tuple[str, Measured]]:

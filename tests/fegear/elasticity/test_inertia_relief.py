@@ -59,7 +59,7 @@ def test_compliance_in_mean_axes_is_that_of_a_free_whole_gear(sector, whole, ext
     held = flank_compliance(sector, split=False).normal[REACH]
     flank = sector.flanks[RIGHT]
     rigid = sector.rigid_fields[:, 0]
-    arm = np.einsum("ic,ic->i", rigid[flank.freedoms], flank.inward)
+    arm = np.einsum("ic,ic->i", rigid[flank.dofs], flank.inward)
     p, q = relief.inward, relief.work
     expected = held - (p[:, None] * arm + arm[:, None] * p) / inertia
     expected += np.outer(arm, arm) * q / inertia**2
