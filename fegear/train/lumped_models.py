@@ -56,7 +56,9 @@ LEAVES_OUT = {  # of what the coupled model has
     3: "load sharing of tooth pairs in motion and vibration of the gears' bodies",
 }
 STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
-COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
+MIN_MESH_ENERGY = (
+    0.05  # of a mode's strain energy in meshes, to count for the usual speeds
+)
 DEFAULT_SPEEDS = 400  # at most, where none are given
 SPRING_MODELS = (
     "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean mesh "
@@ -661,7 +663,7 @@ def default_speeds(system: LumpedSystem) -> list[float]:
     energy in the meshes, for every mesh as frequencies of the first [Hz].
     """
     modes = system.modes
-    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= COUPLED]
+    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY]
     if not coupled.size:
         raise InputError("speeds are missing; no mode strains the meshes enough")
     rates = [float(rate) for rate in system.train.mesh_rates]

@@ -75,7 +75,7 @@ def test_oracle_is_exact_without_contact():
         load=np.zeros(n),
         turnover=np.eye(n),
         penetration_rate=np.zeros((POSITIONS + 1, 2, n)),
-        push=np.zeros((POSITIONS + 1, 2, n)),
+        force_rows=np.zeros((POSITIONS + 1, 2, n)),
         gap=np.full((POSITIONS + 1, 2), 1.0),
         compliance=np.zeros((POSITIONS + 1, 2, 2)),
         knots=np.linspace(0.0, 1.0, 4),

@@ -14,7 +14,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
 from whole_gear import COARSE, DENSITY, STEEL, WholeGear, small_gear
 
-from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.modes import (
     cyclic_modes,
     gear_modes,
@@ -222,7 +222,7 @@ def test_sum_of_modes_tends_to_the_static_compliance(gear, static):
                 1.0
                 - force
                 @ (body_modes.normal_at(k) @ load)
-                / (load @ static[REACH + k] @ load)
+                / (load @ static[MAX_TOOTH_OFFSET + k] @ load)
                 for k in (0, 1, -2)
             ]
         )
