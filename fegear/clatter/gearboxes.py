@@ -43,9 +43,8 @@ Part = Annotated[float, Field(ge=0.0, le=1.0)]
 Size = Annotated[float, Field(ge=-1e3, le=1e3)]  # mm
 RAD_PER_S_PER_RPM = 2.0 * math.pi / 60.0
 GYRATION_RANGE = 0.01, 10.0  # radius of gyration of a wheel over its base radius
-MAX_DAMPING_RATE = (
-    1e4  # largest rate of damping, in the excitation's shortest time of change
-)
+# largest rate of damping, in the excitation's shortest time of change
+MAX_DAMPING_RATE = 1e4
 
 
 class ExcitationKeys(Keys):

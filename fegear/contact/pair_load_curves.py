@@ -47,8 +47,8 @@ class PairLoadCurves:
     penetration : (j,) from 0, increasing [m]
     load : (n, k, 2, j) positive, with friction as nominally and reversed [N]
     pressure : (n, k, j) largest contact pressure [Pa]
-    normal_compliance, tangential_compliance : (n, k, k) penetration of the first pair per
-        normal, or rootward, load on the second [m/N]; zero on the diagonal
+    normal_compliance, tangential_compliance : (n, k, k) penetration of the first pair
+        per normal, or rootward, load on the second [m/N]; zero on the diagonal
     """
 
     pair_offsets: NDArray[np.int64]

@@ -130,7 +130,8 @@ def set_levers(mesh, flanks, patch, s, tangent_angle, normal_direction):
     """Arms of normal and friction force about the two centres.
 
     s : the master's roll length at the point of contact [m]
-    tangent_angle, normal_direction : of the base tangent there and of the force from the line of action
+    tangent_angle, normal_direction : of the base tangent there and of the force,
+        from the line of action
     """
     m = patch.master
     bases = flanks[0].base_radius + flanks[1].base_radius

@@ -52,9 +52,10 @@ class RootInfluence:
 
     fillets : (2, f, 2) points of the right fillet and, mirrored, of the left one [m]
     arcs : (n,) of the points of load from the tip corner [m]
-    remainder : (2 MAX_TOOTH_OFFSET + 1, n, 2, 2, f) by loaded tooth, place, direction (normal,
-        rootward), fillet and its point [1/m]; of the tooth itself without the stress
-        of the half-plane tangent to the flank, which is that of a point load
+    remainder : (2 MAX_TOOTH_OFFSET + 1, n, 2, 2, f) by loaded tooth, point of load,
+        direction (normal, rootward), fillet and its point [1/m]; of the tooth itself
+        without the stress of the half-plane tangent to the flank, which is that of a
+        point load
     """
 
     gear: SpurGear

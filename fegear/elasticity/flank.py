@@ -30,9 +30,9 @@ FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut")
 class FlankCompliance:
     """Displacement of flank points per unit normal line load [m/(N/m)].
 
-    normal : (2 MAX_TOOTH_OFFSET + 1, n, n) inward normal displacement at point i of the tooth
-        `offset` to the right of the loaded one (index offset + MAX_TOOTH_OFFSET), under a
-        unit inward normal load at point j; of the loaded tooth itself only the
+    normal : (2 MAX_TOOTH_OFFSET + 1, n, n) inward normal displacement at point i of the
+        tooth `offset` to the right of the loaded one (index offset + MAX_TOOTH_OFFSET),
+        under a unit inward normal load at point j; of the loaded tooth itself only the
         smooth remainder, without the half-plane kernel
     tangential : same shape, displacement toward the root
     flank_length : [m]; points lie at arcs flank_length sinh(beta t) / sinh(beta)

@@ -38,9 +38,8 @@ Complex = NDArray[np.complex128]
 Field = NDArray[Any]  # real for a standing mode, else complex
 Counts = NDArray[np.int64]
 Flanks = tuple[FlankPoints, FlankPoints]
-LAYERS_PER_WAVE = (
-    6.0  # at least, of shear waves; frequencies are then exact to some 1e-4
-)
+# at least, of shear waves; frequencies are then exact to some 1e-4
+LAYERS_PER_WAVE = 6.0
 
 
 @dataclass(frozen=True)
@@ -134,8 +133,8 @@ def lowest_modes(
     """The `count` lowest modes, or pairs of modes, with each number of nodal diameters.
 
     nodal_diameters : below half the number of teeth; density in kg/m3
-    max_nodal_diameters, below_Hz : further numbers follow, each below `max_nodal_diameters`, as long as the lowest
-        mode of the last one is below a frequency
+    max_nodal_diameters, below_Hz : further numbers follow, below this one, as long as
+        the lowest mode of the last one is below a frequency
     """
     mass, modes = sector.mass(density), list[CyclicModes]()
     lowest = 2.0 * math.pi * below_Hz

@@ -20,9 +20,8 @@ from lumped.rattle.return_map import Itinerary
 
 Array = NDArray[np.float64]
 RANGE_END_RTOL = 1e-6  # of a range, from its ends, where orbits are looked for
-MAX_HALVINGS = (
-    8  # at most, of parts of a range at whose ends there are different orbits
-)
+# at most, of parts of a range at whose ends there are different orbits
+MAX_HALVINGS = 8
 REFINEMENT = 3  # times as many values as at first, with which no more are looked for
 
 

@@ -17,9 +17,8 @@ from lumped.rattle.receptances import critical_by_receptances
 
 DIFFERENCE_STEP = 1e-4  # relative change of a parameter that yields a slope
 PERCENT = 1e-2  # change of a parameter that yields a slope
-LINEARITY_RTOL = (
-    0.2  # of the slope, by which changes over one per cent may differ from it
-)
+# of the slope, by which changes over one per cent may differ from it
+LINEARITY_RTOL = 0.2
 MIN_CHANGE_PERCENT = 1e-3  # per cent that are as good as none
 VARIED_PARAMETERS = "damping", "stiffness", "ripple"  # of the machine
 

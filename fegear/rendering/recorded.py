@@ -19,9 +19,8 @@ from lumped.common.csv_text import parse_csv
 
 Array = NDArray[np.float64]
 Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
-REPETITION_RTOL = (
-    1e-2  # of a column's range within which a cycle is the same as another
-)
+# of a column's range within which a cycle is the same as another
+REPETITION_RTOL = 1e-2
 MAX_FILM_CYCLES = 16  # mesh cycles, at most, of a film
 WHAT = "allowed are time histories that fegear dynamics writes"
 

@@ -38,9 +38,8 @@ N_RADII = 12  # hub radii at which a gear's compliance is computed; between them
 HUB_SPREAD = 1.0  # spread of ln(hub / root radius), far wider than that of any figure
 CONVERGENCE_RTOL = 1e-12  # relative; more than is shown, so that results repeat
 DIFFERENCE_STEP = 1e-3  # of the logarithms, for derivatives
-MAX_EXTRA_MISFIT = (
-    1.0  # misfit above the smallest one up to which a set is equally good
-)
+# misfit above the smallest one up to which a set is equally good
+MAX_EXTRA_MISFIT = 1.0
 VALLEY_POINTS = 25
 
 

@@ -15,9 +15,8 @@ if TYPE_CHECKING:
 MAX_DEFLECTION = 0.1  # of a module: no tooth is still one beyond it
 MAX_STEEL_PRESSURE = 1.5e9  # Pa, contact pressure that case-hardened gears endure
 MAX_PRESSURE = 10.0 * MAX_STEEL_PRESSURE
-MAX_IMBALANCE = (
-    1e-3  # relative, of what two laws of mechanics give for the same quantity
-)
+# relative, of what two laws of mechanics give for the same quantity
+MAX_IMBALANCE = 1e-3
 MAX_ERROR_ESTIMATE = 1e-2  # relative, of what two meshes give for it
 
 

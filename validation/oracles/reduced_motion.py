@@ -34,8 +34,8 @@ class DenseModel:
 
     inverse_mass, damping, stiffness : (n, n); load : (n,)
     turnover : (n, n) coordinates when teeth are counted anew, from those before
-    penetration_rate, force_rows : (p + 1, c, n) penetration per coordinate, generalised force
-        per load
+    penetration_rate, force_rows : (p + 1, c, n) penetration per coordinate, generalised
+        force per load
     gap : (p + 1, c) [m]; compliance : (p + 1, c, c) [m/N]
     knots : (j + 1,) [m]; load_curve : (c, p + 1, j, 4) cubics by rising power
     errors : (n, c) what comes to the gap in n successive cycles [m]
