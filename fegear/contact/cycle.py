@@ -135,7 +135,7 @@ def place_pairs(constants, teeth, gaps, position, kind, target, work):
             depth = max(target - work.patches[k].closing_ste, 0.0)
             load = depth / (SOFT_TEETH * compliance)
         work.half_width[k] = PATCH_MARGIN * hertz_half_width(mesh, flanks, s1, load)
-        work.laid[k] = False
+        work.has_nodes[k] = False
 
 
 @allocating
@@ -182,9 +182,9 @@ def choose_pairs(constants, work, gaps, limit):
         if patch.present and patch.closing_ste < limit:
             active_pairs[count] = k
             count += 1
-            if not work.laid[k]:
+            if not work.has_nodes[k]:
                 lay_nodes(constants, patch, work.nodes[k], gaps[k], work.half_width[k])
-                work.laid[k] = True
+                work.has_nodes[k] = True
     return active_pairs[:count]
 
 
@@ -201,7 +201,7 @@ def widen_patches(work, active_pairs):
         ] * (1.0 - 1e-9)
         if q[0] > 0.0 or (reaches_far_end and q[-1] > 0.0):
             work.half_width[k] *= PATCH_GROWTH
-            work.laid[k], any_widened = False, True
+            work.has_nodes[k], any_widened = False, True
             work.in_contact[k, :] = False
     return any_widened
 
