@@ -61,7 +61,7 @@ def test_loads_at_rest_are_those_of_the_equations(run):
     )
     balance = equations.load - equations.stiffness @ at_rest.motion[kernel.Q]
     np.testing.assert_allclose(
-        loads @ equations.push[0], balance, atol=1e-7 * np.abs(balance).max()
+        loads @ equations.force_rows[0], balance, atol=1e-7 * np.abs(balance).max()
     )
 
 

@@ -304,7 +304,7 @@ def test_rigid_motion_is_read_between_points(explicit, side):
 
 def test_kernel_and_python_agree(gear, factors):
     load = np.random.default_rng(0).standard_normal(
-        (2 * gear.unknowns - gear.interior, 3)
+        (2 * gear.unknowns - gear.n_interior, 3)
     )
     for rows in (factors.forward, factors.backward):
         close(

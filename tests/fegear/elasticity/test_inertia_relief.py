@@ -58,7 +58,7 @@ def test_compliance_in_mean_axes_is_that_of_a_free_whole_gear(sector, whole, ext
     relief = inertia_relief(sector, DENSITY)
     held = flank_compliance(sector, split=False).normal[MAX_TOOTH_OFFSET]
     flank = sector.flanks[RIGHT]
-    rigid = sector.rigid_fields[:, 0]
+    rigid = sector.rigid_body_modes[:, 0]
     arm = np.einsum("ic,ic->i", rigid[flank.dofs], flank.inward)
     p, q = relief.inward, relief.work
     expected = held - (p[:, None] * arm + arm[:, None] * p) / inertia

@@ -157,7 +157,7 @@ def test_effective_inertia_grows_to_that_of_the_free_nodes(gear, sector):
     K, M = constrained_matrices(sector, 0)
     _, vectors = eigh(K, M)
     ties = sector.cyclic_constraint(1.0)
-    momentum = ties.T @ (mass @ sector.rigid_fields[:, 0])
+    momentum = ties.T @ (mass @ sector.rigid_body_modes[:, 0])
     inertias = gear.teeth * np.cumsum((vectors.T @ momentum) ** 2)
     limits = [
         gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, f) for f in (80e3, 300e3)
@@ -237,7 +237,7 @@ def test_static_twist_under_a_smooth_load_needs_few_modes(gear, sector):
     """Inertial load of a steady angular acceleration of the hub."""
     stiffness, _ = constrained_matrices(sector, 0)
     ties = sector.cyclic_constraint(1.0)
-    load = ties.T @ (sector.mass(DENSITY) @ sector.rigid_fields[:, 0])
+    load = ties.T @ (sector.mass(DENSITY) @ sector.rigid_body_modes[:, 0])
     exact = gear.teeth * load @ np.linalg.solve(stiffness, load)
     missing = []
     for cutoff in (40e3, 200e3, 800e3):
