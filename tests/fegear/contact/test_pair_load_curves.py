@@ -181,7 +181,9 @@ def test_twice_the_width_carries_twice_the_load(cases):
     wide = replace(problem, face_width=2.0 * problem.face_width)
     two = pair_load_curves(wide, POSITION, REACH)
     np.testing.assert_allclose(two.load, 2.0 * one.load, rtol=1e-9)
-    np.testing.assert_allclose(two.normal_compliance, 0.5 * one.normal, rtol=1e-9)
+    np.testing.assert_allclose(
+        two.normal_compliance, 0.5 * one.normal_compliance, rtol=1e-9
+    )
     np.testing.assert_allclose(two.pressure, one.pressure, rtol=1e-9)
 
 
