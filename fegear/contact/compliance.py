@@ -23,9 +23,9 @@ NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 #   crossings : roll lengths where unmodified flanks of the master and of its mate
 #       would cross the line of action [m], the driver turned ahead on its base circle
 #       by `driver_advance` [m], 0 without relief
-#   arc, opposite : arc lengths of the closest point on the master and its mate [m]
+#   arc, mate_arc : arc lengths of the closest point on the master and its mate [m]
 #   first_arc : the master's arc length of the first node; step : node spacing [m]
-#   least_gap : transmission error that closes the pair [m]
+#   closing_ste : transmission error that closes the pair [m]
 #   sliding_sign : +1 before the pitch point, -1 behind it, 0 on it
 #   moment_arms : arms of the normal force about driver and driven centre, then of the
 #       friction force [m]
@@ -37,10 +37,10 @@ PATCH = np.dtype(
         ("crossings", "f8", (2,)),
         ("driver_advance", "f8"),
         ("arc", "f8"),
-        ("opposite", "f8"),
+        ("mate_arc", "f8"),
         ("first_arc", "f8"),
         ("step", "f8"),
-        ("least_gap", "f8"),
+        ("closing_ste", "f8"),
         ("sliding_sign", "f8"),
         ("moment_arms", "f8", (4,)),
         ("first", "i8", (2, SUPPORT)),
@@ -114,7 +114,7 @@ def local_normal(flanks, grid, step, i, j):
     """Half-plane part of both gears at node i under a unit load at node j."""
     compliance = 0.0
     for gear in range(2):
-        compliance += flanks[gear].half_plane / flanks[gear].modulus
+        compliance += flanks[gear].has_half_plane / flanks[gear].modulus
     return -2.0 / math.pi * compliance * (grid.logarithm[i, j] + math.log(step))
 
 
@@ -128,7 +128,7 @@ def local_tangential(flanks, grid, master, i, j):
         tangential_compliance = (
             0.5 * (1.0 - flanks[gear].poisson) / flanks[gear].modulus
         )
-        tangential_compliance *= flanks[gear].half_plane
+        tangential_compliance *= flanks[gear].has_half_plane
         total += -tangential_compliance if gear == master else tangential_compliance
     return total * grid.sign[i, j]
 

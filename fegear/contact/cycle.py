@@ -128,14 +128,14 @@ def place_pairs(constants, teeth, gaps, position, kind, target, work):
     mesh, flanks = constants.mesh, constants.flanks
     compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
     for k in range(teeth.size):
-        s1 = mesh.pitch + (position + teeth[k]) * mesh.base_pitch
+        s1 = mesh.pitch_point + (position + teeth[k]) * mesh.base_pitch
         place_patch(mesh, flanks, work.patches[k], s1, gaps[k])
         load = target / flanks[0].base_radius
         if kind == STE:
-            depth = max(target - work.patches[k].least_gap, 0.0)
+            depth = max(target - work.patches[k].closing_ste, 0.0)
             load = depth / (SOFT_TEETH * compliance)
         work.half_width[k] = PATCH_MARGIN * hertz_half_width(mesh, flanks, s1, load)
-        work.laid[k] = False
+        work.has_nodes[k] = False
 
 
 @allocating
@@ -148,7 +148,7 @@ def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
     work.q[:] = 0.0
     row.no_load = NO_FLANK_GAP
     for k in range(teeth.size):
-        row.no_load = min(row.no_load, patches[k].least_gap)
+        row.no_load = min(row.no_load, patches[k].closing_ste)
     if row.no_load >= NO_FLANK_GAP:
         row.status = NOT_FINITE
         return
@@ -164,7 +164,7 @@ def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
             return
         any_widened = widen_patches(work, active_pairs)
         for k in range(teeth.size):
-            if patches[k].present and limit <= patches[k].least_gap < row.ste:
+            if patches[k].present and limit <= patches[k].closing_ste < row.ste:
                 any_widened = True
         limit = max(limit, row.ste)
         if not any_widened:
@@ -179,12 +179,12 @@ def choose_pairs(constants, work, gaps, limit):
     count = 0
     for k in range(gaps.size):
         patch = work.patches[k]
-        if patch.present and patch.least_gap < limit:
+        if patch.present and patch.closing_ste < limit:
             active_pairs[count] = k
             count += 1
-            if not work.laid[k]:
+            if not work.has_nodes[k]:
                 lay_nodes(constants, patch, work.nodes[k], gaps[k], work.half_width[k])
-                work.laid[k] = True
+                work.has_nodes[k] = True
     return active_pairs[:count]
 
 
@@ -201,7 +201,7 @@ def widen_patches(work, active_pairs):
         ] * (1.0 - 1e-9)
         if q[0] > 0.0 or (reaches_far_end and q[-1] > 0.0):
             work.half_width[k] *= PATCH_GROWTH
-            work.laid[k], any_widened = False, True
+            work.has_nodes[k], any_widened = False, True
             work.in_contact[k, :] = False
     return any_widened
 
@@ -249,12 +249,12 @@ def store_cells(constants, work, active_pairs, cells):
         patch = work.patches[k]
         for i in range(size):
             work.nodes[k, i].force = 0.0
-        cells[k].gap = patch.least_gap
+        cells[k].gap = patch.closing_ste
         cells[k].sliding_sign = patch.sliding_sign
         for a in range(4):
             cells[k].moment_arms[a] = patch.moment_arms[a]
         cells[k].arc[patch.master] = patch.arc
-        cells[k].arc[1 - patch.master] = patch.opposite
+        cells[k].arc[1 - patch.master] = patch.mate_arc
     for p in range(active_pairs.size):
         k = active_pairs[p]
         q = work.q[p * size : (p + 1) * size]
@@ -270,7 +270,7 @@ def store_pair(constants, patch, nodes, q, cell):
         nodes[i].force = q[i]
         cell.load += q[i]
         master_moment += q[i] * (patch.first_arc - i * patch.step)
-        slave_moment += q[i] * nodes[i].opposite
+        slave_moment += q[i] * nodes[i].mate_arc
         if i < q.size - 1:
             peak = max(peak, q[i])
     if cell.load > 0.0:

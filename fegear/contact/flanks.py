@@ -21,7 +21,7 @@ KINK = 1e-6  # of a flank's length, on either side of a point where its slope ma
 RELIEF = np.dtype(
     [("magnitude", "f8"), ("start", "f8"), ("end", "f8"), ("power", "f8")], align=True
 )
-# One gear; length and grading as in FlankCompliance. half_plane is 1 where the
+# One gear; length and grading as in FlankCompliance. has_half_plane is 1 where the
 # half-plane kernel is to be added to the flank's table, else 0.
 FLANK = np.dtype(
     [
@@ -31,20 +31,20 @@ FLANK = np.dtype(
         ("grading", "f8"),
         ("modulus", "f8"),
         ("poisson", "f8"),
-        ("half_plane", "f8"),
+        ("has_half_plane", "f8"),
         ("tip_relief", RELIEF),
         ("root_relief", RELIEF),
     ],
     align=True,
 )
-# The line of action: s1 + s2 = line, s1 = pitch at the pitch point.
+# The line of action: s1 + s2 = line_of_action, s1 = pitch_point at the pitch point.
 MESH = np.dtype(
     [
-        ("line", "f8"),
-        ("pitch", "f8"),
+        ("line_of_action", "f8"),
+        ("pitch_point", "f8"),
         ("base_pitch", "f8"),
         ("friction", "f8"),
-        ("corner", "?"),
+        ("corner_contact", "?"),
     ],
     align=True,
 )

@@ -47,8 +47,8 @@ class PairLoadCurves:
     penetration : (j,) from 0, increasing [m]
     load : (n, k, 2, j) positive, with friction as nominally and reversed [N]
     pressure : (n, k, j) largest contact pressure [Pa]
-    normal_compliance, tangential_compliance : (n, k, k) penetration of the first pair per normal, or
-        rootward, load on the second [m/N]; zero on the diagonal
+    normal_compliance, tangential_compliance : (n, k, k) penetration of the first pair
+        per normal, or rootward, load on the second [m/N]; zero on the diagonal
     """
 
     pair_offsets: NDArray[np.int64]
@@ -172,14 +172,14 @@ def pair_coupling(
         for g, (first, weight) in enumerate(stencils):
             # ahead is to the right on the driver, to the left on the driven gear
             offset = tooth_offset if g == 0 else -tooth_offset
-            at = [(first[:, p], weight[:, p]) for p in (receiver, source)]
-            here = slice(None), receiver, source
-            normal[here] += _interpolate_table(
-                tables[g, 0, max_tooth_offset + offset], *at
+            pair_stencils = [(first[:, p], weight[:, p]) for p in (receiver, source)]
+            entry = slice(None), receiver, source
+            normal[entry] += _interpolate_table(
+                tables[g, 0, max_tooth_offset + offset], *pair_stencils
             )
             # normal displacement under friction, by Maxwell's theorem
-            tangential[here] += _interpolate_table(
-                tables[g, 1, max_tooth_offset - offset], *at[::-1]
+            tangential[entry] += _interpolate_table(
+                tables[g, 1, max_tooth_offset - offset], *pair_stencils[::-1]
             )
     return normal / problem.face_width, tangential / problem.face_width
 

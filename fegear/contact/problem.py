@@ -240,8 +240,8 @@ def run_kernel(
     from fegear.contact.cycle import TORQUE
 
     teeth = candidate_pairs(problem.pair, position)
-    passed = np.zeros(position.size, np.int64) if pitch is None else pitch
-    gaps = pair_gaps(problem, teeth - passed[:, None], back)
+    passed_pitches = np.zeros(position.size, np.int64) if pitch is None else pitch
+    gaps = pair_gaps(problem, teeth - passed_pitches[:, None], back)
     targets = np.repeat(torque[:, None] / problem.face_width, position.size, axis=1)
     solved = solve_pairs(problem, teeth, gaps, position, TORQUE, targets)
     _require_solved(solved.rows, torque, position)

@@ -74,11 +74,11 @@ class ContactHistory:
         for end, weight in zip(self.grid_indices.T, self.weights.T, strict=True):
             touching = (self.load > 0.0) & (weight > 0.0)
             for p in np.unique(end[touching]):
-                here = touching & (end == p)
-                root = np.sqrt(self.load[here] / loads[p, -1])
+                in_cell = touching & (end == p)
+                root = np.sqrt(self.load[in_cell] / loads[p, -1])
                 knots = np.sqrt(loads[p] / loads[p, -1])
                 peak = np.interp(root, knots, pressures[p]) * np.maximum(root, 1.0)
-                pressure[here] += weight[here] * peak
+                pressure[in_cell] += weight[in_cell] * peak
         return pressure
 
 

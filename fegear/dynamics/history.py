@@ -31,7 +31,7 @@ from lumped.common.csv_text import format_csv
 from lumped.steady.sweep import Direction
 
 Column = NDArray[Any]
-BLOCK = 8192  # times at which root stresses are computed at once
+ROWS_PER_BLOCK = 8192  # times at which root stresses are computed at once
 LEGEND = {
     "time_s": "from the start of a common period of all meshes",
     "position": "base pitches since the start of the mesh's cycle, 0 to 1",
@@ -127,9 +127,9 @@ def _movements(
     hub, modes = motion.hub[:, 0], model.reference.modes
     columns = {f"{name}_rotation_rad": hub @ model.modal.rotation[gear]}
     for axis in "xy":
-        place = modes.coordinates.indices.get((gear, axis))
-        if place is not None:
-            columns[f"{name}_{axis}_m"] = hub @ modes.shapes[place]
+        index = modes.coordinates.indices.get((gear, axis))
+        if index is not None:
+            columns[f"{name}_{axis}_m"] = hub @ modes.shapes[index]
     return columns
 
 
@@ -156,8 +156,8 @@ def _root_stresses(
 
 
 def _blocks(count: int) -> Iterator[slice]:
-    for start in range(0, count, BLOCK):
-        yield slice(start, start + BLOCK)
+    for start in range(0, count, ROWS_PER_BLOCK):
+        yield slice(start, start + ROWS_PER_BLOCK)
 
 
 def gear_words(gear_set: GearSet) -> list[str]:
@@ -188,5 +188,5 @@ def history_name(torque: float, direction: Direction, frequency: float) -> str:
 def _number(value: float, digits: int) -> str:
     """Decimals without an exponent, at least so many digits before the point."""
     text = np.format_float_positional(value, precision=6, trim="-")
-    whole, point, part = text.partition(".")
-    return whole.zfill(digits) + point + part
+    integer_digits, point, decimals = text.partition(".")
+    return integer_digits.zfill(digits) + point + decimals

@@ -102,11 +102,13 @@ def _residual_compliance(
         start = block.stop
     for c, one in enumerate(mesh_of):
         for d, two in enumerate(mesh_of):
-            here, there = _common(rows, hubs, one, two)
-            modal_compliance = 1.0 / rigidity[rows.columns[one, here] - hubs]
-            receiver = rows.normal[c][:, here] * modal_compliance
+            receiver_columns, source_columns = _common(rows, hubs, one, two)
+            modal_compliance = (
+                1.0 / rigidity[rows.columns[one, receiver_columns] - hubs]
+            )
+            receiver = rows.normal[c][:, receiver_columns] * modal_compliance
             for out, source in ((normal, rows.normal), (tangential, rows.tangential)):
-                out[:, c, d] -= (receiver * source[d][:, there]).sum(axis=1)
+                out[:, c, d] -= (receiver * source[d][:, source_columns]).sum(axis=1)
     return normal, tangential
 
 
@@ -115,9 +117,9 @@ def _common(
 ) -> tuple[Indices, Indices]:
     """Places of the elastic coordinates that two meshes share, in the row of each."""
     count, columns = rows.widths, rows.columns
-    _, here, there = np.intersect1d(
+    _, columns_of_one, columns_of_two = np.intersect1d(
         columns[one, hubs : count[one]],
         columns[two, hubs : count[two]],
         return_indices=True,
     )
-    return hubs + here, hubs + there
+    return hubs + columns_of_one, hubs + columns_of_two

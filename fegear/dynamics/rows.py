@@ -57,11 +57,11 @@ def contact_rows(
         tangential=np.ascontiguousarray(tangential),
         mesh_of=np.concatenate(mesh_indices),
         friction=np.array(friction),
-        share_gear=_linked(gear_set),
+        share_gear=_share_gear(gear_set),
     )
 
 
-def _linked(gear_set: GearSet) -> NDArray[np.bool_]:
+def _share_gear(gear_set: GearSet) -> NDArray[np.bool_]:
     """Whether two meshes have a gear in common, or are the same (m, m)."""
     gears = [{mesh.driver, mesh.driven} for mesh in gear_set.meshes]
     return np.array([[bool(one & two) for two in gears] for one in gears])

@@ -69,8 +69,8 @@ class ContactSide:
         """Each contact's tooth of a gear, clockwise from the gear's first tooth."""
         # the driven tooth's other flank meets the next tooth of the driver
         ahead = 1 if self.flank_sign == BACK and gear == self.gears[0] else 0
-        turn = self.gear_set.senses[gear]
-        return self._first[self.mesh, gear] - turn * (
+        sense = self.gear_set.senses[gear]
+        return self._first[self.mesh, gear] - sense * (
             self.load_curves.pair_offsets + ahead
         )
 

@@ -26,13 +26,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 REST_STEPS = 100  # to static equilibrium
-PERIODS_PER_PIECE = (
-    64  # periods of the first mesh, at most, between two looks at the clock
-)
+# periods of the first mesh, at most, between two looks at the clock
+PERIODS_PER_PIECE = 64
 MAX_BYTES = 1e9  # of a recorded motion
-CONTACT_ROUNDOFF = (
-    1e-11  # of the deflection, that contact solutions leave open in a period
-)
+# of the deflection, that contact solutions leave open in a period
+CONTACT_ROUNDOFF = 1e-11
 
 
 class DynamicsError(ArithmeticError):

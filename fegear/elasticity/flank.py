@@ -22,7 +22,7 @@ from fegear.elasticity.sector import RIGHT, CyclicSector
 from fegear.files.timing import stage
 
 Array = NDArray[np.float64]
-REACH = 3  # teeth on either side of the loaded one whose deflection is kept
+MAX_TOOTH_OFFSET = 3  # teeth on either side of the loaded one whose deflection is kept
 FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut")
 
 
@@ -30,9 +30,9 @@ FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut")
 class FlankCompliance:
     """Displacement of flank points per unit normal line load [m/(N/m)].
 
-    normal : (2 REACH + 1, n, n) inward normal displacement at point i of the tooth
-        `offset` to the right of the loaded one (index offset + REACH), under a
-        unit inward normal load at point j; of the loaded tooth itself only the
+    normal : (2 MAX_TOOTH_OFFSET + 1, n, n) inward normal displacement at point i of the
+        tooth `offset` to the right of the loaded one (index offset + MAX_TOOTH_OFFSET),
+        under a unit inward normal load at point j; of the loaded tooth itself only the
         smooth remainder, without the half-plane kernel
     tangential : same shape, displacement toward the root
     flank_length : [m]; points lie at arcs flank_length sinh(beta t) / sinh(beta)
@@ -78,20 +78,20 @@ def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankComplianc
     be compared with, and its diagonal depends on the mesh.
     """
     flank, material = sector.flanks[RIGHT], sector.material
-    rows, teeth = flank.dofs.ravel(), range(-REACH, REACH + 1)
+    rows, teeth = flank.dofs.ravel(), range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
     loads = flamant_loads(sector) if split else nodal_loads(sector)
     fields = ring_fields(sector, loads, teeth)
     u = np.stack([fields[tooth][rows] for tooth in teeth])
     if split:
-        u[REACH] += flamant_displacement(sector, rows)
+        u[MAX_TOOTH_OFFSET] += flamant_displacement(sector, rows)
     u = u.reshape(len(teeth), len(flank.arcs), 2, -1)
     normal = np.einsum("micj,ic->mij", u, flank.inward)
     tangential = np.einsum("micj,ic->mij", u, flank.rootward)
     if split:
         distance = flank.arcs[:, None] - flank.arcs[None, :]
         E, nu = material.modulus, material.poisson
-        normal[REACH] -= halfplane.normal_kernel(distance, E)
-        tangential[REACH] -= halfplane.tangential_kernel(distance, E, nu)
+        normal[MAX_TOOTH_OFFSET] -= halfplane.normal_kernel(distance, E)
+        tangential[MAX_TOOTH_OFFSET] -= halfplane.tangential_kernel(distance, E, nu)
     return FlankCompliance(
         normal,
         tangential,

@@ -139,9 +139,9 @@ def _hat_potential(z: NDArray[np.complex128], h: float) -> tuple[NDArray, NDArra
         inside = np.where(zeta == 0.0, 1.0, zeta)
         return np.log(-1j * inside) + 0.5j * math.pi
 
-    near, at, far = z + h, z, z - h
-    L = [log(near), log(at), log(far)]
-    F = (near * L[0] - 2.0 * at * L[1] + far * L[2]) / h**2
+    z_plus, z_centre, z_minus = z + h, z, z - h
+    L = [log(z_plus), log(z_centre), log(z_minus)]
+    F = (z_plus * L[0] - 2.0 * z_centre * L[1] + z_minus * L[2]) / h**2
     return F, (L[0] - 2.0 * L[1] + L[2]) / h**2
 
 

@@ -116,8 +116,8 @@ class CyclicSector:
         for name in ("left_cut", "cut"):
             dofs = np.setdiff1d(self._boundary_dofs([name]), self.hub)
             radius = np.hypot(*self.basis.doflocs[:, dofs])
-            place = np.round(radius / radius.max() * 1e9).astype(np.int64)
-            sides.append(dofs[np.lexsort((along_y[dofs], -place))])
+            radial_rank = np.round(radius / radius.max() * 1e9).astype(np.int64)
+            sides.append(dofs[np.lexsort((along_y[dofs], -radial_rank))])
         return np.concatenate(sides)
 
     @cached_property
@@ -153,13 +153,13 @@ class CyclicSector:
 
         They mean the same to both sectors that meet in a cut.
         """
-        turn, half = np.zeros((len(self.cut), len(self.cut))), len(self.cut) // 2
+        rotation, half = np.zeros((len(self.cut), len(self.cut))), len(self.cut) // 2
         for start, angle in ((0, -math.pi), (half, math.pi)):
             c, s = math.cos(angle / self.gear.teeth), math.sin(angle / self.gear.teeth)
             block = np.array([[s, c], [c, -s]])  # radial = (s, c), clockwise = (c, -s)
             for node in range(start, start + half, 2):
-                turn[node : node + 2, node : node + 2] = block
-        return turn
+                rotation[node : node + 2, node : node + 2] = block
+        return rotation
 
     @cached_property
     def condensation(self) -> Condensation:
@@ -178,15 +178,15 @@ class CyclicSector:
 
         The right cut moves `phase` times as much as the left one.
         """
-        half, free = len(self.cut) // 2, len(self.interior)
+        half, n_interior = len(self.cut) // 2, len(self.interior)
         cut = self.polar[:, :half] + phase * self.polar[:, half:]
         rows, columns = np.nonzero(cut)
-        entries = np.concatenate([np.ones(free), cut[rows, columns]])
-        places = (
+        entries = np.concatenate([np.ones(n_interior), cut[rows, columns]])
+        indices = (
             np.concatenate([self.interior, self.cut[rows]]),
-            np.concatenate([np.arange(free), free + columns]),
+            np.concatenate([np.arange(n_interior), n_interior + columns]),
         )
-        return csr_array((entries, places), shape=(self.basis.N, free + half))
+        return csr_array((entries, indices), shape=(self.basis.N, n_interior + half))
 
     def _boundary_dofs(self, names: list[str]) -> Indices:
         """Freedoms on the named boundaries."""
@@ -197,8 +197,8 @@ class CyclicSector:
         grid_facets = np.sort(grid.facets, axis=0).astype(np.int64)
         codes = grid_facets[0] * len(rank) + grid_facets[1]
         order = np.argsort(codes)
-        wanted = ends[:, 0] * len(rank) + ends[:, 1]
-        facets = order[np.searchsorted(codes[order], wanted)]
+        boundary_codes = ends[:, 0] * len(rank) + ends[:, 1]
+        facets = order[np.searchsorted(codes[order], boundary_codes)]
         return self.basis.get_dofs(facets).flatten()
 
 

@@ -52,7 +52,7 @@ DRAWN = (".png", *FILMS)  # by VTK, which needs a window
 ENDINGS = (*DRAWN, ".html", ".vtu")
 WIDTH, FILM_WIDTH = 1920, 960  # pixels
 MAX_TORQUE = 1e9  # N m
-SAMPLES = 6  # positions that fix the colours of a film
+COLOUR_SCALE_POSITIONS = 6  # positions that fix the colours of a film
 
 
 @documented
@@ -134,7 +134,7 @@ def contact_at_rest(
         title=_title(gear_set, mesh, statics),
         film_title=first if period > 1 else "",
         still=position,
-        samples=positions(SAMPLES),
+        samples=positions(COLOUR_SCALE_POSITIONS),
         frames=positions,
         field=lambda scene, at, view: contact_field(scene, torque, at, view),
     )

@@ -178,7 +178,9 @@ class TheoryProblem(TrainProblem):
         without = unmodified(self.gears, mesh)
         if self.study.table and without.meshes[mesh] != self.gears.meshes[mesh]:
             return None
-        return _stiffness_range(source.of(without, mesh, torque, self.model.springs))
+        return _stiffness_range(
+            source.mesh_excitation(without, mesh, torque, self.model.springs)
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -56,7 +56,8 @@ LEAVES_OUT = {  # of what the coupled model has
     3: "load sharing of tooth pairs in motion and vibration of the gears' bodies",
 }
 STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
-COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
+# of a mode's strain energy in meshes, to count for the usual speeds
+MIN_MESH_ENERGY = 0.05
 DEFAULT_SPEEDS = 400  # at most, where none are given
 SPRING_MODELS = (
     "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean mesh "
@@ -212,7 +213,7 @@ def lumped_system(
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
     on_meshes = mesh_torques_at(gear_set, torque)
     driven = tuple(
-        source.of(gear_set, mesh, on_mesh, model.springs)
+        source.mesh_excitation(gear_set, mesh, on_mesh, model.springs)
         for mesh, on_mesh in enumerate(on_meshes)
     )
     references = rest_references(gear_set, on_meshes, source, model, driven)
@@ -661,7 +662,7 @@ def default_speeds(system: LumpedSystem) -> list[float]:
     energy in the meshes, for every mesh as frequencies of the first [Hz].
     """
     modes = system.modes
-    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= COUPLED]
+    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY]
     if not coupled.size:
         raise InputError("speeds are missing; no mode strains the meshes enough")
     rates = [float(rate) for rate in system.train.mesh_rates]

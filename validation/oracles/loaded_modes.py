@@ -92,7 +92,9 @@ class Linearised:
         Q = self.model.contacts.normal_compliance
         return [
             (
-                (rows[:, p] @ turn(self.model, p / len(slopes)).T)[:, averaged],
+                (rows[:, p] @ to_fixed_frame(self.model, p / len(slopes)).T)[
+                    :, averaged
+                ],
                 rows[:, p][:, others],
                 Q[p],
                 slope,
@@ -165,7 +167,7 @@ def dense_rows(model: DynamicModel) -> Array:
     return rows
 
 
-def turn(model: DynamicModel, part: float) -> Array:
+def to_fixed_frame(model: DynamicModel, part: float) -> Array:
     """(n, n) from coordinates that turn with the gears to those that do not.
 
     part : of a mesh cycle that has passed

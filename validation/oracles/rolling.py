@@ -52,7 +52,7 @@ def closing_residual_dop853(e: float, tolerance: float) -> Callable[[float], flo
 
     def end(c: float) -> float:
         solution = solve_ivp(
-            lambda s, place: rates(s, place, c, e),
+            lambda s, position: rates(s, position, c, e),
             (0.0, math.pi),
             np.array([1.0 - e, 0.0]),
             method="DOP853",

@@ -33,10 +33,10 @@ def reduced_gears(
     """
     tables = equal_tables(gear_set, torque, excitations)
     statics = excitations.source.statics
-    laws = all_mesh_load_curves(gear_set, tables, statics)
-    cross_mesh = cross_mesh_compliance(gear_set, laws, statics)
+    load_curves = all_mesh_load_curves(gear_set, tables, statics)
+    cross_mesh = cross_mesh_compliance(gear_set, load_curves, statics)
     neighbours = None if cross_mesh is None else (cross_mesh, 0.0 * cross_mesh)
-    return dynamic_model(gear_set, reference, laws, elastic, neighbours)
+    return dynamic_model(gear_set, reference, load_curves, elastic, neighbours)
 
 
 def elastic_gears(

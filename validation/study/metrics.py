@@ -144,7 +144,10 @@ def match_frequencies(
     )
     pairs: list[tuple[int, int]] = []
     for _, i, j in distances:
-        if all(i != other and j != taken for other, taken in pairs):
+        if all(
+            i != reference_index and j != matched_index
+            for reference_index, matched_index in pairs
+        ):
             pairs.append((i, j))
     return pairs
 

@@ -230,7 +230,7 @@ def mesh_statics(
         positions = excitations.source.statics_of(gear_set, mesh).positions
     position = np.arange(pitches * positions) / positions
     if system.has_friction:
-        frictionless = excitations.of(gear_set, mesh, torque, 1)
+        frictionless = excitations.mesh_excitation(gear_set, mesh, torque, 1)
         return _friction_statics(system, frictionless, mesh, force, position)
     if system.contacts is None:
         deflection = static_deflection(system.excitations[mesh], force, position)

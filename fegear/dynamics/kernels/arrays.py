@@ -137,8 +137,8 @@ class Record(NamedTuple):
 class Row(NamedTuple):
     """A row of the Jacobian for each contact, and what it leaves of the elastic modes.
 
-    row (c, w); condensed_row (c, h) after elimination of the modes, whose solution times
-    the row is elastic (c, w)
+    row (c, w); condensed_row (c, h) after elimination of the modes, whose solution
+    times the row is elastic (c, w)
     """
 
     row: Array

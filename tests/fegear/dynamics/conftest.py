@@ -141,7 +141,7 @@ def case_of(private_cache) -> Callable[..., Case]:
         on_meshes = mesh_torques_at(gear_set, LAW_TORQUE)
         numbers = range(len(on_meshes))
         mesh_excitations = [
-            excitations.of(gear_set, m, on_meshes[m], 1) for m in numbers
+            excitations.mesh_excitation(gear_set, m, on_meshes[m], 1) for m in numbers
         ]
         statics = StaticsSettings(friction=friction, resolution=resolution)
         laws = []

@@ -57,7 +57,9 @@ def arrays(stepper):
     }
     if hasattr(stepper, "fields"):
         for field in stepper.fields:
-            by_name[f"stiffness of {field.number}"] = field.whole.stiffness.toarray()
+            by_name[f"stiffness of {field.gear_index}"] = (
+                field.cyclic_gear.stiffness.toarray()
+            )
     return by_name
 
 

@@ -20,7 +20,7 @@ from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity.cyclic_gear import cyclic_gear, solve_triangular
-from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import gear_modes
@@ -257,13 +257,13 @@ def test_point_loads_give_the_compliance_of_the_flank(gear, explicit, side):
         load = np.zeros((gear.unknowns, gear.teeth))
         load[points.dofs[j], 5] = points.inward[j]
         u = static.solve(load)[points.dofs]
-        for offset in range(-REACH, REACH + 1):
+        for offset in range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1):
             # the left flank sees the mirror image of the gear
             tooth = 5 + (offset if side == RIGHT else -offset)
             normal = np.einsum("ic,ic->i", u[:, :, tooth], points.inward)
             root = np.einsum("ic,ic->i", u[:, :, tooth], points.rootward)
-            close(normal, compliance.normal[REACH + offset][:, j], 1e-9)
-            close(root, compliance.tangential[REACH + offset][:, j], 1e-9)
+            close(normal, compliance.normal[MAX_TOOTH_OFFSET + offset][:, j], 1e-9)
+            close(root, compliance.tangential[MAX_TOOTH_OFFSET + offset][:, j], 1e-9)
 
 
 def normal_at(points, length, grading, u, arcs):
@@ -304,7 +304,7 @@ def test_rigid_motion_is_read_between_points(explicit, side):
 
 def test_kernel_and_python_agree(gear, factors):
     load = np.random.default_rng(0).standard_normal(
-        (2 * gear.unknowns - gear.interior, 3)
+        (2 * gear.unknowns - gear.n_interior, 3)
     )
     for rows in (factors.forward, factors.backward):
         close(
