@@ -186,7 +186,7 @@ def with_body_modes(
     inertia = _inertia(gear_set, contacts, reference, modes, static, loaded)
     if retained is None or retained.size != modes.count:
         every = replace(reference, contacts=replace(contacts, modes=modes))
-        retained = inertia.choose(own_band(every))
+        retained = inertia.choose(loaded_resonance_band(every))
     return replace(
         contacts,
         modes=modes.only(retained),
@@ -196,7 +196,7 @@ def with_body_modes(
     )
 
 
-def own_band(system: LumpedSystem) -> tuple[float, float]:
+def loaded_resonance_band(system: LumpedSystem) -> tuple[float, float]:
     """Mesh frequencies of the first mesh [Hz] around a train's resonances.
 
     From a tenth of the lowest natural frequency of the coupled model with its body
