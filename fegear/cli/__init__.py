@@ -13,6 +13,7 @@ import typer
 from fegear.cli.command import TYPER_OPTIONS
 from fegear.cli.screen import print_error, print_line
 from fegear.cli.study_group import group_class
+from fegear.studies import STUDIES
 
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
@@ -66,7 +67,8 @@ rattles = typer.Typer(
 )
 
 app.add_typer(rattles, name="rattle")
-app.add_typer(benchmarks, name="bench")
+if any(f"bench {name}" in STUDIES for name in BENCHMARKS):
+    app.add_typer(benchmarks, name="bench")
 
 
 def _print_version(wanted: bool) -> None:

@@ -208,7 +208,7 @@ def with_body_modes(
     )
     if retained is None or retained.size != modes.count:
         with_all_modes = replace(reference, contacts=replace(contacts, modes=modes))
-        retained = truncation_model.choose(resonance_speed_band(with_all_modes))
+        retained = truncation_model.choose(loaded_resonance_band(with_all_modes))
     return replace(
         contacts,
         modes=modes.select(retained),
@@ -218,7 +218,7 @@ def with_body_modes(
     )
 
 
-def resonance_speed_band(system: LumpedSystem) -> tuple[float, float]:
+def loaded_resonance_band(system: LumpedSystem) -> tuple[float, float]:
     """Mesh frequencies of the first mesh [Hz] around a train's resonances.
 
     From a tenth of the lowest natural frequency of the coupled model with its body

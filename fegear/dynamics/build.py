@@ -341,7 +341,7 @@ def _choice(
     return choose(meshes, judged, elements.tolerance)
 
 
-def resonance_speed_band(reference: LumpedSystem) -> tuple[float, float] | None:
+def resonance_band(reference: LumpedSystem) -> tuple[float, float] | None:
     """Mesh frequencies of the first mesh [Hz] around a train's resonances.
 
     From a tenth of the lowest to 1.3 times the highest natural frequency that strains
@@ -362,7 +362,7 @@ def highest_speed(reference: LumpedSystem, speeds: Sequence[float]) -> float:
     That of the train's own resonances at least: harmonics of low speeds excite these,
     and the motion at a speed must not depend on which others are asked for.
     """
-    band = resonance_speed_band(reference)
+    band = resonance_band(reference)
     return max(speeds) if band is None else max(*speeds, band[1])
 
 
@@ -373,7 +373,7 @@ def _speeds_of_resonances(
 
     Those at which harmonics meet an elastic mode are among them.
     """
-    band = resonance_speed_band(reference)
+    band = resonance_band(reference)
     if band is None:
         return []
     low, high = band
