@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
 import typer
 from typer.testing import CliRunner
 
-from fegear.cli import app
+from fegear.cli import app, run
 
 ROOT_COMMAND = typer.main.get_command(app)
 
@@ -30,6 +31,17 @@ def printed(*arguments: object, code: int = 0) -> str:
     result = CliRunner().invoke(app, list(map(str, arguments)))
     assert result.exit_code == code, result.output
     return result.stdout
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """Run a command, which must end with exit code 2 and one line; return the line."""
+    assert run([str(word) for word in arguments]) == 2
+    printed, error = capsys.readouterr()
+    assert not printed
+    assert error.startswith("fegear: ")
+    assert error.count("\n") == len(error.splitlines()) == 1
+    assert "Traceback" not in error
+    return error
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:

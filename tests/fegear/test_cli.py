@@ -12,7 +12,7 @@ import sys
 import numpy as np
 import pytest
 
-from fegear.cli import Announcer, run
+from fegear.cli import Announcer
 from fegear.statics.solving import ERROR_FACTOR
 from lumped import read_table
 
@@ -111,51 +111,6 @@ def test_two_runs_share_an_empty_cache(tmp_path):
     assert [process.wait(timeout=300) for process in running] == [0, 0]
     one, two = (read_table(tmp_path / f"{i}.csv") for i in range(2))
     assert one == two
-
-
-@pytest.mark.parametrize(
-    ("argv", "message"),
-    [
-        (["stiffness", "liu-pear"], "liu-pair"),
-        (["stiffness", "nowhere.toml"], "nowhere.toml"),
-        (["stiffness", "--torque", "-5"], "--torque = -5; must be at least 1e-6"),
-        (["stiffness", "--torque", "nan"], "--torque must be"),
-        (["stiffness", "--mesh", "2"], "--mesh = 2; liu-pair has 1"),
-        (["stiffness", "--mesh", "x"], "--mesh"),
-        (["stiffness", "--plane", "both"], "'stress'"),
-        (["stiffnes"], "stiffnes"),
-        (["stiffness", "--tork", "5"], "--tork"),
-        (["bench"], "Missing command"),
-        (["stiffness", "--mesh", "0"], "--mesh = 0"),
-        (["stiffness", "--positions", "0"], "--positions must be 1 to 1e6, got 0"),
-        (
-            ["stiffness", "--friction", "0.6"],
-            "--friction must be 0 to below 0.5, got 0.6",
-        ),
-        (["stiffness", "-o", "missing/t.csv"], "missing/t.csv"),
-        (["stiffness", "--plot", "missing/t.png"], "missing/t.png"),
-        (["compare", "--torque", "0"], "--torque = 0"),
-        (
-            ["mesh", "-o", "gear.stl"],
-            "gear.stl: the file's name must end in .msh",
-        ),
-        (["mesh", "--gear", "3", "-o", "gear.vtu"], "--gear = 3; liu-pair has 2"),
-        (["show", "liu-pair", "--plot", "missing/t.png"], "missing/t.png"),
-        (["bench", "stiffness", "-o", "/dev/null/x"], "/dev/null/x"),
-    ],
-    ids=lambda value: "-".join(value) if isinstance(value, list) else "",
-)
-def test_wrong_input_is_one_line_and_nothing_is_written(
-    tmp_path, monkeypatch, capsys, argv, message
-):
-    monkeypatch.chdir(tmp_path)
-    assert run(argv) == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert len(captured.err.splitlines()) == 1
-    assert "Traceback" not in captured.err
-    assert not captured.out
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow

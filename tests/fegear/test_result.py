@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from drawn_figures import are_drawn, axis_labels, saved_figures
 
 import fegear
 from fegear.result import shown
@@ -73,7 +74,17 @@ def test_a_table_shows_and_draws_itself(gears, tmp_path):
     assert html.count("<tr>") == 3  # names and both torques
     assert 'src="data:image/png;base64,' in html
     path = tmp_path / "table.png"
-    result.draw(path)
-    assert path.read_bytes().startswith(b"\x89PNG")
+    with saved_figures() as figures:
+        result.draw(path)
+    assert axis_labels(*figures) == {
+        "mesh stiffness F / (δ - δ₀) [N/um]",
+        "static transmission\nerror δ [um]",
+        "transmission error\nabout its mean [um]",
+        "mesh position [base pitches from the pitch point]",
+        "load share [%]\nat 100 N m",
+    }
+    for stiffness in 1e-6 * result.table["stiffness_N_per_m"]:
+        points = np.column_stack([result.table.position, stiffness])
+        assert are_drawn(*figures, points)
     with pytest.raises(fegear.InputError, match=r"allowed endings \.png"):
         result.draw(tmp_path / "table.jpg")

@@ -6,14 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import fegear
-from fegear.cli import app
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.contact_history import contact_histories, interpolate
 from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
-from fegear.files.errors import InputError
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.losses import shared_loads
 from lumped.steady.respond import respond_with_history
@@ -122,22 +119,6 @@ def test_without_friction_nothing_changes():
     assert lumped_system(gears, TORQUE, same).train == plain.train
     with pytest.raises(ValueError, match="torque_of = input; needs friction above 0"):
         fegear.Dynamics(gear_set="liu-pair", torque_of="input")
-
-
-@pytest.mark.parametrize(
-    "argv",
-    [
-        ("sweep", "liu-pair", "--speeds", "2000"),
-        ("motion", "liu-pair", "--speed", "2000"),
-        ("map", "liu-pair", "--over", "damping_ratio=0.02,0.04", "--at", "2000"),
-        ("dynamics", "liu-pair", "--speeds", "2000"),
-    ],
-    ids=lambda argv: argv[0],
-)
-def test_without_friction_it_is_refused(argv):
-    result = CliRunner().invoke(app, [*argv, "--torque-of", "input"])
-    assert isinstance(result.exception, InputError)
-    assert str(result.exception) == "--torque-of = input; needs --friction above 0"
 
 
 def test_more_friction_lowers_the_output_torque():

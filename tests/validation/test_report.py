@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 import pytest
+from PIL import Image
 from typer.testing import CliRunner
 
 from fegear.cli import app
@@ -187,15 +188,25 @@ def test_the_budget_stands_in_its_table_and_figure(folder, page):
     assert "without" not in drawn
 
 
+LABELS = {
+    "cost": "run time per speed [s]",
+    "moving-dte-rms-50Nm": "mesh frequency [Hz]",
+    "moving-wave1-100Nm": "force [kN]",
+    "friction-pair-statics-100Nm": "mesh position [base pitches from the pitch point]",
+}
+
+
 def test_figures_are_whole_and_named_in_both_texts(folder):
     page = (folder / "index.html").read_text(encoding="utf-8")
     text = (folder / "report.md").read_text(encoding="utf-8")
     names = sorted(path.stem for path in (folder / "figures").glob("*.svg"))
-    assert {"cost", "moving-dte-rms-50Nm", "moving-wave1-100Nm"} <= set(names)
-    assert "friction-pair-statics-100Nm" in names
+    assert set(LABELS) <= set(names)
     for name in names:
-        ElementTree.parse(folder / "figures" / f"{name}.svg")
-        assert (folder / "figures" / f"{name}.png").stat().st_size > 4000
+        root = ElementTree.parse(folder / "figures" / f"{name}.svg").getroot()
+        assert LABELS.get(name, "") in "".join(root.itertext())
+        with Image.open(folder / "figures" / f"{name}.png") as image:
+            low, high = image.convert("L").getextrema()
+        assert high - low > 150  # ink on paper
         assert f'<figure id="{name}">' in page
         assert f"(figures/{name}.png)" in text
 

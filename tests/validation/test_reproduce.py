@@ -611,28 +611,6 @@ def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch
     assert [figure["number"] for figure in values["figures"]] == [CHEAP]
 
 
-@pytest.mark.parametrize(
-    ("argv", "message"),
-    [
-        (["9.9"], "figure = 9.9; no such figure"),
-        (["3.66"], "did you mean 3.6"),
-        ([], "a number or --all is missing (fegear reproduce --list names all)"),
-        (["4.4-4.7"], "figure = 4.4-4.7; no such figure"),
-        (["3.6", "-o", ""], "--output is empty"),
-        (["3.6", "--all"], "--all and 3.6 exclude each other"),
-        (["3.6", "3.6"], "figure 3.6 is given 2 times"),
-        (["--list", "--all"], "--all; --list makes nothing"),
-    ],
-)
-def test_wrong_words_end_in_one_line(argv, message, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert run(["reproduce", *argv]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert error.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
 def test_the_list_names_every_figure():
     shown = invoked("--list").stdout
     assert all(number in shown for number in figure_numbers())

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import re
 
+import numpy as np
 import pytest
+from drawn_figures import saved_figures
 from typer.testing import CliRunner
 
 from fegear.cli import app
@@ -23,10 +25,18 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def printed(folder):
+def outputs(folder):
+    """(result of the command, figure)."""
     arguments = [*FAST.split(), "--set", EDIT, "--runs", str(folder / "runs")]
     arguments += ["--plot", str(folder / "b.png")]
-    return CliRunner().invoke(app, arguments, catch_exceptions=False)
+    with saved_figures() as figures:
+        result = CliRunner().invoke(app, arguments, catch_exceptions=False)
+    return result, *figures
+
+
+@pytest.fixture(scope="module")
+def printed(outputs):
+    return outputs[0]
 
 
 @pytest.fixture(scope="module")
@@ -59,8 +69,18 @@ def test_body_modes_decide_beside_an_elastic_body(values):
     assert errors["model 1"] > 20.0
 
 
-def test_the_picture_is_there(folder, printed):
-    assert (folder / "b.png").stat().st_size > 10_000
+def test_the_picture_has_the_errors_of_all_models(outputs, values):
+    """The largest stands in the line of its model."""
+    _, figure = outputs
+    panels = {axes.get_title(): axes for axes in figure.axes}
+    (curve,) = (q for q in values["quantities"] if q["quantity"] == "curve off jumps")
+    axes = panels["curve off jumps [%]"]
+    labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert len(labels) == len(curve["models"])
+    points = np.concatenate([line.get_xydata() for line in axes.lines])
+    for place, model in enumerate(curve["models"]):
+        errors = points[points[:, 1] == place, 0]
+        assert np.abs(errors).max() == pytest.approx(model["largest_error"])
 
 
 def test_a_cell_holds_the_error_and_what_is_missing():

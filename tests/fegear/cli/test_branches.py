@@ -167,7 +167,6 @@ def test_an_isolated_branch_is_found_from_random_states_and_closes():
     assert kinds == ["fold", "fold"]
 
 
-EMPTY = "--excitation", "rectangular", "--torque", "0"
 OVER = (*FAST, "--over", "dynamics.damping_ratio=0.07:0.08", "--at", 1450)
 
 
@@ -198,37 +197,6 @@ def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
         if not cells[kind]
     ]
     assert are_drawn(*figures, points)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((*FAST,), "--speeds A:B or --over KEY=A:B is needed"),
-        ((*SHORT, "--over", "torque_Nm=50:100"), "one of them is allowed"),
-        ((*FAST, "--over", "mesh_frequency_Hz=1:2", "--at", 9), "is the speed"),
-        (
-            ("liu-pair", *EMPTY, "--speeds", "2000:2100"),
-            "torque = 0; branches are followed in units",
-        ),
-        ((*FAST, "--over", "torque_Nm=50:100"), "needs a mesh frequency, --at HZ"),
-        ((*SHORT, "--at", 1450), "--at = 1450; needs --over"),
-        ((*FAST, "--over", "torque_Nm", "--at", 9), "--over = torque_Nm; must be"),
-        ((*FAST, "--over", "torque_Nm=9:1", "--at", 9), "torque_Nm=9:1; must be KEY"),
-        ((*FAST, "--over", "mesh.9.phase=0:1", "--at", 9), "mesh.9"),
-        ((*OVER, "--damping", 0.05), "replaces it, leave it out"),
-        ((*FAST, "--speeds", "900:200"), "--speeds = 900:200; must be A:B"),
-        ((*FAST, "--speeds", "0:200"), "--speeds = 0; allowed 0.1 to 1000000 Hz"),
-        ((*FAST, "--speeds", "nan:200"), "must be A:B, two values that rise"),
-    ],
-)
-def test_what_is_wrong_is_said(arguments, message):
-    result = CliRunner().invoke(app, ["branches", *map(str, arguments)])
-    assert message in str(result.exception) + result.output
-
-
-def test_damping_of_zero_is_named():
-    result = CliRunner().invoke(app, ["branches", *SHORT, "--damping", "0"])
-    assert "damping ratio = 0; motions do not settle" in str(result.exception)
 
 
 def test_the_first_line_says_what_model_1_leaves_out():

@@ -7,6 +7,7 @@ from functools import cache
 from importlib import resources
 
 import pytest
+from drawn_figures import axis_labels, drawn_points, saved_figures
 from typer.testing import CliRunner
 
 from fegear.cli import app
@@ -28,7 +29,9 @@ def best(*options: str) -> dict[str, float]:
 
 @pytest.mark.slow
 def test_figures_of_the_gear_set_by_default(tmp_path):
-    text = run(*FAST, "-o", str(tmp_path / "v.csv"), "--plot", str(tmp_path / "v.png"))
+    table, plot = str(tmp_path / "v.csv"), str(tmp_path / "v.png")
+    with saved_figures() as figures:
+        text = run(*FAST, "-o", table, "--plot", plot)
     for word in ("hub radius", "of idler", "face width", "* the set chosen", "2.9800"):
         assert word in text
     header, *rows = (tmp_path / "v.csv").read_text().splitlines()[2:]
@@ -36,7 +39,11 @@ def test_figures_of_the_gear_set_by_default(tmp_path):
     kinds = [row.partition(",")[0] for row in rows]
     assert kinds[0] == "chosen"
     assert set(kinds[1:]) == {"equally good", "worse"}
-    assert (tmp_path / "v.png").read_bytes().startswith(b"\x89PNG")
+    assert axis_labels(*figures) == {
+        *("hub radius of pinion [mm]", "[mm]", "mean stiffness\n[1e8 N/m]"),
+        *("peak to peak\nover mean", "misfit"),
+    }
+    assert len(drawn_points(*figures)) > 4 * (len(rows) - 1)
 
 
 @pytest.mark.slow

@@ -1,14 +1,13 @@
-"""`fegear map`: contours, files, interruption and wrong words."""
+"""`fegear map`: contours, files and interruption."""
 
 from __future__ import annotations
 
 import json
-import sqlite3
-from contextlib import closing
 
 import numpy as np
 import pytest
-from ended_runs import killed_after
+from drawn_figures import are_drawn, axis_labels, saved_figures
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import fegear
@@ -104,26 +103,6 @@ def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
     assert not checkpoint.exists()
 
 
-@pytest.mark.slow
-def test_a_killed_map_goes_on(tmp_path):
-    path = tmp_path / "m.csv"
-    arguments = (*BASE, "--over", "mesh.2.phase=0:0.5:300", "--at", "1605")
-    killed_after(21, ["map", *arguments, "-o", str(path)])
-    assert 10 <= finished_in(tmp_path / "m.csv.partial") < 300
-    assert not path.exists()
-    run(*arguments, "-o", path, "--resume")
-    assert path.read_text().count("periodic") == 600
-    other = tmp_path / "whole.csv"
-    run(*arguments, "-o", other)
-    assert other.read_bytes() == path.read_bytes()
-
-
-def finished_in(path) -> int:
-    """Points in a checkpoint that no process holds."""
-    with closing(sqlite3.connect(path)) as connection:
-        return connection.execute("select count(*) from speeds").fetchone()[0]
-
-
 def test_band_finds_the_peak(tmp_path):
     path = tmp_path / "m.csv"
     options = ("--over", "damping_ratio=0.1,0.2", "--band", "1500:1700:20")
@@ -158,37 +137,36 @@ def test_points_without_gears_are_marked(tmp_path):
     assert "impossible: liu-idler" in path.read_text()
 
 
-def test_plot_of_one_and_two_axes(tmp_path):
-    one_axis = (*BASE, "--over", "mesh.2.phase=0,1")
-    for name, arguments in (("two", SMALL), ("one", one_axis)):
-        path = tmp_path / f"{name}.png"
-        run(*arguments, "--at", 1700, "--plot", path)
-        assert path.read_bytes()[:4] == b"\x89PNG"
+@pytest.fixture
+def drawn(tmp_path):
+    """A function that gives the figure and the rows of a map."""
+
+    def draw(*arguments: object) -> tuple[Figure, np.ndarray]:
+        files = "-o", tmp_path / "m.csv", "--plot", tmp_path / "m.png"
+        with saved_figures() as figures:
+            run(*arguments, "--at", 1700, *files)
+        return *figures, numbers(tmp_path / "m.csv")
+
+    return draw
 
 
-@pytest.mark.parametrize(
-    ("over", "message"),
-    [
-        (["a"], "KEY=A:B:N is needed"),
-        (["a=1:2"], "N values from A to B"),
-        (["a=1:2:0"], "N values from A to B"),
-        (["a=1,x"], "N values from A to B"),
-        (["a=1,1"], "given twice"),
-        (["a=1,nan"], "finite"),
-        (["a=1", "a=2"], "is given twice"),
-        (["a=1", "b=1", "c=1"], "one or two"),
-        (["a=0:1:2000", "b=0:1:2000"], "at most"),
-    ],
-)
-def test_wrong_axes(over, message):
-    options = [word for text in over for word in ("--over", text)]
-    with pytest.raises(InputError, match=message):
-        run("liu-pair", *options, "--at", 900)
+def test_one_axis_is_plotted_as_lines(drawn):
+    figure, rows = drawn(*BASE, "--over", "mesh.2.phase=0,1")
+    error = "RMS of the DTE without mean [um]"
+    assert axis_labels(figure) == {"mesh 2, phase", error}
+    assert are_drawn(figure, rows[:, [0, 3]] * [1.0, 1e6])
 
 
-def test_one_of_at_and_band_is_needed():
-    with pytest.raises(InputError, match="not both"):
-        run(*SMALL)
+def test_two_axes_are_plotted_as_contours(drawn):
+    figure, rows = drawn(*SMALL)
+    assert axis_labels(figure) == {
+        *("mesh 1, tip relief, magnitude [um]", "mesh 2, phase"),
+        "RMS of the DTE without mean [um]",
+    }
+    for mesh, axes in enumerate(figure.axes[:2], start=1):
+        errors = 1e6 * rows[rows[:, 2] == mesh, 4]
+        filled = axes.collections[0]
+        assert (filled.zmin, filled.zmax) == pytest.approx((errors.min(), errors.max()))
 
 
 def test_whole_numbers_are_whole(tmp_path):
@@ -210,22 +188,3 @@ def test_friction_is_an_axis_or_the_same_at_all_points(tmp_path):
     assert others[0, 3] != others[1, 3]
     assert "friction coefficient: 0.2" in fixed.read_text()
     assert "friction coefficient" not in over.read_text()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ("--over friction=0:0.2:3 --friction 0.1", "--over friction replaces it"),
-        ("--over friction=0,1", "--over friction = 1; allowed 0 to below 1"),
-        ("--over friction_bending=0,0.4", "needs --friction above 0"),
-        (
-            "--over friction_bending=0,0.4 --friction 0.1 --varying-bending",
-            "--over friction_bending replaces it",
-        ),
-        ("--over friction=0,0.1 --model 3", "friction needs model 1, got 3"),
-        ("--over torque_Nm=1,2 --bending 0.4", "needs --friction above 0"),
-    ],
-)
-def test_wrong_friction_of_maps_is_one_line(options, message):
-    with pytest.raises(InputError, match=message):
-        run("liu-pair", "--excitation", "rectangular", "--at", 1000, *options.split())

@@ -8,7 +8,6 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.files.errors import InputError
 
 COMPLIANT = (68.8, 446.1, 498.7, 641.1, 889.2, 1076.2, 1200.4, 2528.8, 3851.1)
 
@@ -71,17 +70,3 @@ def test_the_loaded_state_of_the_coupled_model():
         entry["origin"] == "tangent of the coupled model at 100 N m on the input gear"
     )
     assert 1.03 < entry["stiffness_N_per_m"] / 2.98e8 < 1.25
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["liu-pear"], "liu-pair"),
-        (["liu-pair", "--torque", "1"], "--torque = 1; liu-pair gives all mean"),
-        (["liu-pair", "--stiffness", "fe", "--torque", "-1"], "--torque = -1; must"),
-        (["liu-pair", "--translations"], "no gear has bearing_kx_N_per_m"),
-    ],
-)
-def test_wrong_input_is_named(arguments, message):
-    with pytest.raises(InputError, match=message):
-        run(*arguments)

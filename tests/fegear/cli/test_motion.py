@@ -7,6 +7,7 @@ import json
 import sys
 
 import pytest
+from drawn_figures import are_drawn, axis_labels, saved_figures
 from typer.testing import CliRunner
 
 from fegear.cli import app
@@ -55,12 +56,19 @@ def test_the_screen_names_conditions_and_lines():
 def test_history_and_picture(tmp_path, name):
     table, plot = tmp_path / "w.csv", tmp_path / "w.png"
     arguments = (name, "--excitation", "rectangular", "--speed", 1300)
-    run(*arguments, "-o", table, "--plot", plot)
-    assert plot.read_bytes().startswith(b"\x89PNG")
+    with saved_figures() as figures:
+        run(*arguments, "-o", table, "--plot", plot)
+    labels = {"dynamic transmission\nerror [um]", "force [kN]", "rate [mm/s]"}
+    assert labels < axis_labels(*figures)
     lines = [line for line in table.read_text().splitlines() if line[0] != "#"]
     rows = list(csv.DictReader(lines))
     assert len(rows) > 64
     assert float(rows[0]["time_s"]) == 0.0
+    periods = [1300 * float(row["time_s"]) for row in rows]
+    for column, unit in [("mesh1_dte_m", 1e6), ("mesh1_force_N", 1e-3)]:
+        values = [unit * float(row[column]) for row in rows]
+        drawn = zip(periods, values, strict=True)
+        assert are_drawn(*figures, [point for point in drawn if point[0] <= 1.0])
     for mesh in (1, 2):
         pairs = [float(rows[5][f"mesh{mesh}_pair{p}_force_N"]) for p in (1, 2)]
         assert sum(pairs) == pytest.approx(float(rows[5][f"mesh{mesh}_force_N"]))

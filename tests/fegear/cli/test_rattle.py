@@ -110,40 +110,6 @@ def test_a_machine_file_is_read(tmp_path):
     assert [attractor["name"] for attractor in values["attractors"]] == ["quiet"]
 
 
-WRONG = [
-    ("roots-b", "neither a file nor a built-in machine"),
-    ("roots-a --delta 0", "--delta = 0"),
-    ("roots-a --delta 1e-300", "--delta = 1e-300; allowed 1e-09 to"),
-    ("roots-a --kappa 1e-300", "--kappa = 1e-300; allowed 1e-09 to 1e+15"),
-    ("roots-a --beta -1", "--beta = -1"),
-    ("roots-a --epsilon nan", "--epsilon = nan"),
-    ("roots-a --kappa 0", "--kappa = 0"),
-    ("roots-a --restitution 0.9", "restitution = 0.9; belongs to impacts"),
-    ("roots-scaled --restitution 1.2", "--restitution = 1.2"),
-    (
-        "roots-scaled --velocity 3:1",
-        "--velocity = 3:1; must be A:B from 0 on, two values that rise",
-    ),
-    (
-        "roots-scaled --velocity 1",
-        "--velocity = 1; must be A:B from 0 on, two values that rise",
-    ),
-    ("roots-scaled --grid 1000000", "--grid = 1000000; allowed 5 to 6324"),
-    ("roots-scaled --grid 2", "--grid = 2; allowed 5 to"),
-    ("roots-scaled --iterations 3", "--iterations = 3; allowed 100 to"),
-    ("roots-scaled --resume", "--resume needs the --output"),
-    ("roots-scaled -o basins.csv", "basins.csv: the file's name must end in .npz"),
-]
-
-
-@pytest.mark.parametrize(("arguments", "message"), WRONG)
-def test_what_is_wrong_is_one_line(arguments, message, capsys):
-    assert run(["rattle", "basin", *arguments.split()]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert error.count("\n") == 1
-
-
 @pytest.mark.slow
 def test_a_killed_run_loses_the_tiles_under_way_only(tmp_path):
     """And gives the same file when it is taken up again."""

@@ -114,26 +114,6 @@ def test_critical_eccentricity_of_the_file_is_what_was_told(outputs):
     assert summary["description"] == "38/55 gears of liu-pair at 600 rpm, drag 2 N m"
 
 
-WRONG = [
-    ("--drag-Nm 0", "--drag-Nm = 0; allowed above 0"),
-    ("--speed-rpm -1", "--speed-rpm = -1"),
-    ("--eccentricity-um nan", "--eccentricity-um = nan"),
-    ("--driven-share 1", "--driven-share = 1; allowed above 0 to below 1"),
-    ("--mesh 2", "--mesh = 2"),
-    ("--drag-Nm 1e-9", "drag of the driven shaft ="),
-]
-
-
-@pytest.mark.parametrize(("replacement", "message"), WRONG)
-def test_what_is_wrong_is_one_line(replacement, message, capsys):
-    option, value = replacement.split()
-    options = dict(zip(GEARS[3::2], GEARS[4::2], strict=True)) | {option: value}
-    assert run([*GEARS[:3], *(w for both in options.items() for w in both)]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert error.count("\n") == 1
-
-
 def test_gear_sets_are_told_from_machines(tmp_path, capsys):
     path = tmp_path / "set.toml"
     path.write_text('name = "x"\n[[gear]]\nteeth = 20\n')

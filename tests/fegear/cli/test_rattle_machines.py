@@ -168,16 +168,6 @@ def test_a_machine_file_that_is_wrong_is_one_line(tmp_path, capsys, tables, mess
     assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", ["basin", "periodic"])
-def test_motion_of_parts_of_their_own_is_refused_where_it_is_not_computed(
-    command, capsys
-):
-    assert run(["rattle", command, "roots-a-sprung"]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("fegear: roots-a-sprung: [driving_gear] adds a motion")
-    assert error.count("\n") == 1
-
-
 @pytest.mark.slow
 def test_noise_of_a_sprung_gear_is_told_by_the_flanks_that_meet():
     """Some ten times that without springs, table 6.1."""
@@ -191,14 +181,6 @@ def test_noise_of_a_sprung_gear_is_told_by_the_flanks_that_meet():
     unsprung = json_output("noise", "roots-a", *options, *figures[:4])
     ratio = sprung["noise_rad2_per_turn3"] / unsprung["noise_rad2_per_turn3"]
     assert 4.0 < ratio < 20.0
-
-
-def test_noise_of_gears_without_inertia_is_refused(capsys):
-    assert run(["rattle", "noise", "roots-a-refined", "--starts", "2"]) == 2
-    error = capsys.readouterr().err
-    assert error == (
-        "fegear: roots-a-refined: parts without inertia: an inertia above 0 is needed\n"
-    )
 
 
 @pytest.mark.parametrize("more_drag", [0.0, 1e-6])

@@ -1,4 +1,4 @@
-"""`fegear stability`: chart, picture, interruption, wrong input."""
+"""`fegear stability`: chart, picture and interruption."""
 
 from __future__ import annotations
 
@@ -142,34 +142,6 @@ def test_friction_bending_comes_from_the_finite_elements(monkeypatch):
     assert frictions[-1].bending == pytest.approx(0.39, abs=0.03)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ("--over friction=0:1.5:3", "--over friction = 1.5; allowed 0 to below 1"),
-        ("--over friction=-0.1,0.1", "--over friction = -0.1; allowed"),
-        ("--over friction=0:0.2:3 --friction 0.1", "--over friction replaces it"),
-        ("--over friction_bending=0:0.5:3", "needs --friction above 0"),
-        ("--over damping_ratio=0.01,0.02 --bending 0.3", "needs --friction above 0"),
-        ("--over mesh_frequency_Hz=1:2:3", "is the speed, --speeds"),
-        ("--over friction=0.1 --excitation rectangular", "bending is missing"),
-        ("--over friction=0.1 --speeds 1000", "two or more are needed"),
-        ("--over friction=0.1 --speeds 0.05:10:1", "allowed 0.1 to 1000000 Hz"),
-        ("--over friction=0.1 --method euler", "--method = euler; allowed"),
-        ("--over friction=0.1 --model 2 --bending 0.3", "--model = 2; allowed is 1"),
-        ("--over nothing=0.1,0.2", "nothing"),
-        ("--over damping_ratio=0,2", "damping_ratio"),
-    ],
-)
-def test_wrong_input_is_one_line(options, message, monkeypatch, capsys, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    arguments = options.split()
-    speeds = [] if "--speeds" in arguments else ["--speeds", "1000:2000:500"]
-    elements = [] if "--excitation" in arguments else ["--resolution", "coarse"]
-    assert run(["stability", "liu-pair", *arguments, *speeds, *elements]) == 2
-    assert message in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
-
-
 def test_too_many_cells_are_refused():
     axis = Axis("friction", tuple(i / 1e5 for i in range(10_000)))
     with pytest.raises(InputError, match="4000000 cells"):
@@ -209,54 +181,3 @@ def test_sweeps_and_waves_take_friction(tmp_path):
     assert values["sliding"] == "instantaneous"
     sliding = [summary["sliding"] for summary in summaries.values()]
     assert sliding == [None, "nominal", "nominal"]
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ("--no-bending", "--no-bending; needs --friction above 0"),
-        ("--bending 0.3", "--bending = 0.3; needs --friction above 0"),
-        ("--friction 0.1 --bending 0.3 --no-bending", "--no-bending replaces it"),
-        ("--friction 0.1 --model 2", "--friction needs model 1, got 2"),
-        ("--friction 0.1 --model coupled", "--friction needs model 1, got coupled"),
-        ("--friction 0.1 --method dopri5", "rk4"),
-        ("--friction 0.1 --no-bending --excitation fourier", "every tooth pair"),
-        ("--friction 1", "--friction must be 0 to below 1, got 1.0"),
-        (
-            "--friction 0.1 --bending 0.3 --varying-bending",
-            "--varying-bending replaces it",
-        ),
-        (
-            "--friction 0.1 --no-bending --varying-bending",
-            "--no-bending; --varying-bending replaces it",
-        ),
-        (
-            "--friction 0.1 --varying-bending --excitation rectangular",
-            "bending is missing",
-        ),
-        (
-            "--sliding instantaneous",
-            "--sliding = instantaneous; needs --friction above 0",
-        ),
-        ("--friction 0.1 --sliding rolling", "--sliding = rolling; allowed"),
-        (
-            "--friction 0.1 --transition-speed 0.1",
-            "is of instantaneous sliding, got nominal",
-        ),
-        (
-            "--friction 0.1 --sliding instantaneous --transition-speed -1",
-            "--transition-speed must be",
-        ),
-    ],
-)
-def test_wrong_friction_of_sweeps_is_one_line(options, message, capsys):
-    elements = ["--resolution", "coarse"] if "--excitation" not in options else []
-    argv = ["sweep", "liu-pair", "--speeds", "2000", *elements, *options.split()]
-    assert run(argv) == 2
-    assert message in capsys.readouterr().err
-
-
-def test_integration_is_left_to_the_benchmark(capsys):
-    """It took 14 s for what the series does in 0.02 s."""
-    assert run([*COMMAND, "--method", "integration"]) == 2
-    assert "--method" in capsys.readouterr().err

@@ -72,26 +72,6 @@ def test_fidelity_of_the_option_wins(tmp_path):
     assert case["fidelity"] == "reduced"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["-o", "out"], "a case or --all is missing; allowed are countershaft"),
-        (["idler", "--all", "-o", "out"], "--all and idler exclude each other"),
-        (["idler", "idler", "-o", "out"], "case idler is given 2 times"),
-        (["idlr", "-o", "out"], "did you mean idler"),
-        (
-            ["random-sets", "--fidelity", "full", "-o", "out"],
-            "--fidelity = full; the random sets have their own",
-        ),
-    ],
-)
-def test_wrong_words_end_in_one_line(arguments, message, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match=message):
-        run(*arguments)
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize(("complete", "code"), [(True, 1), (False, 130)])
 def test_random_sets_run_alone(complete, code, tmp_path, monkeypatch):
     def runs(store, report, workers):
