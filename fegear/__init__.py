@@ -92,7 +92,7 @@ _HOMES = {
 }
 __all__ = ["__version__", *_HOMES]
 
-_FORMER = {  # names of earlier versions
+_ALIASES = {  # names of earlier versions
     "Contributions": "Ablation",
     "Critical": "RattleThreshold",
     "MachineOfGears": "MachineFromGears",
@@ -107,7 +107,7 @@ def __getattr__(name: str) -> Any:
         from fegear.files.version import package_version
 
         return package_version()
-    name = _FORMER.get(name, name)
+    name = _ALIASES.get(name, name)
     if name not in _HOMES:
         raise AttributeError(f"module 'fegear' has no attribute '{name}'")
     return getattr(import_module(_HOMES[name]), name)

@@ -41,9 +41,10 @@ Signed = Annotated[float, Field(ge=-1e9, le=1e9)]
 Play = Annotated[float, Field(ge=1e-6, le=1e3)]  # mm
 Part = Annotated[float, Field(ge=0.0, le=1.0)]
 Size = Annotated[float, Field(ge=-1e3, le=1e3)]  # mm
-RPM = 2.0 * math.pi / 60.0
-GYRATION = 0.01, 10.0  # radius of gyration of a wheel over its base radius
-FADING = 1e4  # largest rate of damping, in the excitation's shortest time of change
+RAD_PER_S_PER_RPM = 2.0 * math.pi / 60.0
+GYRATION_RANGE = 0.01, 10.0  # radius of gyration of a wheel over its base radius
+# largest rate of damping, in the excitation's shortest time of change
+MAX_DAMPING_RATE = 1e4
 
 
 class ExcitationKeys(Keys):
@@ -126,7 +127,7 @@ class WheelKeys(Keys):
         if self.mass_kg is None:
             return
         radius = 1e3 * math.sqrt(self.inertia_kg_m2 / self.mass_kg)
-        low, high = (ratio * self.base_radius_mm for ratio in GYRATION)
+        low, high = (ratio * self.base_radius_mm for ratio in GYRATION_RANGE)
         if not low <= radius <= high:
             raise ValueError(
                 f"inertia_kg_m2 = {self.inertia_kg_m2:g} and mass_kg = "
@@ -143,12 +144,12 @@ class WheelKeys(Keys):
             "radial_damping_Ns_per_m": self.mass_kg,
         }
         for key, mass in masses.items():
-            most = FADING * (mass or 0.0) / time_s
+            most = MAX_DAMPING_RATE * (mass or 0.0) / time_s
             if (getattr(self, key) or 0.0) > most:
                 raise ValueError(
                     f"wheel {self.name}: {key} = {getattr(self, key):g}; must be at "
                     f"most {most:.4g}, with which the wheel follows the oil within "
-                    f"{time_s / FADING:.3g} s"
+                    f"{time_s / MAX_DAMPING_RATE:.3g} s"
                 )
 
 
@@ -278,7 +279,7 @@ def _excitation(keys: ExcitationKeys, folder: Path) -> tuple[Excitation, str]:
 def _recorded(path: Path, radius: float) -> tuple[SpeedSignal, str]:
     text = read_text(path)
     table = parse_csv(text, str(path))
-    units = {"speed_rpm": RPM, "speed_rad_per_s": 1.0}
+    units = {"speed_rpm": RAD_PER_S_PER_RPM, "speed_rad_per_s": 1.0}
     speeds = [name for name in table.names if name in units]
     if "time_s" not in table.names or len(speeds) != 1:
         raise InputError(

@@ -10,9 +10,10 @@ from typing import Annotated
 
 import typer
 
-from fegear.cli.command import PLAIN
+from fegear.cli.command import TYPER_OPTIONS
 from fegear.cli.screen import print_error, print_line
 from fegear.cli.study_group import group_class
+from fegear.studies import STUDIES
 
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
@@ -52,19 +53,22 @@ BENCHMARKS = (  # of the group `bench`
 
 GROUPS = "rattle", "bench"
 app = typer.Typer(
-    name="fegear", help=ABOUT, cls=group_class((*COMMANDS, *GROUPS)), **PLAIN
+    name="fegear", help=ABOUT, cls=group_class((*COMMANDS, *GROUPS)), **TYPER_OPTIONS
 )
 benchmarks = typer.Typer(
-    help="Run time against error.", cls=group_class(BENCHMARKS, "bench "), **PLAIN
+    help="Run time against error.",
+    cls=group_class(BENCHMARKS, "bench "),
+    **TYPER_OPTIONS,
 )
 rattles = typer.Typer(
     help="Rattle of eccentric gears: quiet or noisy.",
     cls=group_class(RATTLES, "rattle "),
-    **PLAIN,
+    **TYPER_OPTIONS,
 )
 
 app.add_typer(rattles, name="rattle")
-app.add_typer(benchmarks, name="bench")
+if any(f"bench {name}" in STUDIES for name in BENCHMARKS):
+    app.add_typer(benchmarks, name="bench")
 
 
 def _print_version(wanted: bool) -> None:

@@ -15,7 +15,7 @@ from typer.core import TyperCommand
 
 from fegear.files.errors import InputError
 
-PLAIN: dict[str, Any] = {
+TYPER_OPTIONS: dict[str, Any] = {
     "rich_markup_mode": None,  # square brackets are units
     "pretty_exceptions_enable": False,
     "context_settings": {"help_option_names": ["-h", "--help"]},

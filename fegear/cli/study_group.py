@@ -8,7 +8,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from fegear.cli.command import PLAIN, add_command
+from fegear.cli.command import TYPER_OPTIONS, add_command
 from fegear.studies import ALIASES, STUDIES, load_study
 
 
@@ -26,7 +26,7 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
             cmd_name = ALIASES.get(prefix + cmd_name, cmd_name)
             command = super().get_command(ctx, cmd_name)
             if command is None and prefix + cmd_name in STUDIES:
-                command = _loaded(prefix + cmd_name, cmd_name)
+                command = _load_command(prefix + cmd_name, cmd_name)
                 self.add_command(command, cmd_name)
             return command
 
@@ -46,10 +46,10 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
     return LazyGroup
 
 
-def _loaded(command: str, name: str) -> Any:
+def _load_command(command: str, name: str) -> Any:
     from fegear.cli.studies import command_of
 
     study = load_study(command)
-    single = typer.Typer(add_completion=False, **PLAIN)
+    single = typer.Typer(add_completion=False, **TYPER_OPTIONS)
     add_command(single, name, command_of(study), study.example)
     return typer.main.get_command(single)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from lumped.common.compiled import allocating, compiled_part
 from lumped.kernels.elimination import eliminate
 
-ALL_AT_ONCE = 40  # sweeps that exchange every violated node together
+MAX_JOINT_EXCHANGES = 40  # sweeps that exchange every violated node together
 CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
 # which of the two is given; numba would compile everything once for each plain int
 TORQUE, STE = np.int64(0), np.int64(1)
@@ -45,27 +45,27 @@ def solve_active(C, nodes, kind, target, active, q):
     nodes : NodeConditions; q is overwritten
     kind, target : TORQUE or STE, and its value
     """
-    chosen = np.empty(q.size, np.int64)
+    active_nodes = np.empty(q.size, np.int64)
     n = 0
     for i in range(q.size):
         q[i] = 0.0
         if active[i]:
-            chosen[n] = i
+            active_nodes[n] = i
             n += 1
     matrix = np.empty((n, n + 2))  # preload and closing on the right
     for i in range(n):
-        matrix[i, n] = nodes.gap[chosen[i]]
-        matrix[i, n + 1] = nodes.penetration_rate[chosen[i]]
+        matrix[i, n] = nodes.gap[active_nodes[i]]
+        matrix[i, n + 1] = nodes.penetration_rate[active_nodes[i]]
         for j in range(n):
-            matrix[i, j] = C[chosen[i], chosen[j]]
+            matrix[i, j] = C[active_nodes[i], active_nodes[j]]
     eliminate(matrix, n, n + 2)
     slope, preload = 0.0, 0.0
     for i in range(n):
-        preload += nodes.effective_arm[chosen[i]] * matrix[i, n]
-        slope += nodes.effective_arm[chosen[i]] * matrix[i, n + 1]
+        preload += nodes.effective_arm[active_nodes[i]] * matrix[i, n]
+        slope += nodes.effective_arm[active_nodes[i]] * matrix[i, n + 1]
     d = target if kind == STE else (target + preload) / slope
     for i in range(n):
-        q[chosen[i]] = d * matrix[i, n + 1] - matrix[i, n]
+        q[active_nodes[i]] = d * matrix[i, n + 1] - matrix[i, n]
     return d, slope
 
 
@@ -88,26 +88,26 @@ def require_contact(nodes, active):
 def exchange(C, nodes, q, d, active, one_only):
     """Move violated nodes in or out of contact; (whether any was, residual)."""
     n = q.size
-    changed, residual, top = False, 0.0, 0.0
-    was = np.empty(n, np.bool_)
+    changed, residual, max_force = False, 0.0, 0.0
+    was_active = np.empty(n, np.bool_)
     for i in range(n):
-        was[i] = active[i]
-        top = max(top, q[i])
+        was_active[i] = active[i]
+        max_force = max(max_force, q[i])
     roundoff = 1e-13 * abs(d)
     for i in range(n):
-        if was[i]:
-            wrong = q[i] < 0.0
-            if wrong and top > 0.0:
-                residual = max(residual, -q[i] / top)
+        if was_active[i]:
+            is_violated = q[i] < 0.0
+            if is_violated and max_force > 0.0:
+                residual = max(residual, -q[i] / max_force)
         else:
             opening = nodes.gap[i] - d * nodes.penetration_rate[i]
             for j in range(n):
-                if was[j]:
+                if was_active[j]:
                     opening += C[i, j] * q[j]
-            wrong = opening < -roundoff
+            is_violated = opening < -roundoff
             residual = max(residual, -opening / abs(d))
-        if wrong and not (one_only and changed):
-            active[i] = not was[i]
+        if is_violated and not (one_only and changed):
+            active[i] = not was_active[i]
             changed = True
     return changed, residual
 
@@ -124,15 +124,17 @@ def solve_contact(C, nodes, kind, target, active, q):
     residual is the largest violation: of gaps relative to the transmission error, of
     pressures relative to the largest one.
     """
-    most = ALL_AT_ONCE + 20 * q.size
+    max_sweeps = MAX_JOINT_EXCHANGES + 20 * q.size
     d, slope, residual = math.nan, math.nan, math.nan
-    for sweep in range(most):
+    for sweep in range(max_sweeps):
         if kind == TORQUE:
             require_contact(nodes, active)
         d, slope = solve_active(C, nodes, kind, target, active, q)
         if not math.isfinite(d):
             return d, slope, math.nan, NOT_FINITE, sweep + 1
-        changed, residual = exchange(C, nodes, q, d, active, sweep >= ALL_AT_ONCE)
+        changed, residual = exchange(
+            C, nodes, q, d, active, sweep >= MAX_JOINT_EXCHANGES
+        )
         if not changed:
             return d, slope, residual, CONVERGED, sweep + 1
-    return d, slope, residual, NOT_CONVERGED, most
+    return d, slope, residual, NOT_CONVERGED, max_sweeps

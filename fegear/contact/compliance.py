@@ -23,9 +23,9 @@ NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 #   crossings : roll lengths where unmodified flanks of the master and of its mate
 #       would cross the line of action [m], the driver turned ahead on its base circle
 #       by `driver_advance` [m], 0 without relief
-#   arc, opposite : arc lengths of the closest point on the master and its mate [m]
+#   arc, mate_arc : arc lengths of the closest point on the master and its mate [m]
 #   first_arc : the master's arc length of the first node; step : node spacing [m]
-#   least_gap : transmission error that closes the pair [m]
+#   closing_ste : transmission error that closes the pair [m]
 #   sliding_sign : +1 before the pitch point, -1 behind it, 0 on it
 #   moment_arms : arms of the normal force about driver and driven centre, then of the
 #       friction force [m]
@@ -37,10 +37,10 @@ PATCH = np.dtype(
         ("crossings", "f8", (2,)),
         ("driver_advance", "f8"),
         ("arc", "f8"),
-        ("opposite", "f8"),
+        ("mate_arc", "f8"),
         ("first_arc", "f8"),
         ("step", "f8"),
-        ("least_gap", "f8"),
+        ("closing_ste", "f8"),
         ("sliding_sign", "f8"),
         ("moment_arms", "f8", (4,)),
         ("first", "i8", (2, SUPPORT)),
@@ -64,7 +64,9 @@ def interpolate(tables, gear, kind, offset, row_patch, a, column_patch, b):
 
 
 @compiled_part
-def remainder_block(tables, receiver, source, teeth_apart, normal, rootward, block):
+def smooth_compliance_block(
+    tables, receiver, source, teeth_apart, normal, rootward, block
+):
     """Both gears' smooth compliance (SUPPORT, SUPPORT), filled into block.
 
     receiver, source : patches where displacement is read and where load acts
@@ -72,34 +74,48 @@ def remainder_block(tables, receiver, source, teeth_apart, normal, rootward, blo
     normal, rootward : parts of the unit load; the normal displacement under friction
         follows from Maxwell's theorem, C_nt[i, j] = C_tn[j, i]
     """
-    reach = tables.shape[2] // 2
+    max_tooth_offset = tables.shape[2] // 2
     for a in range(SUPPORT):
         for b in range(SUPPORT):
             block[a, b] = 0.0
-    if abs(teeth_apart) > reach:
+    if abs(teeth_apart) > max_tooth_offset:
         return
     for gear in range(2):
         # ahead is to the right on the driver and to the left on the driven gear
-        apart = teeth_apart if gear == 0 else -teeth_apart
+        tooth_offset = teeth_apart if gear == 0 else -teeth_apart
         for a in range(SUPPORT):
             for b in range(SUPPORT):
                 if normal != 0.0:
                     block[a, b] += normal * interpolate(
-                        tables, gear, NORMAL, reach + apart, receiver, a, source, b
+                        tables,
+                        gear,
+                        NORMAL,
+                        max_tooth_offset + tooth_offset,
+                        receiver,
+                        a,
+                        source,
+                        b,
                     )
                 if rootward != 0.0:
                     block[a, b] += rootward * interpolate(
-                        tables, gear, TANGENTIAL, reach - apart, source, b, receiver, a
+                        tables,
+                        gear,
+                        TANGENTIAL,
+                        max_tooth_offset - tooth_offset,
+                        source,
+                        b,
+                        receiver,
+                        a,
                     )
 
 
 @compiled_part
 def local_normal(flanks, grid, step, i, j):
     """Half-plane part of both gears at node i under a unit load at node j."""
-    softness = 0.0
+    compliance = 0.0
     for gear in range(2):
-        softness += flanks[gear].half_plane / flanks[gear].modulus
-    return -2.0 / math.pi * softness * (grid.logarithm[i, j] + math.log(step))
+        compliance += flanks[gear].has_half_plane / flanks[gear].modulus
+    return -2.0 / math.pi * compliance * (grid.logarithm[i, j] + math.log(step))
 
 
 @compiled_part
@@ -109,14 +125,16 @@ def local_tangential(flanks, grid, master, i, j):
     """
     total = 0.0
     for gear in range(2):
-        drawn = 0.5 * (1.0 - flanks[gear].poisson) / flanks[gear].modulus
-        drawn *= flanks[gear].half_plane
-        total += -drawn if gear == master else drawn
+        tangential_compliance = (
+            0.5 * (1.0 - flanks[gear].poisson) / flanks[gear].modulus
+        )
+        tangential_compliance *= flanks[gear].has_half_plane
+        total += -tangential_compliance if gear == master else tangential_compliance
     return total * grid.sign[i, j]
 
 
 @allocating
-def spread(C, row, column, lagrange, block):
+def add_interpolated_block(C, row, column, lagrange, block):
     """C[row:, column:] += lagrange block lagrange^T."""
     nodes = lagrange.shape[0]
     half = np.empty(SUPPORT)
@@ -133,43 +151,45 @@ def spread(C, row, column, lagrange, block):
 
 
 @allocating
-def fill_compliance(C, constants, patches, chosen, teeth):
-    """Compliance [m/(N/m)] over the nodes of the chosen pairs, friction included.
+def fill_compliance(C, constants, patches, active_pairs, teeth):
+    """Compliance [m/(N/m)] over the nodes of the active pairs, friction included.
 
     C = C_nn + mu C_nt with mu the friction coefficient in the direction of sliding.
     """
     flanks, tables, grid = constants.flanks, constants.tables, constants.grid
     nodes = grid.lagrange.shape[0]
     block = np.empty((SUPPORT, SUPPORT))
-    for p in range(chosen.size):
-        for q in range(chosen.size):
-            receiver, source = patches[chosen[p]], patches[chosen[q]]
-            apart = teeth[chosen[p]] - teeth[chosen[q]]
+    for p in range(active_pairs.size):
+        for q in range(active_pairs.size):
+            receiver, source = patches[active_pairs[p]], patches[active_pairs[q]]
+            teeth_apart = teeth[active_pairs[p]] - teeth[active_pairs[q]]
             mu = constants.mesh.friction * source.sliding_sign
-            remainder_block(tables, receiver, source, apart, 1.0, mu, block)
+            smooth_compliance_block(
+                tables, receiver, source, teeth_apart, 1.0, mu, block
+            )
             C[p * nodes : (p + 1) * nodes, q * nodes : (q + 1) * nodes] = 0.0
             if p == q:
                 fill_local(C, p * nodes, flanks, grid, source, mu)
-            spread(C, p * nodes, q * nodes, grid.lagrange, block)
+            add_interpolated_block(C, p * nodes, q * nodes, grid.lagrange, block)
 
 
 @compiled_part
-def fill_local(C, at, flanks, grid, patch, mu):
-    """Compliance of the half-planes under one pair's own nodes, from row `at` on."""
+def fill_local(C, first_row, flanks, grid, patch, mu):
+    """Fill the compliance of the half-planes under one pair's own nodes."""
     nodes = grid.lagrange.shape[0]
     for i in range(nodes):
         for j in range(nodes):
             local = local_normal(flanks, grid, patch.step, i, j)
             local += mu * local_tangential(flanks, grid, patch.master, i, j)
-            C[at + i, at + j] = local
+            C[first_row + i, first_row + j] = local
 
 
 @compiled_part
-def quadratic_form(block, moments):
+def quadratic_form(block, support_loads):
     total = 0.0
-    for a in range(moments.size):
-        for b in range(moments.size):
-            total += moments[a] * block[a, b] * moments[b]
+    for a in range(support_loads.size):
+        for b in range(support_loads.size):
+            total += support_loads[a] * block[a, b] * support_loads[b]
     return total
 
 
@@ -182,11 +202,11 @@ def friction_bending(constants, patch, q):
     """
     flanks, tables, grid = constants.flanks, constants.tables, constants.grid
     nodes = q.size
-    moments = np.zeros(SUPPORT)
+    support_loads = np.zeros(SUPPORT)
     normal, tangential = 0.0, 0.0
     for i in range(nodes):
         for a in range(SUPPORT):
-            moments[a] += grid.lagrange[i, a] * q[i]
+            support_loads[a] += grid.lagrange[i, a] * q[i]
         for j in range(nodes):
             load = q[i] * q[j]
             if load != 0.0:
@@ -194,8 +214,8 @@ def friction_bending(constants, patch, q):
                 tangential += load * local_tangential(flanks, grid, patch.master, i, j)
     block = np.empty((SUPPORT, SUPPORT))
     teeth_apart = np.int64(0)  # a literal would be compiled for separately
-    remainder_block(tables, patch, patch, teeth_apart, 1.0, 0.0, block)
-    normal += quadratic_form(block, moments)
-    remainder_block(tables, patch, patch, teeth_apart, 0.0, 1.0, block)
-    tangential += quadratic_form(block, moments)
+    smooth_compliance_block(tables, patch, patch, teeth_apart, 1.0, 0.0, block)
+    normal += quadratic_form(block, support_loads)
+    smooth_compliance_block(tables, patch, patch, teeth_apart, 0.0, 1.0, block)
+    tangential += quadratic_form(block, support_loads)
     return -tangential / normal

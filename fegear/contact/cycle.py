@@ -23,9 +23,9 @@ from fegear.contact.grid import PatchTables
 from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
 from lumped.common.compiled import allocating, compiled, compiled_part
 
-MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
-GROWTH = 1.6  # of a patch whose pressure reaches its end
-MAX_ROUNDS = 12
+PATCH_MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
+PATCH_GROWTH = 1.6  # of a patch whose pressure reaches its end
+MAX_PATCH_ITERATIONS = 12
 SOFT_TEETH = 8.0  # ste over load per width times 1/E1' + 1/E2', a stiff pair's
 FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
 
@@ -81,16 +81,17 @@ class Workspace(NamedTuple):
     """State of k pairs of n nodes at one position, left as at the last one.
 
     patches : (k,) records PATCH; nodes : (k, n) records NODE
-    half_width : (k,) of the patches [m]; laid : (k,) whether their nodes are placed
+    half_width : (k,) of the patches [m]
+    has_nodes : (k,) whether the nodes of a patch are placed
     in_contact : (k, n) contact state, at which the next position starts
-    C : (k n, k n) compliance of the chosen pairs [m/(N/m)]
+    C : (k n, k n) compliance of the active pairs [m/(N/m)]
     q : (k n,) their nodal forces [N/m]
     """
 
     patches: NDArray[Any]
     nodes: NDArray[Any]
     half_width: NDArray[np.float64]
-    laid: NDArray[np.bool_]
+    has_nodes: NDArray[np.bool_]
     in_contact: NDArray[np.bool_]
     C: NDArray[np.float64]
     q: NDArray[np.float64]
@@ -125,16 +126,16 @@ def solve_cycle(constants, teeth, gaps, positions, kind, targets, work, results)
 def place_pairs(constants, teeth, gaps, position, kind, target, work):
     """Closest points of all pairs, and patches as wide as the whole load would need."""
     mesh, flanks = constants.mesh, constants.flanks
-    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
     for k in range(teeth.size):
-        s1 = mesh.pitch + (position + teeth[k]) * mesh.base_pitch
+        s1 = mesh.pitch_point + (position + teeth[k]) * mesh.base_pitch
         place_patch(mesh, flanks, work.patches[k], s1, gaps[k])
         load = target / flanks[0].base_radius
         if kind == STE:
-            depth = max(target - work.patches[k].least_gap, 0.0)
-            load = depth / (SOFT_TEETH * softness)
-        work.half_width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
-        work.laid[k] = False
+            depth = max(target - work.patches[k].closing_ste, 0.0)
+            load = depth / (SOFT_TEETH * compliance)
+        work.half_width[k] = PATCH_MARGIN * hertz_half_width(mesh, flanks, s1, load)
+        work.has_nodes[k] = False
 
 
 @allocating
@@ -147,115 +148,115 @@ def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
     work.q[:] = 0.0
     row.no_load = NO_FLANK_GAP
     for k in range(teeth.size):
-        row.no_load = min(row.no_load, patches[k].least_gap)
+        row.no_load = min(row.no_load, patches[k].closing_ste)
     if row.no_load >= NO_FLANK_GAP:
         row.status = NOT_FINITE
         return
     limit = target
     if kind == TORQUE:
-        softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
-        limit = row.no_load + FIRST_GUESS * target / flanks[0].base_radius * softness
-    chosen = np.empty(0, np.int64)
-    for _ in range(MAX_ROUNDS):
-        chosen = choose_pairs(constants, work, gaps, limit)
-        solve_chosen(constants, teeth, kind, target, work, chosen, row)
+        compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+        limit = row.no_load + FIRST_GUESS * target / flanks[0].base_radius * compliance
+    active_pairs = np.empty(0, np.int64)
+    for _ in range(MAX_PATCH_ITERATIONS):
+        active_pairs = choose_pairs(constants, work, gaps, limit)
+        solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row)
         if row.status != 0:
             return
-        again = widen_patches(work, chosen)
+        any_widened = widen_patches(work, active_pairs)
         for k in range(teeth.size):
-            if patches[k].present and limit <= patches[k].least_gap < row.ste:
-                again = True
+            if patches[k].present and limit <= patches[k].closing_ste < row.ste:
+                any_widened = True
         limit = max(limit, row.ste)
-        if not again:
+        if not any_widened:
             break
-    store(constants, work, chosen, cells)
+    store_cells(constants, work, active_pairs, cells)
 
 
 @allocating
 def choose_pairs(constants, work, gaps, limit):
     """Pairs that close below a transmission error [m], with their nodes laid."""
-    chosen = np.empty(gaps.size, np.int64)
+    active_pairs = np.empty(gaps.size, np.int64)
     count = 0
     for k in range(gaps.size):
         patch = work.patches[k]
-        if patch.present and patch.least_gap < limit:
-            chosen[count] = k
+        if patch.present and patch.closing_ste < limit:
+            active_pairs[count] = k
             count += 1
-            if not work.laid[k]:
+            if not work.has_nodes[k]:
                 lay_nodes(constants, patch, work.nodes[k], gaps[k], work.half_width[k])
-                work.laid[k] = True
-    return chosen[:count]
+                work.has_nodes[k] = True
+    return active_pairs[:count]
 
 
 @compiled_part
-def widen_patches(work, chosen):
+def widen_patches(work, active_pairs):
     """Widen patches that pressure reaches an end of; whether there were any."""
     size, any_widened = work.nodes.shape[1], False
-    for p in range(chosen.size):
-        k = chosen[p]
+    for p in range(active_pairs.size):
+        k = active_pairs[p]
         q = work.q[p * size : (p + 1) * size]
         # the far end is cut short where the flank ends at its tip
-        whole = work.patches[k].step * (size - 1) > 2.0 * work.half_width[k] * (
-            1.0 - 1e-9
-        )
-        if q[0] > 0.0 or (whole and q[-1] > 0.0):
-            work.half_width[k] *= GROWTH
-            work.laid[k], any_widened = False, True
+        reaches_far_end = work.patches[k].step * (size - 1) > 2.0 * work.half_width[
+            k
+        ] * (1.0 - 1e-9)
+        if q[0] > 0.0 or (reaches_far_end and q[-1] > 0.0):
+            work.half_width[k] *= PATCH_GROWTH
+            work.has_nodes[k], any_widened = False, True
             work.in_contact[k, :] = False
     return any_widened
 
 
 @allocating
-def solve_chosen(constants, teeth, kind, target, work, chosen, row):
-    """Nodal forces q of the chosen pairs, node after node, and the row's result.
+def solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row):
+    """Nodal forces q of the active pairs, node after node, and the row's result.
 
     The arm of a nodal force is that of the normal force less that of the friction
     force times the friction coefficient in the direction of sliding.
     """
     size, mesh = work.nodes.shape[1], constants.mesh
     base_radius = constants.flanks[0].base_radius
-    count = chosen.size * size
+    count = active_pairs.size * size
     gap, closing, arm = np.empty(count), np.empty(count), np.empty(count)
     active = np.empty(count, np.bool_)
     C, q = work.C, work.q[:count]
-    fill_compliance(C, constants, work.patches, chosen, teeth)
-    for p in range(chosen.size):
-        patch = work.patches[chosen[p]]
+    fill_compliance(C, constants, work.patches, active_pairs, teeth)
+    for p in range(active_pairs.size):
+        patch = work.patches[active_pairs[p]]
         mu = mesh.friction * patch.sliding_sign
         for i in range(size):
-            at = p * size + i
-            gap[at] = work.nodes[chosen[p], i].gap
-            closing[at] = patch.moment_arms[0] / base_radius
-            arm[at] = patch.moment_arms[0] - mu * patch.moment_arms[2]
-            active[at] = work.in_contact[chosen[p], i]
+            row_index = p * size + i
+            gap[row_index] = work.nodes[active_pairs[p], i].gap
+            closing[row_index] = patch.moment_arms[0] / base_radius
+            arm[row_index] = patch.moment_arms[0] - mu * patch.moment_arms[2]
+            active[row_index] = work.in_contact[active_pairs[p], i]
     conditions = NodeConditions(gap, closing, arm)
     ste, slope, residual, status, sweeps = solve_contact(
         C, conditions, kind, target, active, q
     )
-    for p in range(chosen.size):
+    for p in range(active_pairs.size):
         for i in range(size):
-            work.in_contact[chosen[p], i] = active[p * size + i]
+            work.in_contact[active_pairs[p], i] = active[p * size + i]
     row.ste, row.slope = ste, slope / base_radius
     row.residual, row.status = residual, status
     row.sweeps += sweeps
 
 
 @allocating
-def store(constants, work, chosen, cells):
+def store_cells(constants, work, active_pairs, cells):
     """Fill cells and the nodes' forces from the patches and their nodal forces."""
     size = work.nodes.shape[1]
     for k in range(work.patches.size):
         patch = work.patches[k]
         for i in range(size):
             work.nodes[k, i].force = 0.0
-        cells[k].gap = patch.least_gap
+        cells[k].gap = patch.closing_ste
         cells[k].sliding_sign = patch.sliding_sign
         for a in range(4):
             cells[k].moment_arms[a] = patch.moment_arms[a]
         cells[k].arc[patch.master] = patch.arc
-        cells[k].arc[1 - patch.master] = patch.opposite
-    for p in range(chosen.size):
-        k = chosen[p]
+        cells[k].arc[1 - patch.master] = patch.mate_arc
+    for p in range(active_pairs.size):
+        k = active_pairs[p]
         q = work.q[p * size : (p + 1) * size]
         store_pair(constants, work.patches[k], work.nodes[k], q, cells[k])
 
@@ -269,7 +270,7 @@ def store_pair(constants, patch, nodes, q, cell):
         nodes[i].force = q[i]
         cell.load += q[i]
         master_moment += q[i] * (patch.first_arc - i * patch.step)
-        slave_moment += q[i] * nodes[i].opposite
+        slave_moment += q[i] * nodes[i].mate_arc
         if i < q.size - 1:
             peak = max(peak, q[i])
     if cell.load > 0.0:

@@ -84,16 +84,18 @@ def edge_pairs(
     arc = cycle.arc[torque]
     # arcs of pairs whose flanks do not face each other are anywhere
     s1, s2 = (
-        roll_length_at_arc(gear, np.clip(at, 0.0, 0.999 * arc_from_tip(gear, 0.0)))
-        for gear, at in zip(
+        roll_length_at_arc(
+            gear, np.clip(gear_arc, 0.0, 0.999 * arc_from_tip(gear, 0.0))
+        )
+        for gear, gear_arc in zip(
             (problem.pair.driver, problem.pair.driven),
             np.moveaxis(arc, -1, 0),
             strict=True,
         )
     )
-    softness = 1.0 / problem.driver.modulus + 1.0 / problem.driven.modulus
+    compliance = 1.0 / problem.driver.modulus + 1.0 / problem.driven.modulus
     # half-width along the flanks, Johnson (1985) eq. (4.43)
-    half_width = np.sqrt(4.0 / np.pi * load * softness * s1 * s2 / (s1 + s2))
+    half_width = np.sqrt(4.0 / np.pi * load * compliance * s1 * s2 / (s1 + s2))
     is_edge = np.zeros(load.shape, np.bool_)
     for i, edges in enumerate(edge_arcs(problem)):
         distance = np.abs(arc[..., i, None] - edges).min(axis=-1)

@@ -21,7 +21,7 @@ KINK = 1e-6  # of a flank's length, on either side of a point where its slope ma
 RELIEF = np.dtype(
     [("magnitude", "f8"), ("start", "f8"), ("end", "f8"), ("power", "f8")], align=True
 )
-# One gear; length and grading as in FlankCompliance. half_plane is 1 where the
+# One gear; length and grading as in FlankCompliance. has_half_plane is 1 where the
 # half-plane kernel is to be added to the flank's table, else 0.
 FLANK = np.dtype(
     [
@@ -31,20 +31,20 @@ FLANK = np.dtype(
         ("grading", "f8"),
         ("modulus", "f8"),
         ("poisson", "f8"),
-        ("half_plane", "f8"),
+        ("has_half_plane", "f8"),
         ("tip_relief", RELIEF),
         ("root_relief", RELIEF),
     ],
     align=True,
 )
-# The line of action: s1 + s2 = line, s1 = pitch at the pitch point.
+# The line of action: s1 + s2 = line_of_action, s1 = pitch_point at the pitch point.
 MESH = np.dtype(
     [
-        ("line", "f8"),
-        ("pitch", "f8"),
+        ("line_of_action", "f8"),
+        ("pitch_point", "f8"),
         ("base_pitch", "f8"),
         ("friction", "f8"),
-        ("corner", "?"),
+        ("corner_contact", "?"),
     ],
     align=True,
 )
@@ -90,7 +90,7 @@ def roll_of_arc(flank, arc):
 
 
 @compiled_part
-def turn_to_point(flank, crossing, s):
+def base_tangent_angle(flank, crossing, s):
     """Angle [rad] from the line of action to the base tangent through flank point s.
 
     crossing : roll length at which the unmodified flank crosses the line of action
@@ -100,7 +100,7 @@ def turn_to_point(flank, crossing, s):
 
 @compiled_part
 def separation(master, slave, line, crossings, s):
-    """(gap, slave's roll length, lean) seen from the master's flank point s.
+    """(gap, slave's roll length, tangent angle) at the master's flank point s.
 
     crossings : roll lengths at which unmodified flanks of master and slave cross the
         line of action; their sum is `line` where those touch
@@ -108,10 +108,10 @@ def separation(master, slave, line, crossings, s):
     A point lies on exactly one involute of the slave's base circle, and parallel
     involutes are rb * angle apart, so the way of the slave's base circle until it
     meets the point is exact. Where material is removed, a flank is at every radius an
-    involute turned back by as much. lean [rad] is the turn of the slave's base tangent
-    through the point from the line of action.
+    involute turned back by as much. The tangent angle [rad] is that of the slave's base
+    tangent through the point from the line of action.
     """
-    turn = turn_to_point(master, crossings[0], s)
+    turn = base_tangent_angle(master, crossings[0], s)
     c, sn = math.cos(turn), math.sin(turn)
     # frame: master's point of tangency at the origin, line of action along x
     x = c * s - sn * master.base_radius
@@ -124,9 +124,9 @@ def separation(master, slave, line, crossings, s):
     # turn that carries (-s_slave, -rb) onto the point
     cross = -s_slave * dy + slave.base_radius * dx
     dot = -s_slave * dx - slave.base_radius * dy
-    lean = math.atan2(cross, dot)
-    gap = s_slave - crossings[1] - slave.base_radius * lean
-    return gap + modification(slave, s_slave), s_slave, lean
+    mate_tangent_angle = math.atan2(cross, dot)
+    gap = s_slave - crossings[1] - slave.base_radius * mate_tangent_angle
+    return gap + modification(slave, s_slave), s_slave, mate_tangent_angle
 
 
 @compiled_part
@@ -144,48 +144,48 @@ def common_normal(master, slave, line, crossings, arc):
     normal is that of the flank that turns less there.
     """
     step = KINK * master.length
-    near = roll_of_arc(master, max(0.0, arc - step))
-    far = roll_of_arc(master, arc + step)
-    own_near, mate_near = normals(master, slave, line, crossings, near)
-    own_far, mate_far = normals(master, slave, line, crossings, far)
-    if arc == 0.0 or abs(mate_near - mate_far) < abs(own_near - own_far):
+    near_roll = roll_of_arc(master, max(0.0, arc - step))
+    far_roll = roll_of_arc(master, arc + step)
+    master_near, mate_near = normals(master, slave, line, crossings, near_roll)
+    master_far, mate_far = normals(master, slave, line, crossings, far_roll)
+    if arc == 0.0 or abs(mate_near - mate_far) < abs(master_near - master_far):
         return 0.5 * (mate_near + mate_far)
-    return 0.5 * (own_near + own_far)
+    return 0.5 * (master_near + master_far)
 
 
 @compiled_part
 def normals(master, slave, line, crossings, s):
     """Angles [rad] of the normals of master and slave from the line of action."""
-    _, s_slave, lean = separation(master, slave, line, crossings, s)
-    angle = turn_to_point(master, crossings[0], s) + normal_angle(master, s)
-    return angle, lean + normal_angle(slave, s_slave)
+    _, s_slave, mate_tangent_angle = separation(master, slave, line, crossings, s)
+    angle = base_tangent_angle(master, crossings[0], s) + normal_angle(master, s)
+    return angle, mate_tangent_angle + normal_angle(slave, s_slave)
 
 
 @compiled_part
-def closest_arc(master, slave, line, crossings, arc, reach, exact):
-    """Arc of the master where the gap is least, sought within reach of `arc` first.
+def closest_arc(master, slave, line, crossings, arc, search_radius, arc_tol):
+    """Arc of the master where the gap is least, sought near `arc` first.
 
-    exact : of the arc [m]
+    search_radius, arc_tol : of the arc [m]
 
     Gaps are convex in the arc for reliefs that grow toward the flank's ends, so the
-    search continues with twice the reach where it ends at the reach.
+    search continues with twice the radius where it ends at the radius.
     """
     while True:
-        low, high = max(0.0, arc - reach), arc + reach
-        best_arc = least_gap_arc(master, slave, line, crossings, low, high, exact)
-        is_inside = low == 0.0 or best_arc > low + exact
-        if (is_inside and best_arc < high - exact) or reach >= master.length:
-            return 0.0 if best_arc < exact else best_arc
-        reach *= 2.0
+        low, high = max(0.0, arc - search_radius), arc + search_radius
+        best_arc = least_gap_arc(master, slave, line, crossings, low, high, arc_tol)
+        is_inside = low == 0.0 or best_arc > low + arc_tol
+        if (is_inside and best_arc < high - arc_tol) or search_radius >= master.length:
+            return 0.0 if best_arc < arc_tol else best_arc
+        search_radius *= 2.0
 
 
 @compiled_part
-def least_gap_arc(master, slave, line, crossings, low, high, exact):
+def least_gap_arc(master, slave, line, crossings, low, high, arc_tol):
     """Arc between two arcs where a convex gap is least, by golden section."""
     one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     gap_one = separation(master, slave, line, crossings, roll_of_arc(master, one))[0]
     gap_two = separation(master, slave, line, crossings, roll_of_arc(master, two))[0]
-    while high - low > exact:
+    while high - low > arc_tol:
         if gap_one < gap_two:
             high, two, gap_two = two, one, gap_one
             one = high - GOLDEN * (high - low)

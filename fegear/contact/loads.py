@@ -52,7 +52,7 @@ def patch_load(problem: ContactProblem, solved: KernelResult, pair: int) -> Patc
     """Load of pair number `pair` at the last position of a kernel's result."""
     patch, nodes = solved.patches[pair], solved.nodes[pair]
     master_arc = patch.first_arc - patch.step * np.arange(len(nodes))
-    arcs = [master_arc, nodes.opposite.copy()]
+    arcs = [master_arc, nodes.mate_arc.copy()]
     driver, driven = arcs if patch.master == 0 else arcs[::-1]
     force, mu = nodes.force.copy(), problem.friction * patch.sliding_sign
     tooth, step = int(solved.teeth[pair]), float(patch.step)
@@ -69,6 +69,6 @@ def tooth_loads(
     sign = 1 if gear == "driver" else -1
     arcs = [p.driver_arcs if gear == "driver" else p.driven_arcs for p in loads]
     return [
-        ToothLoad(sign * (p.tooth - tooth), where, p.step, p.normal, p.rootward)
-        for p, where in zip(loads, arcs, strict=True)
+        ToothLoad(sign * (p.tooth - tooth), node_arcs, p.step, p.normal, p.rootward)
+        for p, node_arcs in zip(loads, arcs, strict=True)
     ]

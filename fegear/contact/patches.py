@@ -13,80 +13,81 @@ import numpy as np
 from fegear.contact.flanks import (
     NO_FLANK_GAP,
     arc_of_roll,
+    base_tangent_angle,
     closest_arc,
     common_normal,
     is_relieved,
     roll_of_arc,
     separation,
-    turn_to_point,
 )
 from fegear.contact.grid import SUPPORT
 from fegear.elasticity.flank_grid import place_stencil
 from lumped.common.compiled import compiled_part
 
-REACH = 0.5  # base pitches off the path within which a corner may touch
-COARSE, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
+CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
+COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
 # Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m].
-NODE = np.dtype([("gap", "f8"), ("opposite", "f8"), ("force", "f8")], align=True)
+NODE = np.dtype([("gap", "f8"), ("mate_arc", "f8"), ("force", "f8")], align=True)
 
 
 @compiled_part
 def hertz_half_width(mesh, flanks, s1, load):
     """Half-width of the contact strip under a line load [N/m]."""
-    least = 0.02 * mesh.line
-    rho1, rho2 = max(s1, least), max(mesh.line - s1, least)
-    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
-    return math.sqrt(4.0 / math.pi * load * softness * rho1 * rho2 / (rho1 + rho2))
+    min_radius = 0.02 * mesh.line_of_action
+    rho1, rho2 = max(s1, min_radius), max(mesh.line_of_action - s1, min_radius)
+    compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    return math.sqrt(4.0 / math.pi * load * compliance * rho1 * rho2 / (rho1 + rho2))
 
 
 @compiled_part
 def place_patch(mesh, flanks, patch, s1, extra_gap):
     """Find one pair's closest point; s1 is the driver's nominal roll length."""
-    patch.master = 0 if s1 >= mesh.pitch else 1
-    patch.present, patch.least_gap = False, NO_FLANK_GAP
-    patch.sliding_sign = np.sign(mesh.pitch - s1)
-    if abs(mesh.pitch - s1) < 1e-12 * mesh.line:
+    patch.master = 0 if s1 >= mesh.pitch_point else 1
+    patch.present, patch.closing_ste = False, NO_FLANK_GAP
+    patch.sliding_sign = np.sign(mesh.pitch_point - s1)
+    if abs(mesh.pitch_point - s1) < 1e-12 * mesh.line_of_action:
         patch.sliding_sign = 0.0
     turn_driver(mesh, patch, s1, 0.0)
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     nominal = patch.crossings[0]  # the master's roll length
     off_path = nominal > master.tip_roll * (1.0 + 1e-12)
-    if off_path and not mesh.corner:
+    if off_path and not mesh.corner_contact:
         return
-    if nominal > master.tip_roll + REACH * mesh.base_pitch:
+    if nominal > master.tip_roll + CORNER_RANGE * mesh.base_pitch:
         return  # farther off, the point may lie behind the mate's base circle
     patch.arc = max(0.0, arc_of_roll(master, nominal))
     if is_relieved(master) or is_relieved(slave):
-        find_closest(mesh, flanks, patch, 0.1, COARSE)
+        find_closest(mesh, flanks, patch, 0.1, COARSE_ARC_RTOL)
         set_contact(mesh, flanks, patch, off_path, 0.0)
         if not patch.present:
             return
         # levers and gaps are those where the flanks touch, the driver turned so far
-        turn_driver(mesh, patch, s1, min(patch.least_gap, MAX_TURN * mesh.base_pitch))
+        turn_driver(mesh, patch, s1, min(patch.closing_ste, MAX_TURN * mesh.base_pitch))
         find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
     set_contact(mesh, flanks, patch, off_path, extra_gap)
 
 
 @compiled_part
-def turn_driver(mesh, patch, s1, turned):
-    """Put the driver a way `turned` [m] ahead of where unmodified flanks touch."""
-    patch.driver_advance = turned
-    crossings = s1 + turned, mesh.line - s1
+def turn_driver(mesh, patch, s1, advance):
+    """Put the driver a way `advance` [m] ahead of where unmodified flanks touch."""
+    patch.driver_advance = advance
+    crossings = s1 + advance, mesh.line_of_action - s1
     patch.crossings[0] = crossings[patch.master]
     patch.crossings[1] = crossings[1 - patch.master]
 
 
 @compiled_part
-def find_closest(mesh, flanks, patch, reach, exact):
+def find_closest(mesh, flanks, patch, search_radius, arc_tol):
     """Arc of the master where the gap is least.
 
-    reach : of the flank's length, within which it is sought first; exact : of it
+    search_radius : within which it is sought first; arc_tol : tolerance; both as parts
+        of the flank's length
     """
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     patch.arc = closest_arc(
-        master, slave, mesh.line, patch.crossings, patch.arc, reach * master.length,
-        exact * master.length,
+        master, slave, mesh.line_of_action, patch.crossings, patch.arc,
+        search_radius * master.length, arc_tol * master.length,
     )  # fmt: skip
 
 
@@ -99,39 +100,54 @@ def set_contact(mesh, flanks, patch, off_path, extra_gap):
     """
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     s = roll_of_arc(master, patch.arc)
-    gap, s_slave, lean = separation(master, slave, mesh.line, patch.crossings, s)
-    patch.opposite = arc_of_roll(slave, s_slave)
-    patch.present = 0.0 <= patch.opposite <= slave.length
+    gap, s_slave, mate_tangent_angle = separation(
+        master, slave, mesh.line_of_action, patch.crossings, s
+    )
+    patch.mate_arc = arc_of_roll(slave, s_slave)
+    patch.present = 0.0 <= patch.mate_arc <= slave.length
     if not patch.present:
-        patch.least_gap = NO_FLANK_GAP
+        patch.closing_ste = NO_FLANK_GAP
         return
-    turn, normal = turn_to_point(master, patch.crossings[0], s), lean
+    tangent_angle, normal_direction = (
+        base_tangent_angle(master, patch.crossings[0], s),
+        mate_tangent_angle,
+    )
     if is_relieved(master) or is_relieved(slave):
-        normal = common_normal(master, slave, mesh.line, patch.crossings, patch.arc)
+        normal_direction = common_normal(
+            master, slave, mesh.line_of_action, patch.crossings, patch.arc
+        )
     elif not off_path:
-        s, turn, normal = patch.crossings[0], 0.0, 0.0
-    set_levers(mesh, flanks, patch, s, turn, normal)
+        s, tangent_angle, normal_direction = patch.crossings[0], 0.0, 0.0
+    set_levers(mesh, flanks, patch, s, tangent_angle, normal_direction)
     gap = normal_gap(flanks, patch, gap)
-    patch.least_gap = patch.driver_advance + (gap + extra_gap) / closing_rate(
+    patch.closing_ste = patch.driver_advance + (gap + extra_gap) / closing_rate(
         flanks, patch
     )
 
 
 @compiled_part
-def set_levers(mesh, flanks, patch, s, turn, normal):
+def set_levers(mesh, flanks, patch, s, tangent_angle, normal_direction):
     """Arms of normal and friction force about the two centres.
 
     s : the master's roll length at the point of contact [m]
-    turn, normal : of the base tangent there and of the force from the line of action
+    tangent_angle, normal_direction : of the base tangent there and of the force,
+        from the line of action
     """
     m = patch.master
     bases = flanks[0].base_radius + flanks[1].base_radius
-    c, sn = math.cos(turn - normal), math.sin(turn - normal)
+    c, sn = (
+        math.cos(tangent_angle - normal_direction),
+        math.sin(tangent_angle - normal_direction),
+    )
     patch.moment_arms[m] = flanks[m].base_radius * c + s * sn
     patch.moment_arms[2 + m] = s * c - flanks[m].base_radius * sn
-    c, sn = math.cos(normal), math.sin(normal)
-    patch.moment_arms[1 - m] = bases * c - mesh.line * sn - patch.moment_arms[m]
-    patch.moment_arms[3 - m] = mesh.line * c + bases * sn - patch.moment_arms[2 + m]
+    c, sn = math.cos(normal_direction), math.sin(normal_direction)
+    patch.moment_arms[1 - m] = (
+        bases * c - mesh.line_of_action * sn - patch.moment_arms[m]
+    )
+    patch.moment_arms[3 - m] = (
+        mesh.line_of_action * c + bases * sn - patch.moment_arms[2 + m]
+    )
 
 
 @compiled_part
@@ -151,20 +167,20 @@ def normal_gap(flanks, patch, gap):
 def lay_nodes(constants, patch, nodes, extra_gap, half_width):
     """Gaps and opposite arcs of a pair's nodes (n,), stencils at support points."""
     m, mesh, points = patch.master, constants.mesh, constants.grid.points
-    flanks, line, crossings = constants.flanks, mesh.line, patch.crossings
+    flanks, line, crossings = constants.flanks, mesh.line_of_action, patch.crossings
     master, slave = flanks[m], flanks[1 - m]
     count = constants.tables.shape[3]
-    near, far = max(0.0, patch.arc - half_width), patch.arc + half_width
-    patch.first_arc = far
-    patch.step = (far - near) / (nodes.size - 1)
-    before = extra_gap + patch.driver_advance * closing_rate(flanks, patch)
+    tip_end, root_end = max(0.0, patch.arc - half_width), patch.arc + half_width
+    patch.first_arc = root_end
+    patch.step = (root_end - tip_end) / (nodes.size - 1)
+    initial_gap = extra_gap + patch.driver_advance * closing_rate(flanks, patch)
     for i in range(nodes.size):
-        s = roll_of_arc(master, far - i * patch.step)
+        s = roll_of_arc(master, root_end - i * patch.step)
         gap, s_slave, _ = separation(master, slave, line, crossings, s)
-        nodes[i].gap = normal_gap(flanks, patch, gap) + before
-        nodes[i].opposite = arc_of_roll(slave, s_slave)
+        nodes[i].gap = normal_gap(flanks, patch, gap) + initial_gap
+        nodes[i].mate_arc = arc_of_roll(slave, s_slave)
     for a in range(SUPPORT):
-        arc = 0.5 * (far + near) - 0.5 * (far - near) * points[a]
+        arc = 0.5 * (root_end + tip_end) - 0.5 * (root_end - tip_end) * points[a]
         s = roll_of_arc(master, arc)
         s_slave = separation(master, slave, line, crossings, s)[1]
         set_stencil(patch, m, a, arc, master, count)

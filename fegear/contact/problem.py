@@ -240,8 +240,8 @@ def run_kernel(
     from fegear.contact.cycle import TORQUE
 
     teeth = candidate_pairs(problem.pair, position)
-    passed = np.zeros(position.size, np.int64) if pitch is None else pitch
-    gaps = pair_gaps(problem, teeth - passed[:, None], back)
+    passed_pitches = np.zeros(position.size, np.int64) if pitch is None else pitch
+    gaps = pair_gaps(problem, teeth - passed_pitches[:, None], back)
     targets = np.repeat(torque[:, None] / problem.face_width, position.size, axis=1)
     solved = solve_pairs(problem, teeth, gaps, position, TORQUE, targets)
     _require_solved(solved.rows, torque, position)
@@ -301,7 +301,7 @@ def solve_pairs(
         patches=patches,
         nodes=nodes,
         half_width=np.empty(pairs),
-        laid=np.zeros(pairs, np.bool_),
+        has_nodes=np.zeros(pairs, np.bool_),
         in_contact=np.zeros((pairs, size), np.bool_),
         C=np.empty((pairs * size, pairs * size)),
         q=np.zeros(pairs * size),
@@ -311,8 +311,10 @@ def solve_pairs(
         mesh.friction = -mesh.friction
     constants = cycle.Constants(mesh, flanks, tables, contact_grid(size))
     # positions may be every other one of an array: kernels are compiled for whole ones
-    at = np.ascontiguousarray(position)
-    cycle.solve_cycle(constants, teeth, gaps, at, kind, targets, work, (rows, cells))
+    contiguous_position = np.ascontiguousarray(position)
+    cycle.solve_cycle(
+        constants, teeth, gaps, contiguous_position, kind, targets, work, (rows, cells)
+    )
     return KernelResult(teeth, rows, cells, patches, nodes)
 
 

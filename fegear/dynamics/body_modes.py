@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.build import BAND, STRAINED, elastic_damping
+from fegear.dynamics.build import MIN_MESH_ENERGY, SPEED_BAND_FACTORS, elastic_damping
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.mesh_load_curves import pitch_point
@@ -32,12 +32,16 @@ from lumped.train.truncation import TruncationModel
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-DIAMETERS = 6, 12  # families with fewer nodal diameters are solved, at least and most
-EACH = 3  # the lowest modes of each
-ABOVE = 4.0  # times the highest resonance: families that begin there are not solved
+# families with fewer nodal diameters are solved, at least and at most
+FAMILY_LIMITS = 6, 12
+MODES_PER_FAMILY = 3  # the lowest modes of each
+# times the highest resonance: families that begin there are not solved
+CUTOFF_FACTOR = 4.0
 DAMPING = 0.01  # ratio where a gear's first elastic modes are, less above
-inertia_once = lru_cache(maxsize=32)(static_inertia)
-modes_once = lru_cache(maxsize=16)(lowest_modes)  # equal gears, and all torques
+cached_static_inertia = lru_cache(maxsize=32)(static_inertia)
+cached_lowest_modes = lru_cache(maxsize=16)(
+    lowest_modes
+)  # equal gears, and all torques
 
 
 def gears_modes(
@@ -47,25 +51,28 @@ def gears_modes(
 
     reference : the lumped system (Model-1), whose resonances harmonics excite
     """
-    highest = ABOVE * float(_resonances(reference).max(initial=0.0))
+    highest = CUTOFF_FACTOR * float(_resonances(reference).max(initial=0.0))
     return [
-        modes_once(
+        cached_lowest_modes(
             *(settings.sector(gear), gear.density),
-            *(range(min(DIAMETERS[0], _half(gear))), EACH),
-            *(min(DIAMETERS[1], _half(gear)), highest),
+            *(
+                range(min(FAMILY_LIMITS[0], _max_nodal_diameters(gear))),
+                MODES_PER_FAMILY,
+            ),
+            *(min(FAMILY_LIMITS[1], _max_nodal_diameters(gear)), highest),
         )
         for gear in gear_set.gears
     ]
 
 
-def _half(gear: Gear) -> int:
-    """Nodal diameters below half the number of teeth, of which modes are pairs."""
+def _max_nodal_diameters(gear: Gear) -> int:
+    """Number of nodal diameters below half the number of teeth."""
     return (gear.geometry.teeth + 1) // 2
 
 
 def _resonances(system: LumpedSystem) -> Array:
     """Natural frequencies [Hz] of modes that strain the meshes, without body modes."""
-    strained = system.modes.mesh_energy.sum(axis=0) >= STRAINED
+    strained = system.modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY
     return np.asarray(system.modes.frequency_Hz[strained])
 
 
@@ -78,15 +85,17 @@ def static_inertias(
     """
     inertias = np.zeros(len(gear_set.meshes))
     for side in sides:
-        if side.side != DRIVE:
+        if side.flank_sign != DRIVE:
             continue
-        pair, place = pitch_point(gear_set, side.mesh, len(side.laws.gap) - 1)
-        contact = int(np.flatnonzero(side.laws.teeth == pair)[0])
+        pair, position_index = pitch_point(
+            gear_set, side.mesh, len(side.load_curves.gap) - 1
+        )
+        contact = int(np.flatnonzero(side.load_curves.pair_offsets == pair)[0])
         for g in side.gears:
             gear = gear_set.gears[g]
             body = settings.sector(gear), gear.density
-            arc = float(side.arcs(g)[place, contact])
-            inertias[side.mesh] += inertia_once(*body, arc) / gear.face_width
+            arc = float(side.arcs(g)[position_index, contact])
+            inertias[side.mesh] += cached_static_inertia(*body, arc) / gear.face_width
     return inertias
 
 
@@ -107,24 +116,33 @@ def body_modes(
     ]
     modal = modal_matrices(gear_set, reference, elastic)
     jacobian = contact_rows(gear_set, reference, sides, elastic, 0.0)
-    travels, number = modal.partner != np.arange(modal.owner.size), modal.owner.size
-    first = travels & (modal.partner > np.arange(number))
-    order = np.argsort(travels.astype(int) + (travels & ~first), kind="stable")
-    turn = np.arctan2(modal.sine, modal.cosine) * np.where(first, 1.0, -1.0)
-    turn = np.where(travels, turn, 0.0)  # of a mode by the pitch of a tooth
-    rate = _mesh_rates(gear_set, reference)[modal.owner]
-    rows = _turned_back(_mode_rows(jacobian, modal), modal.partner, first, turn)
-    coupling = (modal.coupling[:, None] * modal.rotation[modal.owner])[order]
-    still = np.delete(coupling, reference.moving, axis=1)
+    is_travelling, number = (
+        modal.partner != np.arange(modal.gear_of_mode.size),
+        modal.gear_of_mode.size,
+    )
+    first = is_travelling & (modal.partner > np.arange(number))
+    order = np.argsort(
+        is_travelling.astype(int) + (is_travelling & ~first), kind="stable"
+    )
+    phase_per_tooth = np.arctan2(modal.sine, modal.cosine) * np.where(first, 1.0, -1.0)
+    phase_per_tooth = np.where(
+        is_travelling, phase_per_tooth, 0.0
+    )  # of a mode by the pitch of a tooth
+    rate = _mesh_rates(gear_set, reference)[modal.gear_of_mode]
+    rows = _to_fixed_frame(
+        _mode_rows(jacobian, modal), modal.partner, first, phase_per_tooth
+    )
+    coupling = (modal.coupling[:, None] * modal.rotation[modal.gear_of_mode])[order]
+    unstrained_coupling = np.delete(coupling, reference.moving, axis=1)
     return BodyModes(
         angular=np.sqrt(modal.rigidity)[order],
         damping=modal.elastic_damping[order],
         coupling=coupling[:, reference.moving],
         # hubs that no mesh strains follow freely: z'' = -G'e''
-        mass=np.eye(number) - still @ still.T,
+        mass=np.eye(number) - unstrained_coupling @ unstrained_coupling.T,
         rows=np.ascontiguousarray(rows[..., order]),
-        whirl=(turn / (2.0 * np.pi) * rate)[order],
-        gears=modal.owner[order],
+        whirl=(phase_per_tooth / (2.0 * np.pi) * rate)[order],
+        gears=modal.gear_of_mode[order],
         nodal_diameters=np.concatenate([m.nodal_diameters for m in modes])[order],
     )
 
@@ -148,19 +166,21 @@ def _mode_rows(jacobian: ContactJacobian, modal: ModalMatrices) -> Array:
     return rows
 
 
-def _turned_back(
-    rows: Array, partner: Indices, first: NDArray[np.bool_], turn: Array
+def _to_fixed_frame(
+    rows: Array, partner: Indices, first: NDArray[np.bool_], phase_per_tooth: Array
 ) -> Array:
-    """Rows in a frame that the gears turn past, from those in the frame of a gear.
+    """Rows in the non-rotating frame, from rows in the frame of a gear.
 
-    turn : (b,) angle of each pair by which the gear's coordinates E1 - i E2 fall behind
-        in a mesh cycle
+    phase_per_tooth : (b,) angle of each pair by which the gear's coordinates E1 - i E2
+        fall behind in a mesh cycle
     """
     one, two = np.flatnonzero(first), partner[first]
     cycle = np.linspace(0.0, 1.0, rows.shape[1])[:, None]
-    back = (rows[..., one] + 1j * rows[..., two]) * np.exp(-1j * turn[one] * cycle)
+    fixed_pair = (rows[..., one] + 1j * rows[..., two]) * np.exp(
+        -1j * phase_per_tooth[one] * cycle
+    )
     fixed_rows = rows.copy()
-    fixed_rows[..., one], fixed_rows[..., two] = back.real, back.imag
+    fixed_rows[..., one], fixed_rows[..., two] = fixed_pair.real, fixed_pair.imag
     return fixed_rows
 
 
@@ -181,22 +201,24 @@ def with_body_modes(
     reference : Model-1 of the same train; modes : all that were solved
     static : (m,) inertia of the meshes' static displacement, see `static_inertias`
     """
-    still = replace(reference, contacts=replace(contacts, modes=None))
-    loaded = require_present(still.loaded, "loaded state")
-    inertia = _inertia(gear_set, contacts, reference, modes, static, loaded)
+    without_modes = replace(reference, contacts=replace(contacts, modes=None))
+    loaded = require_present(without_modes.loaded, "loaded state")
+    truncation_model = _truncation_model(
+        gear_set, contacts, reference, modes, static, loaded
+    )
     if retained is None or retained.size != modes.count:
-        every = replace(reference, contacts=replace(contacts, modes=modes))
-        retained = inertia.choose(own_band(every))
+        with_all_modes = replace(reference, contacts=replace(contacts, modes=modes))
+        retained = truncation_model.choose(loaded_resonance_band(with_all_modes))
     return replace(
         contacts,
         modes=modes.select(retained),
         solved_modes=modes,
-        truncation_model=inertia,
+        truncation_model=truncation_model,
         retained=retained,
     )
 
 
-def own_band(system: LumpedSystem) -> tuple[float, float]:
+def loaded_resonance_band(system: LumpedSystem) -> tuple[float, float]:
     """Mesh frequencies of the first mesh [Hz] around a train's resonances.
 
     From a tenth of the lowest natural frequency of the coupled model with its body
@@ -205,14 +227,19 @@ def own_band(system: LumpedSystem) -> tuple[float, float]:
     loaded = system.loaded
     if loaded is None:
         raise ValueError("the system must have contacts of the coupled model")
-    strained = loaded.frequency_Hz[loaded.mesh_energy.sum(axis=0) >= STRAINED]
+    strained = loaded.frequency_Hz[loaded.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY]
     rates = [float(rate) for rate in system.train.mesh_rates]
-    low = BAND[0] * float(strained.min()) / max(rates)
-    high = BAND[1] * system.highest_mesh_mode_angular / (2.0 * np.pi) / min(rates)
+    low = SPEED_BAND_FACTORS[0] * float(strained.min()) / max(rates)
+    high = (
+        SPEED_BAND_FACTORS[1]
+        * system.highest_mesh_mode_angular
+        / (2.0 * np.pi)
+        / min(rates)
+    )
     return low, max(high, low)
 
 
-def _inertia(
+def _truncation_model(
     gear_set: GearSet,
     contacts: CoupledContacts,
     reference: LumpedSystem,
@@ -227,23 +254,23 @@ def _inertia(
     drive, positions = contacts.contacts.side > 0, modes.rows.shape[1] - 1
     at_pitch = np.empty((len(reference.excitations), modes.count))
     for m in range(len(at_pitch)):
-        pair, place = pitch_point(gear_set, m, positions)
+        pair, position_index = pitch_point(gear_set, m, positions)
         at_pair = (contacts.mesh_of == m) & (contacts.pairs == pair) & drive
-        at_pitch[m] = modes.rows[np.flatnonzero(at_pair)[0], place]
+        at_pitch[m] = modes.rows[np.flatnonzero(at_pair)[0], position_index]
     stiffness = reference.modes.mean_stiffness[:, None]
     ste = loaded.deflection[:-1].T
     squares = at_pitch**2
-    left = static - (squares / modes.angular**4).sum(axis=1)
-    rest_Hz = _rest_Hz(modes)
+    residual_inertia = static - (squares / modes.angular**4).sum(axis=1)
+    unsolved_Hz = _unsolved_Hz(modes)
     return TruncationModel(
         frequencies_Hz=modes.angular / (2.0 * np.pi),
         damping_ratio=0.5 * modes.damping / modes.angular,
         families=families,
         compliance=stiffness * squares / modes.angular**2,
-        unsolved_Hz=rest_Hz,
+        unsolved_Hz=unsolved_Hz,
         unsolved_compliance=stiffness[:, 0]
-        * np.maximum(left, 0.0)
-        * (2.0 * np.pi * rest_Hz) ** 2,
+        * np.maximum(residual_inertia, 0.0)
+        * (2.0 * np.pi * unsolved_Hz) ** 2,
         amplitudes=np.stack([harmonic_amplitudes(mesh_ste) for mesh_ste in ste]),
         rate=np.array([float(rate) for rate in reference.train.mesh_rates]),
         resonances_Hz=loaded.frequency_Hz,
@@ -252,9 +279,11 @@ def _inertia(
     )
 
 
-def _rest_Hz(modes: BodyModes) -> float:
-    """The lowest mode that was not solved is none of these: no lower than the last
-    family's lowest and each family's highest."""
+def _unsolved_Hz(modes: BodyModes) -> float:
+    """Lower bound of the natural frequencies that were not solved [Hz].
+
+    It is the lowest of the last family's lowest and of each family's highest.
+    """
     bounds = []
     for gear in np.unique(modes.gears):
         in_gear, n = modes.gears == gear, modes.nodal_diameters

@@ -14,7 +14,11 @@ from numpy.typing import NDArray
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
 from fegear.dynamics.memory import full_bytes, require_memory
-from fegear.dynamics.mesh_load_curves import all_mesh_laws, equal_tables, pitch_point
+from fegear.dynamics.mesh_load_curves import (
+    all_mesh_load_curves,
+    equal_tables,
+    pitch_point,
+)
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
@@ -42,13 +46,15 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
-HARMONICS = 7.0  # of the highest mesh frequency, whose modes are looked at
-modes_once = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
-BAND = 0.1, 1.3  # of speeds, over the lowest and the highest resonance of a train
-STRAINED = 0.05  # least part of a resonance's strain energy in the meshes
-GRID, ORDERS = 25, 12  # speeds of the band, and orders that meet elastic modes
-SHARE = 1e-4  # least part of a mode in the compliance of a mesh
-SHEAR_WAVES = 3.0  # along the tip circle: modes below that frequency are looked at
+CUTOFF_FACTOR = 7.0  # of the highest mesh frequency, whose modes are looked at
+cached_gear_modes = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
+# of speeds, over the lowest and the highest resonance of a train
+SPEED_BAND_FACTORS = 0.1, 1.3
+MIN_MESH_ENERGY = 0.05  # least part of a resonance's strain energy in the meshes
+N_SPEEDS, MAX_ORDER = 25, 12  # speeds of the band, and orders that meet elastic modes
+MIN_COMPLIANCE_SHARE = 1e-4  # least part of a mode in the compliance of a mesh
+# times the rate of shear waves along the tip circle: lower modes are looked at
+SHEAR_WAVE_FACTOR = 3.0
 
 
 @documented
@@ -124,21 +130,29 @@ def prepare(
         require_inertia_of_bodies(gear_set)
     tables = equal_tables(gear_set, torque, excitations)
     statics = replace(excitations.source.statics, friction=elements.friction)
-    laws = all_mesh_laws(gear_set, tables, statics)
-    far = cross_mesh_compliance(gear_set, laws, statics)
+    load_curves = all_mesh_load_curves(gear_set, tables, statics)
+    cross_mesh = cross_mesh_compliance(gear_set, load_curves, statics)
     if elements.fidelity == "full":
         highest = highest_speed(reference, speeds)
-        wholes = _whole_gears(gear_set, statics, elements.mesh, highest)
-        require_memory(gear_set, full_bytes(gear_set, laws, wholes))
+        cyclic_gears = _cyclic_gears(gear_set, statics, elements.mesh, highest)
+        require_memory(gear_set, full_bytes(gear_set, load_curves, cyclic_gears))
         ratio = elements.elastic_damping
         return _prepare_full(
-            gear_set, reference, laws, wholes, far, ratio, settings.scheme
+            gear_set,
+            reference,
+            load_curves,
+            cyclic_gears,
+            cross_mesh,
+            ratio,
+            settings.scheme,
         )
-    beside = None if far is None else (far, np.zeros_like(far))
-    nobody: list[ElasticGear | None] = [None] * len(gear_set.gears)
-    rigid = dynamic_model(gear_set, reference, laws, nobody, beside)
+    cross_mesh_pair = (
+        None if cross_mesh is None else (cross_mesh, np.zeros_like(cross_mesh))
+    )
+    no_modes: list[ElasticGear | None] = [None] * len(gear_set.gears)
+    rigid = dynamic_model(gear_set, reference, load_curves, no_modes, cross_mesh_pair)
     if elements.fidelity == "quasistatic":
-        return _prepared(
+        return _reduced_choice(
             rigid, settings, "quasistatic", "quasistatic: as asked for", []
         )
     highest = highest_speed(reference, speeds)
@@ -150,44 +164,52 @@ def prepare(
                 "lies below it, allowed are more, or fidelity quasistatic"
             )
         reason = "quasistatic: no elastic mode of the gears is near these speeds"
-        return _prepared(rigid, settings, "quasistatic", reason, [])
+        return _reduced_choice(rigid, settings, "quasistatic", reason, [])
     elastic = _elastic(gear_set, modes, elements.elastic_damping)
-    model = dynamic_model(gear_set, reference, laws, elastic, beside)
+    model = dynamic_model(gear_set, reference, load_curves, elastic, cross_mesh_pair)
     choice = _choice(model, tables, speeds, elements)
     unseen = ""
     if elements.cutoff_Hz is not None:
         unseen = f"; modes above {elements.cutoff_Hz:g} Hz are left out of this"
     if elements.fidelity == "reduced":
-        reason = _asked_for(choice, modes) + unseen
-        return _prepared(model, settings, "reduced", reason, modes)
+        reason = _reduced_reason(choice, modes) + unseen
+        return _reduced_choice(model, settings, "reduced", reason, modes)
     if choice.fidelity == "quasistatic":
-        return _prepared(rigid, settings, "quasistatic", choice.sentence + unseen, [])
+        return _reduced_choice(
+            rigid, settings, "quasistatic", choice.sentence + unseen, []
+        )
     truncated = [truncate_modes(mode_set, choice.cutoff_Hz) for mode_set in modes]
     elastic = _elastic(gear_set, truncated, elements.elastic_damping)
-    model = dynamic_model(gear_set, reference, laws, elastic, beside)
-    return _prepared(model, settings, "reduced", choice.sentence + unseen, truncated)
+    model = dynamic_model(gear_set, reference, load_curves, elastic, cross_mesh_pair)
+    return _reduced_choice(
+        model, settings, "reduced", choice.sentence + unseen, truncated
+    )
 
 
 def _prepare_full(
     gear_set: GearSet,
     reference: LumpedSystem,
-    laws: Sequence[MeshLoadCurves],
-    wholes: Sequence[CyclicGear],
-    far: Array | None,
+    load_curves: Sequence[MeshLoadCurves],
+    cyclic_gears: Sequence[CyclicGear],
+    cross_mesh: Array | None,
     damping_ratio: float,
     scheme: Scheme,
 ) -> StepperChoice:
     from fegear.dynamics.full import FullStepper, full_model
 
     damping = [elastic_damping(gear, damping_ratio) for gear in gear_set.gears]
-    hubs, fields = full_model(gear_set, reference, laws, wholes, damping, far)
-    freedoms = tuple(field.whole.unknowns * field.whole.teeth for field in fields)
-    counts = " + ".join(map(str, freedoms))
+    hubs, fields = full_model(
+        gear_set, reference, load_curves, cyclic_gears, damping, cross_mesh
+    )
+    dofs = tuple(
+        field.cyclic_gear.unknowns * field.cyclic_gear.teeth for field in fields
+    )
+    counts = " + ".join(map(str, dofs))
     reason = f"full: as asked for, {counts} elastic freedoms of the gears"
-    return StepperChoice(FullStepper(hubs, scheme, fields), "full", reason, freedoms)
+    return StepperChoice(FullStepper(hubs, scheme, fields), "full", reason, dofs)
 
 
-def _prepared(
+def _reduced_choice(
     model: DynamicModel,
     settings: DynamicSettings,
     fidelity: str,
@@ -200,21 +222,21 @@ def _prepared(
     )
 
 
-def _whole_gears(
+def _cyclic_gears(
     gear_set: GearSet, statics: StaticsSettings, refinement: float, highest: float
 ) -> list[CyclicGear]:
     """For mesh frequencies up to `highest` [Hz]."""
     from fegear.elasticity.cyclic_gear import cyclic_gear
 
-    wholes = []
+    cyclic_gears = []
     for gear in gear_set.gears:
         sector, cutoff = statics.sector(gear, refinement), default_cutoff(gear, highest)
         sector = resolving_sector(sector, gear.density, cutoff)
-        wholes.append(cyclic_gear(sector, gear.density))
-    return wholes
+        cyclic_gears.append(cyclic_gear(sector, gear.density))
+    return cyclic_gears
 
 
-def _asked_for(choice: Choice, modes: Sequence[GearModes]) -> str:
+def _reduced_reason(choice: Choice, modes: Sequence[GearModes]) -> str:
     counts = " + ".join(str(mode_set.frequencies_Hz.size) for mode_set in modes)
     return (
         f"reduced: as asked for, with {counts} elastic modes of the gears; "
@@ -234,7 +256,7 @@ def modes_of(
     highest : mesh frequency of the first mesh [Hz]
     """
     return [
-        modes_once(
+        cached_gear_modes(
             settings.sector(gear),
             gear.density,
             cutoff_Hz or default_cutoff(gear, highest),
@@ -245,7 +267,7 @@ def modes_of(
 
 def default_cutoff(gear: Gear, highest: float) -> float:
     """Modes below it [Hz] may matter at mesh frequencies up to `highest`."""
-    return max(HARMONICS * highest, SHEAR_WAVES * round_trips(gear))
+    return max(CUTOFF_FACTOR * highest, SHEAR_WAVE_FACTOR * round_trips(gear))
 
 
 def round_trips(gear: Gear) -> float:
@@ -303,11 +325,13 @@ def _choice(
     stiffness = model.reference.modes.mean_stiffness
     meshes = []
     for m, table in enumerate(tables):
-        pair, place = pitch_point(model.sides[0].gear_set, m, normal.shape[1] - 1)
+        pair, position_index = pitch_point(
+            model.sides[0].gear_set, m, normal.shape[1] - 1
+        )
         labels = model.contact_labels
         contact = next(c for c, label in enumerate(labels) if label == (m, pair, 1))
         mode_index = columns[m, hubs : count[m]] - hubs
-        row = normal[contact, place, hubs : count[m]]
+        row = normal[contact, position_index, hubs : count[m]]
         share = stiffness[m] * row**2 / rigidity[mode_index]
         frequencies = np.sqrt(rigidity[mode_index]) / (2.0 * math.pi)
         modes = ElasticModes(frequencies, share, elements.elastic_damping)
@@ -317,19 +341,19 @@ def _choice(
     return choose(meshes, judged, elements.tolerance)
 
 
-def own_band(reference: LumpedSystem) -> tuple[float, float] | None:
+def resonance_band(reference: LumpedSystem) -> tuple[float, float] | None:
     """Mesh frequencies of the first mesh [Hz] around a train's resonances.
 
     From a tenth of the lowest to 1.3 times the highest natural frequency that strains
     the meshes, without body modes; None where none does.
     """
-    strained = reference.modes.mesh_energy.sum(axis=0) >= STRAINED
+    strained = reference.modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY
     resonances = reference.modes.frequency_Hz[strained]
     if not resonances.size:
         return None
     rates = [float(rate) for rate in reference.train.mesh_rates]
-    low = BAND[0] * float(resonances.min()) / max(rates)
-    return low, BAND[1] * float(resonances.max()) / min(rates)
+    low = SPEED_BAND_FACTORS[0] * float(resonances.min()) / max(rates)
+    return low, SPEED_BAND_FACTORS[1] * float(resonances.max()) / min(rates)
 
 
 def highest_speed(reference: LumpedSystem, speeds: Sequence[float]) -> float:
@@ -338,7 +362,7 @@ def highest_speed(reference: LumpedSystem, speeds: Sequence[float]) -> float:
     That of the train's own resonances at least: harmonics of low speeds excite these,
     and the motion at a speed must not depend on which others are asked for.
     """
-    band = own_band(reference)
+    band = resonance_band(reference)
     return max(speeds) if band is None else max(*speeds, band[1])
 
 
@@ -349,15 +373,17 @@ def _speeds_of_resonances(
 
     Those at which harmonics meet an elastic mode are among them.
     """
-    band = own_band(reference)
+    band = resonance_band(reference)
     if band is None:
         return []
     low, high = band
-    orders = np.arange(1.0, ORDERS + 1.0)
+    orders = np.arange(1.0, MAX_ORDER + 1.0)
     met = [
-        np.divide.outer(modes.frequencies_Hz[modes.compliance > SHARE], rate * orders)
+        np.divide.outer(
+            modes.frequencies_Hz[modes.compliance > MIN_COMPLIANCE_SHARE], rate * orders
+        )
         for modes, _, rate in meshes
     ]
     speeds = np.concatenate([block.ravel() for block in met])
     inside = np.unique(speeds[(speeds > low) & (speeds < high)])
-    return [*np.geomspace(low, high, GRID).tolist(), *inside.tolist()]
+    return [*np.geomspace(low, high, N_SPEEDS).tolist(), *inside.tolist()]

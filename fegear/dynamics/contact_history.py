@@ -17,50 +17,50 @@ from lumped.kernels.contact import MIN_REVERSING_SPEED
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-ON_GRID = 1e-6  # of a cell of the pair laws within which a position is on the grid
+GRID_ATOL = 1e-6  # of a cell of the pair laws within which a position is on the grid
 
 
 @dataclass(frozen=True, eq=False)
 class ContactHistory:
     """One tooth pair on one side of a mesh, at t times.
 
-    place : of the pair in its side
+    pair_index : of the pair in its side
     load : (t,) [N]
     friction : (t,) friction toward the roots over the load, negative toward the tips
-    ends, weights : (t, 2) points of the laws' grid between which it is
+    grid_indices, weights : (t, 2) points of the laws' grid between which it is
     """
 
     side: ContactSide
-    place: int
+    pair_index: int
     load: Array
     friction: Array
-    ends: Indices
+    grid_indices: Indices
     weights: Array
 
     @property
-    def pair(self) -> int:
+    def pair_offset(self) -> int:
         """Base pitches by which the pair is ahead of the reference pair."""
-        return int(self.side.laws.teeth[self.place])
+        return int(self.side.load_curves.pair_offsets[self.pair_index])
 
     @property
     def name(self) -> str:
-        """Meshes count from 1."""
-        kind = "pair" if self.side.side == DRIVE else "back"
-        return f"mesh{self.side.mesh + 1}_{kind}{self.pair}"
+        """Column name, such as mesh1_pair0."""
+        kind = "pair" if self.side.flank_sign == DRIVE else "back"
+        return f"mesh{self.side.mesh + 1}_{kind}{self.pair_offset}"
 
     def tooth(self, gear: int) -> int:
         """Its tooth of a gear, clockwise from the gear's first tooth."""
-        return int(self.side.teeth(gear)[self.place])
+        return int(self.side.teeth(gear)[self.pair_index])
 
-    def flank_load(self, gear: int, stressed: int, rows: slice) -> FlankLoad:
-        """Load on a gear at some times, seen from its tooth `stressed`."""
+    def flank_load(self, gear: int, reference_tooth: int, rows: slice) -> FlankLoad:
+        """Load on a gear at some times, seen from its tooth `reference_tooth`."""
         width = self.side.gear_set.common_width(self.side.mesh)
         normal = self.load[rows] / width
-        arcs = self.side.arcs(gear)[:, self.place]
+        arcs = self.side.arcs(gear)[:, self.pair_index]
         return FlankLoad(
-            self.tooth(gear) - stressed,
+            self.tooth(gear) - reference_tooth,
             self.side.flank,
-            between(arcs, self.ends[rows], self.weights[rows]),
+            interpolate(arcs, self.grid_indices[rows], self.weights[rows]),
             normal,
             self.friction[rows] * normal,
         )
@@ -68,80 +68,91 @@ class ContactHistory:
     @property
     def pressure(self) -> Array:
         """Largest contact pressure (t,), linear in the root of the load as Hertz's."""
-        loads = self.side.laws.load[:, self.place, NOMINAL]
-        pressures = self.side.laws.pressure[:, self.place]
+        loads = self.side.load_curves.load[:, self.pair_index, NOMINAL]
+        pressures = self.side.load_curves.pressure[:, self.pair_index]
         pressure = np.zeros(self.load.size)
-        for end, weight in zip(self.ends.T, self.weights.T, strict=True):
+        for end, weight in zip(self.grid_indices.T, self.weights.T, strict=True):
             touching = (self.load > 0.0) & (weight > 0.0)
             for p in np.unique(end[touching]):
-                here = touching & (end == p)
-                root = np.sqrt(self.load[here] / loads[p, -1])
+                in_cell = touching & (end == p)
+                root = np.sqrt(self.load[in_cell] / loads[p, -1])
                 knots = np.sqrt(loads[p] / loads[p, -1])
                 peak = np.interp(root, knots, pressures[p]) * np.maximum(root, 1.0)
-                pressure[here] += weight[here] * peak
+                pressure[in_cell] += weight[in_cell] * peak
         return pressure
 
 
-def between(values: Array, ends: Indices, weights: Array) -> Array:
-    """Values (p,) of the laws' grid over time (t,)."""
-    return (values[ends] * weights).sum(axis=1)
+def interpolate(values: Array, grid_indices: Indices, weights: Array) -> Array:
+    """Interpolate values (p,) on the grid of the load curves over time (t,)."""
+    return (values[grid_indices] * weights).sum(axis=1)
 
 
-def cycle_position(rate: float, count: int, steps: int) -> Array:
+def cycle_position(rate: float, count: int, steps_per_cycle: int) -> Array:
     """Part of its cycle that a mesh has passed (count,), 0 to 1."""
-    cycles = rate * np.arange(count) / steps
+    cycles = rate * np.arange(count) / steps_per_cycle
     return np.maximum(cycles - np.floor(cycles + 1e-9), 0.0)
 
 
 def contact_histories(
-    model: DynamicModel, motion: FeHistory, steps: int
+    model: DynamicModel, motion: FeHistory, steps_per_cycle: int
 ) -> list[ContactHistory]:
-    """All contacts in the model's order; steps : of a cycle of the first mesh."""
-    rotation = _rotation(model, motion, steps)
+    """All contacts in the order of the model.
+
+    steps_per_cycle : of the first mesh
+    """
+    rotation = _rotation(model, motion, steps_per_cycle)
     histories: list[ContactHistory] = []
     for side in model.sides:
         position = cycle_position(
-            model.kinematics.rate[side.mesh], len(motion.pair_load), steps
+            model.kinematics.rate[side.mesh], len(motion.pair_load), steps_per_cycle
         )
-        cells = len(side.laws.gap) - 1
-        low = np.minimum((position * cells + ON_GRID).astype(np.int64), cells - 1)
-        part = position * cells - low
-        part = np.where(np.abs(part) < ON_GRID, 0.0, part)
-        ends = np.stack([low, low + 1], axis=1)
-        for place in range(side.laws.teeth.size):
+        cells = len(side.load_curves.gap) - 1
+        low = np.minimum((position * cells + GRID_ATOL).astype(np.int64), cells - 1)
+        fraction = position * cells - low
+        fraction = np.where(np.abs(fraction) < GRID_ATOL, 0.0, fraction)
+        grid_indices = np.stack([low, low + 1], axis=1)
+        for pair_index in range(side.load_curves.pair_offsets.size):
             # flanks that do not face each other have no law
-            facing = side.laws.load[:, place, NOMINAL, -1] > 0.0
-            weights = np.stack([1.0 - part, part], axis=1) * facing[ends]
+            facing = side.load_curves.load[:, pair_index, NOMINAL, -1] > 0.0
+            weights = (
+                np.stack([1.0 - fraction, fraction], axis=1) * facing[grid_indices]
+            )
             total = weights.sum(axis=1, keepdims=True)
             weights = weights / np.where(total > 0.0, total, 1.0)
             index = len(histories)
             friction = _signed_friction(
-                model, index, rotation[:, side.gears], ends, weights
+                model, index, rotation[:, side.gears], grid_indices, weights
             )
             load = motion.pair_load[:, index] + 0.0  # no negative zeros
-            histories.append(ContactHistory(side, place, load, friction, ends, weights))
+            histories.append(
+                ContactHistory(side, pair_index, load, friction, grid_indices, weights)
+            )
     return histories
 
 
-def _rotation(model: DynamicModel, motion: FeHistory, steps: int) -> Array:
+def _rotation(model: DynamicModel, motion: FeHistory, steps_per_cycle: int) -> Array:
     """Speed of every gear in its nominal sense (t, gears) [rad/s]."""
     nominal = model.kinematics.speed
     time = motion.time
-    angular = 2.0 * math.pi * (time.size - 1) / (steps * time[-1])
+    angular = 2.0 * math.pi * (time.size - 1) / (steps_per_cycle * time[-1])
     turning = motion.hub[:, 1] @ model.modal.rotation.T
     return (angular * nominal + turning) * np.sign(nominal)
 
 
 def _signed_friction(
-    model: DynamicModel, index: int, rotation: Array, ends: Indices, weights: Array
+    model: DynamicModel,
+    index: int,
+    rotation: Array,
+    grid_indices: Indices,
+    weights: Array,
 ) -> Array:
-    """Friction (t,) over load as `kernels.contact.set_reversed` directs it."""
+    """Friction (t,) over load, directed as by `kernels.contact.set_reversed`."""
     friction = float(model.jacobian.friction)
     if friction == 0.0:
         return np.zeros(len(rotation))
     contacts = model.contacts
     nominal, one, two = (
-        between(values[index], ends, weights)
+        interpolate(values[index], grid_indices, weights)
         for values in (contacts.sliding, *contacts.arms)
     )
     slip = rotation[:, 0] * one - rotation[:, 1] * two

@@ -23,15 +23,15 @@ Array = NDArray[np.float64]
 
 
 def cross_mesh_compliance(
-    gear_set: GearSet, laws: Sequence[MeshLoadCurves], settings: StaticsSettings
+    gear_set: GearSet, load_curves: Sequence[MeshLoadCurves], settings: StaticsSettings
 ) -> Array | None:
     """Penetration of contact c per load on contact d of another mesh (p, c, c) [m/N].
 
     None where no gear is in two meshes. Friction's part is left out.
     """
-    sides = contact_sides(gear_set, laws)
-    ends = np.cumsum([side.laws.teeth.size for side in sides])
-    total = np.zeros((len(sides[0].laws.gap), ends[-1], ends[-1]))
+    sides = contact_sides(gear_set, load_curves)
+    ends = np.cumsum([side.load_curves.pair_offsets.size for side in sides])
+    total = np.zeros((len(sides[0].load_curves.gap), ends[-1], ends[-1]))
     has_coupling = False
     for g, gear in enumerate(gear_set.gears):
         side_indices = [i for i, side in enumerate(sides) if g in side.gears]
@@ -50,7 +50,8 @@ def cross_mesh_compliance(
             width = max(gear_set.common_width(sides[k].mesh) for k in (i, j))
             block = cross_compliance(sector, sides[i], sides[j], g) / width
             rows, columns = (
-                slice(ends[k] - sides[k].laws.teeth.size, ends[k]) for k in (i, j)
+                slice(ends[k] - sides[k].load_curves.pair_offsets.size, ends[k])
+                for k in (i, j)
             )
             total[:, rows, columns] += block
     return total if has_coupling else None
@@ -60,22 +61,24 @@ def cross_compliance(
     sector: CyclicSector, receiver: ContactSide, source: ContactSide, gear: int
 ) -> Array:
     """(p, k, l) between the contacts of two flank pairs on a gear [m/(N/m)]."""
-    apart = receiver.teeth(gear)[:, None] - source.teeth(gear)[None, :]
+    tooth_offset = receiver.teeth(gear)[:, None] - source.teeth(gear)[None, :]
     # the picture is mirrored where the load is on a left flank
     mirrored = source.flank == LEFT
     flank = receiver.flank if not mirrored else (LEFT, RIGHT)[receiver.flank == LEFT]
-    apart = (-apart if mirrored else apart) % sector.gear.teeth
+    tooth_offset = (-tooth_offset if mirrored else tooth_offset) % sector.gear.teeth
     grid = sector.gear.flank_length, sector.size.flank_grading
     count = len(sector.flanks[RIGHT].arcs)
     (i, u), (j, v) = (
         flank_stencils(side.arcs(gear), *grid, count) for side in (receiver, source)
     )
-    block = np.zeros((u.shape[0], *apart.shape))
-    for offset in np.unique(apart):
+    block = np.zeros((u.shape[0], *tooth_offset.shape))
+    for offset in np.unique(tooth_offset):
         table = _flank_table(sector, int(offset), flank)
-        for k, m in np.argwhere(apart == offset):
-            near = table[i[:, k, :, None], j[:, m, None, :]]
-            block[:, k, m] = np.einsum("na,nab,nb->n", u[:, k], near, v[:, m])
+        for k, m in np.argwhere(tooth_offset == offset):
+            stencil_compliance = table[i[:, k, :, None], j[:, m, None, :]]
+            block[:, k, m] = np.einsum(
+                "na,nab,nb->n", u[:, k], stencil_compliance, v[:, m]
+            )
     return block
 
 
@@ -87,4 +90,4 @@ def _flank_table(sector: CyclicSector, offset: int, flank: int) -> Array:
     """
     field = ring_fields(sector, nodal_loads(sector), [offset])[offset]
     points = sector.flanks[flank]
-    return np.einsum("icj,ic->ij", field[points.freedoms], points.inward)
+    return np.einsum("icj,ic->ij", field[points.dofs], points.inward)

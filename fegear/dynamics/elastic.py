@@ -55,10 +55,10 @@ def elastic_body(number: int, gear: ElasticGear | None) -> dict[str, NDArray[Any
     """
     if gear is None:
         none: dict[str, NDArray[Any]] = dict.fromkeys(REAL, np.empty(0))
-        return none | dict.fromkeys(("owner", "partner"), np.empty(0, np.int64))
+        return none | dict.fromkeys(("gear_of_mode", "partner"), np.empty(0, np.int64))
     modes = gear.modes
     angular = 2.0 * np.pi * modes.frequencies_Hz
-    turn = 2.0 * np.pi * modes.nodal_diameters / modes.teeth
+    phase_per_tooth = 2.0 * np.pi * modes.nodal_diameters / modes.teeth
     single = (modes.nodal_diameters == 0) | (2 * modes.nodal_diameters == modes.teeth)
     # pairs follow each other, the symmetric mode first
     symmetric = single | (np.cumsum(~single) % 2 == 1)
@@ -68,8 +68,8 @@ def elastic_body(number: int, gear: ElasticGear | None) -> dict[str, NDArray[Any
         "elastic_damping": gear.damping.mass + gear.damping.stiffness * angular**2,
         # modes count clockwise
         "coupling": -math.sqrt(gear.width) * modes.rotation_coupling,
-        "owner": np.full(angular.size, number),
+        "gear_of_mode": np.full(angular.size, number),
         "partner": np.arange(angular.size) + step,
-        "cosine": np.cos(turn),
-        "sine": np.where(single, 0.0, step * np.sin(turn)),
+        "cosine": np.cos(phase_per_tooth),
+        "sine": np.where(single, 0.0, step * np.sin(phase_per_tooth)),
     }

@@ -26,12 +26,12 @@ from fegear.dynamics.root_stress import RootInfluence
 from fegear.dynamics.sides import DRIVE
 from fegear.dynamics.stepper import FeHistory
 from fegear.gearset.model import GearSet
-from fegear.gearset.pitch_errors import error_periods, tooth_in_cycles
+from fegear.gearset.pitch_errors import pair_periods, tooth_in_cycles
 from lumped.common.csv_text import format_csv
 from lumped.steady.sweep import Direction
 
 Column = NDArray[Any]
-BLOCK = 8192  # times at which root stresses are computed at once
+ROWS_PER_BLOCK = 8192  # times at which root stresses are computed at once
 LEGEND = {
     "time_s": "from the start of a common period of all meshes",
     "position": "base pitches since the start of the mesh's cycle, 0 to 1",
@@ -79,14 +79,14 @@ def history_table(
         subset = [contact for contact in contacts if contact.side.mesh == mesh]
         position = cycle_position(float(rate), motion.time.size, steps)
         columns |= _mesh_columns(motion, mesh, position, subset)
-        if error_periods(gear_set)[mesh] > 1:
+        if pair_periods(gear_set)[mesh] > 1:
             columns |= _tooth_columns(gear_set, mesh, position)
     for gear, name in enumerate(names):
         columns |= _movements(model, motion, gear, name)
     for gear, influence in (roots or {}).items():
         subset = [contact for contact in contacts if gear in contact.side.gears]
         columns |= _root_stresses(gear, names[gear], influence, subset)
-    differ = max(error_periods(gear_set)) > 1
+    differ = max(pair_periods(gear_set)) > 1
     legend = LEGEND | (TOOTH_LEGEND if differ else {}) | (ROOT_LEGEND if roots else {})
     return HistoryTable(columns, dict(header or {}) | legend)
 
@@ -127,9 +127,9 @@ def _movements(
     hub, modes = motion.hub[:, 0], model.reference.modes
     columns = {f"{name}_rotation_rad": hub @ model.modal.rotation[gear]}
     for axis in "xy":
-        place = modes.coordinates.indices.get((gear, axis))
-        if place is not None:
-            columns[f"{name}_{axis}_m"] = hub @ modes.shapes[place]
+        index = modes.coordinates.indices.get((gear, axis))
+        if index is not None:
+            columns[f"{name}_{axis}_m"] = hub @ modes.shapes[index]
     return columns
 
 
@@ -141,7 +141,7 @@ def _root_stresses(
     """
     columns = {}
     for contact in contacts:
-        if contact.side.side != DRIVE:
+        if contact.side.flank_sign != DRIVE:
             continue
         tooth = contact.tooth(gear)
         parts = [
@@ -150,16 +150,14 @@ def _root_stresses(
             )
             for rows in _blocks(contact.load.size)
         ]
-        column = (
-            f"{name}_mesh{contact.side.mesh + 1}_tooth{contact.pair}_root_stress_Pa"
-        )
-        columns[column] = np.concatenate(parts)
+        mesh, pair = contact.side.mesh + 1, contact.pair_offset
+        columns[f"{name}_mesh{mesh}_tooth{pair}_root_stress_Pa"] = np.concatenate(parts)
     return columns
 
 
 def _blocks(count: int) -> Iterator[slice]:
-    for start in range(0, count, BLOCK):
-        yield slice(start, start + BLOCK)
+    for start in range(0, count, ROWS_PER_BLOCK):
+        yield slice(start, start + ROWS_PER_BLOCK)
 
 
 def gear_words(gear_set: GearSet) -> list[str]:
@@ -190,5 +188,5 @@ def history_name(torque: float, direction: Direction, frequency: float) -> str:
 def _number(value: float, digits: int) -> str:
     """Decimals without an exponent, at least so many digits before the point."""
     text = np.format_float_positional(value, precision=6, trim="-")
-    whole, point, part = text.partition(".")
-    return whole.zfill(digits) + point + part
+    integer_digits, point, decimals = text.partition(".")
+    return integer_digits.zfill(digits) + point + decimals

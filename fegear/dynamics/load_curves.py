@@ -11,14 +11,14 @@ from scipy.interpolate import PchipInterpolator
 
 from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.sides import DRIVE, ContactSide
-from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.pitch_errors import pair_periods
 from lumped.kernels.arrays import Contacts
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-def contact_laws(
+def assemble_contacts(
     sides: Sequence[ContactSide],
     rows: ContactJacobian,
     body: ModalMatrices,
@@ -33,20 +33,27 @@ def contact_laws(
     if cross_mesh is not None:
         normal += cross_mesh[0]
         tangential += cross_mesh[1]
-    penetrations = {side.mesh: side.laws.penetration for side in sides}
-    arms = np.concatenate([s.laws.moment_arms.T[2:] for s in sides], axis=1)
-    gap = np.concatenate([s.laws.gap.T + s.backlash for s in sides])
+    penetrations = {side.mesh: side.load_curves.penetration for side in sides}
+    arms = np.concatenate([s.load_curves.moment_arms.T[2:] for s in sides], axis=1)
+    gap = np.concatenate([s.load_curves.gap.T + s.backlash for s in sides])
     # the back flanks slide the other way
-    sliding = np.concatenate([s.side * s.laws.sliding.T for s in sides])
+    sliding = np.concatenate(
+        [s.flank_sign * s.load_curves.sliding_sign.T for s in sides]
+    )
     return Contacts(
         first=np.searchsorted(mesh_of, np.arange(mesh_of[-1] + 2)),
-        side=np.concatenate([np.full(s.laws.teeth.size, float(s.side)) for s in sides]),
+        side=np.concatenate(
+            [
+                np.full(s.load_curves.pair_offsets.size, float(s.flank_sign))
+                for s in sides
+            ]
+        ),
         gap=np.ascontiguousarray(gap),  # kernels are compiled for one layout
         sliding=np.ascontiguousarray(sliding),
         arms=np.ascontiguousarray(arms),
         knots=np.array(list(penetrations.values())),
         load_curve=np.concatenate(
-            [_cubics(s.laws.penetration, _loads(s)) for s in sides]
+            [_cubics(s.load_curves.penetration, _loads(s)) for s in sides]
         ),
         normal_compliance=normal,
         tangential_compliance=tangential,
@@ -56,14 +63,18 @@ def contact_laws(
 
 def _errors(sides: Sequence[ContactSide]) -> Array:
     """Gaps (c, n) of all contacts in the cycles of their meshes [m]."""
-    cycles = np.arange(math.lcm(*error_periods(sides[0].gear_set)))
+    cycles = np.arange(math.lcm(*pair_periods(sides[0].gear_set)))
     gaps = np.concatenate([side.errors(cycles) for side in sides])
     return gaps if gaps.any() else gaps[:, :0]
 
 
 def _loads(side: ContactSide) -> Array:
     """Loads (p, k, 2, j) with friction as is nominal on this side, then reversed."""
-    return side.laws.load if side.side == DRIVE else side.laws.load[:, :, ::-1]
+    return (
+        side.load_curves.load
+        if side.flank_sign == DRIVE
+        else side.load_curves.load[:, :, ::-1]
+    )
 
 
 def _cubics(penetration: Array, load: Array) -> Array:
@@ -83,19 +94,21 @@ def _residual_compliance(
     hubs, rigidity = body.damping.size, body.rigidity
     contacts, positions = rows.normal.shape[:2]
     normal, tangential = (np.zeros((positions, contacts, contacts)) for _ in range(2))
-    begin = 0
+    start = 0
     for side in sides:
-        block = slice(begin, begin + side.laws.teeth.size)
-        normal[:, block, block] = side.laws.normal
-        tangential[:, block, block] = side.laws.tangential
-        begin = block.stop
+        block = slice(start, start + side.load_curves.pair_offsets.size)
+        normal[:, block, block] = side.load_curves.normal_compliance
+        tangential[:, block, block] = side.load_curves.tangential_compliance
+        start = block.stop
     for c, one in enumerate(mesh_of):
         for d, two in enumerate(mesh_of):
-            here, there = _common(rows, hubs, one, two)
-            softness = 1.0 / rigidity[rows.columns[one, here] - hubs]
-            receiver = rows.normal[c][:, here] * softness
+            receiver_columns, source_columns = _common(rows, hubs, one, two)
+            modal_compliance = (
+                1.0 / rigidity[rows.columns[one, receiver_columns] - hubs]
+            )
+            receiver = rows.normal[c][:, receiver_columns] * modal_compliance
             for out, source in ((normal, rows.normal), (tangential, rows.tangential)):
-                out[:, c, d] -= (receiver * source[d][:, there]).sum(axis=1)
+                out[:, c, d] -= (receiver * source[d][:, source_columns]).sum(axis=1)
     return normal, tangential
 
 
@@ -104,9 +117,9 @@ def _common(
 ) -> tuple[Indices, Indices]:
     """Places of the elastic coordinates that two meshes share, in the row of each."""
     count, columns = rows.widths, rows.columns
-    _, here, there = np.intersect1d(
+    _, columns_of_one, columns_of_two = np.intersect1d(
         columns[one, hubs : count[one]],
         columns[two, hubs : count[two]],
         return_indices=True,
     )
-    return hubs + here, hubs + there
+    return hubs + columns_of_one, hubs + columns_of_two

@@ -12,24 +12,26 @@ from fegear.files.free_memory import available_bytes
 from fegear.gearset.model import GearSet
 
 STEP_SIZES = 5  # whose operators are held at a time: kept, in use and in the making
-FIELDS = 24  # of all freedoms: states, their copies, and what a step makes of them
-NUMBER = 8  # bytes
+N_FIELDS = 24  # of all freedoms: states, their copies, and what a step makes of them
+BYTES_PER_NUMBER = 8  # bytes
 
 
 def full_bytes(
-    gear_set: GearSet, laws: Sequence[MeshLoadCurves], wholes: Sequence[CyclicGear]
+    gear_set: GearSet,
+    load_curves: Sequence[MeshLoadCurves],
+    cyclic_gears: Sequence[CyclicGear],
 ) -> float:
     """Most that fidelity full needs, fields under unit loads above all."""
-    sides = contact_sides(gear_set, laws)
-    kinds = 2 if laws[0].friction > 0.0 else 1
+    sides = contact_sides(gear_set, load_curves)
+    n_load_directions = 2 if load_curves[0].friction > 0.0 else 1
     total = 0.0
-    for number, whole in enumerate(wholes):
+    for number, cyclic_gear in enumerate(cyclic_gears):
         flanks = len({side.flank for side in sides if number in side.gears})
-        field = NUMBER * whole.unknowns * whole.teeth
-        loads = flanks * kinds * len(whole.flanks[0].arcs)
-        cut = whole.unknowns - whole.interior
-        ring = 2 * NUMBER * (whole.teeth // 2 + 1) * cut**2
-        total += STEP_SIZES * (loads * field + ring) + FIELDS * field
+        field = BYTES_PER_NUMBER * cyclic_gear.unknowns * cyclic_gear.teeth
+        loads = flanks * n_load_directions * len(cyclic_gear.flanks[0].arcs)
+        cut = cyclic_gear.unknowns - cyclic_gear.n_interior
+        ring = 2 * BYTES_PER_NUMBER * (cyclic_gear.teeth // 2 + 1) * cut**2
+        total += STEP_SIZES * (loads * field + ring) + N_FIELDS * field
     return total
 
 

@@ -16,9 +16,10 @@ from fegear.statics.excitation import Excitations
 from fegear.statics.solving import StaticsSettings, contact_problem
 from lumped.train.table import MeshTable
 
-POSITIONS = 128  # of a mesh cycle at which pair laws are solved
-REACH = 6.0  # times the largest static deflection: penetration up to which laws curve
-BACK = 20.0  # times the same: larger backlash is out of reach
+POSITIONS_PER_CYCLE = 128  # of a mesh cycle at which pair laws are solved
+# times the largest static deflection: penetration up to which load curves bend
+PENETRATION_FACTOR = 6.0
+MAX_BACKLASH_FACTOR = 20.0  # times the same: larger backlash is out of reach
 
 
 def pitch_point(gear_set: GearSet, mesh: int, positions: int) -> tuple[int, int]:
@@ -27,8 +28,8 @@ def pitch_point(gear_set: GearSet, mesh: int, positions: int) -> tuple[int, int]
     Counted as pairs are in `PairLoadCurves`, from the phase of the mesh on.
     """
     phase = mesh_phases(gear_set)[mesh].value
-    place = round(-phase % 1.0 * positions)
-    return -round(phase + place / positions), place
+    position_index = round(-phase % 1.0 * positions)
+    return -round(phase + position_index / positions), position_index
 
 
 def equal_tables(
@@ -45,32 +46,38 @@ def equal_tables(
     ]
 
 
-def all_mesh_laws(
+def all_mesh_load_curves(
     gear_set: GearSet, tables: Sequence[MeshTable], settings: StaticsSettings
 ) -> list[MeshLoadCurves]:
     """Laws of every mesh, by its table of equal teeth at the torque."""
     return [
-        mesh_laws(gear_set, mesh, float(table["ste_m"].max()), settings)
+        mesh_load_curves(gear_set, mesh, float(table["ste_m"].max()), settings)
         for mesh, table in enumerate(tables)
     ]
 
 
-def mesh_laws(
-    gear_set: GearSet, mesh: int, static: float, settings: StaticsSettings
+def mesh_load_curves(
+    gear_set: GearSet, mesh: int, static_deflection: float, settings: StaticsSettings
 ) -> MeshLoadCurves:
-    """Laws of a mesh (index from 0) whose largest static deflection is `static` [m].
+    """Load curves of a mesh (index from 0).
 
-    static : of equal teeth; pitch errors press some pairs on by as much again
+    static_deflection : largest of equal teeth [m]; pitch errors press some pairs on by
+        as much again
     """
     problem = contact_problem(gear_set, mesh, settings)
     phase = mesh_phases(gear_set)[mesh].value
-    position = phase + np.arange(POSITIONS + 1) / POSITIONS
-    static += float(np.ptp([0.0, *tooth_pair_errors(gear_set, mesh)]))
-    reach, backlash = REACH * static, gear_set.meshes[mesh].backlash
-    near = backlash < BACK * static
+    position = phase + np.arange(POSITIONS_PER_CYCLE + 1) / POSITIONS_PER_CYCLE
+    static_deflection += float(np.ptp([0.0, *tooth_pair_errors(gear_set, mesh)]))
+    max_penetration, backlash = (
+        PENETRATION_FACTOR * static_deflection,
+        gear_set.meshes[mesh].backlash,
+    )
+    has_back_side = backlash < MAX_BACKLASH_FACTOR * static_deflection
     return MeshLoadCurves(
-        drive=pair_load_curves(problem, position, reach),
-        back=pair_load_curves(problem, position, reach, back=True) if near else None,
+        drive=pair_load_curves(problem, position, max_penetration),
+        back=pair_load_curves(problem, position, max_penetration, back=True)
+        if has_back_side
+        else None,
         backlash=backlash,
         friction=problem.friction,
     )

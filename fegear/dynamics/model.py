@@ -24,7 +24,7 @@ from fegear.dynamics.kernels.arrays import (
     ModalMatrices,
     ModelArrays,
 )
-from fegear.dynamics.load_curves import contact_laws
+from fegear.dynamics.load_curves import assemble_contacts
 from fegear.dynamics.rows import contact_rows, is_supported
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.gearset.model import GearSet
@@ -69,36 +69,38 @@ class DynamicModel:
     def contact_labels(self) -> list[tuple[int, int, int]]:
         """(mesh, pair, side) of each contact."""
         return [
-            (side.mesh, int(k), side.side)
+            (side.mesh, int(k), side.flank_sign)
             for side in self.sides
-            for k in side.laws.teeth
+            for k in side.load_curves.pair_offsets
         ]
 
 
 def dynamic_model(
     gear_set: GearSet,
     reference: LumpedSystem,
-    laws: Sequence[MeshLoadCurves],
+    load_curves: Sequence[MeshLoadCurves],
     elastic: Sequence[ElasticGear | None],
-    beside: tuple[Array, Array] | None = None,
+    cross_mesh_compliance: tuple[Array, Array] | None = None,
 ) -> DynamicModel:
     """Assemble; elastic holds None for gears that are rigid but for their contact.
 
     reference : the lumped system at the same torque, whose mean stiffnesses give
         the modes that have the damping ratio
-    beside : (p, c, c) penetration of a contact per normal, and per tangential, load on
-        another that the laws and these freedoms do not have [m/N]
+    cross_mesh_compliance : (p, c, c) penetration of a contact per normal, and per
+        tangential, load on another that load curves and modes do not have [m/N]
     """
-    sides = contact_sides(gear_set, laws)
+    sides = contact_sides(gear_set, load_curves)
     modal = modal_matrices(gear_set, reference, elastic)
-    jacobian = contact_rows(gear_set, reference, sides, elastic, laws[0].friction)
+    jacobian = contact_rows(
+        gear_set, reference, sides, elastic, load_curves[0].friction
+    )
     return DynamicModel(
         reference=reference,
         sides=tuple(sides),
         modal=modal,
         jacobian=jacobian,
         kinematics=_kinematics(gear_set, reference),
-        contacts=contact_laws(sides, jacobian, modal, beside),
+        contacts=assemble_contacts(sides, jacobian, modal, cross_mesh_compliance),
     )
 
 
@@ -113,21 +115,23 @@ def modal_matrices(
     mean = modes.mean_stiffness[:, None, None]
     meshes = modes.mesh_shapes[:, :, None] * modes.mesh_shapes[:, None, :]
     stiffness = np.diag(angular**2) - (mean * meshes).sum(axis=0)
-    places = [space.indices[g, "rotation"] for g in range(len(gear_set.gears))]
+    rotation_indices = [
+        space.indices[g, "rotation"] for g in range(len(gear_set.gears))
+    ]
     parts = [elastic_body(g, gear) for g, gear in enumerate(elastic)]
     count = 0
     for part in parts:
         part["partner"] = part["partner"] + count
         count += part["rigidity"].size
-    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     senses = np.array(gear_set.senses, float)
-    joined["sine"] = joined["sine"] * senses[joined["owner"]]
+    arrays["sine"] = arrays["sine"] * senses[arrays["gear_of_mode"]]
     return ModalMatrices(
         stiffness=stiffness,
         damping=2.0 * ratio * angular,
         load=is_supported(reference) * (modes.shapes.T @ space.load),
-        rotation=modes.shapes[places],
-        **joined,
+        rotation=modes.shapes[rotation_indices],
+        **arrays,
     )
 
 

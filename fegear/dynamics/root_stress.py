@@ -24,7 +24,7 @@ from meshes import SectorMesh, SpurGear
 from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
-REACH = 2  # teeth on either side of the stressed one whose loads count
+MAX_TOOTH_OFFSET = 2  # teeth on either side of the stressed one whose loads count
 
 
 class FlankLoad(NamedTuple):
@@ -52,9 +52,10 @@ class RootInfluence:
 
     fillets : (2, f, 2) points of the right fillet and, mirrored, of the left one [m]
     arcs : (n,) of the points of load from the tip corner [m]
-    remainder : (2 REACH + 1, n, 2, 2, f) by loaded tooth, place, direction (normal,
-        rootward), fillet and its point [1/m]; of the tooth itself without the stress
-        of the half-plane tangent to the flank, which is that of a point load
+    remainder : (2 MAX_TOOTH_OFFSET + 1, n, 2, 2, f) by loaded tooth, point of load,
+        direction (normal, rootward), fillet and its point [1/m]; of the tooth itself
+        without the stress of the half-plane tangent to the flank, which is that of a
+        point load
     """
 
     gear: SpurGear
@@ -78,21 +79,21 @@ class RootInfluence:
         for load in loads:
             if load.flank not in (RIGHT, LEFT):
                 raise ValueError(f"flank must be {RIGHT} or {LEFT}, got {load.flank}")
-            apart = (load.tooth + half) % self.gear.teeth - half
-            if abs(apart) > REACH:
+            tooth_offset = (load.tooth + half) % self.gear.teeth - half
+            if abs(tooth_offset) > MAX_TOOTH_OFFSET:
                 continue
             arc, *forces = (np.broadcast_to(part, shape) for part in load[2:])
             force = np.stack(forces, axis=-1)
             loaded = force.any(axis=-1)
             side = 1 if load.flank == RIGHT else -1
-            stress = self._under(side * apart, arc[loaded], force[loaded])
+            stress = self._under(side * tooth_offset, arc[loaded], force[loaded])
             total[loaded] += stress[..., ::side, :]
         return total
 
     def _under(self, tooth: int, arc: Array, forces: Array) -> Array:
         """Stress (t, 2, f) under forces (t, 2) on a right flank at arcs (t,)."""
         inside = np.clip(arc, self.arcs[0], self.arcs[-1])
-        smooth = CubicSpline(self.arcs, self.remainder[REACH + tooth])
+        smooth = CubicSpline(self.arcs, self.remainder[MAX_TOOTH_OFFSET + tooth])
         influence = smooth(inside)
         if tooth == 0:
             influence = influence + _half_plane(self.gear, inside, self.fillets)
@@ -104,7 +105,10 @@ def root_influence(sector: CyclicSector) -> RootInfluence:
     rows, mesh = _fillet_nodes(sector.mesh), sector.mesh
     stress = nodal_stress(sector)
     trace = stress[rows.ravel()] + stress[len(mesh.points) + rows.ravel()]
-    teeth, arcs = range(-REACH, REACH + 1), sector.flanks[RIGHT].arcs
+    teeth, arcs = (
+        range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1),
+        sector.flanks[RIGHT].arcs,
+    )
     remainder = []
     for angle in (0.0, ROOTWARD):
         # what a load on tooth j does to tooth 0, tooth 0 does to tooth -j
@@ -117,8 +121,8 @@ def root_influence(sector: CyclicSector) -> RootInfluence:
 
 def _fillet_nodes(mesh: SectorMesh) -> NDArray[np.int64]:
     """Nodes (2, f) of the right fillet, and of the left one in the same order."""
-    right, place = np.unique(mesh.edges["fillet"], return_index=True)
-    return np.stack([right, mesh.edges["left_fillet"].ravel()[place]])
+    right, first_index = np.unique(mesh.edges["fillet"], return_index=True)
+    return np.stack([right, mesh.edges["left_fillet"].ravel()[first_index]])
 
 
 def _half_plane(gear: SpurGear, arc: Array, points: Array) -> Array:
@@ -130,7 +134,7 @@ def _half_plane(gear: SpurGear, arc: Array, points: Array) -> Array:
     origin, inward = flank_frame(gear, arc)
     rootward = np.stack([-inward[:, 1], inward[:, 0]], axis=1)
     offset = points - origin[:, None, None]
-    along = np.einsum("dtc,tsfc->tdsf", np.stack([inward, rootward]), offset)
+    radial_component = np.einsum("dtc,tsfc->tdsf", np.stack([inward, rootward]), offset)
     squared = (offset**2).sum(axis=-1)[:, None]
     at_load = squared == 0.0  # the fillet begins where the flank ends
-    return -2.0 / math.pi * along / np.where(at_load, np.inf, squared)
+    return -2.0 / math.pi * radial_component / np.where(at_load, np.inf, squared)

@@ -41,25 +41,27 @@ def contact_rows(
         gears = sorted((mesh.driver, mesh.driven))
         gear_columns = [np.arange(starts[g], starts[g + 1]) for g in gears]
         columns.append(np.concatenate([np.arange(hubs), *gear_columns]))
-    wide = max(len(c) for c in columns)
-    table = np.zeros((len(columns), wide), np.int64)
+    max_width = max(len(c) for c in columns)
+    table = np.zeros((len(columns), max_width), np.int64)
     for m, column in enumerate(columns):
         table[m, : len(column)] = column
-    blocks = [_side_rows(reference, side, elastic, wide) for side in sides]
+    blocks = [_side_rows(reference, side, elastic, max_width) for side in sides]
     normal, tangential = np.concatenate(blocks, axis=1)
-    owner = [np.full(side.laws.teeth.size, side.mesh) for side in sides]
+    mesh_indices = [
+        np.full(side.load_curves.pair_offsets.size, side.mesh) for side in sides
+    ]
     return ContactJacobian(
         widths=np.array([len(c) for c in columns]),
         columns=table,
         normal=np.ascontiguousarray(normal),
         tangential=np.ascontiguousarray(tangential),
-        mesh_of=np.concatenate(owner),
+        mesh_of=np.concatenate(mesh_indices),
         friction=np.array(friction),
-        linked=_linked(gear_set),
+        share_gear=_share_gear(gear_set),
     )
 
 
-def _linked(gear_set: GearSet) -> NDArray[np.bool_]:
+def _share_gear(gear_set: GearSet) -> NDArray[np.bool_]:
     """Whether two meshes have a gear in common, or are the same (m, m)."""
     gears = [{mesh.driver, mesh.driven} for mesh in gear_set.meshes]
     return np.array([[bool(one & two) for two in gears] for one in gears])
@@ -69,23 +71,23 @@ def _side_rows(
     reference: LumpedSystem,
     side: ContactSide,
     elastic: Sequence[ElasticGear | None],
-    wide: int,
+    max_width: int,
 ) -> Array:
     """Normal and tangential rows (2, k, p, wide) of the contacts of a flank pair."""
     hub_rows = _hub_rows(reference, side)
-    at = hub_rows.shape[-1]
-    rows = np.zeros((*hub_rows.shape[:-1], wide))
-    rows[..., :at] = hub_rows
+    start = hub_rows.shape[-1]
+    rows = np.zeros((*hub_rows.shape[:-1], max_width))
+    rows[..., :start] = hub_rows
     for g in sorted(side.gears):
         gear = elastic[g]
         if gear is None:
             continue
-        end = at + gear.count
+        end = start + gear.count
         for c, tooth in enumerate(side.teeth(g)):
             arcs = side.arcs(g)[:, c]
             # inward displacement opens a contact
-            rows[:, c, :, at:end] = -_mode_rows(gear, int(tooth), side.flank, arcs)
-        at = end
+            rows[:, c, :, start:end] = -_mode_rows(gear, int(tooth), side.flank, arcs)
+        start = end
     return rows
 
 
@@ -93,9 +95,9 @@ def _mode_rows(gear: ElasticGear, tooth: int, flank: int, arcs: Array) -> Array:
     """Inward and rootward displacement (2, p, modes) of a flank at arcs (p,)."""
     modes, scale = gear.modes, 1.0 / math.sqrt(gear.width)
     inside = np.clip(arcs, modes.arcs[0], modes.arcs[-1])
-    both = modes.normal_at(tooth, flank), modes.tangential_at(tooth, flank)
+    flank_shapes = modes.normal_at(tooth, flank), modes.tangential_at(tooth, flank)
     # linear in the values, so that a pair of modes may be counted from any tooth
-    displacement = CubicSpline(modes.arcs, np.stack(both), axis=2)(inside)
+    displacement = CubicSpline(modes.arcs, np.stack(flank_shapes), axis=2)(inside)
     return scale * displacement.transpose(0, 2, 1)
 
 
@@ -104,12 +106,12 @@ def _hub_rows(reference: LumpedSystem, side: ContactSide) -> Array:
     space, sense = reference.modes.coordinates, side.sense
     normal = _contact_normal(reference, side)
     tangent = sense * np.array([normal[1], -normal[0]])  # from the driver's centre
-    lever = side.laws.moment_arms.transpose(1, 0, 2)
+    lever = side.load_curves.moment_arms.transpose(1, 0, 2)
     rows = np.zeros((2, *lever.shape[:2], space.mass.size))
-    for place, (g, sign) in enumerate(zip(side.gears, (1.0, -1.0), strict=True)):
+    for column, (g, sign) in enumerate(zip(side.gears, (1.0, -1.0), strict=True)):
         rotation = space.indices[g, "rotation"]
-        rows[0, ..., rotation] += sense * lever[..., place]
-        rows[1, ..., rotation] -= sense * lever[..., 2 + place]
+        rows[0, ..., rotation] += sense * lever[..., column]
+        rows[1, ..., rotation] -= sense * lever[..., 2 + column]
         for axis, *components in zip("xy", normal, tangent, strict=True):
             if (g, axis) in space.indices:
                 for row, component in zip(rows, components, strict=True):

@@ -37,19 +37,19 @@ class MeshLoadCurves:
 class ContactSide:
     """The contacts on one side of a mesh.
 
-    side : DRIVE or BACK
+    flank_sign : DRIVE or BACK
     """
 
     gear_set: GearSet
     mesh: int
-    side: int
-    laws: PairLoadCurves
+    flank_sign: int
+    load_curves: PairLoadCurves
     backlash: float
 
     @property
     def sense(self) -> int:
         """1 where the driver pushes the driven gear counter-clockwise of itself."""
-        return self.side * self.gear_set.senses[self.gears[0]]
+        return self.flank_sign * self.gear_set.senses[self.gears[0]]
 
     @property
     def gears(self) -> tuple[int, int]:
@@ -68,30 +68,32 @@ class ContactSide:
     def teeth(self, gear: int) -> NDArray[np.int64]:
         """Each contact's tooth of a gear, clockwise from the gear's first tooth."""
         # the driven tooth's other flank meets the next tooth of the driver
-        ahead = 1 if self.side == BACK and gear == self.gears[0] else 0
-        turn = self.gear_set.senses[gear]
-        return self._first[self.mesh, gear] - turn * (self.laws.teeth + ahead)
+        ahead = 1 if self.flank_sign == BACK and gear == self.gears[0] else 0
+        sense = self.gear_set.senses[gear]
+        return self._first[self.mesh, gear] - sense * (
+            self.load_curves.pair_offsets + ahead
+        )
 
     def errors(self, cycles: NDArray[np.int64]) -> Array:
         """Gaps (k, n) of the contacts in cycles (n,) of the mesh, by pitch errors [m].
 
         The contacts count anew in each cycle.
         """
-        pair = cycles - self.laws.teeth[:, None]
+        pair = cycles - self.load_curves.pair_offsets[:, None]
         errors = mesh_errors(self.gear_set, self.mesh)
-        return pair_gaps(*errors, pair, self.side == BACK)
+        return pair_gaps(*errors, pair, self.flank_sign == BACK)
 
     def arcs(self, gear: int) -> Array:
         """Places of the contacts on a gear's flanks from the tip corner (p, k) [m]."""
-        return self.laws.arc[..., self.gears.index(gear)]
+        return self.load_curves.arc[..., self.gears.index(gear)]
 
 
 def contact_sides(
-    gear_set: GearSet, laws: Sequence[MeshLoadCurves]
+    gear_set: GearSet, load_curves: Sequence[MeshLoadCurves]
 ) -> list[ContactSide]:
     """Mesh by mesh, the drive side before the back; contacts are in this order."""
     sides = []
-    for m, curves in enumerate(laws):
+    for m, curves in enumerate(load_curves):
         sides.append(ContactSide(gear_set, m, DRIVE, curves.drive, 0.0))
         if curves.back is not None:
             sides.append(ContactSide(gear_set, m, BACK, curves.back, curves.backlash))

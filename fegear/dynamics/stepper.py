@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 REST_STEPS = 100  # to static equilibrium
-PIECE = 64  # periods of the first mesh, at most, between two looks at the clock
+# periods of the first mesh, at most, between two looks at the clock
+PERIODS_PER_PIECE = 64
 MAX_BYTES = 1e9  # of a recorded motion
-CONTACT_ROUNDOFF = (
-    1e-11  # of the deflection, that contact solutions leave open in a period
-)
+# of the deflection, that contact solutions leave open in a period
+CONTACT_ROUNDOFF = 1e-11
 
 
 class DynamicsError(ArithmeticError):
@@ -148,10 +148,10 @@ class ImplicitStepper(ABC):
         With rho_inf = 0 long steps leave nothing of a vibration.
         """
         angular = self.system.modes.angular
-        slow = 10.0 / angular[angular > 0.0].min()
+        step_size = 10.0 / angular[angular > 0.0].min()
         damped = replace(self, scheme=generalized_alpha(0.0))
-        still = TimeSteps(0.0, slow, REST_STEPS, 1)
-        equilibrium, _ = damped.integrate(self.unloaded(), still)
+        steps_at_rest = TimeSteps(0.0, step_size, REST_STEPS, 1)
+        equilibrium, _ = damped.integrate(self.unloaded(), steps_at_rest)
         for array in (equilibrium.motion, *equilibrium.fields):
             array[1:3] = 0.0
         return equilibrium
@@ -164,8 +164,8 @@ class ImplicitStepper(ABC):
         shapes = self.model.kinematics.deflection
         cycles = self.system.common_period[0]
         convergence = new_convergence(shapes, angular, settings, cycles)
-        place, velocity = state.motion[:2, : angular.size]
-        convergence.sections[0] = place, velocity / angular
+        displacement, velocity = state.motion[:2, : angular.size]
+        convergence.sections[0] = displacement, velocity / angular
         return convergence
 
     def advance(
@@ -186,8 +186,8 @@ class ImplicitStepper(ABC):
         convergence.error_bound[:] = CONTACT_ROUNDOFF * np.abs(convergence.limits).max(
             axis=0
         )
-        place, velocity = state.motion[:2, : convergence.angular.size]
-        return state, close_period(convergence, place, velocity)
+        displacement, velocity = state.motion[:2, : convergence.angular.size]
+        return state, close_period(convergence, displacement, velocity)
 
     def record(
         self, state: MotionState, speed: Speed, periods: int
@@ -197,7 +197,7 @@ class ImplicitStepper(ABC):
             state, motion = self._common_period(state, speed.offset_by(done))
             parts.append(motion)
             speed.callback(done + 1)
-        return state, joined(parts)
+        return state, join_histories(parts)
 
     def change_speed(
         self,
@@ -210,18 +210,21 @@ class ImplicitStepper(ABC):
 
         It ends after whole common periods, when the tooth pairs are where they began.
         """
-        length, rounds = self.system.train.common_period[0], self.system.repetitions
+        length, repetitions = (
+            self.system.train.common_period[0],
+            self.system.repetitions,
+        )
         stops = math.ceil(settings.ramp_periods / length)
-        for number in range(math.ceil(stops / rounds) * rounds):
-            part = (number + 1.0) / (stops + 1.0)
-            smooth = part * part * (3.0 - 2.0 * part)
+        for number in range(math.ceil(stops / repetitions) * repetitions):
+            fraction = (number + 1.0) / (stops + 1.0)
+            smooth = fraction * fraction * (3.0 - 2.0 * fraction)
             frequency = (
                 start_frequency + (end_frequency - start_frequency) * smooth
-                if part < 1.0
+                if fraction < 1.0
                 else end_frequency
             )
             cycle = steps_per_cycle(self.model, frequency, settings)
-            steps, start = cycle * length, number % rounds * length * cycle
+            steps, start = cycle * length, number % repetitions * length * cycle
             grid = TimeSteps(frequency, 1.0 / (frequency * cycle), steps, cycle, start)
             state, _ = self.integrate(state, grid)
         return state
@@ -242,16 +245,18 @@ class ImplicitStepper(ABC):
         cycle = steps_per_cycle(self.model, speed.frequency, speed.settings)
         _require_memory(self.model, cycle)
         grid = TimeSteps(speed.frequency, 1.0 / (speed.frequency * cycle), 0, cycle)
-        whole = self.system.common_period[0] * cycle
-        piece = whole if self.system.repetitions == 1 else PIECE * cycle
+        total_steps = self.system.common_period[0] * cycle
+        piece = (
+            total_steps if self.system.repetitions == 1 else PERIODS_PER_PIECE * cycle
+        )
         parts = []
-        for start in range(0, whole, piece):
+        for start in range(0, total_steps, piece):
             if start:
                 speed.callback(0)
-            part = replace(grid, count=min(piece, whole - start), start=start)
+            part = replace(grid, count=min(piece, total_steps - start), start=start)
             state, motion = self.integrate(state, part)
             parts.append(motion)
-        return state, joined(parts)
+        return state, join_histories(parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,7 +289,7 @@ class ReducedStepper(ImplicitStepper):
                 "the load may be more than these teeth can carry, or more steps may "
                 "help"
             )
-        return now, recorded(steps.size, record)
+        return now, history_from_record(steps.size, record)
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
     def step(self, size: float) -> StepMatrices:
@@ -299,10 +304,10 @@ class ReducedStepper(ImplicitStepper):
         inverse = 1.0 / (
             mass + damping * modal.elastic_damping + stiffness * modal.rigidity
         )
-        carried = (mass * modal.coupling) ** 2 * inverse
-        turns = modal.rotation[modal.owner]
+        modal_inertia = (mass * modal.coupling) ** 2 * inverse
+        mode_rotation = modal.rotation[modal.gear_of_mode]
         matrix = stiffness * modal.stiffness + np.diag(mass + damping * modal.damping)
-        matrix -= turns.T @ (carried[:, None] * turns)
+        matrix -= mode_rotation.T @ (modal_inertia[:, None] * mode_rotation)
         hub_inverse = np.asarray(np.linalg.inv(matrix), float)
         return StepMatrices(self.scheme.newmark(size), mass, inverse, hub_inverse)
 
@@ -317,7 +322,7 @@ def empty_record(model: DynamicModel, steps: int) -> Record:
     )
 
 
-def recorded(step: float, record: Record) -> FeHistory:
+def history_from_record(step: float, record: Record) -> FeHistory:
     """What the kernels record at every step [s]."""
     dte, rate, force, drive, back = record.mesh.transpose(1, 0, 2)
     time = step * np.arange(float(len(dte)))
@@ -325,11 +330,11 @@ def recorded(step: float, record: Record) -> FeHistory:
     return FeHistory(time, *meshes, pair_load=record.load, hub=record.hub)
 
 
-def joined(parts: list[FeHistory]) -> FeHistory:
+def join_histories(parts: list[FeHistory]) -> FeHistory:
     """Consecutive motions as one; the end of one is the start of the next."""
     if len(parts) == 1:
         return parts[0]
-    whole = {
+    arrays = {
         name: np.concatenate(
             [getattr(part, name)[:-1] for part in parts[:-1]]
             + [getattr(parts[-1], name)]
@@ -337,8 +342,8 @@ def joined(parts: list[FeHistory]) -> FeHistory:
         for name in (field.name for field in fields(FeHistory))
         if getattr(parts[0], name) is not None
     }
-    whole["time"] = parts[0].time[1] * np.arange(float(len(whole["rate"])))
-    return FeHistory(**whole)
+    arrays["time"] = parts[0].time[1] * np.arange(float(len(arrays["rate"])))
+    return FeHistory(**arrays)
 
 
 def steps_per_cycle(

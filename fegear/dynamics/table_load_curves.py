@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fegear.contact.pair_load_curves import REACH, PairLoadCurves
+from fegear.contact.pair_load_curves import PAIR_RANGE_FACTOR, PairLoadCurves
 from fegear.contact.problem import back_side_position
-from fegear.dynamics.mesh_load_curves import BACK, POSITIONS
+from fegear.dynamics.mesh_load_curves import MAX_BACKLASH_FACTOR, POSITIONS_PER_CYCLE
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
@@ -26,7 +26,7 @@ POSITION_TOL = 1e-9  # base pitches
 MAX_POSITIONS = 512  # of a mesh cycle
 
 
-def all_table_laws(
+def all_table_load_curves(
     gear_set: GearSet, torque: float, source: GivenTables, without: Sequence[str]
 ) -> list[MeshLoadCurves]:
     """Laws of every mesh; raises InputError that names the table.
@@ -36,40 +36,46 @@ def all_table_laws(
     torques = mesh_torques_at(gear_set, torque)
     longest = max(table.position.size for _, table in source.tables)
     # finer on the same places, but for a table that would fill the memory
-    positions = min(longest * -(-POSITIONS // longest), MAX_POSITIONS)
-    laws = []
+    positions = min(longest * -(-POSITIONS_PER_CYCLE // longest), MAX_POSITIONS)
+    load_curves = []
     for mesh, (name, table) in enumerate(source.tables):
         try:
             path = path_load_curves(
                 table, gear_set.meshes[mesh].pair.driver.base_radius, without
             )
             largest = float(column_at_torque(table, "ste_m", torques[mesh]).max())
-            laws.append(table_laws(gear_set, mesh, path, largest, positions))
+            load_curves.append(
+                table_load_curves(gear_set, mesh, path, largest, positions)
+            )
         except ValueError as error:
             raise InputError(f"{name}: {error}") from None
-    return laws
+    return load_curves
 
 
-def table_laws(
-    gear_set: GearSet, mesh: int, path: PathLoadCurves, static: float, positions: int
+def table_load_curves(
+    gear_set: GearSet,
+    mesh: int,
+    path: PathLoadCurves,
+    static_deflection: float,
+    positions: int,
 ) -> MeshLoadCurves:
     """Laws of a mesh (index from 0) over its cycle from those along its path.
 
-    static : largest static deflection [m]; positions : of the cycle
+    static_deflection : largest static deflection [m]; positions : of the cycle
     """
     pair, backlash = gear_set.meshes[mesh].pair, gear_set.meshes[mesh].backlash
     phase = mesh_phases(gear_set)[mesh].value
     position = phase + np.arange(positions + 1) / positions
-    near = backlash < BACK * static
+    has_back_side = backlash < MAX_BACKLASH_FACTOR * static_deflection
     return MeshLoadCurves(
-        drive=laws_at(path, pair, position),
-        back=laws_at(path, pair, position, back=True) if near else None,
+        drive=load_curves_at(path, pair, position),
+        back=load_curves_at(path, pair, position, back=True) if has_back_side else None,
         backlash=backlash,
         friction=0.0,
     )
 
 
-def laws_at(
+def load_curves_at(
     path: PathLoadCurves, pair: GearPair, position: Array, back: bool = False
 ) -> PairLoadCurves:
     """Load curves at positions (n,) of those along the path; see `pair_load_curves`.
@@ -81,48 +87,54 @@ def laws_at(
     low, high = (path.position[i] - position for i in (0, -1))
     ahead = np.arange(np.floor(low.min()), np.ceil(high.max()) + 1).astype(np.int64)
     gap = _read(path, path.gap, position[:, None] + ahead, OPEN_GAP)
-    selected = gap.min(axis=0) < REACH * path.penetration[-1]
-    teeth, place = ahead[selected], position[:, None] + ahead[selected]
-    roll = pair.pitch_point + pair.base_pitch * place
+    selected = gap.min(axis=0) < PAIR_RANGE_FACTOR * path.penetration[-1]
+    teeth, path_position = ahead[selected], position[:, None] + ahead[selected]
+    roll = pair.pitch_point + pair.base_pitch * path_position
     roll = np.clip(roll, pair.path_start, pair.path_end)
     rolls = np.stack([roll, pair.line_of_action - roll], axis=2)
     gears = pair.driver, pair.driven
     arms = np.array([gear.base_radius for gear in gears])
     tips = np.array([gear.tip_roll_length for gear in gears])
-    load = _read(path, path.load, place, 0.0)
-    none = np.zeros((*place.shape, teeth.size))
+    load = _read(path, path.load, path_position, 0.0)
+    no_friction = np.zeros((*path_position.shape, teeth.size))
     return PairLoadCurves(
-        teeth=-teeth if back else teeth,
+        pair_offsets=-teeth if back else teeth,
         gap=gap[:, selected],
         moment_arms=np.concatenate([np.broadcast_to(arms, rolls.shape), rolls], axis=2),
         arc=np.maximum(tips**2 - rolls**2, 0.0) / (2.0 * arms),
-        sliding=np.sign(pair.pitch_point - roll),
+        sliding_sign=np.sign(pair.pitch_point - roll),
         penetration=path.penetration,
         load=np.repeat(load[:, :, None], 2, axis=2),
         pressure=np.full(load.shape, np.nan),
-        normal=_between_pairs(path, teeth, place),
-        tangential=none,
+        normal_compliance=_mutual_compliance(path, teeth, path_position),
+        tangential_compliance=no_friction,
     )
 
 
-def _between_pairs(
-    path: PathLoadCurves, teeth: NDArray[np.int64], place: Array
+def _mutual_compliance(
+    path: PathLoadCurves, teeth: NDArray[np.int64], path_position: Array
 ) -> Array:
     """Compliance (n, k, k) between pairs at places (n, k) of the path [m/N]."""
-    normal = np.zeros((*place.shape, teeth.size))
+    normal = np.zeros((*path_position.shape, teeth.size))
     for i, j in np.ndindex(teeth.size, teeth.size):
         values = path.compliance.get(int(teeth[j] - teeth[i]))
         if values is not None:
-            normal[:, i, j] = _read(path, values, place[:, i], 0.0)
+            normal[:, i, j] = _read(path, values, path_position[:, i], 0.0)
     return normal
 
 
-def _read(path: PathLoadCurves, values: Array, place: Array, outside: float) -> Array:
+def _read(
+    path: PathLoadCurves, values: Array, path_position: Array, outside: float
+) -> Array:
     """Values (..., j) at places (...) of the path from those (s, j).
 
     The last holds until the base pitch ends, where another pair takes its first.
     """
     (low, second), high = path.position[:2], path.position[-1]
-    inside = PchipInterpolator(path.position, values)(np.clip(place, low, high))
-    off = (place < low - POSITION_TOL) | (place > high + (second - low) - POSITION_TOL)
-    return np.where(off.reshape(off.shape + (1,) * (values.ndim - 1)), outside, inside)
+    inside = PchipInterpolator(path.position, values)(np.clip(path_position, low, high))
+    is_outside = (path_position < low - POSITION_TOL) | (
+        path_position > high + (second - low) - POSITION_TOL
+    )
+    return np.where(
+        is_outside.reshape(is_outside.shape + (1,) * (values.ndim - 1)), outside, inside
+    )

@@ -21,11 +21,11 @@ from meshes.eccentric.base import LEADING, TRAILING, Side
 from meshes.eccentric.teeth import ToothedPair, ToothedWheel
 
 Array = NDArray[np.float64]
-SWEEPS = 60
+MAX_ITERATIONS = 60
 EQUILIBRIUM_RTOL = 1e-12
 # of an edge: nearer to a tip corner, a concentrated load's tractions on the tip land
 # are too uneven for quadrature, which would miss half of the deflection
-CORNER = 0.1
+CORNER_MARGIN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,20 +75,20 @@ def pairs_at(teeth: ToothedPair, arc: float) -> Pairs:
     lap = teeth.driven.curve.length
     laps = np.floor((arc - teeth.contact[:, 0]) / lap) * lap
     number = np.flatnonzero(arc - laps <= teeth.contact[:, 1])
-    at = arc - laps[number]
+    pair_arc = arc - laps[number]
     driver, driven, rack = teeth.driver, teeth.driven, teeth.rack
-    place = rack.pitch * (number - 0.25)
+    flank_position = rack.pitch * (number - 0.25)
     alpha = rack.pressure_angle
-    along = (place - at) * math.cos(alpha)
-    angle = at / driver.curve.radius
-    near = math.sin(alpha) / driver.curve.frames(angle).curvature - along
-    far = math.sin(alpha) / driven.curve.frames(angle).curvature + along
+    distance = (flank_position - pair_arc) * math.cos(alpha)
+    angle = pair_arc / driver.curve.radius
+    driver_radius = math.sin(alpha) / driver.curve.frames(angle).curvature - distance
+    driven_radius = math.sin(alpha) / driven.curve.frames(angle).curvature + distance
     return Pairs(
         number % driver.teeth,
         (number - 1) % driven.teeth,
-        driver.flank(place, at, TRAILING),
-        driven.flank(place, at, LEADING),
-        near * far / (near + far),
+        driver.flank(flank_position, pair_arc, TRAILING),
+        driven.flank(flank_position, pair_arc, LEADING),
+        driver_radius * driven_radius / (driver_radius + driven_radius),
     )
 
 
@@ -107,16 +107,19 @@ def solve_contact_cycle(
     contacts = [pairs_at(teeth, arc) for arc in arcs.tolist()]
     count = np.array([p.radius.size for p in contacts])
     loads = [(p.driver_tooth, p.driver_point) for p in contacts]
-    near, driver_arm = _compliances(driver, teeth.driver, TRAILING, loads)
+    driver_compliance, driver_arm = _compliances(driver, teeth.driver, TRAILING, loads)
     loads = [(p.driven_tooth, p.driven_point) for p in contacts]
-    far, driven_arm = _compliances(driven, teeth.driven, LEADING, loads)
+    driven_compliance, driven_arm = _compliances(driven, teeth.driven, LEADING, loads)
     softness = 1.0 / driver.material.modulus + 1.0 / driven.material.modulus
     pair, angle = teeth.pair, arcs / teeth.pair.radius
     arm = _arm(teeth, angle)
     error, share, ratio, pressure = (np.empty(len(contacts)) for _ in range(4))
     for n, pairs in enumerate(contacts):
         force, error[n] = share_load(
-            near[n] + far[n], pairs.radius, softness, load / float(arm[n])
+            driver_compliance[n] + driven_compliance[n],
+            pairs.radius,
+            softness,
+            load / float(arm[n]),
         )
         share[n] = force.max() / force.sum()
         pressure[n] = np.sqrt(force / (math.pi * softness * pairs.radius)).max()
@@ -140,7 +143,7 @@ def share_load(
     """
     touching = np.ones(radius.size, bool)
     forces = np.full(radius.size, force / radius.size)
-    for _ in range(SWEEPS):
+    for _ in range(MAX_ITERATIONS):
         width = np.sqrt(4.0 / math.pi * softness * forces * radius)
         local = 2.0 / math.pi * softness * (0.5 - np.log(0.5 * width[touching]))
         matrix = compliance[np.ix_(touching, touching)] + np.diag(local)
@@ -177,11 +180,11 @@ def _compliances(
     matrices: list[Array] = []
     arms: list[Array] = []
     for tooth, point in loads:
-        middle = toothed.first + toothed.rack.pitch * tooth
-        outward = toothed.curve.frames(middle / toothed.curve.radius).normal
+        tooth_centre = toothed.first + toothed.rack.pitch * tooth
+        outward = toothed.curve.frames(tooth_centre / toothed.curve.radius).normal
         flanks = wheel.mesh.flanks[side][tooth]
         x, n = wheel.places(point, outward, flanks)[:2]
-        places = wheel.places(point, outward, flanks, CORNER)
-        matrices.append(wheel.compliance(places, wheel.respond(places)))
+        flank_places = wheel.places(point, outward, flanks, CORNER_MARGIN)
+        matrices.append(wheel.compliance(flank_places, wheel.respond(flank_places)))
         arms.append(x[:, 0] * n[:, 1] - x[:, 1] * n[:, 0])
     return matrices, arms

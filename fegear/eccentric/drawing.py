@@ -61,14 +61,14 @@ def extent(gearing: Gearing) -> tuple[Array, Array]:
 
 def swept_extent(gearing: Gearing) -> tuple[Array, Array]:
     """Extent of all places that the wheels reach while they turn."""
-    reach = {"driver": 0.0, "driven": 0.0}
+    radii = {"driver": 0.0, "driven": 0.0}
     for name, points in gearing.curves.items():
         wheel, kind = name.split("_")
         if kind != "base":
             farthest = float(np.hypot(*points.T).max())
-            reach[wheel] = max(reach[wheel], 1e3 * farthest)
-    distance, high = 1e3 * gearing.pair.center_distance, max(reach.values())
-    low_x, high_x = -reach["driver"], distance + reach["driven"]
+            radii[wheel] = max(radii[wheel], 1e3 * farthest)
+    distance, high = 1e3 * gearing.pair.center_distance, max(radii.values())
+    low_x, high_x = -radii["driver"], distance + radii["driven"]
     margin = MARGIN * (high_x - low_x)
     return (
         np.array([low_x - margin, -high - margin]),

@@ -19,7 +19,7 @@ from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity import halfplane
 from fegear.elasticity.boundary import BoundaryQuadrature, edge_quadrature
-from fegear.elasticity.elements import freedoms_of_nodes, plane_basis
+from fegear.elasticity.elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import factorise
 from meshes.eccentric.wheel_mesh import WheelMesh
@@ -29,7 +29,7 @@ Indices = NDArray[np.int64]
 ORDER, NEWTON = 2, 4  # of elements; steps to the nearest point of an edge
 
 
-class FlankPlaces(NamedTuple):
+class FlankLoadPoints(NamedTuple):
     """Points on edges of the outline where loads act.
 
     point, inward : (n, 2) [m] and unit vectors, of the mesh
@@ -56,14 +56,14 @@ class ElasticWheel:
         return plane_basis(self.mesh.points, self.mesh.triangles, ORDER)
 
     @cached_property
-    def freedoms(self) -> Indices:
+    def dofs(self) -> Indices:
         """(nodes, 2) of the mesh nodes."""
-        return freedoms_of_nodes(self.basis, self.mesh.triangles, ORDER)
+        return dofs_of_nodes(self.basis, self.mesh.triangles, ORDER)
 
     @cached_property
     def held(self) -> Indices:
         """Freedoms of the bore, as (x, y) pairs."""
-        return self.freedoms[np.unique(self.mesh.bore)].ravel()
+        return self.dofs[np.unique(self.mesh.bore)].ravel()
 
     @cached_property
     def free(self) -> Indices:
@@ -81,11 +81,11 @@ class ElasticWheel:
     @cached_property
     def boundary(self) -> BoundaryQuadrature:
         mesh = self.mesh
-        return edge_quadrature(mesh.points, mesh.outline, self.freedoms, self.basis.N)
+        return edge_quadrature(mesh.points, mesh.outline, self.dofs, self.basis.N)
 
     def places(
         self, points: Array, outward: Array, flanks: Indices, margin: float = 0.0
-    ) -> FlankPlaces:
+    ) -> FlankLoadPoints:
         """The places nearest to points (n, 2) [m], each on its own flank.
 
         outward : (n, 2) the way out of the wheel from there, between its teeth
@@ -96,19 +96,19 @@ class ElasticWheel:
         edge, xi = self._nearest_chords(points, flanks)
         nodes = self.mesh.points[self.mesh.outline[edge]]
         for _ in range(NEWTON):
-            along = np.einsum("ap,pac->pc", _slope(xi), nodes)
-            off = points - np.einsum("ap,pac->pc", _shape(xi), nodes)
-            xi += np.sum(off * along, axis=1) / np.sum(along**2, axis=1)
+            tangents = np.einsum("ap,pac->pc", _slope(xi), nodes)
+            offset = points - np.einsum("ap,pac->pc", _shape(xi), nodes)
+            xi += np.sum(offset * tangents, axis=1) / np.sum(tangents**2, axis=1)
         if margin > 0.0:
             low = np.where(edge == flanks[:, 0], 2.0 * margin - 1.0, -np.inf)
             high = np.where(edge == flanks[:, -1], 1.0 - 2.0 * margin, np.inf)
             xi = xi.clip(low, high)
-        along = np.einsum("ap,pac->pc", _slope(xi), nodes)
-        inward = np.stack([along[:, 1], -along[:, 0]], axis=1)
+        tangents = np.einsum("ap,pac->pc", _slope(xi), nodes)
+        inward = np.stack([tangents[:, 1], -tangents[:, 0]], axis=1)
         inward /= np.linalg.norm(inward, axis=1)[:, None]
         factors = _shape(xi)
         point = np.einsum("ap,pac->pc", factors, nodes)
-        return FlankPlaces(point, inward, outward, edge, factors.T)
+        return FlankLoadPoints(point, inward, outward, edge, factors.T)
 
     def _nearest_chords(self, points: Array, edges: Indices) -> tuple[Indices, Array]:
         """Rows (n,) of the outline among (n, k), and where on them, from -1 to 1."""
@@ -117,11 +117,11 @@ class ElasticWheel:
         offset = points[:, None] - ends[:, :, 0]
         ratio = np.sum(offset * span, axis=2) / np.sum(span**2, axis=2)
         ratio = ratio.clip(0.0, 1.0)
-        apart = np.linalg.norm(offset - ratio[..., None] * span, axis=2)
-        nearest = np.arange(len(points)), apart.argmin(axis=1)
+        distance = np.linalg.norm(offset - ratio[..., None] * span, axis=2)
+        nearest = np.arange(len(points)), distance.argmin(axis=1)
         return edges[nearest], 2.0 * ratio[nearest] - 1.0
 
-    def respond(self, places: FlankPlaces) -> Array:
+    def respond(self, places: FlankLoadPoints) -> Array:
         """Displacement (freedoms, n) in addition to the half-plane's under unit loads
         into the flank [m/(N/m)]."""
         E, nu = self.material.modulus, self.material.poisson
@@ -140,19 +140,19 @@ class ElasticWheel:
         field[self.free] = self.factor.solve(np.ascontiguousarray(load[self.free]))
         return field
 
-    def compliance(self, places: FlankPlaces, fields: Array) -> Array:
+    def compliance(self, places: FlankLoadPoints, fields: Array) -> Array:
         """Inward displacement at places (n,) under unit loads at each [m/(N/m)], of the
         loaded place itself in addition to the half-plane's own.
 
         fields : (freedoms, n) as `respond` returns
         """
         E, nu = self.material.modulus, self.material.poisson
-        rows = self.freedoms[self.mesh.outline[places.edge]]  # (n, 3, 2)
-        moved = np.einsum("pa,pacl->pcl", places.shape, fields[rows])
+        rows = self.dofs[self.mesh.outline[places.edge]]  # (n, 3, 2)
+        displacement = np.einsum("pa,pacl->pcl", places.shape, fields[rows])
         for load, (x, n, out) in enumerate(zip(*places[:3], strict=True)):
             singular = halfplane.displacement(places.point, x, n, E, nu, cut=out)
-            moved[:, :, load] += singular
-        return np.einsum("pc,pcl->pl", places.inward, moved)
+            displacement[:, :, load] += singular
+        return np.einsum("pc,pcl->pl", places.inward, displacement)
 
 
 def _shape(xi: Array) -> Array:

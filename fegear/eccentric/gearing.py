@@ -125,7 +125,10 @@ class Gearing:
     def summary(self) -> dict[str, Any]:
         """Plain values, ready for JSON."""
         pair, limits = self.pair, self.feasibility
-        distance, near = pair.center_distance, pair.approximate_center_distance
+        distance, approximate_distance = (
+            pair.center_distance,
+            pair.approximate_center_distance,
+        )
         ratio = pair.torque_ratio(np.array([0.0, math.pi]))
         values: dict[str, Any] = {
             "radius_mm": self.radius_mm,
@@ -133,9 +136,11 @@ class Gearing:
             "ratio": pair.lobes,
             "pressure_angle_deg": self.pressure_angle_deg,
             "center_distance_mm": 1e3 * distance,
-            "burmester_center_distance_mm": 1e3 * near,
-            "burmester_error_mm": 1e3 * (near - distance),
-            "burmester_closing_error_deg": math.degrees(pair.closing_error(near)),
+            "burmester_center_distance_mm": 1e3 * approximate_distance,
+            "burmester_error_mm": 1e3 * (approximate_distance - distance),
+            "burmester_closing_error_deg": math.degrees(
+                pair.closing_error(approximate_distance)
+            ),
             "feasible": limits.feasible,
             "reason": limits.reason or None,
             "largest_pressure_angle_deg": math.degrees(limits.largest_pressure_angle),

@@ -80,7 +80,7 @@ def nodal_stress(sector: CyclicSector) -> csr_array:
     nodes, total = sector.mesh.triangles, len(sector.mesh.points)
     weight = 1.0 / np.bincount(nodes.ravel())[nodes]
     entries, rows, columns = [], [], []
-    for (field,), freedoms in zip(basis.basis, basis.element_dofs, strict=True):
+    for (field,), dofs in zip(basis.basis, basis.element_dofs, strict=True):
         (xx, xy), (yx, yy) = field.grad  # each (elements, 6)
         stress = (
             lam * (xx + yy) + 2.0 * mu * xx,
@@ -90,7 +90,7 @@ def nodal_stress(sector: CyclicSector) -> csr_array:
         for component, values in enumerate(stress):
             entries.append((weight * values).ravel())
             rows.append((component * total + nodes).ravel())
-            columns.append(np.repeat(freedoms, 6))
-    where = (np.concatenate(rows), np.concatenate(columns))
+            columns.append(np.repeat(dofs, 6))
+    indices = (np.concatenate(rows), np.concatenate(columns))
     shape = (3 * total, sector.basis.N)
-    return csr_array((np.concatenate(entries), where), shape=shape)
+    return csr_array((np.concatenate(entries), indices), shape=shape)

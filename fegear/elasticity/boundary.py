@@ -38,38 +38,44 @@ def boundary_quadrature(sector: CyclicSector, names: list[str]) -> BoundaryQuadr
             edge_nodes[:, [1, 0, 2]] if name.startswith("left_") else edge_nodes
         )
     return edge_quadrature(
-        sector.mesh.points, np.vstack(edges), sector.node_freedoms, sector.basis.N
+        sector.mesh.points, np.vstack(edges), sector.node_dofs, sector.basis.N
     )
 
 
 def edge_quadrature(
-    points: Array, edges: Indices, freedoms: Indices, size: int, count: int = 8
+    points: Array, edges: Indices, dofs: Indices, n_dofs: int, count: int = 8
 ) -> BoundaryQuadrature:
-    """Quadrature with `count` points on every edge (k, 3), ends and then mid-side, that
-    runs clockwise around the body.
+    """Gauss quadrature with `count` points on quadratic edges (k, 3).
 
-    points : (n, 2) of the mesh nodes; freedoms : (n, 2) of `size`, -1 at mid-sides
+    An edge has its ends and then its mid-side, and runs clockwise around the body.
+    points : (n, 2) of the mesh nodes; dofs : (n, 2) of `n_dofs`, -1 at mid-sides
         where elements are linear
     """
     # Not scikit-fem's FacetBasis: its inverse mapping cannot reach its own
     # tolerance on the smallest edges, 1e-4 of their distance from the origin.
     xi, weight = np.polynomial.legendre.leggauss(count)
     shape = np.stack([0.5 * xi * (xi - 1.0), 0.5 * xi * (xi + 1.0), 1.0 - xi**2])
-    slope = np.stack([xi - 0.5, xi + 0.5, -2.0 * xi])
+    shape_gradient = np.stack([xi - 0.5, xi + 0.5, -2.0 * xi])
     nodes = points[edges]  # (edges, 3, 2)
-    places = np.einsum("eac,aq->eqc", nodes, shape).reshape(-1, 2)
-    along = np.einsum("eac,aq->eqc", nodes, slope)
-    scale = np.hypot(along[..., 0], along[..., 1])
-    normals = np.stack([-along[..., 1], along[..., 0]], axis=-1) / scale[..., None]
-    if freedoms[edges[0, 2], 0] < 0:
+    quadrature_points = np.einsum("eac,aq->eqc", nodes, shape).reshape(-1, 2)
+    tangents = np.einsum("eac,aq->eqc", nodes, shape_gradient)
+    det_jacobian = np.hypot(tangents[..., 0], tangents[..., 1])
+    normals = (
+        np.stack([-tangents[..., 1], tangents[..., 0]], axis=-1)
+        / det_jacobian[..., None]
+    )
+    if dofs[edges[0, 2], 0] < 0:
         shape = np.stack([0.5 * (1.0 - xi), 0.5 * (1.0 + xi)])
         edges = edges[:, :2]
-    values = shape[None] * (scale * weight)[:, None, :]  # (edges, nodes, q)
-    place = np.arange(len(places)).reshape(len(edges), 1, count)
-    place = np.stack([place, place + len(places)])  # of x, then of y
-    rows = np.moveaxis(freedoms[edges], 2, 0)[..., None]
-    rows, columns, entries = np.broadcast_arrays(rows, place, values)
+    values = shape[None] * (det_jacobian * weight)[:, None, :]  # (edges, nodes, q)
+    point_columns = np.arange(len(quadrature_points)).reshape(len(edges), 1, count)
+    point_columns = np.stack(
+        [point_columns, point_columns + len(quadrature_points)]
+    )  # of x, then of y
+    rows = np.moveaxis(dofs[edges], 2, 0)[..., None]
+    rows, columns, entries = np.broadcast_arrays(rows, point_columns, values)
     operator = csr_array(
-        (entries.ravel(), (rows.ravel(), columns.ravel())), shape=(size, places.size)
+        (entries.ravel(), (rows.ravel(), columns.ravel())),
+        shape=(n_dofs, quadrature_points.size),
     )
-    return BoundaryQuadrature(operator, places, normals.reshape(-1, 2))
+    return BoundaryQuadrature(operator, quadrature_points, normals.reshape(-1, 2))

@@ -24,15 +24,17 @@ from lumped.common.compiled import compiled
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-Rows = tuple[NDArray[np.int32], Array, NDArray[np.int32], NDArray[np.int32], Array]
+TriangularRows = tuple[
+    NDArray[np.int32], Array, NDArray[np.int32], NDArray[np.int32], Array
+]
 
 
 @dataclass(frozen=True)
 class CyclicGear:
     """Mass and stiffness of the gear, hub held.
 
-    interior, unknowns : number of a sector's interior freedoms, and with the m of its
-        left cut
+    n_interior, unknowns : number of a sector's interior degrees of freedom, and with
+        the m of its left cut
     stiffness, mass_matrix : (unknowns + m, unknowns + m) of a sector, right cut last
         [Pa], [kg/m]
     flanks : right and left one, with freedoms as rows of a field
@@ -43,7 +45,7 @@ class CyclicGear:
     """
 
     teeth: int
-    interior: int
+    n_interior: int
     unknowns: int
     stiffness: csr_array
     mass_matrix: csr_array
@@ -64,8 +66,8 @@ class CyclicGear:
 
     def _times(self, matrix: csr_array, u: Array) -> Array:
         _require_shape("u", u, (self.unknowns, self.teeth))
-        force = matrix @ np.vstack([u, np.roll(u[self.interior :], -1, axis=1)])
-        return _fold(force, self.interior, self.unknowns)
+        force = matrix @ np.vstack([u, np.roll(u[self.n_interior :], -1, axis=1)])
+        return _assemble_cyclic(force, self.n_interior, self.unknowns)
 
     def factorised(self, mass_factor: float, stiffness_factor: float) -> Factors:
         """Factors of mass_factor M + stiffness_factor K."""
@@ -76,45 +78,57 @@ class CyclicGear:
                 f"not both zero, got {coefficients}"
             )
         system = mass_factor * self.mass_matrix + stiffness_factor * self.stiffness
-        return _eliminate(csr_array(system), self.interior, self.unknowns, self.teeth)
+        return _eliminate(csr_array(system), self.n_interior, self.unknowns, self.teeth)
 
 
 def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
     """Mass and stiffness of the gear that a sector represents; density in kg/m3."""
     if not 0.0 < density < math.inf:
         raise ValueError(f"density must be positive and finite, got {density}")
-    mass, rigid, interior = sector.mass(density), sector.rigid_fields, sector.interior
+    mass, rigid_modes, interior = (
+        sector.mass(density),
+        sector.rigid_body_modes,
+        sector.interior,
+    )
     left = sector.cyclic_constraint(0.0)
     count, unknowns = len(interior), left.shape[1]
-    both = hstack([left, (sector.cyclic_constraint(1.0) - left)[:, count:]])
-    momentum = mass @ rigid
-    inertia, *shifted = sector.gear.teeth * np.einsum("ic,ic->c", rigid, momentum)
+    cut_transformation = hstack(
+        [left, (sector.cyclic_constraint(1.0) - left)[:, count:]]
+    )
+    momentum = mass @ rigid_modes
+    inertia, *translational_mass = sector.gear.teeth * np.einsum(
+        "ic,ic->c", rigid_modes, momentum
+    )
     return CyclicGear(
         teeth=sector.gear.teeth,
-        interior=count,
+        n_interior=count,
         unknowns=unknowns,
-        stiffness=csr_array(both.T @ sector.stiffness @ both),
-        mass_matrix=csr_array(both.T @ mass @ both),
+        stiffness=csr_array(
+            cut_transformation.T @ sector.stiffness @ cut_transformation
+        ),
+        mass_matrix=csr_array(cut_transformation.T @ mass @ cut_transformation),
         flanks=tuple(
-            replace(flank, freedoms=np.searchsorted(interior, flank.freedoms))
+            replace(flank, dofs=np.searchsorted(interior, flank.dofs))
             for flank in sector.flanks
         ),
         flank_grading=sector.size.flank_grading,
-        rotation=left.T @ rigid[:, 0],
-        momentum=_fold(both.T @ momentum[:, :1], count, unknowns)[:, 0],
+        rotation=left.T @ rigid_modes[:, 0],
+        momentum=_assemble_cyclic(
+            cut_transformation.T @ momentum[:, :1], count, unknowns
+        )[:, 0],
         inertia=float(inertia),
-        mass=float(np.mean(shifted)),
+        mass=float(np.mean(translational_mass)),
     )
 
 
-def _fold(force: Array, interior: int, unknowns: int) -> Array:
+def _assemble_cyclic(force: Array, n_interior: int, unknowns: int) -> Array:
     """Forces (unknowns + m, teeth), those on right cuts added to the next left ones."""
-    force[interior:unknowns] += np.roll(force[unknowns:], 1, axis=1)
+    force[n_interior:unknowns] += np.roll(force[unknowns:], 1, axis=1)
     return force[:unknowns]
 
 
 @compiled
-def substitute(sequence, scale, starts, columns, entries, load):
+def solve_triangular(sequence, scale, starts, columns, entries, load):
     """x[f] = scale (x[f] - entries x[columns]) for f in sequence, from x = load (n, k).
 
     starts, columns, entries : Rows as in a CSR array, in that sequence. SuperLU takes
@@ -140,64 +154,75 @@ def substitute(sequence, scale, starts, columns, entries, load):
 
 @dataclass(frozen=True)
 class Factors:
-    """Cholesky factor of a sector as far as its interior, and the ring of cuts.
+    """Cholesky factor of a sector's interior, and inverse of the interface system.
 
     forward : over the interior freedoms, then both cuts; backward : only those
-    ring : (teeth // 2 + 1, m, m) inverse of the cuts' system by nodal diameters
+    interface_inverse : (teeth // 2 + 1, m, m) of the cuts' system by nodal diameters
     """
 
-    interior: int
+    n_interior: int
     unknowns: int
     teeth: int
-    forward: Rows
-    ring: NDArray[np.complex128]
-    backward: Rows
+    forward: TriangularRows
+    interface_inverse: NDArray[np.complex128]
+    backward: TriangularRows
 
     def solve(self, load: Array) -> Array:
         """Displacement (unknowns, teeth) under loads (unknowns, teeth)."""
         _require_shape("load", load, (self.unknowns, self.teeth))
-        right = np.zeros((self.unknowns - self.interior, self.teeth))
-        x = substitute(*self.forward, np.vstack([load, right]))
+        right_cut = np.zeros((self.unknowns - self.n_interior, self.teeth))
+        x = solve_triangular(*self.forward, np.vstack([load, right_cut]))
         spectrum = np.fft.rfft(
-            _fold(x, self.interior, self.unknowns)[self.interior :]
+            _assemble_cyclic(x, self.n_interior, self.unknowns)[self.n_interior :]
         ).T
-        spectrum = (self.ring @ spectrum[:, :, None])[:, :, 0]
-        x[self.interior : self.unknowns] = np.fft.irfft(spectrum.T, self.teeth)
-        x[self.unknowns :] = np.roll(x[self.interior : self.unknowns], -1, axis=1)
-        return substitute(*self.backward, x)[: self.unknowns]
+        spectrum = (self.interface_inverse @ spectrum[:, :, None])[:, :, 0]
+        x[self.n_interior : self.unknowns] = np.fft.irfft(spectrum.T, self.teeth)
+        x[self.unknowns :] = np.roll(x[self.n_interior : self.unknowns], -1, axis=1)
+        return solve_triangular(*self.backward, x)[: self.unknowns]
 
 
-def _eliminate(system: csr_array, interior: int, unknowns: int, teeth: int) -> Factors:
+def _eliminate(
+    system: csr_array, n_interior: int, unknowns: int, teeth: int
+) -> Factors:
     """Factors of the symmetric positive definite system of a sector.
 
     system : (unknowns + m, unknowns + m)
     """
-    columns, cuts = system[:, :interior], np.arange(interior, system.shape[0])
-    factor = factorise(columns[:interior])
+    columns, cuts = system[:, :n_interior], np.arange(n_interior, system.shape[0])
+    factor = factorise(columns[:n_interior])
     order, pivots = np.argsort(factor.perm_c), np.sqrt(factor.U.diagonal())
     lower = csr_array(tril(factor.L, -1)).multiply(pivots)
-    reduced = columns[interior:].toarray()[:, order].T.copy()
-    reduced = substitute(
-        *_gather_rows(lower, np.arange(interior), 1.0 / pivots), reduced
+    reduced = columns[n_interior:].toarray()[:, order].T.copy()
+    reduced = solve_triangular(
+        *_gather_rows(lower, np.arange(n_interior), 1.0 / pivots), reduced
     )
     # sparse too: a cut is reached from few places in the order of elimination
     lower = vstack([lower, csr_array(reduced.T)])
-    freedoms = np.append(order, cuts)
+    dofs = np.append(order, cuts)
     scale = np.append(1.0 / pivots, np.ones(len(cuts)))
-    ring = _invert_ring(system[interior:][:, interior:] - reduced.T @ reduced, teeth)
-    backward = _gather_rows(lower.T, freedoms, scale, step=-1)
+    interface_inverse = _invert_ring(
+        system[n_interior:][:, n_interior:] - reduced.T @ reduced, teeth
+    )
+    backward = _gather_rows(lower.T, dofs, scale, step=-1)
     return Factors(
-        interior, unknowns, teeth, _gather_rows(lower, freedoms, scale), ring, backward
+        n_interior,
+        unknowns,
+        teeth,
+        _gather_rows(lower, dofs, scale),
+        interface_inverse,
+        backward,
     )
 
 
-def _gather_rows(matrix: Any, freedoms: Indices, scale: Array, step: int = 1) -> Rows:
+def _gather_rows(
+    matrix: Any, dofs: Indices, scale: Array, step: int = 1
+) -> TriangularRows:
     """Rows of a sparse triangle for `substitute`, from the last one if step = -1."""
-    places = np.arange(matrix.shape[0])[::step]
-    rows = csr_array(csr_array(matrix)[places])
-    indices = freedoms[places], rows.indptr, freedoms[rows.indices]
+    row_order = np.arange(matrix.shape[0])[::step]
+    rows = csr_array(csr_array(matrix)[row_order])
+    indices = dofs[row_order], rows.indptr, dofs[rows.indices]
     sequence, starts, columns = (a.astype(np.int32) for a in indices)
-    return sequence, scale[places], starts, columns, rows.data
+    return sequence, scale[row_order], starts, columns, rows.data
 
 
 def _invert_ring(superelement: Any, teeth: int) -> NDArray[np.complex128]:

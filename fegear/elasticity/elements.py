@@ -18,12 +18,12 @@ def plane_basis(points: Array, triangles: Indices, order: int) -> Basis:
     return Basis(grid, ElementVector(ELEMENTS[order]()), intorder=2 * order)
 
 
-def freedoms_of_nodes(basis: Basis, triangles: Indices, order: int) -> Indices:
+def dofs_of_nodes(basis: Basis, triangles: Indices, order: int) -> Indices:
     """(nodes, 2) freedoms (x, y) of the mesh nodes, -1 where there are none."""
-    freedoms = np.full((int(triangles.max()) + 1, 2), -1)
+    dofs = np.full((int(triangles.max()) + 1, 2), -1)
     # scikit-fem numbers the vertices by rank
-    freedoms[np.unique(triangles[:, :3])] = basis.nodal_dofs.T
+    dofs[np.unique(triangles[:, :3])] = basis.nodal_dofs.T
     if order == 2:
         facets = basis.mesh.t2f.T  # sides 01, 12, 02 as in the mesh
-        freedoms[triangles[:, 3:]] = basis.facet_dofs.T[facets]
-    return freedoms
+        dofs[triangles[:, 3:]] = basis.facet_dofs.T[facets]
+    return dofs

@@ -22,7 +22,7 @@ from fegear.elasticity.sector import RIGHT, CyclicSector
 from fegear.files.timing import stage
 
 Array = NDArray[np.float64]
-REACH = 3  # teeth on either side of the loaded one whose deflection is kept
+MAX_TOOTH_OFFSET = 3  # teeth on either side of the loaded one whose deflection is kept
 FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut")
 
 
@@ -30,9 +30,9 @@ FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut")
 class FlankCompliance:
     """Displacement of flank points per unit normal line load [m/(N/m)].
 
-    normal : (2 REACH + 1, n, n) inward normal displacement at point i of the tooth
-        `offset` to the right of the loaded one (index offset + REACH), under a
-        unit inward normal load at point j; of the loaded tooth itself only the
+    normal : (2 MAX_TOOTH_OFFSET + 1, n, n) inward normal displacement at point i of the
+        tooth `offset` to the right of the loaded one (index offset + MAX_TOOTH_OFFSET),
+        under a unit inward normal load at point j; of the loaded tooth itself only the
         smooth remainder, without the half-plane kernel
     tangential : same shape, displacement toward the root
     flank_length : [m]; points lie at arcs flank_length sinh(beta t) / sinh(beta)
@@ -78,20 +78,20 @@ def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankComplianc
     be compared with, and its diagonal depends on the mesh.
     """
     flank, material = sector.flanks[RIGHT], sector.material
-    rows, teeth = flank.freedoms.ravel(), range(-REACH, REACH + 1)
+    rows, teeth = flank.dofs.ravel(), range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
     loads = flamant_loads(sector) if split else nodal_loads(sector)
     fields = ring_fields(sector, loads, teeth)
     u = np.stack([fields[tooth][rows] for tooth in teeth])
     if split:
-        u[REACH] += flamant_displacement(sector, rows)
+        u[MAX_TOOTH_OFFSET] += flamant_displacement(sector, rows)
     u = u.reshape(len(teeth), len(flank.arcs), 2, -1)
     normal = np.einsum("micj,ic->mij", u, flank.inward)
     tangential = np.einsum("micj,ic->mij", u, flank.rootward)
     if split:
         distance = flank.arcs[:, None] - flank.arcs[None, :]
         E, nu = material.modulus, material.poisson
-        normal[REACH] -= halfplane.normal_kernel(distance, E)
-        tangential[REACH] -= halfplane.tangential_kernel(distance, E, nu)
+        normal[MAX_TOOTH_OFFSET] -= halfplane.normal_kernel(distance, E)
+        tangential[MAX_TOOTH_OFFSET] -= halfplane.tangential_kernel(distance, E, nu)
     return FlankCompliance(
         normal,
         tangential,
@@ -104,13 +104,13 @@ def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankComplianc
 
 
 def flamant_displacement(
-    sector: CyclicSector, freedoms: NDArray[np.int64], load_angle: float = 0.0
+    sector: CyclicSector, dofs: NDArray[np.int64], load_angle: float = 0.0
 ) -> Array:
     """Flamant's displacement at freedoms given as (x, y) pairs, (freedoms, n)."""
-    places, flank = sector.locations[freedoms[::2]], sector.flanks[RIGHT]
+    locations, flank = sector.locations[dofs[::2]], sector.flanks[RIGHT]
     E, nu = sector.material.modulus, sector.material.poisson
     fields = [
-        halfplane.displacement(places, x, n, E, nu, load_angle)
+        halfplane.displacement(locations, x, n, E, nu, load_angle)
         for x, n in zip(flank.points, flank.inward, strict=True)
     ]
     return np.stack([u.ravel() for u in fields], axis=1)
@@ -140,7 +140,7 @@ def nodal_loads(sector: CyclicSector) -> SectorLoads:
     count = len(flank.points)
     force = np.zeros((sector.basis.N, count))
     for component in range(2):
-        dofs = flank.freedoms[:, component]
+        dofs = flank.dofs[:, component]
         force[dofs, np.arange(count)] = flank.inward[:, component]
     hub, cut = np.zeros((len(sector.hub), count)), np.zeros((len(sector.cut), count))
     return SectorLoads(force, hub, cut)
@@ -153,13 +153,13 @@ def ring_fields(
     loaded one; of the loaded sector the remainder only."""
     interior, cut, half = sector.interior, sector.cut, len(sector.cut) // 2
     condensed, K = sector.condensation, sector.stiffness
-    wanted = list(teeth)
+    tooth_offsets = list(teeth)
     with stage("ring"):
         load = loads.force - K[:, sector.hub] @ loads.hub
         particular = condensed.solve(load[interior])  # with the cuts held
         cut_load = sector.polar.T @ (load[cut] - K[cut][:, interior] @ particular)
         cut_load += condensed.superelement @ loads.jump
-        cuts = range(min(wanted) - 1, max(wanted) + 1)
+        cuts = range(min(tooth_offsets) - 1, max(tooth_offsets) + 1)
         edges = ring_response(
             condensed.superelement,
             cut_load[:half],
@@ -168,7 +168,7 @@ def ring_fields(
             cuts,
         )
         fields = {}
-        for tooth in wanted:
+        for tooth in tooth_offsets:
             ends = np.vstack([edges[tooth - 1], edges[tooth]])
             if tooth == 0:
                 ends -= loads.jump

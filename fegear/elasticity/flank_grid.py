@@ -25,9 +25,9 @@ def place_stencil(arc, length, grading, count, weights):
     ratio = min(max(arc / length, 0.0), 1.0)
     if grading > 0.0:
         ratio = math.asinh(ratio * math.sinh(grading)) / grading
-    place = min(max(ratio * count - 1.0, 0.0), count - 1.0)
-    first = min(max(int(place) - 1, 0), count - STENCIL)
-    u = place - first
+    grid_position = min(max(ratio * count - 1.0, 0.0), count - 1.0)
+    first = min(max(int(grid_position) - 1, 0), count - STENCIL)
+    u = grid_position - first
     weights[0] = -(u - 1.0) * (u - 2.0) * (u - 3.0) / 6.0
     weights[1] = u * (u - 2.0) * (u - 3.0) / 2.0
     weights[2] = -u * (u - 1.0) * (u - 3.0) / 2.0

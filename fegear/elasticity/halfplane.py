@@ -18,14 +18,19 @@ Array = NDArray[np.float64]
 def _local_polar(
     points: Array, origin: Array, inward: Array, cut: Array | None = None
 ) -> tuple[Array, Array]:
-    """Distance and angle from the inward normal, within pi of the direction opposite
-    to the cut, which is the outward normal by default."""
+    """Polar coordinates about the load; the angle is from the inward normal.
+
+    It is within pi of the direction opposite to the cut, by default the outward normal.
+    """
     offset = points - origin
-    side = np.array([-inward[1], inward[0]])
-    back = 0.0 if cut is None else math.atan2(-side @ cut, -inward @ cut)
-    c, s = math.cos(back), math.sin(back)
-    depth, across = offset @ (c * inward + s * side), offset @ (c * side - s * inward)
-    return np.hypot(depth, across), back + np.arctan2(across, depth)
+    tangent = np.array([-inward[1], inward[0]])
+    branch_angle = 0.0 if cut is None else math.atan2(-tangent @ cut, -inward @ cut)
+    c, s = math.cos(branch_angle), math.sin(branch_angle)
+    depth, across = (
+        offset @ (c * inward + s * tangent),
+        offset @ (c * tangent - s * inward),
+    )
+    return np.hypot(depth, across), branch_angle + np.arctan2(across, depth)
 
 
 def displacement(
@@ -134,9 +139,9 @@ def _hat_potential(z: NDArray[np.complex128], h: float) -> tuple[NDArray, NDArra
         inside = np.where(zeta == 0.0, 1.0, zeta)
         return np.log(-1j * inside) + 0.5j * math.pi
 
-    near, at, far = z + h, z, z - h
-    L = [log(near), log(at), log(far)]
-    F = (near * L[0] - 2.0 * at * L[1] + far * L[2]) / h**2
+    z_plus, z_centre, z_minus = z + h, z, z - h
+    L = [log(z_plus), log(z_centre), log(z_minus)]
+    F = (z_plus * L[0] - 2.0 * z_centre * L[1] + z_minus * L[2]) / h**2
     return F, (L[0] - 2.0 * L[1] + L[2]) / h**2
 
 

@@ -33,25 +33,25 @@ def hat_displacement(
     moduli : E' [Pa] and nu' of the plane state
     """
     (normal, tangential), (modulus, poisson) = forces, moduli
-    side = np.array([-inward[1], inward[0]])
+    tangent = np.array([-inward[1], inward[0]])
     offset = points - origin
-    x, y = offset @ side, offset @ inward
+    x, y = offset @ tangent, offset @ inward
     log, pole = _hat_means(x + 1j * y, half_length)
     Y = (1.0 + poisson) * y * pole
     swirl = (1.0 - poisson) * log.imag
     into = normal * (-2.0 * log.real - Y.imag) + tangential * (Y.real - swirl)
     along = normal * (swirl + Y.real)
     along += tangential * (1.0 + poisson + Y.imag - 2.0 * log.real)
-    field = into[:, None] * inward + along[:, None] * side
+    field = into[:, None] * inward + along[:, None] * tangent
     return field / (math.pi * modulus)
 
 
 def _hat_means(z: Complex, h: float) -> tuple[Complex, Complex]:
     """Means of log(-i (z - t)) and 1 / (z - t) over a hat in t, cut outside."""
     ends = (z + h, z, z - h)
-    logs = [np.log(-1j * np.where(at == 0.0, 1.0, at)) for at in ends]
+    logs = [np.log(-1j * np.where(end == 0.0, 1.0, end)) for end in ends]
     square, line = (
-        [at**power * log for at, log in zip(ends, logs, strict=True)]
+        [end**power * log for end, log in zip(ends, logs, strict=True)]
         for power in (2, 1)
     )
     mean = 0.5 * (square[0] - 2.0 * square[1] + square[2]) / h**2 - 1.5

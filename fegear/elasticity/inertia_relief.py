@@ -49,9 +49,9 @@ class InertiaRelief:
 
 def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
     """Solve for the zeroth harmonic: all sectors move alike; density in kg/m3."""
-    constraint, turn = sector.cyclic_constraint(1.0), sector.rigid_fields[:, 0]
+    constraint, rotation = sector.cyclic_constraint(1.0), sector.rigid_body_modes[:, 0]
     mass = sector.mass(density)
-    momentum = mass @ turn
+    momentum = mass @ rotation
     with stage("inertia relief"):
         stiffness = constraint.T @ sector.stiffness @ constraint
         inverse = cyclic_inverse(sector.condensation, stiffness, 1.0)
@@ -59,14 +59,14 @@ def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
     flank = sector.flanks[RIGHT]
 
     def along(directions: Array, values: Array) -> Array:
-        return np.einsum("ic,ic->i", values[flank.freedoms], directions)
+        return np.einsum("ic,ic->i", values[flank.dofs], directions)
 
     return InertiaRelief(
         arcs=flank.arcs,
         inward=along(flank.inward, field),
         rootward=along(flank.rootward, field),
-        inward_arm=along(flank.inward, turn),
-        rootward_arm=along(flank.rootward, turn),
+        inward_arm=along(flank.inward, rotation),
+        rootward_arm=along(flank.rootward, rotation),
         work=sector.gear.teeth * float(momentum @ field),
     )
 

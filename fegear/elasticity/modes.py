@@ -38,9 +38,8 @@ Complex = NDArray[np.complex128]
 Field = NDArray[Any]  # real for a standing mode, else complex
 Counts = NDArray[np.int64]
 Flanks = tuple[FlankPoints, FlankPoints]
-LAYERS_PER_WAVE = (
-    6.0  # at least, of shear waves; frequencies are then exact to some 1e-4
-)
+# at least, of shear waves; frequencies are then exact to some 1e-4
+LAYERS_PER_WAVE = 6.0
 
 
 @dataclass(frozen=True)
@@ -128,21 +127,21 @@ def lowest_modes(
     density: float,
     nodal_diameters: Sequence[int],
     count: int,
-    most: int = 0,
+    max_nodal_diameters: int = 0,
     below_Hz: float = 0.0,
 ) -> GearModes:
     """The `count` lowest modes, or pairs of modes, with each number of nodal diameters.
 
     nodal_diameters : below half the number of teeth; density in kg/m3
-    most, below_Hz : further numbers follow, each below `most`, as long as the lowest
-        mode of the last one is below a frequency
+    max_nodal_diameters, below_Hz : further numbers follow, below this one, as long as
+        the lowest mode of the last one is below a frequency
     """
     mass, modes = sector.mass(density), list[CyclicModes]()
     lowest = 2.0 * math.pi * below_Hz
     with stage("modes"):
         for n in nodal_diameters:
             modes.append(_solve_modes(sector, mass, n, count))
-        for n in range(max(nodal_diameters) + 1, most):
+        for n in range(max(nodal_diameters) + 1, max_nodal_diameters):
             if modes[-1].omega.min() >= lowest:
                 break
             modes.append(_solve_modes(sector, mass, n, count))
@@ -156,8 +155,12 @@ def static_inertia(sector: CyclicSector, density: float, arc: float) -> float:
     the sum of w^2 / omega^4 over all modes, w their inward displacement there.
     """
     load, arcs = nodal_loads(sector), sector.flanks[RIGHT].arcs
-    one = slice(at := int(np.abs(arcs - arc).argmin()), at + 1)
-    load = SectorLoads(load.force[:, one], load.hub[:, one], load.jump[:, one])
+    load_column = slice(
+        point_index := int(np.abs(arcs - arc).argmin()), point_index + 1
+    )
+    load = SectorLoads(
+        load.force[:, load_column], load.hub[:, load_column], load.jump[:, load_column]
+    )
     mass = sector.mass(density)
     fields = ring_fields(sector, load, range(sector.gear.teeth))
     return float(sum((u * (mass @ u)).sum() for u in fields.values()))
@@ -204,8 +207,8 @@ def _solve_modes(
 ) -> CyclicModes:
     """The `count` lowest modes by shift-invert Lanczos about zero."""
     if count == 0:
-        none = np.empty((sector.basis.N, 0))
-        return CyclicModes(nodal_diameters, np.empty(0), none)
+        no_fields = np.empty((sector.basis.N, 0))
+        return CyclicModes(nodal_diameters, np.empty(0), no_fields)
     teeth = sector.gear.teeth
     phase = nodal_diameter_phase(nodal_diameters, teeth)
     constraint = sector.cyclic_constraint(phase)
@@ -239,12 +242,14 @@ def cyclic_inverse(
     """
     free = len(condensed.response)
     coupling = stiffness[:free, free:]
-    back = coupling.conj().T
-    ring = cho_factor(close_ring(condensed.superelement, phase))
+    coupling_transpose = coupling.conj().T
+    interface_factor = cho_factor(close_ring(condensed.superelement, phase))
 
     def solve(load: Field) -> Field:
         particular = condensed.solve(load[:free])
-        cut = cho_solve(ring, load[free:] - np.asarray(back @ particular))
+        cut = cho_solve(
+            interface_factor, load[free:] - np.asarray(coupling_transpose @ particular)
+        )
         return np.concatenate([particular - condensed.solve(coupling @ cut), cut])
 
     return LinearOperator(stiffness.shape, matvec=solve, dtype=stiffness.dtype)
@@ -260,8 +265,10 @@ def _collect_modes(
 
     They come one by one: the fields of all together are the largest arrays here.
     """
-    teeth, momentum = sector.gear.teeth, mass @ sector.rigid_fields
-    inertia, *shifted = np.einsum("ic,ic->c", sector.rigid_fields, momentum) * teeth
+    teeth, momentum = sector.gear.teeth, mass @ sector.rigid_body_modes
+    inertia, *translational_mass = (
+        np.einsum("ic,ic->c", sector.rigid_body_modes, momentum) * teeth
+    )
     parts = [
         _at_flanks_and_hub(mode_set, sector.flanks, momentum, teeth)
         for mode_set in modes
@@ -280,7 +287,7 @@ def _collect_modes(
         rotation_coupling=rotation,
         translation_coupling=translation,
         inertia=float(inertia),
-        mass=float(0.5 * sum(shifted)),
+        mass=float(0.5 * sum(translational_mass)),
     )
 
 
@@ -301,25 +308,27 @@ def _at_flanks_and_hub(
 
 def _on_flanks(field: Field, flanks: Flanks, direction: str) -> Complex:
     """Components (modes, 2, points) of fields (freedoms, modes) on both flanks."""
-    both = [
-        np.einsum("icm,ic->mi", field[flank.freedoms], getattr(flank, direction))
+    components = [
+        np.einsum("icm,ic->mi", field[flank.dofs], getattr(flank, direction))
         for flank in flanks
     ]
-    return np.stack(both, axis=1).astype(complex)
+    return np.stack(components, axis=1).astype(complex)
 
 
 def _real_modes(modes: CyclicModes, flanks: Flanks) -> Complex:
     """Amplitudes (freedoms, modes) whose real parts are modes of the gear."""
     right, left = np.moveaxis(_on_flanks(modes.fields, flanks, "inward"), 1, 0)
     if modes.single:
-        turn = np.ones(len(right))
+        phase_factor = np.ones(len(right))
     else:
         # Conjugate and mirrored, a mode is itself up to a phase. Take out the
         # phase, and its real part is symmetric, its imaginary one antisymmetric.
-        turn = np.sqrt(np.einsum("mp,mp->m", right, left))
-        turn = turn.conj() / np.abs(turn)
-    turn = turn * np.where((turn * right[:, 0]).real < 0.0, -1.0, 1.0)
-    field = modes.fields * turn
+        phase_factor = np.sqrt(np.einsum("mp,mp->m", right, left))
+        phase_factor = phase_factor.conj() / np.abs(phase_factor)
+    phase_factor = phase_factor * np.where(
+        (phase_factor * right[:, 0]).real < 0.0, -1.0, 1.0
+    )
+    field = modes.fields * phase_factor
     if modes.single:
         return field.astype(complex)
     pair = np.stack([field, -1j * field], axis=2)  # Re(-i f) = Im f
@@ -334,7 +343,7 @@ def _couplings(
     A turn is the same in all sectors, so only n = 0 adds up. In the frame of
     sector k a shift turns once around the gear, so only n = 1 does.
     """
-    turn, along_x, along_y = momentum.T @ field
-    rotation = np.where(n == 0, teeth * turn.real, 0.0)
+    rotation_sum, along_x, along_y = momentum.T @ field
+    rotation = np.where(n == 0, teeth * rotation_sum.real, 0.0)
     shift = np.where(n == 1, 0.5 * teeth * (along_x + 1j * along_y), 0.0)
     return rotation, np.stack([shift.real, shift.imag], axis=1)

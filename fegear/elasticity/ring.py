@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-BATCH = 2**22  # bytes of harmonics that are held at a time
+BYTES_PER_BATCH = 2**22  # bytes of harmonics that are held at a time
 
 
 def ring_response(
@@ -43,7 +43,7 @@ def harmonics(
     """A few at a time: nodal diameters n (k,) from 0 to teeth // 2, their phase from
     sector to sector (k,), and systems (k, m, m) of the left cut."""
     m = len(superelement) // 2
-    count = max(1, BATCH // (16 * m * m))
+    count = max(1, BYTES_PER_BATCH // (16 * m * m))
     for first in range(0, teeth // 2 + 1, count):
         diameters = np.arange(first, min(first + count, teeth // 2 + 1))
         phase = np.exp(2j * np.pi * diameters / teeth)

@@ -26,7 +26,7 @@ from skfem import Basis, BilinearForm
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
-from fegear.elasticity.elements import freedoms_of_nodes, plane_basis
+from fegear.elasticity.elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.material import PlaneMaterial
 from fegear.files.timing import stage
 from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
@@ -42,14 +42,14 @@ class FlankPoints:
     """Vertices of a flank where loads act, all but the tip corner itself.
 
     points : (n, 2) [m]; inward, rootward : (n, 2) unit vectors
-    arcs : (n,) from the tip corner [m]; freedoms : (n, 2) along x and y
+    arcs : (n,) from the tip corner [m]; dofs : (n, 2) along x and y
     """
 
     points: Array
     inward: Array
     rootward: Array
     arcs: Array
-    freedoms: Indices
+    dofs: Indices
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class CyclicSector:
     @cached_property
     def hub(self) -> Indices:
         """Freedoms held by the hub, as (x, y) pairs."""
-        dofs = self._on(["hub", "left_hub"])
+        dofs = self._boundary_dofs(["hub", "left_hub"])
         x, y = np.round(self.basis.doflocs[:, dofs], 12)
         return dofs[np.lexsort((dofs, x, y))]
 
@@ -114,10 +114,10 @@ class CyclicSector:
         along_y = np.isin(np.arange(self.basis.N), self.basis.split_indices()[1])
         sides = []
         for name in ("left_cut", "cut"):
-            dofs = np.setdiff1d(self._on([name]), self.hub)
+            dofs = np.setdiff1d(self._boundary_dofs([name]), self.hub)
             radius = np.hypot(*self.basis.doflocs[:, dofs])
-            place = np.round(radius / radius.max() * 1e9).astype(np.int64)
-            sides.append(dofs[np.lexsort((along_y[dofs], -place))])
+            radial_rank = np.round(radius / radius.max() * 1e9).astype(np.int64)
+            sides.append(dofs[np.lexsort((along_y[dofs], -radial_rank))])
         return np.concatenate(sides)
 
     @cached_property
@@ -127,9 +127,9 @@ class CyclicSector:
         return np.setdiff1d(np.arange(self.basis.N), boundary)
 
     @cached_property
-    def node_freedoms(self) -> Indices:
+    def node_dofs(self) -> Indices:
         """(nodes, 2) freedoms (x, y) of the mesh nodes, -1 where there are none."""
-        return freedoms_of_nodes(self.basis, self.mesh.triangles, self.order)
+        return dofs_of_nodes(self.basis, self.mesh.triangles, self.order)
 
     @cached_property
     def flanks(self) -> tuple[FlankPoints, FlankPoints]:
@@ -138,10 +138,10 @@ class CyclicSector:
         _, inward = flank_frame(self.gear, arcs)
         rootward = np.stack([-inward[:, 1], inward[:, 0]], axis=1)
         nodes = mesh.flank_nodes[1:]
-        points, freedoms = mesh.points[nodes], self.node_freedoms
-        left = freedoms[mesh.edges["left_flank"][:, 1]]
+        points, dofs = mesh.points[nodes], self.node_dofs
+        left = dofs[mesh.edges["left_flank"][:, 1]]
         return (
-            FlankPoints(points, inward, rootward, arcs, freedoms[nodes]),
+            FlankPoints(points, inward, rootward, arcs, dofs[nodes]),
             FlankPoints(
                 points * mirror, inward * mirror, rootward * mirror, arcs, left
             ),
@@ -153,20 +153,20 @@ class CyclicSector:
 
         They mean the same to both sectors that meet in a cut.
         """
-        turn, half = np.zeros((len(self.cut), len(self.cut))), len(self.cut) // 2
+        rotation, half = np.zeros((len(self.cut), len(self.cut))), len(self.cut) // 2
         for start, angle in ((0, -math.pi), (half, math.pi)):
             c, s = math.cos(angle / self.gear.teeth), math.sin(angle / self.gear.teeth)
             block = np.array([[s, c], [c, -s]])  # radial = (s, c), clockwise = (c, -s)
             for node in range(start, start + half, 2):
-                turn[node : node + 2, node : node + 2] = block
-        return turn
+                rotation[node : node + 2, node : node + 2] = block
+        return rotation
 
     @cached_property
     def condensation(self) -> Condensation:
         return condense(self, self.stiffness)
 
     @cached_property
-    def rigid_fields(self) -> Array:
+    def rigid_body_modes(self) -> Array:
         """(n, 3): unit clockwise turn about the centre, unit shifts in x and y."""
         x, y = self.locations.T
         along_x = np.ones(self.basis.N, bool)
@@ -178,17 +178,17 @@ class CyclicSector:
 
         The right cut moves `phase` times as much as the left one.
         """
-        half, free = len(self.cut) // 2, len(self.interior)
+        half, n_interior = len(self.cut) // 2, len(self.interior)
         cut = self.polar[:, :half] + phase * self.polar[:, half:]
         rows, columns = np.nonzero(cut)
-        entries = np.concatenate([np.ones(free), cut[rows, columns]])
-        places = (
+        entries = np.concatenate([np.ones(n_interior), cut[rows, columns]])
+        indices = (
             np.concatenate([self.interior, self.cut[rows]]),
-            np.concatenate([np.arange(free), free + columns]),
+            np.concatenate([np.arange(n_interior), n_interior + columns]),
         )
-        return csr_array((entries, places), shape=(self.basis.N, free + half))
+        return csr_array((entries, indices), shape=(self.basis.N, n_interior + half))
 
-    def _on(self, names: list[str]) -> Indices:
+    def _boundary_dofs(self, names: list[str]) -> Indices:
         """Freedoms on the named boundaries."""
         mesh, grid = self.mesh, self.basis.mesh
         rank = np.unique(mesh.triangles[:, :3])
@@ -197,8 +197,8 @@ class CyclicSector:
         grid_facets = np.sort(grid.facets, axis=0).astype(np.int64)
         codes = grid_facets[0] * len(rank) + grid_facets[1]
         order = np.argsort(codes)
-        wanted = ends[:, 0] * len(rank) + ends[:, 1]
-        facets = order[np.searchsorted(codes[order], wanted)]
+        boundary_codes = ends[:, 0] * len(rank) + ends[:, 1]
+        facets = order[np.searchsorted(codes[order], boundary_codes)]
         return self.basis.get_dofs(facets).flatten()
 
 

@@ -72,16 +72,16 @@ def _pale(color: str) -> tuple[float, ...]:
 
 def response_points(prediction: Prediction) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Amplitudes of the mode, mesh frequencies and stability of n vibrations, (n,)."""
-    near, top = prediction.resonance, prediction.top
+    resonance, top = prediction.resonance, prediction.top
     if top is None:
-        most = OPEN * float(contact_loss_amplitude(near).min())
+        max_response = OPEN * float(contact_loss_amplitude(resonance).min())
     else:
-        most = top.amplitude
+        max_response = top.amplitude
     points = [
         (vibration.amplitude, vibration.frequency, vibration.stable)
-        for amplitude in most * np.linspace(0.01, 1.0, AMPLITUDES)
-        for vibration in steady_vibrations(near, float(amplitude))
-        if abs(vibration.frequency / near.at - 1.0) < SPEED_MARGIN
+        for amplitude in max_response * np.linspace(0.01, 1.0, AMPLITUDES)
+        for vibration in steady_vibrations(resonance, float(amplitude))
+        if abs(vibration.frequency / resonance.at - 1.0) < SPEED_MARGIN
     ]
     values = np.array(points, float).reshape(-1, 3)
     return values[:, 0], values[:, 1], values[:, 2] > 0.5

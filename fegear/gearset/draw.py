@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 COLOURS = ("#4477aa", "#cc9944", "#559966", "#aa5588", "#8866bb", "#778899")
 ACTION = "#cc2222"
 MM = 1e3  # millimetres in a metre
-ZOOM = 3.2  # half height of the detail, in modules
+DETAIL_HALF_HEIGHT = 3.2  # half height of the detail, in modules
 
 
 def tooth_outline(gear: SpurGear, points_per_curve: int = 24) -> Points:
@@ -208,7 +208,7 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
         axes.plot(x, y, "o", mfc="white", mec=ACTION, ms=5, zorder=22)
         _write(axes, name, (x, y), (10, -3), {"color": ACTION})
     x, y = line.at(pair.pitch_point)
-    half = ZOOM * MM * pair.driver.module
+    half = DETAIL_HALF_HEIGHT * MM * pair.driver.module
     axes.set_xlim(x - half, x + half)
     axes.set_ylim(y - half, y + half)
     names = gear_set.gears[mesh.driver].name, gear_set.gears[mesh.driven].name

@@ -9,7 +9,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from meshes.section import section_area, section_polar_moment
 
-ROUNDING = 1e-5  # of a given inertia, as `fegear show` prints it
+INERTIA_RTOL = 1e-5  # of a given inertia, as `fegear show` prints it
 
 
 def body_mass(gear: Gear) -> float:
@@ -44,7 +44,7 @@ def require_inertia_of_bodies(
     """
     for gear in gear_set.gears:
         inertia, body = inertia_of(gear), body_inertia(gear)
-        if not inertia >= (1.0 - ROUNDING) * body:
+        if not inertia >= (1.0 - INERTIA_RTOL) * body:
             raise InputError(
                 f'{gear_set.name}: gear "{gear.name}": inertia_kg_m2 = {inertia:.6g} '
                 f"is less than the {body:.6g} kg m2 of the body between bore and tooth "

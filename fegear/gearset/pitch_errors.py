@@ -80,7 +80,7 @@ def require_room(gear_set: GearSet) -> None:
             )
 
 
-def error_periods(gear_set: GearSet) -> tuple[int, ...]:
+def pair_periods(gear_set: GearSet) -> tuple[int, ...]:
     """Base pitches of each mesh after which its tooth pairs repeat."""
     numbers = range(len(gear_set.meshes))
     return tuple(max(1, tooth_pair_errors(gear_set, n).size) for n in numbers)

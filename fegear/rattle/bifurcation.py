@@ -19,9 +19,10 @@ from lumped.rattle.orbits import find_orbits
 from lumped.rattle.return_map import Itinerary
 
 Array = NDArray[np.float64]
-END = 1e-6  # of a range, from its ends, where orbits are looked for
-HALVINGS = 8  # at most, of parts of a range at whose ends there are different orbits
-MORE = 3  # times as many values as at first, with which no more are looked for
+RANGE_END_RTOL = 1e-6  # of a range, from its ends, where orbits are looked for
+# at most, of parts of a range at whose ends there are different orbits
+MAX_HALVINGS = 8
+REFINEMENT = 3  # times as many values as at first, with which no more are looked for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +54,7 @@ class OrbitSearch:
     def seeds(self) -> list[float]:
         """Values at which orbits are looked for first."""
         low, high = self.limits
-        hair = END * (high - low)
+        hair = RANGE_END_RTOL * (high - low)
         return [low + hair, *self.values(self.starts), high - hair]
 
 
@@ -83,8 +84,8 @@ def find_bifurcations(
             for value, at in _machines(machine, search, values)
         }
     )
-    for _ in range(HALVINGS):
-        if len(seeds) >= MORE * len(search.seeds):
+    for _ in range(MAX_HALVINGS):
+        if len(seeds) >= REFINEMENT * len(search.seeds):
             break
         more = list(_between_differing(seeds, arrays))
         arrays |= compute(_orbits(machine, search, more))

@@ -15,11 +15,12 @@ from lumped.rattle.motions import AssemblyIntegrator
 from lumped.rattle.permanent_contact import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
 
-CHANGED = 1e-4  # relative change of a parameter that yields a slope
+DIFFERENCE_STEP = 1e-4  # relative change of a parameter that yields a slope
 PERCENT = 1e-2  # change of a parameter that yields a slope
-STRAIGHT = 0.2  # of the slope, by which changes over one per cent may differ from it
-FLAT = 1e-3  # per cent that are as good as none
-VARIED = "damping", "stiffness", "ripple"  # of the machine
+# of the slope, by which changes over one per cent may differ from it
+LINEARITY_RTOL = 0.2
+MIN_CHANGE_PERCENT = 1e-3  # per cent that are as good as none
+VARIED_PARAMETERS = "damping", "stiffness", "ripple"  # of the machine
 
 
 def contact_limits(named: NamedMachine) -> dict[str, Any]:
@@ -102,7 +103,7 @@ Vary = Callable[[float], Assembly]
 def _varied(assembly: Assembly) -> Iterator[tuple[str, Vary]]:
     """Figures that can help, and the assembly with each times a factor."""
     machine = assembly.machine
-    for name in VARIED:
+    for name in VARIED_PARAMETERS:
         value = getattr(machine, name)
         if value and math.isfinite(value):
             yield name, partial(_with, assembly, "machine", machine, name)
@@ -137,7 +138,7 @@ def _sensitivities(
     for name, vary in _varied(assembly):
         windows = [
             _window(vary, 1.0 + change)
-            for change in (-PERCENT, -CHANGED, 0.0, CHANGED, PERCENT)
+            for change in (-PERCENT, -DIFFERENCE_STEP, 0.0, DIFFERENCE_STEP, PERCENT)
         ]
         for side, changes in enumerate((lowest, critical)):
             changes[name] = _change([None if w is None else w[side] for w in windows])
@@ -163,9 +164,9 @@ def _change(limits: Sequence[float | None]) -> Change:
     less, below, _, above, more = changes
     if less is None or more is None or below is None or above is None:
         return _percent(less), _percent(more)
-    slope = (above - below) / (2.0 * CHANGED)
+    slope = (above - below) / (2.0 * DIFFERENCE_STEP)
     off = max(abs(less / PERCENT + slope), abs(more / PERCENT - slope))
-    bends = off > max(FLAT, STRAIGHT * abs(slope))
+    bends = off > max(MIN_CHANGE_PERCENT, LINEARITY_RTOL * abs(slope))
     return (_percent(less), _percent(more)) if bends else slope
 
 

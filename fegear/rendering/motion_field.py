@@ -31,11 +31,11 @@ def instant_field(
     """
     position = phase + instant.position
     back = instant.back
-    place = position
+    side_position = position
     if back:
-        place = float(back_side_position(scene.problem.pair, position))
+        side_position = float(back_side_position(scene.problem.pair, position))
     loads = [
-        pair_load(scene.problem, -pair if back else pair, place, load)
+        pair_load(scene.problem, -pair if back else pair, side_position, load)
         for (pair, on_back), load in sorted(instant.loads.items())
         if on_back == back
     ]

@@ -28,8 +28,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 MM = 1e3
 QUARTERS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of a six-node triangle
-BARE = 200  # colours of a palette that are the map's
-MANY = 150_000  # nodes, from which on corners alone are drawn
+N_COLOURS = 200  # colours of a palette that are the map's
+MIN_NODES_OF_CORNERS = 150_000  # nodes, from which on corners alone are drawn
 
 
 def page(field: ContactField, looks: Sequence[RenderStyle], title: str) -> str:
@@ -81,7 +81,7 @@ class LinearMesh:
 def _values_of(field: ContactField) -> LinearMesh:
     """Elements in quarters, or whole where there are so many that none shows."""
     nodes, sides = field.nodes_of_both("triangles"), field.nodes_of_both("outline")
-    if sum(len(gear.points) for gear in field.gears) > MANY:
+    if sum(len(gear.points) for gear in field.gears) > MIN_NODES_OF_CORNERS:
         triangles, lines = nodes[:, :3], sides[:, [0, 2]]
     else:
         triangles = nodes[:, np.array(QUARTERS)].reshape(-1, 3)
@@ -127,7 +127,7 @@ def _field(field: ContactField, plain: LinearMesh, look: RenderStyle) -> dict[st
         "limits": look.limits,
         "notes": " ".join(legend(look)[1]),
         "ribbon": MM * look.ribbon * look.view.half_height,
-        "palette": _text(palette(look.shown)[:BARE].tobytes()),
+        "palette": _text(palette(look.shown)[:N_COLOURS].tobytes()),
         "values": _rough(values),
     }
 

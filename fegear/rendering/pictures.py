@@ -19,7 +19,7 @@ from fegear.files.output import require_writable, write_text, write_whole
 from fegear.files.printable import printable
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
-from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.rendering.extremes import PeaksInView
 from fegear.rendering.fields import (
@@ -52,7 +52,7 @@ DRAWN = (".png", *FILMS)  # by VTK, which needs a window
 ENDINGS = (*DRAWN, ".html", ".vtu")
 WIDTH, FILM_WIDTH = 1920, 960  # pixels
 MAX_TORQUE = 1e9  # N m
-SAMPLES = 6  # positions that fix the colours of a film
+COLOUR_SCALE_POSITIONS = 6  # positions that fix the colours of a film
 
 
 @documented
@@ -119,7 +119,7 @@ def contact_at_rest(
 
     position : base pitches from the pitch point
     """
-    period = error_periods(gear_set)[mesh]
+    period = pair_periods(gear_set)[mesh]
     if not 0.0 <= position <= period:
         raise InputError(f"position = {position:.12g}; allowed 0 to {period}")
 
@@ -134,7 +134,7 @@ def contact_at_rest(
         title=_title(gear_set, mesh, statics),
         film_title=first if period > 1 else "",
         still=position,
-        samples=positions(SAMPLES),
+        samples=positions(COLOUR_SCALE_POSITIONS),
         frames=positions,
         field=lambda scene, at, view: contact_field(scene, torque, at, view),
     )

@@ -19,8 +19,9 @@ from lumped.common.csv_text import parse_csv
 
 Array = NDArray[np.float64]
 Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
-REPEATS = 1e-2  # of a column's range within which a cycle is the same as another
-FILMED = 16  # mesh cycles, at most, of a film
+# of a column's range within which a cycle is the same as another
+REPETITION_RTOL = 1e-2
+MAX_FILM_CYCLES = 16  # mesh cycles, at most, of a film
 WHAT = "allowed are time histories that fegear dynamics writes"
 
 
@@ -137,7 +138,8 @@ class RecordedMotion:
     def _repeats(self, shift: int) -> bool:
         return all(
             np.ptp(values) == 0.0
-            or np.abs(values[shift:] - values[:-shift]).max() < REPEATS * np.ptp(values)
+            or np.abs(values[shift:] - values[:-shift]).max()
+            < REPETITION_RTOL * np.ptp(values)
             for values in (self.ste, self.force)
         )
 
@@ -147,7 +149,7 @@ class RecordedMotion:
 
         Of a motion that takes longer to repeat, the cycle of the largest force.
         """
-        if self.cycles <= FILMED:
+        if self.cycles <= MAX_FILM_CYCLES:
             return 0, self.cycles
         return int(np.abs(self.force[:-1]).argmax() * self.pitch), 1
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 QUADRATIC_TRIANGLE = 22  # VTK's cell type
-LIFT = 1e-3  # of the view's height between layers, toward the eye
+LAYER_HEIGHT = 1e-3  # of the view's height between layers, toward the eye
 
 
 def grid_of(field: ContactField) -> pyvista.UnstructuredGrid:
@@ -125,7 +125,7 @@ def _draw_picture(
         grid.point_data["shown"] = colours.scale * field.of_both(colours.quantity)
         actor = plotter.add_mesh(grid, scalars="shown", **painted)
     for gear in field.gears:
-        lines = _outline(gear, look, LIFT * look.view.half_height)
+        lines = _outline(gear, look, LAYER_HEIGHT * look.view.half_height)
         plotter.add_mesh(lines, color=INK, line_width=1.5 * size[1] / 1080.0, **flat)
     ribbon = _ribbon(field.pairs, look)
     if look.shown == "pressure":
@@ -165,7 +165,7 @@ def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> pyvista.PolyData:
     """
     import pyvista
 
-    height = 2.0 * LIFT * look.view.half_height
+    height = 2.0 * LAYER_HEIGHT * look.view.half_height
     geometry = ribbon_of(pairs, look)
     if geometry is None:
         ribbon = pyvista.PolyData(np.array([[1e3, 1e3, height]]))

@@ -33,7 +33,7 @@ from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-NEAREST = 16  # elements among which the one around a point is looked for
+N_CANDIDATES = 16  # elements among which the one around a point is looked for
 CHILD_CORNERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))  # nodes of the parent
 TRIANGLE = ElementTriP2()  # six nodes, as those of the mesh
 
@@ -101,7 +101,7 @@ class LoadableGear:
 
     def _state(self, field: Array) -> Array:
         stress = (self.stress @ field).reshape(3, -1).T
-        return np.hstack([field[self.sector.node_freedoms], stress])
+        return np.hstack([field[self.sector.node_dofs], stress])
 
 
 def loadable_gear(sector: CyclicSector, friction: bool = True) -> LoadableGear:
@@ -171,11 +171,11 @@ def _refined(
     values: Array, triangles: Indices, focus: Array, finest: float
 ) -> tuple[Array, Indices]:
     """Nodal values (n, c), whose first two are the place, on a locally finer mesh."""
-    near, quarters = cKDTree(focus), _children()
+    tree, quarters = cKDTree(focus), _children()
     for _ in range(10):
         corners = values[triangles[:, :3], :2]
         size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-        distance = near.query(corners.mean(axis=1))[0]
+        distance = tree.query(corners.mean(axis=1))[0]
         coarse = size > np.maximum(finest, 0.4 * distance)
         if not coarse.any():
             break
@@ -195,16 +195,18 @@ def _located(elements: Array, points: Array) -> tuple[Indices, Array]:
     center = elements.mean(axis=1)
     size = np.linalg.norm(elements - center[:, None], axis=2).max(axis=1)
     # a large element among many small ones is not among those with near centres
-    apart = np.linalg.norm(points[:, None] - center, axis=2) / size
-    candidates = np.argsort(apart, axis=1)[:, :NEAREST]
+    distance = np.linalg.norm(points[:, None] - center, axis=2) / size
+    candidates = np.argsort(distance, axis=1)[:, :N_CANDIDATES]
     nodes = elements[candidates]  # (p, k, 6, 2)
-    place = np.full((*candidates.shape, 2), 1.0 / 3.0)
+    reference_point = np.full((*candidates.shape, 2), 1.0 / 3.0)
     for _ in range(8):
-        values, slopes = shape_functions(place)
+        values, slopes = shape_functions(reference_point)
         missing = points[:, None] - np.einsum("pki,pkic->pkc", values, nodes)
         jacobian = np.einsum("pkic,pkid->pkcd", nodes, slopes)
         step = np.linalg.solve(jacobian, missing[..., None])[..., 0]
-        place = np.clip(place + np.clip(step, -1.0, 1.0), -3.0, 3.0)
-    inside = np.minimum(place.min(axis=-1), 1.0 - place.sum(axis=-1))
+        reference_point = np.clip(reference_point + np.clip(step, -1.0, 1.0), -3.0, 3.0)
+    inside = np.minimum(
+        reference_point.min(axis=-1), 1.0 - reference_point.sum(axis=-1)
+    )
     best, rows = inside.argmax(axis=1), np.arange(len(points))
-    return candidates[rows, best], shape_functions(place[rows, best])[0]
+    return candidates[rows, best], shape_functions(reference_point[rows, best])[0]

@@ -148,7 +148,7 @@ class StiffnessSource:
 class ExcitationSource(Protocol):
     """Excitations of meshes by their index, at a torque on their drivers [N m]."""
 
-    def of(
+    def mesh_excitation(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation: ...
 
@@ -176,7 +176,7 @@ class GivenTables:
         strain = all(table.header.get("plane") == "strain" for _, table in self.tables)
         return StaticsSettings(plane="strain" if strain else "stress")
 
-    def of(
+    def mesh_excitation(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
         """Excitation of a mesh by its index, at a torque on its driver [N m]."""
@@ -287,7 +287,7 @@ class Excitations:
         """How the finite elements solve a table."""
         return self.source.statics
 
-    def of(
+    def mesh_excitation(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
         """Excitation of a mesh by its index, at a torque on its driver [N m]."""

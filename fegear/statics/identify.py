@@ -33,12 +33,13 @@ Figures = tuple[Array, Array]
 THINNEST_RIM = 2.0  # modules from hub to root circle
 SMALLEST_HUB = 0.15  # of the root radius
 WIDTH_FACTORS = 0.25, 4.0  # smallest and largest
-RADII = 12  # hub radii at which a gear's compliance is computed; between them it
+N_RADII = 12  # hub radii at which a gear's compliance is computed; between them it
 # is interpolated, which is 1e-3 of it off at most
 HUB_SPREAD = 1.0  # spread of ln(hub / root radius), far wider than that of any figure
-CONVERGED = 1e-12  # relative; more than is shown, so that results repeat
-STEP = 1e-3  # of the logarithms, for derivatives
-FLAT = 1.0  # misfit above the smallest one up to which a set is equally good
+CONVERGENCE_RTOL = 1e-12  # relative; more than is shown, so that results repeat
+DIFFERENCE_STEP = 1e-3  # of the logarithms, for derivatives
+# misfit above the smallest one up to which a set is equally good
+MAX_EXTRA_MISFIT = 1.0
 VALLEY_POINTS = 25
 
 
@@ -103,7 +104,7 @@ class Identified(Result):
 
     @property
     def equally_good(self) -> tuple[Candidate, ...]:
-        limit = min(c.misfit for c in (self.best, *self.valley)) + FLAT
+        limit = min(c.misfit for c in (self.best, *self.valley)) + MAX_EXTRA_MISFIT
         return tuple(c for c in self.valley if c.misfit <= limit)
 
 
@@ -131,7 +132,7 @@ class CompliancesOverHub:
 
 def _sampled_logarithms(limits: tuple[float, float]) -> Array:
     low, high = np.log(limits)
-    return 0.5 * (low + high) + 0.5 * (high - low) * chebpts1(RADII)
+    return 0.5 * (low + high) + 0.5 * (high - low) * chebpts1(N_RADII)
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ def stiffness_model(
         radii = np.exp(_sampled_logarithms(limits[i]))
         samples = []
         for n, radius in enumerate(radii):
-            report(f"hubs of {gear.name}", n, RADII)
+            report(f"hubs of {gear.name}", n, N_RADII)
             samples.append(_compliance(gear, float(radius), settings))
         families.append(CompliancesOverHub(limits[i], tuple(samples)))
     problems = tuple(
@@ -313,9 +314,9 @@ class _Fit:
             residuals,
             np.clip(x[free], low + inside, high - inside),
             bounds=(low, high),
-            diff_step=[STEP],
-            xtol=CONVERGED,
-            ftol=CONVERGED,
+            diff_step=[DIFFERENCE_STEP],
+            xtol=CONVERGENCE_RTOL,
+            ftol=CONVERGENCE_RTOL,
         ).x
         return x
 

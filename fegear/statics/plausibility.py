@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from fegear.gearset.model import Mesh
 
-DEFLECTION = 0.1  # of a module: no tooth is still one beyond it
-STEEL = 1.5e9  # Pa, contact pressure that case-hardened gears endure
-PRESSURE = 10.0 * STEEL
-BALANCE = 1e-3  # relative, of what two laws of mechanics give for the same quantity
-ESTIMATE = 1e-2  # relative, of what two meshes give for it
+MAX_DEFLECTION = 0.1  # of a module: no tooth is still one beyond it
+MAX_STEEL_PRESSURE = 1.5e9  # Pa, contact pressure that case-hardened gears endure
+MAX_PRESSURE = 10.0 * MAX_STEEL_PRESSURE
+# relative, of what two laws of mechanics give for the same quantity
+MAX_IMBALANCE = 1e-3
+MAX_ERROR_ESTIMATE = 1e-2  # relative, of what two meshes give for it
 
 
 def plausibility_warnings(
@@ -36,17 +37,17 @@ def plausibility_warnings(
     module : [m]; transmission_error : of either sign [m]; pressure : [Pa]
     backlash : [m]; back_side : part of the time with contact of the back flanks
     """
-    limit = DEFLECTION * module
+    limit = MAX_DEFLECTION * module
     if abs(transmission_error) > limit:
         yield (
             f"{where}: transmission error "
             f"{1e6 * abs(transmission_error):.4g} um exceeds a tenth of the "
             f"module, {1e6 * limit:.4g} um; the result cannot be physical"
         )
-    if pressure > PRESSURE:
+    if pressure > MAX_PRESSURE:
         yield (
             f"{where}: contact pressure {1e-6 * pressure:.4g} MPa "
-            f"exceeds {1e-6 * PRESSURE:.4g} MPa, ten times what steel endures; the "
+            f"exceeds {1e-6 * MAX_PRESSURE:.4g} MPa, ten times what steel endures; the "
             "result cannot be physical"
         )
     if backlash == 0.0 and back_side > 0.0:
@@ -58,7 +59,7 @@ def plausibility_warnings(
 
 
 def check_warnings(
-    where: str, quantity: str, off: float, allowed: float = BALANCE
+    where: str, quantity: str, off: float, allowed: float = MAX_IMBALANCE
 ) -> Iterator[str]:
     """A line where a self-check does not hold.
 

@@ -32,7 +32,7 @@ from fegear.files.timing import recorded_stages, stage
 from fegear.files.version import package_version
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
-from fegear.gearset.pitch_errors import error_periods, mesh_errors
+from fegear.gearset.pitch_errors import mesh_errors, pair_periods
 from fegear.result import Result, frame
 from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_between, require_fields
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Array = NDArray[np.float64]
-CHUNK = 2048  # positions solved between two reports of progress
+POSITIONS_PER_CHUNK = 2048  # positions solved between two reports of progress
 MAX_ROWS = 1_000_000  # of a table
 PICTURES = (".png", ".pdf", ".svg")
 DOTS_PER_INCH = 130  # of a picture in a notebook
@@ -289,7 +289,7 @@ def solve_mesh(
     report = progress or (silent)
     require_mesh(gear_set, mesh)
     torque = _loads(torques_on_driver, torques, gear_set.meshes[mesh].torques)
-    pitches = error_periods(gear_set)[mesh]
+    pitches = pair_periods(gear_set)[mesh]
     _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
     with recorded_stages() as seconds:
         problem = contact_problem(gear_set, mesh, settings, report)
@@ -418,7 +418,9 @@ def _solve_in_chunks(
 ) -> ContactCycle:
     """Solve in pieces short enough for Ctrl-C and a progress bar."""
     count = places[0].size
-    chunks = [slice(i, i + CHUNK) for i in range(0, count, CHUNK)]
+    chunks = [
+        slice(i, i + POSITIONS_PER_CHUNK) for i in range(0, count, POSITIONS_PER_CHUNK)
+    ]
     cycles = []
     for i, chunk in enumerate(chunks):
         report("contact", i, len(chunks))
@@ -461,9 +463,9 @@ def _estimate(
     """Compare every torque with the coarsened resolution."""
     coarser = RESOLUTIONS[settings.resolution].coarsened()
     problem = contact_problem(gear_set, mesh, settings, report, coarser)
-    pitch = np.floor(cycle.position[:CHUNK]).astype(np.int64)
+    pitch = np.floor(cycle.position[:POSITIONS_PER_CHUNK]).astype(np.int64)
     with stage("solving"):
-        position = cycle.position[:CHUNK] - pitch
+        position = cycle.position[:POSITIONS_PER_CHUNK] - pitch
         coarse = solve_cycle(problem, cycle.torque, position, pitch)
     ste = cycle.ste[:, : position.size]
     change = np.abs(coarse.ste - ste)

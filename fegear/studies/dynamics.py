@@ -317,7 +317,8 @@ class DynamicsProblem(Problem):
             ]
 
         study, friction = self.study, self.study.elements.friction
-        found, beside = branches(""), branches("model 1 ") if study.model_1 else []
+        by_elements = branches("")
+        beside = branches("model 1 ") if study.model_1 else []
         return DynamicsResult(
             study=study,
             facts=TrainFacts(
@@ -334,10 +335,10 @@ class DynamicsProblem(Problem):
                     "body_modes_left_out": None,
                 },
                 header=self.header,
-                warnings=tuple(sweep_warnings(self.gears, (*found, *beside))),
+                warnings=tuple(sweep_warnings(self.gears, (*by_elements, *beside))),
             ),
             frequencies=self.frequencies,
-            found=found,
+            branches=by_elements,
             beside=beside,
             reasons=tuple(
                 (torque, choice.reason) for torque, choice in self.prepared.items()

@@ -169,12 +169,12 @@ class IdentificationResult(StudyResult):
     study: Identification
     gears: GearSet
     measured: MeasuredStiffness
-    found: Identified
+    solution: Identified
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         """NaN where nothing was measured."""
-        measured, solution, gears = self.measured, self.found, self.gears
+        measured, solution, gears = self.measured, self.solution, self.gears
         return {
             "gear_set": gears.name,
             "driver_torque_Nm": measured.torque.tolist(),
@@ -192,7 +192,7 @@ class IdentificationResult(StudyResult):
 
     def _warnings(self) -> Iterator[str]:
         """Why the set chosen does not represent what was measured, if so."""
-        best = self.found.best
+        best = self.solution.best
         misfits = self.measured.misfits(best.mean, best.variation)
         worst, factor = float(np.abs(misfits).max()), best.width_factor
         if worst > FAR_OFF:
@@ -227,7 +227,7 @@ class IdentificationResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": lambda: draw_valley(self.gears, self.measured, self.found)}
+        return {"plot": lambda: draw_valley(self.gears, self.measured, self.solution)}
 
     def page(self) -> Page:
         values = self.summary

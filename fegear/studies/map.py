@@ -201,20 +201,24 @@ class MapResult(StudyResult):
 
     study: Map
     facts: TrainFacts
-    found: ParameterMap
+    parameter_map: ParameterMap
 
     @property
     def table(self) -> Table:
         """A row for each point and mesh."""
-        header = {"format": FORMAT, **self.found.header}
-        for axis in self.found.axes:
+        header = {"format": FORMAT, **self.parameter_map.header}
+        for axis in self.parameter_map.axes:
             header[f"axis {axis.name}"] = " ".join(repr(float(v)) for v in axis.values)
-        return Table(map_columns(self.found), partial(map_rows, self.found), header)
+        return Table(
+            map_columns(self.parameter_map),
+            partial(map_rows, self.parameter_map),
+            header,
+        )
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         """Smallest and largest vibration of every mesh, and where."""
-        parameter_map = self.found
+        parameter_map = self.parameter_map
         cells = parameter_map.cells.values()
         statuses = [cell.status.partition(":")[0] for cell in cells]
         return {
@@ -231,9 +235,9 @@ class MapResult(StudyResult):
         }
 
     def _extremes(self) -> Iterator[dict[str, Any]]:
-        names = [axis.name for axis in self.found.axes]
-        for mesh in range(self.found.meshes):
-            rms = self.found.on_grid("dte_rms_m", mesh).ravel()
+        names = [axis.name for axis in self.parameter_map.axes]
+        for mesh in range(self.parameter_map.meshes):
+            rms = self.parameter_map.on_grid("dte_rms_m", mesh).ravel()
             for kind, pick in (("smallest", np.nanargmin), ("largest", np.nanargmax)):
                 if np.isnan(rms).all():
                     continue
@@ -242,12 +246,14 @@ class MapResult(StudyResult):
                     "mesh": mesh + 1,
                     "extreme": kind,
                     "dte_rms_m": float(rms[place]),
-                    "at": dict(zip(names, self.found.points[place], strict=True)),
+                    "at": dict(
+                        zip(names, self.parameter_map.points[place], strict=True)
+                    ),
                 }
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": lambda: draw_map(self.found, self._title)}
+        return {"plot": lambda: draw_map(self.parameter_map, self._title)}
 
     @property
     def _title(self) -> str:
@@ -258,7 +264,7 @@ class MapResult(StudyResult):
             for form, name in fixed.items()
             if facts[name] is not None
         ]
-        changes.append(edits_in_words(self.found.header))
+        changes.append(edits_in_words(self.parameter_map.header))
         return (
             f"{facts['gear_set']}, model {facts['model']}, {facts['excitation']}, "
             f"{self.study.response}\n{', '.join(filter(None, changes))}"

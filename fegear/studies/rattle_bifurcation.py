@@ -226,7 +226,7 @@ class BifurcationResult(OverFigures):
 
     study: OrbitBifurcations
     named: NamedMachine
-    found: BifurcationDiagram
+    diagram: BifurcationDiagram
 
     @property
     def table(self) -> Table:
@@ -238,7 +238,7 @@ class BifurcationResult(OverFigures):
         return Table(names, self._rows, {**self.header, **BRANCHES})
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
-        for number, branch in enumerate(self.found.branches, start=1):
+        for number, branch in enumerate(self.diagram.branches, start=1):
             name = branch.itinerary.name
             for index, point in enumerate(branch.points, start=1):
                 for place, (time, speed) in enumerate(point.departures, start=1):
@@ -246,13 +246,13 @@ class BifurcationResult(OverFigures):
                         *(number, name, index, point.parameter, place, time, speed),
                         *(int(point.stable), point.largest, point.kind),
                     )
-        settled = self.found.settled.tolist()
+        settled = self.diagram.settled.tolist()
         for index, (value, time, speed) in enumerate(settled, start=1):
             yield 0, "long run", index, value, 1, time, speed, "", float("nan"), ""
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        search, diagram = self.study.search, self.found
+        search, diagram = self.study.search, self.diagram
         low, high = search.limits
         return {
             **self.named.heading,
@@ -268,7 +268,7 @@ class BifurcationResult(OverFigures):
         }
 
     def _warnings(self) -> Iterator[str]:
-        undecided = self.found.not_converged
+        undecided = self.diagram.not_converged
         if undecided.size:
             yield (
                 f"{undecided.size} long runs that reached no attractor are left out, "
@@ -278,8 +278,8 @@ class BifurcationResult(OverFigures):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        runs, limits = self.found.settled[:, [0, 2]], self.study.search.limits
-        how = self.found.branches, runs, limits, self.labels[0], self.title
+        runs, limits = self.diagram.settled[:, [0, 2]], self.study.search.limits
+        how = self.diagram.branches, runs, limits, self.labels[0], self.title
         return {"plot": partial(draw_orbit_branches, *how)}
 
     def page(self) -> Page:

@@ -57,14 +57,14 @@ class ResponsesResult(StudyResult):
 
     facts : what is told of the train, the model, its excitation and damping
     frequencies : asked for, of the first mesh [Hz]
-    found : a branch for every torque and direction, in this order
+    branches : a branch for every torque and direction, in this order
     beside : branches of Model-1, to be shown with those found
     """
 
     study: Any
     facts: TrainFacts
     frequencies: Sequence[float]
-    found: Branches
+    branches: Branches
     beside: Branches = ()
 
     @property
@@ -74,17 +74,17 @@ class ResponsesResult(StudyResult):
 
     @property
     def complete(self) -> bool:
-        is_complete = all(branch.complete for _, branch in self.found)
+        is_complete = all(branch.complete for _, branch in self.branches)
         return is_complete and not any(branch.interrupted for _, branch in self.beside)
 
     @property
     def empty(self) -> bool:
-        return not any(branch.responses for _, branch in self.found)
+        return not any(branch.responses for _, branch in self.branches)
 
     @property
     def failure(self) -> str:
         """Message with the first motion that diverged."""
-        last = [branch.responses[-1] for _, branch in self.found if branch.responses]
+        last = [branch.responses[-1] for _, branch in self.branches if branch.responses]
         diverged = [response for response in last if response.status == "diverged"]
         if not diverged:
             return ""
@@ -94,7 +94,7 @@ class ResponsesResult(StudyResult):
     def table(self) -> Table:
         """A row for every speed and mesh."""
         rows = sweep_table(
-            self.found, self.model, {**self.facts.header, **self._gaps()}
+            self.branches, self.model, {**self.facts.header, **self._gaps()}
         )
         return Table(
             COLUMNS,
@@ -104,14 +104,14 @@ class ResponsesResult(StudyResult):
 
     def _gaps(self) -> dict[str, str]:
         """An entry of the header where an end before the end left speeds out."""
-        total = len(self.found) * len(self.frequencies)
-        done = sum(len(branch.responses) for _, branch in self.found)
+        total = len(self.branches) * len(self.frequencies)
+        done = sum(len(branch.responses) for _, branch in self.branches)
         return {"incomplete": f"{done} of {total} speeds"} if done < total else {}
 
     @property
     def natural(self) -> str:
         """Which natural frequencies are shown."""
-        if self.found[0][1].system.contacts is not None:
+        if self.branches[0][1].system.contacts is not None:
             return "about the loaded state"
         if self.model in ("1", "2", "3"):
             return "about the mean mesh stiffness"
@@ -126,8 +126,8 @@ class ResponsesResult(StudyResult):
             "first_speed_Hz": min(self.frequencies),
             "last_speed_Hz": max(self.frequencies),
             "natural_frequencies": self.natural,
-            "natural_frequencies_Hz": natural_frequencies(self.found[0][1].system),
-            "branches": _summarise_branches(self.found),
+            "natural_frequencies_Hz": natural_frequencies(self.branches[0][1].system),
+            "branches": _summarise_branches(self.branches),
         }
         if self.beside:
             values["model_1_branches"] = _summarise_branches(self.beside)
@@ -149,7 +149,9 @@ class ResponsesResult(StudyResult):
 
     def _response(self) -> Figure:
         name = self.model if self.beside else ""
-        curves = [ResponseCurve(torque, branch, name) for torque, branch in self.found]
+        curves = [
+            ResponseCurve(torque, branch, name) for torque, branch in self.branches
+        ]
         curves += [
             ResponseCurve(torque, branch, "Model-1") for torque, branch in self.beside
         ]

@@ -35,12 +35,12 @@ class BuiltinSetsResult(StudyResult):
     """The sets in the order of their names."""
 
     study: BuiltinSets
-    found: list[GearSet]
+    gear_sets: list[GearSet]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         rows = [
-            (g.name, len(g.gears), len(g.meshes), g.description) for g in self.found
+            (g.name, len(g.gears), len(g.meshes), g.description) for g in self.gear_sets
         ]
         return {"gear_sets": [dict(zip(NAMES, row, strict=True)) for row in rows]}
 

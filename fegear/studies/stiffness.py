@@ -15,8 +15,8 @@ from fegear.figures.statics import draw_table
 from fegear.files.memory import peak_memory_MB
 from fegear.gearset.model import GearSet
 from fegear.statics.plausibility import (
-    BALANCE,
-    ESTIMATE,
+    MAX_ERROR_ESTIMATE,
+    MAX_IMBALANCE,
     check_warnings,
     plausibility_warnings,
 )
@@ -296,15 +296,15 @@ def _evidence_warnings(solved: StaticsResult) -> Iterator[str]:
     residual = float(solved.cycle.residual.max())
     yield from check("gaps and pressures of the contact", residual)
     quantity = "deflections where loads change places"
-    yield from check(quantity, solved.reciprocity_error, ESTIMATE)
+    yield from check(quantity, solved.reciprocity_error, MAX_ERROR_ESTIMATE)
     if solved.error is not None:
         quantity = "mean transmission errors of two meshes"
-        yield from check(quantity, solved.error.change_of_mean, ESTIMATE)
+        yield from check(quantity, solved.error.change_of_mean, MAX_ERROR_ESTIMATE)
     if solved.problem.friction == 0.0:
         quantity = "works of both torques over the cycle"
         places = solved.cycle.position.size / solved.pitches
         missed = 2.0 * solved.torque_balance / places  # by sums that step over jumps
-        yield from check(quantity, solved.virtual_work, BALANCE + missed)
+        yield from check(quantity, solved.virtual_work, MAX_IMBALANCE + missed)
         quantity = "works of loads on gaps and of deflection over the cycle"
         bound = solved.deflection_over_pitch
-        yield from check(quantity, solved.gap_work, BALANCE + missed + bound)
+        yield from check(quantity, solved.gap_work, MAX_IMBALANCE + missed + bound)

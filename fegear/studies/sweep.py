@@ -191,7 +191,7 @@ class SweepProblem(TrainProblem):
             study=study,
             facts=facts,
             frequencies=self.frequencies,
-            found=branches,
+            branches=branches,
         )
 
 
@@ -208,7 +208,7 @@ class SweepResult(ResponsesResult):
     def spectra(self) -> Sequence[SpectraOverSpeed]:
         """Lines of the motions of each branch."""
         settings = self.study.integration
-        every = [spectra_over_speed(*pair, settings) for pair in self.found]
+        every = [spectra_over_speed(*pair, settings) for pair in self.branches]
         return [spectra for spectra in every if spectra.lines]
 
     @property

@@ -178,7 +178,9 @@ class TheoryProblem(TrainProblem):
         without = unmodified(self.gears, mesh)
         if self.study.table and without.meshes[mesh] != self.gears.meshes[mesh]:
             return None
-        return _stiffness_range(source.of(without, mesh, torque, self.model.springs))
+        return _stiffness_range(
+            source.mesh_excitation(without, mesh, torque, self.model.springs)
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -196,7 +198,7 @@ class TheoryResult(StudyResult):
     torque: float
     system: LumpedSystem
     parametric: ParametricSystem
-    found: tuple[Prediction, ...]
+    predictions: tuple[Prediction, ...]
     optimal_reliefs: tuple[float | None, ...]
     other_reliefs: tuple[tuple[str, ...], ...]
 
@@ -206,7 +208,9 @@ class TheoryResult(StudyResult):
         return {
             **self.facts.summary,
             "meshes": [self._mesh(m) for m in range(len(self.system.excitations))],
-            "resonances": [self._resonance(prediction) for prediction in self.found],
+            "resonances": [
+                self._resonance(prediction) for prediction in self.predictions
+            ],
             "warnings": list(self.facts.warnings),
         }
 
@@ -249,7 +253,7 @@ class TheoryResult(StudyResult):
             f"{values['model']}, {values['excitation']}, damping ratio "
             f"{values['damping_ratio']:g}"
         )
-        return {"plot": lambda: draw_theory(self.found, meshes, title)}
+        return {"plot": lambda: draw_theory(self.predictions, meshes, title)}
 
     def _mesh(self, mesh: int) -> dict[str, Any]:
         parametric = self.parametric

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -46,10 +46,6 @@ class TrainFacts:
     def title(self) -> str:
         """Heading of pages and pictures."""
         return title_of(self.summary)
-
-    def warn(self, warnings: Iterable[str]) -> TrainFacts:
-        """The facts with further warnings."""
-        return replace(self, warnings=(*self.warnings, *warnings))
 
 
 @dataclass(frozen=True, eq=False)

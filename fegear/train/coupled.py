@@ -18,10 +18,10 @@ from fegear.dynamics.body_modes import (
 )
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
-from fegear.dynamics.mesh_load_curves import all_mesh_laws, equal_tables
+from fegear.dynamics.mesh_load_curves import all_mesh_load_curves, equal_tables
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
-from fegear.dynamics.table_load_curves import all_table_laws
+from fegear.dynamics.table_load_curves import all_table_load_curves
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
 from fegear.gearset.inertia import require_inertia_of_bodies
@@ -32,7 +32,9 @@ from lumped.train.coupled import CoupledContacts
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
-relief_once = lru_cache(maxsize=16)(inertia_relief)  # equal gears, and all torques
+cached_inertia_relief = lru_cache(maxsize=16)(
+    inertia_relief
+)  # equal gears, and all torques
 
 
 def coupled_contacts(
@@ -56,13 +58,13 @@ def coupled_contacts(
         require_inertia_of_bodies(gear_set, otherwise)
     settings = excitations.statics
     if isinstance(excitations, GivenTables):
-        laws = all_table_laws(gear_set, torque, excitations, without)
+        load_curves = all_table_load_curves(gear_set, torque, excitations, without)
     else:
         tables = equal_tables(gear_set, torque, excitations)
-        laws = all_mesh_laws(gear_set, tables, settings)
-    contacts = contacts_of(gear_set, reference, laws, settings)
+        load_curves = all_mesh_load_curves(gear_set, tables, settings)
+    contacts = contacts_of(gear_set, reference, load_curves, settings)
     if "body" not in without:
-        sides = contact_sides(gear_set, laws)
+        sides = contact_sides(gear_set, load_curves)
         of_gears = gears_modes(gear_set, settings, reference)
         modes = body_modes(gear_set, reference, sides, of_gears)
         static = static_inertias(gear_set, sides, settings)
@@ -75,19 +77,27 @@ def coupled_contacts(
 def contacts_of(
     gear_set: GearSet,
     reference: LumpedSystem,
-    laws: Sequence[MeshLoadCurves],
+    load_curves: Sequence[MeshLoadCurves],
     settings: StaticsSettings,
 ) -> CoupledContacts:
     """Contacts from the pair laws of all meshes."""
-    far = cross_mesh_compliance(gear_set, laws, settings)
-    beside = None if far is None else (far, np.zeros_like(far))
+    normal_cross_mesh = cross_mesh_compliance(gear_set, load_curves, settings)
+    cross_mesh = (
+        None
+        if normal_cross_mesh is None
+        else (normal_cross_mesh, np.zeros_like(normal_cross_mesh))
+    )
     rigid: list[ElasticGear | None] = [None] * len(gear_set.gears)
-    model = dynamic_model(gear_set, reference, laws, rigid, beside)
+    model = dynamic_model(gear_set, reference, load_curves, rigid, cross_mesh)
     moving, modes = reference.moving, reference.modes
     places = modes.coordinates.indices
     turns = [modes.shapes[places[g, "rotation"]] for g in range(len(rigid))]
-    reliefs = [relief_once(settings.sector(g), g.density) for g in gear_set.gears]
-    inertial = np.concatenate([_inertial(side, reliefs, turns) for side in model.sides])
+    reliefs = [
+        cached_inertia_relief(settings.sector(g), g.density) for g in gear_set.gears
+    ]
+    inertial = np.concatenate(
+        [_inertia_rows(side, reliefs, turns) for side in model.sides]
+    )
     widths = [gear.face_width for gear in gear_set.gears]
     works = [relief.work * width for relief, width in zip(reliefs, widths, strict=True)]
     work = np.einsum("g,gi,gj->ij", works, turns, turns)
@@ -98,20 +108,22 @@ def contacts_of(
         paths=np.array([mesh.pair.path for mesh in gear_set.meshes]),
         rows=np.ascontiguousarray(model.jacobian.normal[..., moving]),
         penetration_rate=np.concatenate(
-            [_closing(side, gear_set) for side in model.sides]
+            [_closing_rate(side, gear_set) for side in model.sides]
         ),
         inertia_rows=inertial[..., moving],
         work=work[np.ix_(moving, moving)],
     )
 
 
-def _closing(side: ContactSide, gear_set: GearSet) -> Array:
+def _closing_rate(side: ContactSide, gear_set: GearSet) -> Array:
     """Penetration (k, p + 1) of a side's contacts, see `CoupledContacts`."""
     driver = gear_set.meshes[side.mesh].pair.driver
-    return np.asarray(side.side * side.laws.moment_arms[..., 0].T / driver.base_radius)
+    return np.asarray(
+        side.flank_sign * side.load_curves.moment_arms[..., 0].T / driver.base_radius
+    )
 
 
-def _inertial(
+def _inertia_rows(
     side: ContactSide, reliefs: Sequence[InertiaRelief], turns: Sequence[Array]
 ) -> Array:
     """Penetration (k, p + 1, n) of a side's contacts, see `CoupledContacts`."""

@@ -17,7 +17,7 @@ from fegear.files.version import package_version
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
-from fegear.gearset.pitch_errors import error_periods, without_pitch_errors
+from fegear.gearset.pitch_errors import pair_periods, without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at, power_path
 from fegear.statics.excitation import (
     Excitations,
@@ -56,7 +56,8 @@ LEAVES_OUT = {  # of what the coupled model has
     3: "load sharing of tooth pairs in motion and vibration of the gears' bodies",
 }
 STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
-COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
+# of a mode's strain energy in meshes, to count for the usual speeds
+MIN_MESH_ENERGY = 0.05
 DEFAULT_SPEEDS = 400  # at most, where none are given
 SPRING_MODELS = (
     "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean mesh "
@@ -212,7 +213,7 @@ def lumped_system(
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
     on_meshes = mesh_torques_at(gear_set, torque)
     driven = tuple(
-        source.of(gear_set, mesh, on_mesh, model.springs)
+        source.mesh_excitation(gear_set, mesh, on_mesh, model.springs)
         for mesh, on_mesh in enumerate(on_meshes)
     )
     references = rest_references(gear_set, on_meshes, source, model, driven)
@@ -476,7 +477,7 @@ def _known_contacts(
 ) -> Excitations | GivenTables:
     """What gives the contacts of the coupled model; what it leaves out is there."""
     if isinstance(source, GivenTables):
-        if max(error_periods(gear_set)) > 1:
+        if max(pair_periods(gear_set)) > 1:
             raise InputError(
                 f"pitch_errors_um of {gear_set.name}; the coupled model of mesh tables "
                 "is that of equal teeth, allowed are none or finite elements"
@@ -661,7 +662,7 @@ def default_speeds(system: LumpedSystem) -> list[float]:
     energy in the meshes, for every mesh as frequencies of the first [Hz].
     """
     modes = system.modes
-    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= COUPLED]
+    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY]
     if not coupled.size:
         raise InputError("speeds are missing; no mode strains the meshes enough")
     rates = [float(rate) for rate in system.train.mesh_rates]
@@ -732,7 +733,7 @@ def torque_entry(torque_of: TorqueOf) -> dict[str, str]:
 
 def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
     """After how long tooth pairs repeat, where they differ."""
-    periods = error_periods(gear_set)
+    periods = pair_periods(gear_set)
     if max(periods) == 1:
         return {}
     repeats = ", ".join(f"{n} of mesh {m}" for m, n in enumerate(periods, start=1))

@@ -39,8 +39,8 @@ def test_statics_of_model_1_are_those_of_the_elements(elements):
 def test_relief_leaves_the_pair_stiffness_of_the_source():
     """Modified teeth that carry nothing at rest may meet in motion."""
     source = Excitations(StiffnessSource(positions=64, relief_stiffness="unmodified"))
-    plain = source.of(load_gear_set("liu-idler"), 0, 100.0, 1)
-    relieved = source.of(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
+    plain = source.mesh_excitation(load_gear_set("liu-idler"), 0, 100.0, 1)
+    relieved = source.mesh_excitation(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
     x = np.arange(64) / 64
     for one, two in zip(plain.pairs, relieved.pairs, strict=True):
         np.testing.assert_array_equal(one.stiffness(x), two.stiffness(x))
@@ -107,21 +107,21 @@ def test_tables_are_solved_once(elements, monkeypatch):
 
 def test_printed_figures_win_over_tables():
     source = Excitations(StiffnessSource(kind="rectangular"))
-    excitation = source.of(load_gear_set("liu-idler"), 0, 100.0, 1)
+    excitation = source.mesh_excitation(load_gear_set("liu-idler"), 0, 100.0, 1)
     assert excitation.mean_stiffness == 2.9831e8
 
 
 @pytest.mark.parametrize("kind", ["trapezoid", "fourier"])
 def test_other_waves_keep_the_mean(kind):
     source = Excitations(StiffnessSource(kind=kind))
-    excitation = source.of(load_gear_set("liu-idler"), 0, 100.0, 3)
+    excitation = source.mesh_excitation(load_gear_set("liu-idler"), 0, 100.0, 3)
     assert excitation.pairs[0].stiffness.mean == pytest.approx(2.9831e8, rel=1e-9)
 
 
 def test_fourier_knows_no_relief():
     source = Excitations(StiffnessSource(kind="fourier"))
     with pytest.raises(InputError, match="mesh 1 has a profile modification"):
-        source.of(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
+        source.mesh_excitation(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
 
 
 def test_elements_need_a_load(elements):

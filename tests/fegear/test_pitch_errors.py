@@ -141,7 +141,7 @@ def test_model_1_has_nearly_the_statics_of_the_finite_elements(uneven_set):
     source = Excitations(StiffnessSource(positions=64, resolution="coarse"))
     table = source.table(uneven_set, 0, 100.0)
     force = 100.0 / uneven_set.meshes[0].pair.driver.base_radius
-    excitation = source.of(uneven_set, 0, 100.0, 1)
+    excitation = source.mesh_excitation(uneven_set, 0, 100.0, 1)
     assert excitation.period == PITCHES
     deflection = static_deflection(excitation, force, table.position)
     deviation = deflection - table["ste_m"][0]
@@ -159,7 +159,7 @@ def test_model_1_has_nearly_the_statics_of_the_finite_elements(uneven_set):
 def test_models_of_the_whole_mesh_take_the_table(uneven_set, model):
     source = Excitations(StiffnessSource(positions=64, resolution="coarse"))
     table = source.table(uneven_set, 0, 100.0)
-    (spring,) = source.of(uneven_set, 0, 100.0, model).pairs
+    (spring,) = source.mesh_excitation(uneven_set, 0, 100.0, model).pairs
     assert spring.period == PITCHES
     ste = table["ste_m"][0]
     gap = ste - ste.mean() if model == 2 else table["nlte_m"][0]

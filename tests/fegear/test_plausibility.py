@@ -10,7 +10,7 @@ import pytest
 
 from fegear.cli import run
 from fegear.gearset import load_gear_set
-from fegear.statics.plausibility import PRESSURE, plausibility_warnings
+from fegear.statics.plausibility import MAX_PRESSURE, plausibility_warnings
 from fegear.statics.solving import ERROR_FACTOR, StaticsSettings, solve_mesh
 from fegear.studies.stiffness import table_warnings
 
@@ -32,7 +32,7 @@ def reasons(**changes) -> list[str]:
 def test_a_usual_result_is_not_doubted():
     assert reasons() == []
     assert reasons(backlash=0.0, back_side=0.0) == []
-    assert reasons(transmission_error=-2e-4, pressure=PRESSURE) == []
+    assert reasons(transmission_error=-2e-4, pressure=MAX_PRESSURE) == []
 
 
 @pytest.mark.parametrize(
@@ -131,7 +131,7 @@ def test_pressure_at_sharp_tips_is_no_reason():
     """It follows the contact grid: an ordinary load would count as impossible."""
     settings = StaticsSettings(resolution="fine", estimate_error=False)
     result = solve_mesh(load_gear_set("liu-pair"), 0, [400.0], settings)
-    assert result.table["max_pressure_Pa"].max() > PRESSURE
+    assert result.table["max_pressure_Pa"].max() > MAX_PRESSURE
     assert table_warnings(result) == []
 
 

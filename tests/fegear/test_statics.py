@@ -68,7 +68,7 @@ def test_mean_error_falls_with_at_least_the_square_of_the_size(pair):
 
 
 def test_pieces_join_to_the_whole(pair_set, result, monkeypatch):
-    monkeypatch.setattr(statics, "CHUNK", 7)
+    monkeypatch.setattr(statics, "POSITIONS_PER_CHUNK", 7)
     pieces = solve_mesh(pair_set, settings=StaticsSettings(positions=24))
     assert list(pieces.table.columns) == list(result.table.columns)
     for name in ("ste_m", "pair2_gap_m", pair_compliance_name(0, 1)):
@@ -101,7 +101,7 @@ def test_equal_gears_share_one_compliance(pair_set, monkeypatch, tmp_path):
 
 def test_body_twist_is_that_of_the_ring(monkeypatch):
     """All teeth loaded alike: enlarging the hub saves the twist of a thick ring."""
-    monkeypatch.setattr(flank, "REACH", 9)
+    monkeypatch.setattr(flank, "MAX_TOOTH_OFFSET", 9)
     radii = (8e-3, 14e-3)
     gears = [make_gear(19, r) for r in radii]
     sums = [

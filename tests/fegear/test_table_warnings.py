@@ -81,6 +81,6 @@ def test_torques_that_are_no_load_are_refused_on_reading(tmp_path, torque):
 
 def test_model_2_names_the_file_of_another_torque():
     mesh_tables = tables(hand_table(100.0), hand_table(144.74))
-    assert mesh_tables.of(IDLER, 1, 144.736842, 2).pairs
+    assert mesh_tables.mesh_excitation(IDLER, 1, 144.736842, 2).pairs
     with pytest.raises(InputError, match=r"1.csv: torque 1000 N m; the mesh table is"):
-        mesh_tables.of(IDLER, 0, 1000.0, 2)
+        mesh_tables.mesh_excitation(IDLER, 0, 1000.0, 2)

@@ -82,7 +82,7 @@ def test_the_phase_of_least_drive_is_where_it_says(idler):
         abs(
             next(
                 f
-                for f in t.found
+                for f in t.predictions
                 if f.resonance.at == pytest.approx(1605.0, rel=1e-4)
                 and f.resonance.order == 1
             ).resonance.drive
@@ -132,7 +132,7 @@ def test_the_command_writes_what_the_library_finds(
 
 
 def test_drawn_points_end_at_the_peak(idler):
-    for prediction in idler.found:
+    for prediction in idler.predictions:
         amplitude, frequency, stable = response_points(prediction)
         assert amplitude.size == frequency.size == stable.size > 100
         if prediction.top is not None:

@@ -9,7 +9,7 @@ import pytest
 
 import fegear
 from fegear.dynamics.build import FiniteElements
-from fegear.dynamics.contact_history import between, contact_histories
+from fegear.dynamics.contact_history import contact_histories, interpolate
 from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.losses import shared_loads
@@ -101,9 +101,9 @@ def elements_input(name, torque_of):
     moment = np.zeros(len(motion.pair_load))
     for history in contact_histories(model, motion, count):
         if history.side.mesh == 0:
-            lever = history.side.laws.moment_arms[:, history.place]
+            lever = history.side.load_curves.moment_arms[:, history.pair_index]
             normal_arm, friction_arm = (
-                between(lever[:, column], history.ends, history.weights)
+                interpolate(lever[:, column], history.grid_indices, history.weights)
                 for column in (0, 2)
             )
             moment += history.load * (normal_arm - history.friction * friction_arm)

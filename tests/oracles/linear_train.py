@@ -70,9 +70,9 @@ def harmonic_deflection(
     deflections = train.rows @ shapes
     out = []
     for tone in tones:
-        push = deflections.T @ (train.stiffness * tone.amplitude)
+        force = deflections.T @ (train.stiffness * tone.amplitude)
         w, damping = tone.angular, 2.0 * train.damping_ratio * angular
-        out.append(deflections @ (push / (squares - w**2 + 1j * w * damping)))
+        out.append(deflections @ (force / (squares - w**2 + 1j * w * damping)))
     return np.array(out)
 
 

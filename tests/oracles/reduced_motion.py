@@ -34,8 +34,8 @@ class DenseModel:
 
     inverse_mass, damping, stiffness : (n, n); load : (n,)
     turnover : (n, n) coordinates when teeth are counted anew, from those before
-    penetration_rate, push : (p + 1, c, n) penetration per coordinate, generalised force
-        per load
+    penetration_rate, force_rows : (p + 1, c, n) penetration per coordinate, generalised
+        force per load
     gap : (p + 1, c) [m]; compliance : (p + 1, c, c) [m/N]
     knots : (j + 1,) [m]; load_curve : (c, p + 1, j, 4) cubics by rising power
     errors : (n, c) what comes to the gap in n successive cycles [m]
@@ -47,7 +47,7 @@ class DenseModel:
     load: Array
     turnover: Array
     penetration_rate: Array
-    push: Array
+    force_rows: Array
     gap: Array
     compliance: Array
     knots: Array
@@ -63,7 +63,7 @@ def equations(model: DynamicModel) -> DenseModel:
     mass, K = np.eye(n), np.zeros((n, n))
     for i in range(e):
         mass[:h, h + i] = mass[h + i, :h] = (
-            body.coupling[i] * body.rotation[body.owner[i]]
+            body.coupling[i] * body.rotation[body.gear_of_mode[i]]
         )
     K[:h, :h] = body.stiffness
     K[h:, h:] = np.diag(body.rigidity)
@@ -86,7 +86,7 @@ def equations(model: DynamicModel) -> DenseModel:
         load=np.concatenate([body.load, np.zeros(e)]),
         turnover=turnover,
         penetration_rate=closed.transpose(1, 0, 2),
-        push=push.transpose(1, 0, 2),
+        force_rows=push.transpose(1, 0, 2),
         gap=contacts.gap.T,
         compliance=contacts.normal_compliance + tangential,
         knots=contacts.knots[0],
@@ -159,14 +159,14 @@ def march(
     pieces, n = e.gap.shape[0] - 1, e.load.size
     length = 1.0 / (frequency * pieces)
     place_scale, speed_scale = np.abs(state).max(axis=1)
-    swing = np.sqrt(np.median(np.diag(e.stiffness))) * place_scale
-    scale = np.repeat([place_scale, max(speed_scale, swing)], n)
+    vibration_speed = np.sqrt(np.median(np.diag(e.stiffness))) * place_scale
+    scale = np.repeat([place_scale, max(speed_scale, vibration_speed)], n)
     now, states = state.copy(), [state.copy()]
 
     def derivative(time: float, y: Array, position: int, cycle: int) -> Array:
         q, v = y.reshape(2, n)
         part = min(max(time / length, 0.0), 1.0)
-        push = (1.0 - part) * e.push[position] + part * e.push[position + 1]
+        push = (1.0 - part) * e.force_rows[position] + part * e.force_rows[position + 1]
         force = e.load - e.damping @ v - e.stiffness @ q
         force = force - contact_loads(e, position, part, q, cycle) @ push
         return np.concatenate([v, e.inverse_mass @ force])

@@ -174,10 +174,10 @@ frequencies = st.lists(st.floats(100.0, 1e4), max_size=6, unique=True)
 
 @given(frequencies, frequencies)
 def test_matches_are_one_to_one_and_the_same_both_ways(here, there):
-    pairs = m.matched(here, there)
+    pairs = m.match_frequencies(here, there)
     assert len({i for i, _ in pairs}) == len({j for _, j in pairs}) == len(pairs)
-    assert m.unmatched(here, there) == m.unmatched(there, here)
-    assert m.unmatched(here, here) == 0
+    assert m.count_unmatched(here, there) == m.count_unmatched(there, here)
+    assert m.count_unmatched(here, here) == 0
 
 
 PARTS = np.arange(256) / 256
@@ -231,7 +231,7 @@ def statics(deflection, **changes):
             position=np.arange(count) / count,
             deflection=deflection,
             friction=np.zeros(count),
-            single=np.zeros(count, bool),
+            single_pair_contact=np.zeros(count, bool),
         ),
         **changes,
     )

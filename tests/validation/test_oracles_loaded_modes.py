@@ -13,7 +13,7 @@ from validation.oracles.loaded_modes import (
     loaded_modes,
     mass_and_stiffness,
     static_slopes,
-    turn,
+    to_fixed_frame,
 )
 from validation.random_sets.reduced_gears import elastic_gears, reduced_gears
 
@@ -31,7 +31,7 @@ def model(private_cache):
 
 def test_contacts_stay_where_they_are_in_the_frame_that_does_not_turn(model):
     rows, labels = dense_rows(model), model.contact_labels
-    after = rows[:, -1] @ turn(model, 1.0).T
+    after = rows[:, -1] @ to_fixed_frame(model, 1.0).T
     for contact, (mesh, pair, side) in enumerate(labels):
         if (mesh, pair + 1, side) in labels:
             before = rows[labels.index((mesh, pair + 1, side)), 0]

@@ -559,7 +559,7 @@ def test_static_deflection_is_that_of_the_finite_elements():
     table = excitations.table(gear_set, 0, 100.0)
     force = 100.0 / gear_set.meshes[0].pair.driver.base_radius
     deflection = static_deflection(
-        excitations.of(gear_set, 0, 100.0, 1), force, table.position
+        excitations.mesh_excitation(gear_set, 0, 100.0, 1), force, table.position
     )
     error = np.abs(deflection / table["ste_m"][0] - 1.0)
     assert np.median(error) < 0.01

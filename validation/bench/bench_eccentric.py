@@ -25,7 +25,11 @@ from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.teeth import ToothedPair
 from meshes.eccentric.wheel_mesh import default_bore, wheel_mesh
 from validation.bench import benchmark as bench
-from validation.oracles.rolling import adaptive, runge_kutta, shoot
+from validation.oracles.rolling import (
+    closing_residual_dop853,
+    closing_residual_rk4,
+    shoot,
+)
 
 Array = NDArray[np.float64]
 ECCENTRICITY = 0.627  # over the radius, figure 4 of the source
@@ -89,10 +93,10 @@ def distance_points() -> Iterator[EccentricCost]:
     for samples in SAMPLES:
         yield point("rolling integral", samples, _integral(samples))
     for steps in STEPS:
-        end = runge_kutta(ECCENTRICITY, steps)
+        end = closing_residual_rk4(ECCENTRICITY, steps)
         yield point("shooting, Runge-Kutta", steps, _shot(end))
     for tolerance in TOLERANCES:
-        end = adaptive(ECCENTRICITY, tolerance)
+        end = closing_residual_dop853(ECCENTRICITY, tolerance)
         yield point("shooting, DOP853", tolerance, _shot(end))
     pair = EccentricPair(1.0, ECCENTRICITY)
     yield point("Burmester", 0.0, lambda: pair.approximate_center_distance)

@@ -54,8 +54,8 @@ class Instant:
 
     @cached_property
     def _cubics(self) -> list[PPoly]:
-        laws = zip(self.load_curve, self.knots, strict=True)
-        return [PPoly(law[:, ::-1].T, knots) for law, knots in laws]
+        load_curves = zip(self.load_curve, self.knots, strict=True)
+        return [PPoly(law[:, ::-1].T, knots) for law, knots in load_curves]
 
     def solve(self, q: Array) -> tuple[Array, Array, Array]:
         """Hubs z (n,), penetrations x (c,) and accelerations a (n,) at coordinates."""

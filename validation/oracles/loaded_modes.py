@@ -92,7 +92,9 @@ class Linearised:
         Q = self.model.contacts.normal_compliance
         return [
             (
-                (rows[:, p] @ turn(self.model, p / len(slopes)).T)[:, averaged],
+                (rows[:, p] @ to_fixed_frame(self.model, p / len(slopes)).T)[
+                    :, averaged
+                ],
                 rows[:, p][:, others],
                 Q[p],
                 slope,
@@ -147,7 +149,7 @@ def mass_and_stiffness(model: DynamicModel) -> tuple[Array, Array]:
     modal = model.modal
     h, n = modal.damping.size, model.size
     mass, stiffness = np.eye(n), np.zeros((n, n))
-    mass[h:, :h] = modal.coupling[:, None] * modal.rotation[modal.owner]
+    mass[h:, :h] = modal.coupling[:, None] * modal.rotation[modal.gear_of_mode]
     mass[:h, h:] = mass[h:, :h].T
     stiffness[:h, :h] = modal.stiffness
     stiffness[h:, h:] = np.diag(modal.rigidity)
@@ -165,7 +167,7 @@ def dense_rows(model: DynamicModel) -> Array:
     return rows
 
 
-def turn(model: DynamicModel, part: float) -> Array:
+def to_fixed_frame(model: DynamicModel, part: float) -> Array:
     """(n, n) from coordinates that turn with the gears to those that do not.
 
     part : of a mesh cycle that has passed

@@ -1,4 +1,4 @@
-"""The source's equations of a curve that rolls on an eccentric circle, by shooting.
+"""Pitch curve that rolls on an eccentric circle: the source's equations, by shooting.
 
 Radius 1, eccentricity e; in the frame of the driver's bearing with the driven one at
 (c, 0). W. G. Eschmann, ICTP 1987, part I (i) and (ii): first-order equations in
@@ -24,12 +24,12 @@ def rates(s: float, position: Array, c: float, e: float) -> Array:
     rho = math.sqrt(1.0 + e * e - 2.0 * e * math.cos(s))
     slope = e * math.sin(s) / rho
     radial = (position - [c, 0.0]) / math.hypot(position[0] - c, position[1])
-    around = np.array([radial[1], -radial[0]])
-    return -slope * radial + math.sqrt(1.0 - slope**2) * around
+    tangential = np.array([radial[1], -radial[0]])
+    return -slope * radial + math.sqrt(1.0 - slope**2) * tangential
 
 
-def runge_kutta(e: float, steps: int) -> Callable[[float], float]:
-    """y at half a turn over c, by the classical method of order four."""
+def closing_residual_rk4(e: float, steps: int) -> Callable[[float], float]:
+    """Function of c: y at half a turn, by the classical Runge-Kutta method."""
     h = math.pi / steps
 
     def end(c: float) -> float:
@@ -46,13 +46,13 @@ def runge_kutta(e: float, steps: int) -> Callable[[float], float]:
     return end
 
 
-def adaptive(e: float, tolerance: float) -> Callable[[float], float]:
-    """Solution by a method of order eight with adaptive steps."""
+def closing_residual_dop853(e: float, tolerance: float) -> Callable[[float], float]:
+    """Function of c: y at half a turn, by a method of order eight, adaptive."""
     from scipy.integrate import solve_ivp
 
     def end(c: float) -> float:
         solution = solve_ivp(
-            lambda s, place: rates(s, place, c, e),
+            lambda s, position: rates(s, position, c, e),
             (0.0, math.pi),
             np.array([1.0 - e, 0.0]),
             method="DOP853",
@@ -64,9 +64,9 @@ def adaptive(e: float, tolerance: float) -> Callable[[float], float]:
     return end
 
 
-def shoot(end: Callable[[float], float], e: float) -> float:
+def shoot(closing_residual: Callable[[float], float], e: float) -> float:
     """The centre distance at which the curve closes."""
     from scipy.optimize import brentq
 
-    low, high = (part * 2.0 * (1.0 + 0.25 * e * e) for part in BRACKET)
-    return float(brentq(end, low, high, xtol=1e-15))
+    low, high = (factor * 2.0 * (1.0 + 0.25 * e * e) for factor in BRACKET)
+    return float(brentq(closing_residual, low, high, xtol=1e-15))

@@ -66,7 +66,7 @@ def measure_full(
     inputs = gear_set, case.torque, case.reference, case.excitations
     scheme = DynamicSettings().scheme
     reduced = ReducedStepper(reduced_gears(*inputs, elastic), scheme)
-    full, freedoms, _ = case.stepper(FiniteElements(fidelity="full"))
+    full, n_dofs, _ = case.stepper(FiniteElements(fidelity="full"))
     points = []
     for done, speed in enumerate(speeds):
         report(f"all freedoms, {speed:g} Hz", done, len(speeds))
@@ -77,6 +77,6 @@ def measure_full(
         modes = sum(gear.count for gear in elastic)
         worst = float(waveform_error(two, one).max())
         points.append(
-            FullPoint(gear_set.name, speed, freedoms, modes, worst, float(rms.max()))
+            FullPoint(gear_set.name, speed, n_dofs, modes, worst, float(rms.max()))
         )
     return points

@@ -22,7 +22,7 @@ from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import (
-    COUPLED,
+    MIN_MESH_ENERGY,
     LumpedModel,
     body_modes_warnings,
     lumped_system,
@@ -153,7 +153,9 @@ def measure(
 def highest_resonance(system: LumpedSystem) -> float:
     """Highest frequency of the modes that strain a mesh [Hz]."""
     modes = system.modes
-    return float(modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= COUPLED].max())
+    return float(
+        modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY].max()
+    )
 
 
 def speeds_of(resonance: float, count: int = SPEEDS) -> list[float]:
@@ -245,6 +247,6 @@ def kept_modes(
     for gear, n, mode_angular in zip(
         bodies.gears, bodies.nodal_diameters, bodies.angular, strict=True
     ):
-        same = (model.modal.owner == gear) & (diameters == n)
+        same = (model.modal.gear_of_mode == gear) & (diameters == n)
         mode_mask |= same & (np.abs(angular - mode_angular) < SAME_MODE * mode_angular)
     return mode_mask

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from fegear.dynamics.build import (
     FiniteElements,
+    cached_gear_modes,
     default_cutoff,
     elastic_damping,
-    modes_once,
 )
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
-from fegear.dynamics.mesh_load_curves import all_mesh_laws, equal_tables
+from fegear.dynamics.mesh_load_curves import all_mesh_load_curves, equal_tables
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
@@ -33,10 +33,10 @@ def reduced_gears(
     """
     tables = equal_tables(gear_set, torque, excitations)
     statics = excitations.source.statics
-    laws = all_mesh_laws(gear_set, tables, statics)
-    cross_mesh = cross_mesh_compliance(gear_set, laws, statics)
+    load_curves = all_mesh_load_curves(gear_set, tables, statics)
+    cross_mesh = cross_mesh_compliance(gear_set, load_curves, statics)
     neighbours = None if cross_mesh is None else (cross_mesh, 0.0 * cross_mesh)
-    return dynamic_model(gear_set, reference, laws, elastic, neighbours)
+    return dynamic_model(gear_set, reference, load_curves, elastic, neighbours)
 
 
 def elastic_gears(
@@ -49,7 +49,7 @@ def elastic_gears(
     ratio, highest, gears = FiniteElements().elastic_damping, max(speeds), []
     for gear in gear_set.gears:
         cutoff_Hz = more * default_cutoff(gear, highest)
-        modes = modes_once(statics.sector(gear), gear.density, cutoff_Hz)
+        modes = cached_gear_modes(statics.sector(gear), gear.density, cutoff_Hz)
         damping = elastic_damping(gear, ratio)
         gears.append(ElasticGear(modes, gear.face_width, damping))
     return gears

@@ -35,6 +35,7 @@ from validation.study.provenance import machine
 from validation.study.run_store import (
     RESULT,
     begin_run,
+    read_or_compute,
     read_verified,
     with_digests,
     write_texts,
@@ -189,7 +190,7 @@ def compared_sets(
         gear_set = random_gear_set(number)
         report_set = partial(_report_of, report, number)
         make = partial(_compared, gear_set, number, measuring, report_set)
-        yield read_or_make(gear_set, store, SPEEDS, make)
+        yield _read_or_make(gear_set, store, SPEEDS, make)
 
 
 def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
@@ -197,7 +198,7 @@ def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
     for number in smallest_sets():
         gear_set = random_gear_set(number)
         make = partial(_full, gear_set, partial(_report_of, report, number))
-        yield read_or_make(gear_set, store, FULL, make)
+        yield _read_or_make(gear_set, store, FULL, make)
 
 
 def _report_of(
@@ -218,21 +219,15 @@ def _full(gear_set: GearSet, report: Progress) -> Result:
     return {"full": rows}, rows
 
 
-def read_or_make(
+def _read_or_make(
     gear_set: GearSet, store: Path, table: str, make: Callable[[], Result]
 ) -> SetRun:
     """A run with its table; one that fails is a result."""
     inputs = inputs_of(gear_set, table)
-    directory = store / _directory_name(gear_set, table)
-    stored = read_set(gear_set.name, make_directory(directory) / table, inputs, True)
-    if stored is not None:
-        return stored
-    begin_run(directory, inputs, [table])
-    write_texts(directory, _texts(inputs, table, make))
-    stored_run = read_set(gear_set.name, directory / table, inputs, False)
-    if stored_run is None:
-        raise InputError(f"{directory}: was changed while the run was made; run again")
-    return stored_run
+    directory = make_directory(store / _directory_name(gear_set, table))
+    read = partial(read_set, gear_set.name, directory / table, inputs)
+    compute = partial(_texts, inputs, table, make)
+    return read_or_compute(directory, inputs, [table], read, compute)
 
 
 def inputs_of(gear_set: GearSet, table: str) -> dict[str, str]:

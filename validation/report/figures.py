@@ -119,7 +119,7 @@ def draw_statics(result: CaseResult, torque: float) -> Figure:
                 )
         axes.set_ylabel(f"mesh {statics.mesh}: change\nby friction [nm]")
         axes.fill_between(
-            *_closed(statics.position, statics.single.astype(float)),
+            *_closed(statics.position, statics.single_pair_contact.astype(float)),
             transform=axes.get_xaxis_transform(),
             color="black",
             alpha=0.08,
@@ -190,7 +190,7 @@ def draw_verdicts(result: CaseResult) -> Figure:
 
 def _over_allowed(verdict: Verdict) -> float:
     """1 at the tolerance, drawn within SPAN; NaN, never within, on its right edge."""
-    if METRICS[verdict.metric].least:
+    if METRICS[verdict.metric].allowed_is_minimum:
         measured, allowed = 1.0 - verdict.measured, 1.0 - verdict.allowed
     else:
         measured, allowed = abs(verdict.measured), verdict.allowed

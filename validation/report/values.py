@@ -120,7 +120,7 @@ def _metric_values(result: CaseResult, entry: Tolerance) -> dict[str, Any]:
         "metric": entry.name,
         "meaning": metric.meaning,
         "unit": metric.unit,
-        "least": metric.least,
+        "least": metric.allowed_is_minimum,
         "allowed": entry.allowed,
         "reason": entry.reason,
         "models": [_metric_of_model(result, entry.name, m) for m in result.models],
@@ -179,7 +179,7 @@ def worst(verdicts: Sequence[Verdict]) -> Verdict:
     def badness(verdict: Verdict) -> float:
         if math.isnan(verdict.measured):
             return math.inf
-        least = METRICS[verdict.metric].least
+        least = METRICS[verdict.metric].allowed_is_minimum
         return -verdict.measured if least else abs(verdict.measured)
 
     return max(verdicts, key=badness)

@@ -12,12 +12,11 @@ import shlex
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from fegear.files.errors import InputError
-from fegear.files.output import make_directory
 from fegear.files.store import digest
 from fegear.files.version import package_version
 from lumped.common.csv_text import format_csv, parse_csv
@@ -29,10 +28,9 @@ from validation.reproduce.source_figures import AnyScene, SourceFigure
 from validation.study.provenance import machine
 from validation.study.run_store import (
     RESULT,
-    begin_run,
+    read_or_compute,
     read_verified,
     with_digests,
-    write_texts,
 )
 from validation.study.sources import digest_of
 
@@ -118,7 +116,7 @@ def run_figure(
     return FigureResult(
         figure,
         tuple(
-            _read_or_compute(part, figure.scene(part), store, of(place))
+            _run_part(part, figure.scene(part), store, of(place))
             for place, part in enumerate(figure.part, start=1)
         ),
     )
@@ -137,27 +135,32 @@ def inputs_of(part: Part, scene: AnyScene) -> dict[str, str]:
 
 def find_figure(figure: SourceFigure, store: Path) -> FigureResult | None:
     """A figure of which the store holds every part, None if one is missing."""
-    stored = [_read_stored(part, figure.scene(part), store)[2] for part in figure.part]
+    scenes = [(part, figure.scene(part)) for part in figure.part]
+    stored = [
+        _read(part, scene, *_place(part, scene, store), reused=True)
+        for part, scene in scenes
+    ]
     runs = tuple(run for run in stored if run is not None)
     return FigureResult(figure, runs) if len(runs) == len(stored) else None
 
 
-def _read_stored(
-    part: Part, scene: AnyScene, store: Path
-) -> tuple[Path, dict[str, str], PartRun | None]:
-    """Directory of a part, its inputs, and the stored result."""
+def _place(part: Part, scene: AnyScene, store: Path) -> tuple[Path, dict[str, str]]:
+    """Directory of a part, and its inputs."""
     inputs = inputs_of(part, scene)
-    directory = store / f"{vars(part)['kind']}-{digest(inputs)[:16]}"
-    return directory, inputs, _read(part, scene, directory, inputs, reused=True)
+    return store / f"{vars(part)['kind']}-{digest(inputs)[:16]}", inputs
 
 
-def _read_or_compute(
-    part: Part, scene: AnyScene, store: Path, report: Progress
-) -> PartRun:
-    directory, inputs, stored = _read_stored(part, scene, store)
-    if stored is not None:
-        return stored
-    begin_run(make_directory(directory), inputs, (CURVES,))
+def _run_part(part: Part, scene: AnyScene, store: Path, report: Progress) -> PartRun:
+    directory, inputs = _place(part, scene, store)
+    read = partial(_read, part, scene, directory, inputs)
+    compute = partial(_texts, part, scene, inputs, report)
+    return read_or_compute(directory, inputs, (CURVES,), read, compute, subject="it")
+
+
+def _texts(
+    part: Part, scene: AnyScene, inputs: Mapping[str, str], report: Progress
+) -> dict[str, str]:
+    """The files of a part by name."""
     begin = time.perf_counter()
     result = COMPUTE[type(part)](part, scene, report)
     values = {
@@ -168,12 +171,7 @@ def _read_or_compute(
         ],
         "found": {name: list(quantity) for name, quantity in result.values.items()},
     }
-    texts = {CURVES: curves_csv(result.curves)}
-    write_texts(directory, with_digests(inputs, texts, values))
-    computed = _read(part, scene, directory, inputs, reused=False)
-    if computed is None:
-        raise InputError(f"{directory}: was changed while it was made; run again")
-    return computed
+    return with_digests(inputs, {CURVES: curves_csv(result.curves)}, values)
 
 
 def commands_of(part: Part, scene: AnyScene) -> list[Sequence[str]]:

@@ -106,7 +106,7 @@ class ClosedFormsResult(StudyResult):
     study: ClosedForms
     gear_set: str
     torque: float
-    found: MeshComparison
+    comparison: MeshComparison
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -114,9 +114,9 @@ class ClosedFormsResult(StudyResult):
             "gear_set": self.gear_set,
             "torque_Nm": self.torque,
             "comparisons": [
-                asdict(row) | {"per_cent": row.per_cent} for row in self.found.rows
+                asdict(row) | {"per_cent": row.per_cent} for row in self.comparison.rows
             ],
-            "warnings": list(self.found.warnings),
+            "warnings": list(self.comparison.warnings),
         }
 
     @property

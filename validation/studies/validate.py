@@ -283,7 +283,7 @@ class ValidationResult(StudyResult):
 
 def failed_line(case: str, failed: Mapping[str, Any]) -> str:
     """`idler, model-2, 100 N m, up, mesh 1: rms_distance 0.61, allowed 0.5`."""
-    least = "at least " if METRICS[failed["metric"]].least else ""
+    least = "at least " if METRICS[failed["metric"]].allowed_is_minimum else ""
     unit = "" if failed["unit"] == "1" else f" {failed['unit']}"
     cause = f"; {failed['cause']}" if failed.get("cause") else ""
     return (

@@ -34,7 +34,7 @@ from validation.study.data_files import (
     require_name,
     require_own_names,
 )
-from validation.study.metrics import EFFECT, METRICS
+from validation.study.metrics import FRICTION_EFFECT, METRICS
 from validation.study.printed_keys import require_key
 
 FOLDER = Path(__file__).parents[1] / "cases"
@@ -259,16 +259,18 @@ def _require_friction(case: Case, source: str) -> None:
     rubbing = [model for model in case.model if model.friction]
     if rubbing and not case.friction:
         raise InputError(f"{source}: model {rubbing[0].name} needs friction above 0")
-    if EFFECT not in {entry.name for entry in case.metric}:
+    if FRICTION_EFFECT not in {entry.name for entry in case.metric}:
         return
     names = {model.name for model in case.model}
     if not rubbing:
-        raise InputError(f"{source}: metric {EFFECT} needs a model with friction")
+        raise InputError(
+            f"{source}: metric {FRICTION_EFFECT} needs a model with friction"
+        )
     for model in rubbing:
         if model.frictionless.name not in names:
             raise InputError(
-                f"{source}: metric {EFFECT} needs {model.frictionless.name} beside "
-                f"{model.name}"
+                f"{source}: metric {FRICTION_EFFECT} needs "
+                f"{model.frictionless.name} beside {model.name}"
             )
 
 

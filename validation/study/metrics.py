@@ -20,8 +20,8 @@ from lumped.steady.sweep import Direction
 Array = NDArray[np.float64]
 FE = "fe"  # source of the finite elements' values, in addition to the names of models
 FE_FRICTIONLESS = "fe-without-friction"  # the same, where others have friction
-EFFECT = "friction_effect"
-SAME_FEATURE = 0.15  # of the frequency: jumps or peaks further apart are two
+FRICTION_EFFECT = "friction_effect"
+FREQUENCY_MATCH_RTOL = 0.15  # of the frequency: jumps or peaks further apart are two
 CYCLE_POINTS = 256  # of a cycle
 
 
@@ -29,13 +29,13 @@ CYCLE_POINTS = 256  # of a cycle
 class Metric:
     """A unit and what is measured.
 
-    least : whether the allowed value is the smallest
+    allowed_is_minimum : whether the allowed value is the smallest
     needs : what a case must contain, `speeds_Hz`, `single_speed` or nothing
     """
 
     unit: str
     meaning: str
-    least: bool = False
+    allowed_is_minimum: bool = False
     needs: str = "speeds_Hz"
 
 
@@ -49,7 +49,7 @@ METRICS: Mapping[str, Metric] = {
     "jumps_unmatched": Metric("jumps", "jumps that only one of both has"),
     "contact_loss": Metric("1", "largest contact-loss fraction, less the reference's"),
     "peak_force": Metric("1", "largest mesh force over the reference's, less 1"),
-    EFFECT: Metric(
+    FRICTION_EFFECT: Metric(
         "1", "largest RMS of DTE with friction over that without, less the reference's"
     ),
     "wave_correlation": Metric(
@@ -101,7 +101,9 @@ def verdict(
 ) -> Verdict:
     """The verdict on a measured value; written so that NaN cannot pass."""
     spec = METRICS[metric]
-    within = measured >= allowed if spec.least else abs(measured) <= allowed
+    within = (
+        measured >= allowed if spec.allowed_is_minimum else abs(measured) <= allowed
+    )
     return Verdict(
         metric, model, where, float(measured), allowed, spec.unit, bool(within), reason
     )
@@ -130,7 +132,7 @@ class MeasuredCurve:
     period_multiple: NDArray[np.int64] | None = None
 
 
-def matched(
+def match_frequencies(
     reference: Sequence[float], model: Sequence[float]
 ) -> list[tuple[int, int]]:
     """Index pairs of the nearest frequencies [Hz], nearest pairs first, each once."""
@@ -138,22 +140,25 @@ def matched(
         (abs(a - b), i, j)
         for i, a in enumerate(reference)
         for j, b in enumerate(model)
-        if abs(a - b) <= SAME_FEATURE * max(a, b)
+        if abs(a - b) <= FREQUENCY_MATCH_RTOL * max(a, b)
     )
     pairs: list[tuple[int, int]] = []
     for _, i, j in distances:
-        if all(i != other and j != taken for other, taken in pairs):
+        if all(
+            i != reference_index and j != matched_index
+            for reference_index, matched_index in pairs
+        ):
             pairs.append((i, j))
     return pairs
 
 
-def unmatched(reference: Sequence[float], model: Sequence[float]) -> int:
-    """Missing and extra frequencies."""
-    return len(reference) + len(model) - 2 * len(matched(reference, model))
+def count_unmatched(reference: Sequence[float], model: Sequence[float]) -> int:
+    """Number of frequencies without a match, in either list."""
+    return len(reference) + len(model) - 2 * len(match_frequencies(reference, model))
 
 
 def jump_frequencies(curve: MeasuredCurve) -> list[float]:
-    """Middles of the steps that jump [Hz]."""
+    """Frequencies of the jumps, midpoints of their speed steps [Hz]."""
     return [0.5 * (jump.frequency_from + jump.frequency_to) for jump in curve.jumps]
 
 
@@ -165,13 +170,17 @@ def jump_zones(
     From one jump to its match in the other curve; of a jump without a match the step
     alone, so that what it leads to is seen in the distance.
     """
-    pairs = matched(jump_frequencies(reference), jump_frequencies(model))
+    pairs = match_frequencies(jump_frequencies(reference), jump_frequencies(model))
     steps = [(reference.jumps[i], model.jumps[j]) for i, j in pairs]
-    alone = [(j,) for i, j in enumerate(reference.jumps) if i not in dict(pairs)]
-    taken = {j for _, j in pairs}
-    alone += [(jump,) for j, jump in enumerate(model.jumps) if j not in taken]
+    unmatched_jumps = [
+        (j,) for i, j in enumerate(reference.jumps) if i not in dict(pairs)
+    ]
+    matched_model_jumps = {j for _, j in pairs}
+    unmatched_jumps += [
+        (jump,) for j, jump in enumerate(model.jumps) if j not in matched_model_jumps
+    ]
     zones = []
-    for jumps in [*steps, *alone]:
+    for jumps in [*steps, *unmatched_jumps]:
         ends = [f for jump in jumps for f in (jump.frequency_from, jump.frequency_to)]
         zones.append((min(ends), max(ends)))
     return sorted(zones)
@@ -179,7 +188,7 @@ def jump_zones(
 
 @dataclass(frozen=True)
 class Distance:
-    """RMS of a difference over the RMS of the reference, and what it counts."""
+    """Relative RMS distance, and the number of speeds compared and left out."""
 
     value: float
     speeds: int
@@ -195,33 +204,35 @@ def curve_distance(
 
     The value is NaN where no speed is left, a value is, or the reference is still.
     """
-    common, here, there = np.intersect1d(
+    common, reference_index, model_index = np.intersect1d(
         reference.frequency, model.frequency, return_indices=True
     )
     outside = np.ones(common.size, bool)
     for low, high in zones:
         outside &= (common < low) | (common > high)
-    here, there = here[outside], there[outside]
-    value = relative_distance(reference.dte_rms[here], model.dte_rms[there])
+    reference_index, model_index = reference_index[outside], model_index[outside]
+    value = relative_distance(
+        reference.dte_rms[reference_index], model.dte_rms[model_index]
+    )
     return Distance(value, int(outside.sum()), int((~outside).sum()))
 
 
 def relative_distance(reference: ArrayLike, model: ArrayLike) -> float:
     """RMS of the difference of arrays of one shape over the RMS of the reference."""
     a, b = np.asarray(reference, float), np.asarray(model, float)
-    size = float(np.sqrt((a**2).mean())) if a.size else math.nan
-    if not size > 0.0:
+    reference_rms = float(np.sqrt((a**2).mean())) if a.size else math.nan
+    if not reference_rms > 0.0:
         return math.nan
-    return float(np.sqrt(((a - b) ** 2).mean())) / size
+    return float(np.sqrt(((a - b) ** 2).mean())) / reference_rms
 
 
-def ratio_less_1(reference: float, model: float) -> float:
-    """NaN where the reference is not positive."""
+def relative_error(reference: float, model: float) -> float:
+    """Relative error of a model; NaN where the reference is not positive."""
     return model / reference - 1.0 if reference > 0.0 else math.nan
 
 
-def largest(values: Array) -> float:
-    """NaN if any value is, or there is none."""
+def maximum(values: Array) -> float:
+    """Maximum of an array; NaN if it is empty or any value is NaN."""
     return float(values.max()) if values.size else math.nan
 
 
@@ -248,9 +259,9 @@ def curve_measures(
         yield name, counted, distance.value if is_complete else math.nan
     yield from _peak_measures(reference.peaks, model.peaks)
     yield from _jump_measures(reference, model)
-    lost = largest(model.contact_loss) - largest(reference.contact_loss)
+    lost = maximum(model.contact_loss) - maximum(reference.contact_loss)
     yield "contact_loss", "", lost if is_complete else math.nan
-    force = ratio_less_1(largest(reference.force_peak), largest(model.force_peak))
+    force = relative_error(maximum(reference.force_peak), maximum(model.force_peak))
     yield "peak_force", "", force if is_complete else math.nan
 
 
@@ -259,33 +270,56 @@ def friction_effect(with_friction: MeasuredCurve, without: MeasuredCurve) -> flo
     ended early."""
     if not (with_friction.complete and without.complete):
         return math.nan
-    return 1.0 + ratio_less_1(largest(without.dte_rms), largest(with_friction.dte_rms))
+    return 1.0 + relative_error(
+        maximum(without.dte_rms), maximum(with_friction.dte_rms)
+    )
 
 
 def _peak_measures(
     reference: Sequence[Peak], model: Sequence[Peak]
 ) -> Iterator[Measured]:
-    here, there = ([peak.frequency for peak in side] for side in (reference, model))
-    for i, j in sorted(matched(here, there)):
-        label = f"peak at {here[i]:g} Hz"
-        amplitude = ratio_less_1(reference[i].dte_rms, model[j].dte_rms)
+    reference_frequencies, model_frequencies = (
+        [peak.frequency for peak in side] for side in (reference, model)
+    )
+    for i, j in sorted(match_frequencies(reference_frequencies, model_frequencies)):
+        label = f"peak at {reference_frequencies[i]:g} Hz"
+        amplitude = relative_error(reference[i].dte_rms, model[j].dte_rms)
         yield "peak_amplitude", label, amplitude
-        yield "peak_frequency", label, ratio_less_1(here[i], there[j])
-    yield "peaks_unmatched", _listed(here, there), float(unmatched(here, there))
+        yield (
+            "peak_frequency",
+            label,
+            relative_error(reference_frequencies[i], model_frequencies[j]),
+        )
+    yield (
+        "peaks_unmatched",
+        _format_unmatched(reference_frequencies, model_frequencies),
+        float(count_unmatched(reference_frequencies, model_frequencies)),
+    )
 
 
 def _jump_measures(
     reference: MeasuredCurve, model: MeasuredCurve
 ) -> Iterator[Measured]:
-    here, there = jump_frequencies(reference), jump_frequencies(model)
-    for i, j in sorted(matched(here, there)):
-        yield "jump_frequency", f"jump at {here[i]:g} Hz", there[j] - here[i]
-    yield "jumps_unmatched", _listed(here, there), float(unmatched(here, there))
+    reference_frequencies, model_frequencies = (
+        jump_frequencies(reference),
+        jump_frequencies(model),
+    )
+    for i, j in sorted(match_frequencies(reference_frequencies, model_frequencies)):
+        yield (
+            "jump_frequency",
+            f"jump at {reference_frequencies[i]:g} Hz",
+            model_frequencies[j] - reference_frequencies[i],
+        )
+    yield (
+        "jumps_unmatched",
+        _format_unmatched(reference_frequencies, model_frequencies),
+        float(count_unmatched(reference_frequencies, model_frequencies)),
+    )
 
 
-def _listed(reference: Sequence[float], model: Sequence[float]) -> str:
+def _format_unmatched(reference: Sequence[float], model: Sequence[float]) -> str:
     """Which frequencies have no match."""
-    pairs = matched(reference, model)
+    pairs = match_frequencies(reference, model)
     missing = [f for i, f in enumerate(reference) if i not in {a for a, _ in pairs}]
     extra = [f for j, f in enumerate(model) if j not in {b for _, b in pairs}]
     parts = [("missing", missing), ("extra", extra)]
@@ -296,7 +330,7 @@ def _listed(reference: Sequence[float], model: Sequence[float]) -> str:
 
 @dataclass(frozen=True)
 class CycleMatch:
-    """Two mesh forces over a cycle.
+    """Comparison of two mesh forces over a cycle.
 
     correlation : without a shift; phase : shift of the model's in cycles, -0.5 to 0.5,
         positive where it is late; peak : ratio of the largest values less 1
@@ -309,8 +343,8 @@ class CycleMatch:
 
 def force_cycle(history: History, mesh: int, period: float) -> Array:
     """Mesh force [N] of a mesh (from 0) at CYCLE_POINTS times over its first period."""
-    at = history.time[0] + period * np.arange(CYCLE_POINTS) / CYCLE_POINTS
-    return np.interp(at, history.time, history.force[:, mesh])
+    sample_times = history.time[0] + period * np.arange(CYCLE_POINTS) / CYCLE_POINTS
+    return np.interp(sample_times, history.time, history.force[:, mesh])
 
 
 def match_cycles(reference: ArrayLike, model: ArrayLike) -> CycleMatch:
@@ -318,28 +352,36 @@ def match_cycles(reference: ArrayLike, model: ArrayLike) -> CycleMatch:
     a, b = np.asarray(reference, float), np.asarray(model, float)
     if a.shape != b.shape or a.ndim != 1:
         raise ValueError(f"must have one shape (n,), got {a.shape} and {b.shape}")
-    peak = ratio_less_1(largest(np.abs(a)), largest(np.abs(b)))
+    peak = relative_error(maximum(np.abs(a)), maximum(np.abs(b)))
     x, y = a - a.mean(), b - b.mean()
-    size = math.sqrt(float((x**2).sum() * (y**2).sum()))
-    still = 1e-12 * max(float((a**2).sum()), float((b**2).sum()))
-    if not size > still:
+    norm = math.sqrt(float((x**2).sum() * (y**2).sum()))
+    variance_floor = 1e-12 * max(float((a**2).sum()), float((b**2).sum()))
+    if not norm > variance_floor:
         return CycleMatch(math.nan, math.nan, peak)
-    products = np.fft.irfft(np.fft.rfft(y) * np.conj(np.fft.rfft(x)), a.size) / size
-    return CycleMatch(float(products[0]), _top_lag(products), peak)
+    cross_correlation = (
+        np.fft.irfft(np.fft.rfft(y) * np.conj(np.fft.rfft(x)), a.size) / norm
+    )
+    return CycleMatch(float(cross_correlation[0]), _peak_lag(cross_correlation), peak)
 
 
-def _top_lag(products: Array) -> float:
+def _peak_lag(cross_correlation: Array) -> float:
     """Lag of the largest value of a periodic array, in parts of its length."""
-    i = int(products.argmax())
-    left, top, right = products[i - 1], products[i], products[(i + 1) % products.size]
-    bend = 2.0 * top - left - right
-    lag = (i + (0.5 * (right - left) / bend if bend > 0.0 else 0.0)) / products.size
+    i = int(cross_correlation.argmax())
+    left, top, right = (
+        cross_correlation[i - 1],
+        cross_correlation[i],
+        cross_correlation[(i + 1) % cross_correlation.size],
+    )
+    curvature = 2.0 * top - left - right
+    lag = (
+        i + (0.5 * (right - left) / curvature if curvature > 0.0 else 0.0)
+    ) / cross_correlation.size
     return float(lag - round(lag))
 
 
 @dataclass(frozen=True, eq=False)
 class ForceCycle:
-    """Mesh force over a cycle of its mesh (n,) [N], at a speed reached in some way.
+    """Mesh force over a mesh cycle (n,) [N], at a single speed.
 
     period_multiple : cycles after which it repeats, 0 if it did not within the cap
     """
@@ -365,7 +407,7 @@ class Statics:
 
     position : (n,) in base pitches, 0 at the pitch point
     deflection : (n,) [m]; friction : (n,) what friction adds to it [m]
-    single : (n,) where a single tooth pair carries
+    single_pair_contact : (n,) where a single tooth pair carries
     """
 
     mesh: int
@@ -373,15 +415,17 @@ class Statics:
     position: Array
     deflection: Array
     friction: Array
-    single: NDArray[np.bool_]
+    single_pair_contact: NDArray[np.bool_]
 
     def friction_change(self, start: float, end: float) -> float:
         """Mean of what friction adds [m] to a single pair between two positions.
 
         NaN where no single pair carries there.
         """
-        there = self.single & (self.position >= start) & (self.position < end)
-        return float(self.friction[there].mean()) if there.any() else math.nan
+        in_range = (
+            self.single_pair_contact & (self.position >= start) & (self.position < end)
+        )
+        return float(self.friction[in_range].mean()) if in_range.any() else math.nan
 
     @property
     def stiffness(self) -> Array:
@@ -399,7 +443,7 @@ class Statics:
 
 
 def static_measures(reference: Statics, model: Statics) -> Iterator[Measured]:
-    mean = ratio_less_1(reference.mean_stiffness, model.mean_stiffness)
+    mean = relative_error(reference.mean_stiffness, model.mean_stiffness)
     yield "mean_stiffness", "", mean
     yield "stiffness_variation", "", model.variation - reference.variation
     pitches = math.ceil(reference.position[-1])

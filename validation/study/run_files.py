@@ -110,7 +110,7 @@ def _statics_csv(statics: Sequence[Statics]) -> str:
         [s.mesh, *map(repr, map(float, values)), int(single)]
         for s in statics
         for *values, single in zip(
-            *(s.position, s.deflection, s.friction, s.single), strict=True
+            *(s.position, s.deflection, s.friction, s.single_pair_contact), strict=True
         )
     ]
     names = ("mesh", "position", "deflection_m", "friction_change_m", "single_pair")

@@ -11,16 +11,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from fegear.files.errors import file_error
-from fegear.files.output import require_writable, write_text
+from fegear.files.errors import InputError, file_error
+from fegear.files.output import make_directory, require_writable, write_text
 from fegear.files.store import digest
 
 INPUTS, RESULT = "inputs.json", "result.json"
 FILES, SEAL = "sha256 of the files", "sha256 of the rest"  # keys of the result
+Run = TypeVar("Run")
 
 
 def inputs_text(inputs: Mapping[str, str]) -> str:
@@ -36,6 +37,36 @@ def with_digests(
     values[FILES] = {name: _sha256(text.encode()) for name, text in contents.items()}
     values[SEAL] = digest(values)
     return contents | {RESULT: json.dumps(values, indent=2) + "\n"}
+
+
+def read_or_compute(
+    directory: Path,
+    inputs: Mapping[str, str],
+    names: Sequence[str],
+    read: Callable[..., Run | None],
+    compute: Callable[[], Mapping[str, str]],
+    subject: str = "the run",
+) -> Run:
+    """Read a run, and compute it before where the directory does not hold it.
+
+    names : of its own files
+    read : function of `reused` that reads the run; None where a file does not fit
+    compute : function that returns the texts of all files by name, the result last
+    subject : of the message where another process changes the directory meanwhile
+
+    Raises InputError where files cannot be read or written.
+    """
+    stored = read(reused=True)
+    if stored is not None:
+        return stored
+    begin_run(make_directory(directory), inputs, names)
+    write_texts(directory, compute())
+    computed = read(reused=False)
+    if computed is None:
+        raise InputError(
+            f"{directory}: was changed while {subject} was made; run again"
+        )
+    return computed
 
 
 def begin_run(directory: Path, inputs: Mapping[str, str], names: Sequence[str]) -> None:

@@ -32,7 +32,7 @@ from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.study.cases import Case
 from validation.study.metrics import (
-    EFFECT,
+    FRICTION_EFFECT,
     Measured,
     MeasuredCurve,
     Verdict,
@@ -49,7 +49,7 @@ from validation.study.other_branches import (
     without_speeds,
 )
 from validation.study.run_files import NAMES, Run, contents, read_run
-from validation.study.run_store import begin_run, write_texts
+from validation.study.run_store import begin_run, read_or_compute, write_texts
 from validation.study.solving import solve_task
 from validation.study.tasks import FE, FE_FRICTIONLESS, RunSpec, tasks_of
 
@@ -185,7 +185,9 @@ def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
     judged = {model.name for model in case.model}
     for run in (run for run in runs if run.source in judged):
         measured = list(measures(references[run.torque], run))
-        measured += _friction_measures(case, runs, run) if EFFECT in tolerances else []
+        measured += (
+            _friction_measures(case, runs, run) if FRICTION_EFFECT in tolerances else []
+        )
         for where, (name, place, value) in measured:
             if name in tolerances:
                 entry = tolerances[name]
@@ -259,7 +261,7 @@ def _friction_measures(
         curve = f"{model_curve.direction}, mesh {model_curve.mesh}"
         where = f"{model_run.torque:g} N m, {curve}"
         effect = friction_effect(model_curve, plain) - friction_effect(fe, fe_plain)
-        yield where, (EFFECT, "", effect)
+        yield where, (FRICTION_EFFECT, "", effect)
 
 
 def measures(reference: Run, model_run: Run) -> Iterator[tuple[str, Measured]]:
@@ -284,33 +286,22 @@ def _read_or_run(
     task: RunSpec, store: Path, excitations: Excitations, report: Progress
 ) -> Run:
     directory = make_directory(store / task.directory_name)
-    stored = read_run(task, directory, reused=True)
+    read = partial(read_run, task, directory)
+
+    def compute(checkpoint: Checkpoint | None = None) -> Mapping[str, str]:
+        return contents(task, solve_task(task, checkpoint, excitations, report))
+
+    where = directory, task.inputs, NAMES
+    if task.model is not None:  # soon made, at worst by two processes alike
+        return read_or_compute(*where, read, compute)
+    stored = read(reused=True)
     if stored is not None:
         if (directory / CHECKPOINT).exists():
             _remove_checkpoint(task, directory)
         return stored
-    if task.model is not None:  # soon made, at worst by two processes alike
-        return _run_task(task, directory, None, excitations, report)
     with _checkpoint(task, directory) as checkpoint:
         # the process that had the checkpoint until now may have made the run
-        stored = read_run(task, directory, reused=True)
-        return stored or _run_task(task, directory, checkpoint, excitations, report)
-
-
-def _run_task(
-    task: RunSpec,
-    directory: Path,
-    checkpoint: Checkpoint | None,
-    excitations: Excitations,
-    report: Progress,
-) -> Run:
-    begin_run(directory, task.inputs, NAMES)
-    solution = solve_task(task, checkpoint, excitations, report)
-    write_texts(directory, contents(task, solution))
-    stored = read_run(task, directory, reused=False)
-    if stored is None:
-        raise InputError(f"{directory}: was changed while the run was made; run again")
-    return stored
+        return read_or_compute(*where, read, partial(compute, checkpoint))
 
 
 @contextmanager

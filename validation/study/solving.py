@@ -16,7 +16,7 @@ from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, steps_per_cycle
 from fegear.files.memory import MemoryLevel, memory_level
 from fegear.files.store import Checkpoint, Records
-from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.solving import solve_mesh
@@ -78,7 +78,7 @@ class Cost:
 
 @dataclass(frozen=True, eq=False)
 class RunResult:
-    """What a task gave, with the lumped system whose modes it is counted in."""
+    """Result of a run, with the lumped system whose modes it is counted in."""
 
     system: LumpedSystem
     statics: Sequence[Statics]
@@ -106,7 +106,7 @@ class SpeedCount:
     def integrated(self) -> int:
         return self.done - self.stored
 
-    def passed(self) -> None:
+    def speed_done(self) -> None:
         self.done += 1
         self.report(self.label, self.done, self.total)
 
@@ -145,7 +145,7 @@ class Integrator:
         name: str,
         progress: SpeedCount,
     ) -> Branch:
-        """Through speeds [Hz]; name : of the branch in the checkpoint."""
+        """Sweep through speeds [Hz]; name : of the branch in the checkpoint."""
         has_checkpoint = (
             self.checkpoint is not None
         )  # only those of finite elements are
@@ -155,7 +155,7 @@ class Integrator:
         return sweep_branch(
             *(self.stepper, speeds, direction, self.settings),
             store=stored,
-            observer=Observer(progress.passed, progress.callback),
+            observer=Observer(progress.speed_done, progress.callback),
         )
 
     def steps_to_settle(self, response: Response) -> int:
@@ -174,30 +174,30 @@ class Integrator:
 
 
 def solve_task(
-    task: RunSpec,
+    spec: RunSpec,
     checkpoint: Checkpoint | None,
     excitations: Excitations,
     report: Progress,
 ) -> RunResult:
-    """All that a task needs.
+    """Run a task: statics, then sweeps and single speeds.
 
     checkpoint : where finished speeds are found and kept; None for a lumped model,
         which takes less than a second
     """
     level, begin = memory_level(), time.perf_counter()
-    report(f"{_name(task)}: statics", 0, 1)
-    system = lumped_system(task.gear_set, task.torque, _model(task), excitations)
+    report(f"{_name(spec)}: statics", 0, 1)
+    system = lumped_system(spec.gear_set, spec.torque, _model(spec), excitations)
     statics = [
-        mesh_statics(task, excitations, m, system)
+        mesh_statics(spec, excitations, m, system)
         for m in range(len(system.excitations))
     ]
-    if not task.speeds:
+    if not spec.speeds:
         cost = Cost(prepare_s=time.perf_counter() - begin)
         return RunResult(system, statics, (), (), _with_memory(cost, level))
-    report(f"{_name(task)}: preparation", 0, 1)
-    integrator = Integrator(*_stepper(task, system, excitations), checkpoint)
+    report(f"{_name(spec)}: preparation", 0, 1)
+    integrator = Integrator(*_stepper(spec, system, excitations), checkpoint)
     ready = time.perf_counter()
-    branches, cycles, integrated = _integrate(task, integrator, report)
+    branches, cycles, integrated = _integrate(spec, integrator, report)
     end = time.perf_counter()
     responses = [response for branch in branches for response in branch.responses]
     cost = Cost(
@@ -207,60 +207,60 @@ def solve_task(
         speeds=len(responses),
         steps=sum(map(integrator.steps_to_settle, responses)),
     )
-    swept = [(task.torque, branch) for branch in branches]
-    warnings = [*sweep_warnings(task.gear_set, swept), *_warnings(task, system, swept)]
+    swept = [(spec.torque, branch) for branch in branches]
+    warnings = [*sweep_warnings(spec.gear_set, swept), *_warnings(spec, system, swept)]
     cost = _with_memory(cost, level)
     return RunResult(system, statics, branches, cycles, cost, tuple(warnings))
 
 
 def mesh_statics(
-    task: RunSpec, excitations: Excitations, mesh: int, system: LumpedSystem
+    spec: RunSpec, excitations: Excitations, mesh: int, system: LumpedSystem
 ) -> Statics:
     """Static deflection of a mesh (from 0) under the task's torque.
 
     Over all base pitches until its tooth pairs repeat.
     """
-    gear_set = task.gear_set
-    torque = mesh_torques_at(gear_set, task.torque)[mesh]
+    gear_set = spec.gear_set
+    torque = mesh_torques_at(gear_set, spec.torque)[mesh]
     force = torque / gear_set.meshes[mesh].pair.driver.base_radius
-    if task.model is None:
-        return _element_statics(task, excitations, mesh, torque, force)
-    pitches, positions = error_periods(gear_set)[mesh], CYCLE_POINTS
+    if spec.model is None:
+        return _element_statics(spec, excitations, mesh, torque, force)
+    pitches, positions = pair_periods(gear_set)[mesh], CYCLE_POINTS
     if pitches > 1:
         positions = excitations.source.statics_of(gear_set, mesh).positions
     position = np.arange(pitches * positions) / positions
     if system.has_friction:
-        free = excitations.of(gear_set, mesh, torque, 1)
-        return _rubbed_statics(system, free, mesh, force, position)
+        frictionless = excitations.mesh_excitation(gear_set, mesh, torque, 1)
+        return _friction_statics(system, frictionless, mesh, force, position)
     if system.contacts is None:
         deflection = static_deflection(system.excitations[mesh], force, position)
     else:
         position, deflection = _coupled_deflection(system, mesh, force, pitches)
-    still, none = np.zeros_like(position), np.zeros(position.size, bool)
-    return Statics(mesh + 1, force, position, deflection, still, none)
+    no_friction, no_single_pair = np.zeros_like(position), np.zeros(position.size, bool)
+    return Statics(mesh + 1, force, position, deflection, no_friction, no_single_pair)
 
 
 def _element_statics(
-    task: RunSpec, excitations: Excitations, mesh: int, torque: float, force: float
+    spec: RunSpec, excitations: Excitations, mesh: int, torque: float, force: float
 ) -> Statics:
-    table = free = excitations.table(task.gear_set, mesh, torque)
-    if task.friction > 0.0:
-        statics = excitations.source.statics_of(task.gear_set, mesh)
-        settings = replace(statics, friction=task.friction)
-        table = solve_mesh(task.gear_set, mesh, [torque], settings).table
+    table = frictionless = excitations.table(spec.gear_set, mesh, torque)
+    if spec.friction > 0.0:
+        statics = excitations.source.statics_of(spec.gear_set, mesh)
+        settings = replace(statics, friction=spec.friction)
+        table = solve_mesh(spec.gear_set, mesh, [torque], settings).table
     return Statics(
         mesh + 1,
         force,
         table.position,
         table["ste_m"][0],
-        table["ste_m"][0] - free["ste_m"][0],
-        free["n_pairs"][0] == 1,
+        table["ste_m"][0] - frictionless["ste_m"][0],
+        frictionless["n_pairs"][0] == 1,
     )
 
 
-def _rubbed_statics(
+def _friction_statics(
     system: LumpedSystem,
-    free: MeshExcitation,
+    frictionless: MeshExcitation,
     mesh: int,
     force: float,
     position: Array,
@@ -268,14 +268,14 @@ def _rubbed_statics(
     """Statics with friction of the tooth pairs, whose moments carry a part of the
     torque.
 
-    free : the excitation of the mesh without friction
+    frictionless : the excitation of the mesh without friction
     """
-    ahead = [pair.ahead or 0 for pair in free.pairs]
+    ahead = [pair.ahead or 0 for pair in frictionless.pairs]
     mu = system.friction[mesh].coefficient
     shares = torque_shares(system.train, mesh, mu, ahead, position)
     deflection = static_deflection(system.excitations[mesh], force, position, shares)
-    change = deflection - static_deflection(free, force, position)
-    stiffness = np.array([pair.stiffness(position) for pair in free.pairs])
+    change = deflection - static_deflection(frictionless, force, position)
+    stiffness = np.array([pair.stiffness(position) for pair in frictionless.pairs])
     single = np.count_nonzero(stiffness > 0.0, axis=0) == 1
     return Statics(mesh + 1, force, position, deflection, change, single)
 
@@ -317,12 +317,12 @@ def static_deflection(
 
 
 def _warnings(
-    task: RunSpec, system: LumpedSystem, swept: Sequence[tuple[float, Branch]]
+    spec: RunSpec, system: LumpedSystem, swept: Sequence[tuple[float, Branch]]
 ) -> Iterator[str]:
     """Warn of a lumped model at rest, and of body modes that it leaves out."""
-    if task.model is None:
+    if spec.model is None:
         return
-    yield from static_warnings({task.torque: system})
+    yield from static_warnings({spec.torque: system})
     for _, branch in swept[:1]:
         checks = check_truncation(system, branch.responses, Settings())
         yield from truncation_warnings(checks)
@@ -334,54 +334,54 @@ def _with_memory(cost: Cost, level: MemoryLevel) -> Cost:
     return replace(cost, memory_MB=peak, memory_above_start_MB=above)
 
 
-def _model(task: RunSpec) -> LumpedModel:
-    """That of the task, or the one whose modes the finite elements are counted in."""
+def _model(spec: RunSpec) -> LumpedModel:
+    """Lumped model of the task; Model-1 for finite elements."""
     return LumpedModel(
-        number=1 if task.model is None else task.model.number,
-        without=() if task.model is None else task.model.without,
-        translations=task.case.translations,
-        damping_ratio=task.case.damping_ratio,
-        friction=0.0 if task.model is None else task.friction,
-        bending=None if task.model is None else task.model.bending,
+        number=1 if spec.model is None else spec.model.number,
+        without=() if spec.model is None else spec.model.without,
+        translations=spec.case.translations,
+        damping_ratio=spec.case.damping_ratio,
+        friction=0.0 if spec.model is None else spec.friction,
+        bending=None if spec.model is None else spec.model.bending,
     )
 
 
-def _name(task: RunSpec) -> str:
-    return f"{task.source} {task.torque:g} N m"
+def _name(spec: RunSpec) -> str:
+    return f"{spec.source} {spec.torque:g} N m"
 
 
 def _stepper(
-    task: RunSpec, system: LumpedSystem, excitations: Excitations
+    spec: RunSpec, system: LumpedSystem, excitations: Excitations
 ) -> tuple[Stepper, Any]:
     """The stepper and its settings, with its kernels compiled, to be timed alone."""
     stepper: Stepper
     settings: Settings | DynamicSettings
-    if task.model is None:
+    if spec.model is None:
         settings = DynamicSettings()
-        model = (system, task.speeds, task.elements, settings, excitations)
-        stepper = prepare(task.gear_set, task.torque, *model).stepper
+        model = (system, spec.speeds, spec.elements, settings, excitations)
+        stepper = prepare(spec.gear_set, spec.torque, *model).stepper
     else:
         settings = Settings()
         stepper = stepper_of(system, settings)
-    warm_up(stepper, task.speeds[0], settings)
+    warm_up(stepper, spec.speeds[0], settings)
     return stepper, settings
 
 
 def _integrate(
-    task: RunSpec, integrator: Integrator, report: Progress
+    spec: RunSpec, integrator: Integrator, report: Progress
 ) -> tuple[list[Branch], list[ForceCycle], int]:
     """Sweeps, forces at single speeds, and speeds that no checkpoint held."""
-    case = task.case
+    case = spec.case
     total = len(case.directions) * len(case.speeds)
-    progress = integrator.progress(report, _name(task), total, case.directions)
+    progress = integrator.progress(report, _name(spec), total, case.directions)
     branches = [
         integrator.sweep(case.speeds, direction, direction, progress)
         for direction in case.directions
         if case.speeds
     ]
     cycles, integrated = [], progress.integrated
-    for number, single in enumerate(task.single_speeds, start=1):
-        name, stage = f"wave-{number}", f"{_name(task)}, wave {number}"
+    for number, single in enumerate(spec.single_speeds, start=1):
+        name, stage = f"wave-{number}", f"{_name(spec)}, wave {number}"
         progress = integrator.progress(report, stage, len(approach(single)), [name])
         cycles += _cycles_at(single, integrator, name, progress)
         integrated += progress.integrated
@@ -397,22 +397,24 @@ def _cycles_at(
     whole, and is integrated again from where the one before has settled. NaN for a
     motion that diverged.
     """
-    *way, last = approach(single)
-    direction: Direction = "up" if not way or way[0] <= last else "down"
-    branch = integrator.sweep(way, direction, name, progress)
+    *approach_speeds, last = approach(single)
+    direction: Direction = (
+        "up" if not approach_speeds or approach_speeds[0] <= last else "down"
+    )
+    branch = integrator.sweep(approach_speeds, direction, name, progress)
     system, label = branch.system, single.label
     if branch.complete:
-        state = branch.responses[-1].state if way else None
-        before = way[-1] if way else None
+        state = branch.responses[-1].state if approach_speeds else None
+        previous_frequency = approach_speeds[-1] if approach_speeds else None
         response, motion = steady_state(
             integrator.stepper,
             last,
             integrator.settings,
             state,
-            before,
+            previous_frequency,
             progress.callback,
         )
-        progress.passed()
+        progress.speed_done()
         if response.status != Status.DIVERGED:
             return [
                 ForceCycle(

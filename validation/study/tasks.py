@@ -17,7 +17,7 @@ from fegear.statics.excitation import StiffnessSource
 from fegear.train.lumped_models import shares_a_gear
 from lumped.steady.settings import Settings
 from validation.study.cases import Case, Model, Part, SingleSpeed
-from validation.study.metrics import EFFECT, FE, FE_FRICTIONLESS
+from validation.study.metrics import FE, FE_FRICTIONLESS, FRICTION_EFFECT
 from validation.study.sources import digest_of
 
 FORMAT = "fegear validation run 4"  # of the files and of their content
@@ -101,7 +101,7 @@ class RunSpec:
 def tasks_of(case: Case) -> Iterator[RunSpec]:
     """The finite elements first: what they take without tables at hand is theirs."""
     every = [(model, False) for model in (None, *case.model, *parts_of(case))]
-    if EFFECT in {entry.name for entry in case.metric}:
+    if FRICTION_EFFECT in {entry.name for entry in case.metric}:
         every.insert(1, (None, True))
     for model, plain in every:
         gear_set = load_gear_set(case.gear_set, case.edits_of(model))

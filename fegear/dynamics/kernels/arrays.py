@@ -26,7 +26,7 @@ class ModalMatrices(NamedTuple):
     stiffness (h, h), damping (h,), load (h,) of the hubs
     rigidity (e,) squared angular frequencies, elastic_damping (e,)
     rotation (gears, h) counter-clockwise, of each gear per hub coordinate
-    coupling (e,) to the rotation of its gear, owner (e,) that gear
+    coupling (e,) to the rotation of its gear, gear_of_mode (e,) that gear
     partner (e,), cosine (e,), sine (e,) : what becomes of a mode when teeth are
         counted anew: cosine times itself plus sine times its partner
     """
@@ -38,7 +38,7 @@ class ModalMatrices(NamedTuple):
     elastic_damping: Array
     rotation: Array
     coupling: Array
-    owner: Array
+    gear_of_mode: Array
     partner: Array
     cosine: Array
     sine: Array
@@ -51,7 +51,7 @@ class ContactJacobian(NamedTuple):
     normal (c, p + 1, w) penetration per coordinate
     tangential (c, p + 1, w) the same for friction toward the roots
     mesh_of (c,); friction () coefficient
-    linked (m, m) whether two meshes have a gear in common
+    share_gear (m, m) whether two meshes have a gear in common
     """
 
     widths: Array
@@ -60,7 +60,7 @@ class ContactJacobian(NamedTuple):
     tangential: Array
     mesh_of: Array
     friction: Array
-    linked: Array
+    share_gear: Array
 
 
 class Kinematics(NamedTuple):
@@ -137,12 +137,12 @@ class Record(NamedTuple):
 class Row(NamedTuple):
     """A row of the Jacobian for each contact, and what it leaves of the elastic modes.
 
-    row (c, w); onto_hubs (c, h) after elimination of the modes, whose solution times
-    the row is elastic (c, w)
+    row (c, w); condensed_row (c, h) after elimination of the modes, whose solution
+    times the row is elastic (c, w)
     """
 
     row: Array
-    onto_hubs: Array
+    condensed_row: Array
     elastic: Array
 
 
@@ -150,19 +150,19 @@ class StepWorkspace(NamedTuple):
     """Working arrays of a step.
 
     predicted (2, n) displacement and velocity at its end without acceleration
-    right (n,), reduced (h,) of the step's equations, acceleration (n,)
+    rhs (n,), reduced (h,) of the step's equations, acceleration (n,)
     rotation (m, 2) speeds of driver and driven; friction (c,) signed coefficient
-    normal, pushing : rows of penetration and of force
-    moved (c, h) : the hubs under a unit force
+    normal, force_rows : rows of penetration and of force
+    hub_response (c, h) : the hubs under a unit force
     """
 
     predicted: Array
-    right: Array
+    rhs: Array
     acceleration: Array
     reduced: Array
     rotation: Array
     friction: Array
     normal: Row
-    pushing: Row
-    moved: Array
+    force_rows: Row
+    hub_response: Array
     problem: PenetrationProblem

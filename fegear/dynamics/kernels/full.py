@@ -26,30 +26,28 @@ from lumped.kernels.contact import (
 
 __all__ = [
     "CONVERGED",
+    "assemble_rhs",
     "correct",
     "find_loads",
     "find_position",
     "find_reversed",
     "record",
-    "set_balance",
 ]
 
 
 @compiled
-def find_position(rate, contacts, cycle, number):
-    """Find the place of each mesh in its tables at step `number`; see
-    `set_position`.
-    """
-    where = new_position(contacts)
-    set_position(rate, contacts, cycle, number, where)
-    return where
+def find_position(rate, contacts, cycle, step_number):
+    """Position of each mesh in its tables at a step; see `set_position`."""
+    position = new_position(contacts)
+    set_position(rate, contacts, cycle, step_number, position)
+    return position
 
 
 @compiled
-def find_reversed(contacts, rotation, where):
+def find_reversed(contacts, rotation, position):
     """Whether each contact (c,) slides against its nominal direction."""
     reversed_ = np.zeros(contacts.side.size, np.int64)
-    set_reversed(contacts, rotation, where, reversed_)
+    set_reversed(contacts, rotation, position, reversed_)
     return reversed_
 
 
@@ -60,20 +58,22 @@ def record(model, state, contact, out, n):
 
 
 @compiled
-def set_balance(newmark, damping, ratio, state, x, y):
-    """What the new accelerations of a field balance: M x + (M ratio + K) y, (n, k).
+def assemble_rhs(newmark, damping, ratio, state, x, y):
+    """Right-hand side of a field's step, M x + (M ratio + K) y, (n, k).
 
     damping : of mass and stiffness, Rayleigh's
     """
-    alpha_f, new = newmark.alpha_f, 1.0 - newmark.alpha_f
+    alpha_f, weight_new = newmark.alpha_f, 1.0 - newmark.alpha_f
     for i in range(x.shape[0]):
         for k in range(x.shape[1]):
             u, v, a = state[0, i, k], state[1, i, k], state[2, i, k]
             u_pred, v_pred = newmark_predict(newmark, u, v, a)
-            velocity = new * v_pred + alpha_f * v
-            push = -(new * u_pred + alpha_f * u + damping[1] * velocity)
-            y[i, k] = push
-            x[i, k] = -(newmark.alpha_m * a + damping[0] * velocity) - ratio * push
+            velocity = weight_new * v_pred + alpha_f * v
+            elastic_force = -(weight_new * u_pred + alpha_f * u + damping[1] * velocity)
+            y[i, k] = elastic_force
+            x[i, k] = (
+                -(newmark.alpha_m * a + damping[0] * velocity) - ratio * elastic_force
+            )
 
 
 @compiled
@@ -84,21 +84,21 @@ def correct(newmark, acceleration, state):
             u_pred, v_pred = newmark_predict(
                 newmark, state[0, i, k], state[1, i, k], state[2, i, k]
             )
-            new = acceleration[i, k]
+            new_acceleration = acceleration[i, k]
             state[0, i, k], state[1, i, k] = newmark_correct(
-                newmark, u_pred, v_pred, new
+                newmark, u_pred, v_pred, new_acceleration
             )
-            state[2, i, k] = new
+            state[2, i, k] = new_acceleration
 
 
 @compiled
-def find_loads(contacts, mesh_of, Q, free, where, contact):
+def find_loads(contacts, mesh_of, Q, free, position, contact):
     """New penetrations and loads of the contact state (3, c); the status.
 
     Q : (c, c) penetration of the first contact per load on the second [m/N]
     free : (c,) penetrations without loads [m]
     """
-    problem = contact_problem(contacts, mesh_of, where)
+    problem = contact_problem(contacts, mesh_of, position)
     for c in range(free.size):
         problem.guess[c] = (
             contact[PENETRATION, c] if contact[LOAD, c] > 0.0 else free[c]
@@ -108,14 +108,14 @@ def find_loads(contacts, mesh_of, Q, free, where, contact):
             free[c],
             int(contact[REVERSED, c]),
         )
-    near = find_active(problem)
-    if near == 0:
+    n_active = find_active(problem)
+    if n_active == 0:
         return CONVERGED
-    for p in range(near):
-        for s in range(near):
+    for p in range(n_active):
+        for s in range(n_active):
             problem.Q[p, s] = Q[problem.active[p], problem.active[s]]
-    status = solve_penetrations(problem, near)
-    for p in range(near):
+    status = solve_penetrations(problem, n_active)
+    for p in range(n_active):
         c = problem.active[p]
         contact[PENETRATION, c] = problem.newton[PENETRATIONS_ROW, p]
         contact[LOAD, c] = problem.newton[LOADS_ROW, p]

@@ -32,7 +32,7 @@ from lumped.kernels.contact import (
 from lumped.kernels.convergence import is_bounded
 
 FINISHED, DIVERGED, UNSOLVED = 0, 1, 2
-Q, V, A, PUSH = 0, 1, 2, 3  # rows of a state
+Q, V, A, CONTACT_FORCE = 0, 1, 2, 3  # rows of a state
 PENETRATION, LOAD, REVERSED = 0, 1, 2  # rows of a contact state
 DEFLECTION, RATE, FORCE, DRIVE_PENETRATION, BACK_PENETRATION = (
     0,
@@ -45,44 +45,52 @@ DEFLECTION, RATE, FORCE, DRIVE_PENETRATION, BACK_PENETRATION = (
 
 @inlined
 def mass_times(modal, x, out):
-    rotation, coupling, owner = modal.rotation, modal.coupling, modal.owner
+    rotation, coupling, gear_of_mode = (
+        modal.rotation,
+        modal.coupling,
+        modal.gear_of_mode,
+    )
     hubs = rotation.shape[1]
     for i in range(x.size):
         out[i] = x[i]
     for i in range(coupling.size):
         if coupling[i] != 0.0:
             for a in range(hubs):
-                both = coupling[i] * rotation[owner[i], a]
+                both = coupling[i] * rotation[gear_of_mode[i], a]
                 out[a] += both * x[hubs + i]
                 out[hubs + i] += both * x[a]
 
 
 @inlined
-def solve_step(modal, step, right, out, reduced):
+def solve_step(modal, step, rhs, out, reduced):
     """Solve with the step's matrix by elimination of the elastic modes.
 
     reduced : (h,) working array
     """
-    rotation, coupling, owner = modal.rotation, modal.coupling, modal.owner
+    rotation, coupling, gear_of_mode = (
+        modal.rotation,
+        modal.coupling,
+        modal.gear_of_mode,
+    )
     inverse, hubs = step.elastic_inverse, rotation.shape[1]
     for a in range(hubs):
-        reduced[a] = right[a]
+        reduced[a] = rhs[a]
     for i in range(coupling.size):
-        out[hubs + i] = inverse[i] * right[hubs + i]
+        out[hubs + i] = inverse[i] * rhs[hubs + i]
         if coupling[i] != 0.0:
-            carried = step.mass_weight * coupling[i] * out[hubs + i]
+            inertial_moment = step.mass_weight * coupling[i] * out[hubs + i]
             for a in range(hubs):
-                reduced[a] -= carried * rotation[owner[i], a]
+                reduced[a] -= inertial_moment * rotation[gear_of_mode[i], a]
     for a in range(hubs):
         out[a] = 0.0
         for b in range(hubs):
             out[a] += step.hub_inverse[a, b] * reduced[b]
     for i in range(coupling.size):
         if coupling[i] != 0.0:
-            turn = 0.0
+            hub_rotation = 0.0
             for a in range(hubs):
-                turn += rotation[owner[i], a] * out[a]
-            out[hubs + i] -= inverse[i] * step.mass_weight * coupling[i] * turn
+                hub_rotation += rotation[gear_of_mode[i], a] * out[a]
+            out[hubs + i] -= inverse[i] * step.mass_weight * coupling[i] * hub_rotation
 
 
 @inlined
@@ -95,23 +103,23 @@ def predict(newmark, state, predicted):
 
 
 @inlined
-def set_balance(modal, newmark, state, predicted, right):
-    """Forces (n,) that new accelerations balance, without new contact forces."""
-    alpha_f, new = newmark.alpha_f, 1.0 - newmark.alpha_f
+def assemble_rhs(modal, newmark, state, predicted, rhs):
+    """Right-hand side (n,) of the step without new contact forces."""
+    alpha_f, weight_new = newmark.alpha_f, 1.0 - newmark.alpha_f
     hubs, stiffness, rigidity = modal.damping.size, modal.stiffness, modal.rigidity
-    mass_times(modal, state[A], right)
-    for i in range(right.size):
-        right[i] = alpha_f * state[PUSH, i] - newmark.alpha_m * right[i]
-        velocity = new * predicted[1, i] + alpha_f * state[V, i]
+    mass_times(modal, state[A], rhs)
+    for i in range(rhs.size):
+        rhs[i] = alpha_f * state[CONTACT_FORCE, i] - newmark.alpha_m * rhs[i]
+        velocity = weight_new * predicted[1, i] + alpha_f * state[V, i]
         if i < hubs:
-            right[i] += modal.load[i] - modal.damping[i] * velocity
+            rhs[i] += modal.load[i] - modal.damping[i] * velocity
             for j in range(hubs):
-                place = new * predicted[0, j] + alpha_f * state[Q, j]
-                right[i] -= stiffness[i, j] * place
+                displacement = weight_new * predicted[0, j] + alpha_f * state[Q, j]
+                rhs[i] -= stiffness[i, j] * displacement
         else:
-            place = new * predicted[0, i] + alpha_f * state[Q, i]
+            displacement = weight_new * predicted[0, i] + alpha_f * state[Q, i]
             damping = modal.elastic_damping[i - hubs]
-            right[i] -= damping * velocity + rigidity[i - hubs] * place
+            rhs[i] -= damping * velocity + rigidity[i - hubs] * displacement
 
 
 @inlined
@@ -137,10 +145,14 @@ def advance_teeth(modal, kinematics, clock, before, state):
 @compiled_part
 def shift_tooth_index(modal, gear, state):
     """Shift the tooth index of a gear that passes a tooth."""
-    hubs, owner, partner = modal.rotation.shape[1], modal.owner, modal.partner
-    for i in range(owner.size):
+    hubs, gear_of_mode, partner = (
+        modal.rotation.shape[1],
+        modal.gear_of_mode,
+        modal.partner,
+    )
+    for i in range(gear_of_mode.size):
         j = partner[i]
-        if owner[i] != gear or j < i:
+        if gear_of_mode[i] != gear or j < i:
             continue
         for k in range(state.shape[0]):
             one, two = state[k, hubs + i], state[k, hubs + j]
@@ -156,45 +168,52 @@ def set_rotation(kinematics, modal, speed, predicted, rotation):
     for m in range(gears.shape[0]):
         for k in range(2):
             g = gears[m, k]
-            turn = speed * nominal[g]
+            gear_speed = speed * nominal[g]
             for i in range(modal.rotation.shape[1]):
-                turn += modal.rotation[g, i] * predicted[1, i]
-            rotation[m, k] = turn * np.sign(nominal[g])
+                gear_speed += modal.rotation[g, i] * predicted[1, i]
+            rotation[m, k] = gear_speed * np.sign(nominal[g])
 
 
 @inlined
 def eliminate_modes(modal, step, columns, rows, c):
-    """Elastic solution of contact c's row, and what it leaves on the hubs."""
+    """Condense the row of contact c onto the hubs."""
     hubs = modal.rotation.shape[1]
     for a in range(hubs):
-        rows.onto_hubs[c, a] = rows.row[c, a]
+        rows.condensed_row[c, a] = rows.row[c, a]
     for k in range(hubs, columns.size):
         i = columns[k] - hubs
         rows.elastic[c, k] = step.elastic_inverse[i] * rows.row[c, k]
         if modal.coupling[i] != 0.0:
-            carried = step.mass_weight * modal.coupling[i] * rows.elastic[c, k]
+            inertial_moment = step.mass_weight * modal.coupling[i] * rows.elastic[c, k]
             for a in range(hubs):
-                rows.onto_hubs[c, a] -= carried * modal.rotation[modal.owner[i], a]
+                rows.condensed_row[c, a] -= (
+                    inertial_moment * modal.rotation[modal.gear_of_mode[i], a]
+                )
 
 
 @inlined
-def step_compliance(jacobian, hubs, room, c, d):
-    """Penetration of contact c under the step's inverse matrix times minus force d."""
-    normal, pushing, moved, total = room.normal, room.pushing, room.moved, 0.0
+def step_compliance(jacobian, hubs, workspace, c, d):
+    """Compliance of the step between contacts c and d, without its factor."""
+    normal, force_rows, hub_response, total = (
+        workspace.normal,
+        workspace.force_rows,
+        workspace.hub_response,
+        0.0,
+    )
     for a in range(hubs):
-        total += normal.onto_hubs[c, a] * moved[d, a]
+        total += normal.condensed_row[c, a] * hub_response[d, a]
     one, two = jacobian.mesh_of[c], jacobian.mesh_of[d]
     widths, columns = jacobian.widths, jacobian.columns
     if one == two:
         for k in range(hubs, widths[one]):
-            total += normal.row[c, k] * pushing.elastic[d, k]
+            total += normal.row[c, k] * force_rows.elastic[d, k]
         return total
-    if not jacobian.linked[one, two]:
+    if not jacobian.share_gear[one, two]:
         return total
     i, j = hubs, hubs  # columns increase, a common gear's are in both
     while i < widths[one] and j < widths[two]:
         if columns[one, i] == columns[two, j]:
-            total += normal.row[c, i] * pushing.elastic[d, j]
+            total += normal.row[c, i] * force_rows.elastic[d, j]
             i += 1
             j += 1
         elif columns[one, i] < columns[two, j]:
@@ -205,42 +224,46 @@ def step_compliance(jacobian, hubs, room, c, d):
 
 
 @inlined
-def residual_compliance(contacts, jacobian, friction, where, c, d):
-    """Static compliance between contacts that the coordinates do not have [m/N].
+def residual_compliance(contacts, jacobian, friction, position, c, d):
+    """Residual flexibility between contacts, of modes that are left out [m/N].
 
     friction : (c,) signed coefficient
     """
     m = jacobian.mesh_of[c]  # meshes of a common gear are in step
-    if not jacobian.linked[m, jacobian.mesh_of[d]]:
+    if not jacobian.share_gear[m, jacobian.mesh_of[d]]:
         return 0.0
-    place, part = where.grid_index[m], where.fraction[m]
+    grid_index, fraction = position.grid_index[m], position.fraction[m]
     normal, tangential = contacts.normal_compliance, contacts.tangential_compliance
-    value = normal[place, c, d]
-    if part > 0.0:
-        value += part * (normal[place + 1, c, d] - value)
+    value = normal[grid_index, c, d]
+    if fraction > 0.0:
+        value += fraction * (normal[grid_index + 1, c, d] - value)
     if friction[d] != 0.0:
-        aside = tangential[place, c, d]
-        if part > 0.0:
-            aside += part * (tangential[place + 1, c, d] - aside)
-        value += friction[d] * aside
+        tangential_value = tangential[grid_index, c, d]
+        if fraction > 0.0:
+            tangential_value += fraction * (
+                tangential[grid_index + 1, c, d] - tangential_value
+            )
+        value += friction[d] * tangential_value
     return value
 
 
 @inlined
-def set_friction(model, speed, where, room):
+def set_friction(model, speed, position, workspace):
     """The signed coefficient of friction toward the roots of each contact (c,)."""
-    jacobian, contacts, signed = model.jacobian, model.contacts, room.friction
-    reversed_, friction = room.problem.friction_reversed, jacobian.friction[()]
+    jacobian, contacts, signed = model.jacobian, model.contacts, workspace.friction
+    reversed_, friction = workspace.problem.friction_reversed, jacobian.friction[()]
     for c in range(signed.size):
         reversed_[c], signed[c] = 0, 0.0
     if not friction > 0.0:
         return
-    set_rotation(model.kinematics, model.modal, speed, room.predicted, room.rotation)
-    set_reversed(contacts, room.rotation, where, reversed_)
+    set_rotation(
+        model.kinematics, model.modal, speed, workspace.predicted, workspace.rotation
+    )
+    set_reversed(contacts, workspace.rotation, position, reversed_)
     for c in range(signed.size):
         m = jacobian.mesh_of[c]
         sliding = interpolate(
-            contacts.sliding, c, where.grid_index[m], where.fraction[m]
+            contacts.sliding, c, position.grid_index[m], position.fraction[m]
         )
         signed[c] = friction * sliding
         if reversed_[c] == 1:
@@ -248,86 +271,111 @@ def set_friction(model, speed, where, room):
 
 
 @inlined
-def set_free(model, newmark, where, room):
+def set_free_penetrations(model, newmark, position, workspace):
     """Penetrations (c,) without new contact forces, and the rows that give them."""
-    jacobian, late = model.jacobian, newmark.beta * newmark.h**2
-    columns, rows, free = jacobian.columns, room.normal.row, room.problem.free
-    predicted, acceleration = room.predicted, room.acceleration
+    jacobian, beta_h2 = model.jacobian, newmark.beta * newmark.h**2
+    columns, rows, free = jacobian.columns, workspace.normal.row, workspace.problem.free
+    predicted, acceleration = workspace.predicted, workspace.acceleration
     for c in range(free.size):
         m = jacobian.mesh_of[c]
-        width, place, part = jacobian.widths[m], where.grid_index[m], where.fraction[m]
-        free[c] = -interpolate(where.gap, c, place, part)
-        set_row(jacobian.normal, width, c, place, part, rows[c])
+        width, grid_index, fraction = (
+            jacobian.widths[m],
+            position.grid_index[m],
+            position.fraction[m],
+        )
+        free[c] = -interpolate(position.gap, c, grid_index, fraction)
+        set_row(jacobian.normal, width, c, grid_index, fraction, rows[c])
         for k in range(width):
             i = columns[m, k]
-            free[c] += rows[c, k] * (predicted[0, i] + late * acceleration[i])
+            free[c] += rows[c, k] * (predicted[0, i] + beta_h2 * acceleration[i])
 
 
 @inlined
-def set_forces(model, step, where, near, room):
+def set_contact_rows(model, step, position, n_active, workspace):
     """Rows of penetration and of contact force, and how a unit force moves the hubs.
 
     A force acts along its normal and, times the signed coefficient of friction, toward
     the root.
     """
-    modal, jacobian, friction = model.modal, model.jacobian, room.friction
-    normal, pushing, moved = room.normal, room.pushing, room.moved
+    modal, jacobian, friction = model.modal, model.jacobian, workspace.friction
+    normal, force_rows, hub_response = (
+        workspace.normal,
+        workspace.force_rows,
+        workspace.hub_response,
+    )
     hubs = modal.rotation.shape[1]
-    for p in range(near):
-        c = room.problem.active[p]
+    for p in range(n_active):
+        c = workspace.problem.active[p]
         m = jacobian.mesh_of[c]
-        width, place, part = jacobian.widths[m], where.grid_index[m], where.fraction[m]
+        width, grid_index, fraction = (
+            jacobian.widths[m],
+            position.grid_index[m],
+            position.fraction[m],
+        )
         columns = jacobian.columns[m, :width]
         eliminate_modes(modal, step, columns, normal, c)
         if friction[c] != 0.0:
-            set_row(jacobian.tangential, width, c, place, part, pushing.row[c])
+            set_row(
+                jacobian.tangential, width, c, grid_index, fraction, force_rows.row[c]
+            )
         for k in range(width):
-            along = friction[c] * pushing.row[c, k] if friction[c] != 0.0 else 0.0
-            pushing.row[c, k] = normal.row[c, k] + along
-        eliminate_modes(modal, step, columns, pushing, c)
+            friction_part = (
+                friction[c] * force_rows.row[c, k] if friction[c] != 0.0 else 0.0
+            )
+            force_rows.row[c, k] = normal.row[c, k] + friction_part
+        eliminate_modes(modal, step, columns, force_rows, c)
         for a in range(hubs):
-            moved[c, a] = 0.0
+            hub_response[c, a] = 0.0
             for b in range(hubs):
-                moved[c, a] += step.hub_inverse[a, b] * pushing.onto_hubs[c, b]
+                hub_response[c, a] += (
+                    step.hub_inverse[a, b] * force_rows.condensed_row[c, b]
+                )
 
 
 @inlined
-def set_compliance(model, step, where, near, room):
-    """What the penetrations of the chosen contacts owe to the forces on them."""
-    problem, newmark, hubs = room.problem, step.newmark, room.moved.shape[1]
-    soft = newmark.beta * newmark.h**2 * (1.0 - newmark.alpha_f)
-    for p in range(near):
-        for s in range(near):
+def set_compliance(model, step, position, n_active, workspace):
+    """Compliance matrix of the active contacts."""
+    problem, newmark, hubs = (
+        workspace.problem,
+        step.newmark,
+        workspace.hub_response.shape[1],
+    )
+    compliance_factor = newmark.beta * newmark.h**2 * (1.0 - newmark.alpha_f)
+    for p in range(n_active):
+        for s in range(n_active):
             c, d = problem.active[p], problem.active[s]
-            moving = step_compliance(model.jacobian, hubs, room, c, d)
-            problem.Q[p, s] = soft * moving + residual_compliance(
-                model.contacts, model.jacobian, room.friction, where, c, d
+            dynamic_compliance = step_compliance(model.jacobian, hubs, workspace, c, d)
+            problem.Q[p, s] = (
+                compliance_factor * dynamic_compliance
+                + residual_compliance(
+                    model.contacts, model.jacobian, workspace.friction, position, c, d
+                )
             )
 
 
 @inlined
-def find_contact(model, step, speed, where, state, contact, room):
+def find_contact(model, step, speed, position, state, contact, workspace):
     """New contact state (3, c) and generalised contact force of the state; the status.
 
-    room.acceleration : (n,) at the end of the step without them
+    workspace.acceleration : (n,) at the end of the step without them
     """
-    jacobian, problem = model.jacobian, room.problem
-    set_friction(model, speed, where, room)
-    set_free(model, step.newmark, where, room)
+    jacobian, problem = model.jacobian, workspace.problem
+    set_friction(model, speed, position, workspace)
+    set_free_penetrations(model, step.newmark, position, workspace)
     for c in range(contact.shape[1]):
         loaded = contact[LOAD, c] > 0.0
         problem.guess[c] = contact[PENETRATION, c] if loaded else problem.free[c]
         contact[PENETRATION, c], contact[LOAD, c] = problem.free[c], 0.0
         contact[REVERSED, c] = problem.friction_reversed[c]
     for i in range(state.shape[1]):
-        state[PUSH, i] = 0.0
-    near = find_active(problem)
-    if near == 0:
+        state[CONTACT_FORCE, i] = 0.0
+    n_active = find_active(problem)
+    if n_active == 0:
         return CONVERGED
-    set_forces(model, step, where, near, room)
-    set_compliance(model, step, where, near, room)
-    status = solve_penetrations(problem, near)
-    for p in range(near):
+    set_contact_rows(model, step, position, n_active, workspace)
+    set_compliance(model, step, position, n_active, workspace)
+    status = solve_penetrations(problem, n_active)
+    for p in range(n_active):
         c, load = problem.active[p], problem.newton[LOADS_ROW, p]
         m = jacobian.mesh_of[c]
         contact[PENETRATION, c], contact[LOAD, c] = (
@@ -335,7 +383,9 @@ def find_contact(model, step, speed, where, state, contact, room):
             load,
         )
         for k in range(jacobian.widths[m]):
-            state[PUSH, jacobian.columns[m, k]] -= room.pushing.row[c, k] * load
+            state[CONTACT_FORCE, jacobian.columns[m, k]] -= (
+                workspace.force_rows.row[c, k] * load
+            )
     return status
 
 
@@ -366,10 +416,10 @@ def record_step(model, state, contact, record, n):
 
 
 @allocating
-def make_room(model, where):
+def allocate_workspace(model, position):
     """Working arrays of the steps."""
     modal, jacobian = model.modal, model.jacobian
-    count, wide = jacobian.mesh_of.size, jacobian.columns.shape[1]
+    count, max_width = jacobian.mesh_of.size, jacobian.columns.shape[1]
     hubs = modal.damping.size
     size = hubs + modal.rigidity.size
     return StepWorkspace(
@@ -379,10 +429,18 @@ def make_room(model, where):
         np.empty(hubs),
         np.empty((jacobian.widths.size, 2)),
         np.empty(count),
-        Row(np.empty((count, wide)), np.empty((count, hubs)), np.empty((count, wide))),
-        Row(np.empty((count, wide)), np.empty((count, hubs)), np.empty((count, wide))),
+        Row(
+            np.empty((count, max_width)),
+            np.empty((count, hubs)),
+            np.empty((count, max_width)),
+        ),
+        Row(
+            np.empty((count, max_width)),
+            np.empty((count, hubs)),
+            np.empty((count, max_width)),
+        ),
         np.empty((count, hubs)),
-        contact_problem(model.contacts, jacobian.mesh_of, where),
+        contact_problem(model.contacts, jacobian.mesh_of, position),
     )
 
 
@@ -392,24 +450,24 @@ def integrate(model, step, clock, state, contact, record):
 
     model : ModelArrays; state (4, n) and contact (3, c) are advanced in place
     """
-    where = new_position(model.contacts)
-    room = make_room(model, where)
-    return march(model, step, clock, state, contact, record, where, room)
+    position = new_position(model.contacts)
+    workspace = allocate_workspace(model, position)
+    return run_steps(model, step, clock, state, contact, record, position, workspace)
 
 
 @inlined
-def march(model, step, clock, state, contact, record, where, room):
+def run_steps(model, step, clock, state, contact, record, position, workspace):
     """Integrate as `integrate` does, with given working arrays."""
     rate = model.kinematics.rate
-    set_position(rate, model.contacts, clock.cycle, clock.start, where)
+    set_position(rate, model.contacts, clock.cycle, clock.start, position)
     steps = record.mesh.shape[0] - 1
     for n in range(steps):
         record_step(model, state, contact, record, n)
-        now = clock.start + n
+        step_number = clock.start + n
         if clock.speed != 0.0:
-            advance_teeth(model.modal, model.kinematics, clock, now, state)
-            set_position(rate, model.contacts, clock.cycle, now + 1, where)
-        status = advance(model, step, clock.speed, where, state, contact, room)
+            advance_teeth(model.modal, model.kinematics, clock, step_number, state)
+            set_position(rate, model.contacts, clock.cycle, step_number + 1, position)
+        status = advance(model, step, clock.speed, position, state, contact, workspace)
         if status != CONVERGED:
             return UNSOLVED, n
         if not is_bounded(state[Q], state[V], clock.limit):
@@ -419,19 +477,19 @@ def march(model, step, clock, state, contact, record, where, room):
 
 
 @inlined
-def advance(model, step, speed, where, state, contact, room):
-    """Take one step, which ends with the meshes at `where`; return the status."""
-    modal, newmark, right = model.modal, step.newmark, room.right
-    predict(newmark, state, room.predicted)
-    set_balance(modal, newmark, state, room.predicted, right)
-    solve_step(modal, step, right, room.acceleration, room.reduced)
-    status = find_contact(model, step, speed, where, state, contact, room)
+def advance(model, step, speed, position, state, contact, workspace):
+    """Take one step, which ends with the meshes at `position`; return the status."""
+    modal, newmark, rhs = model.modal, step.newmark, workspace.rhs
+    predict(newmark, state, workspace.predicted)
+    assemble_rhs(modal, newmark, state, workspace.predicted, rhs)
+    solve_step(modal, step, rhs, workspace.acceleration, workspace.reduced)
+    status = find_contact(model, step, speed, position, state, contact, workspace)
     if status != CONVERGED:
         return status
-    for i in range(right.size):
-        right[i] = (1.0 - newmark.alpha_f) * state[PUSH, i]
-    solve_step(modal, step, right, state[A], room.reduced)
-    for i in range(right.size):
-        room.acceleration[i] += state[A, i]
-    correct(newmark, room.predicted, room.acceleration, state)
+    for i in range(rhs.size):
+        rhs[i] = (1.0 - newmark.alpha_f) * state[CONTACT_FORCE, i]
+    solve_step(modal, step, rhs, state[A], workspace.reduced)
+    for i in range(rhs.size):
+        workspace.acceleration[i] += state[A, i]
+    correct(newmark, workspace.predicted, workspace.acceleration, state)
     return status

@@ -24,6 +24,7 @@ from lumped.clatter.kernels.contact import (
 )
 from lumped.clatter.kernels.excitation import evaluate_drive, evaluate_excitation
 from lumped.clatter.kernels.impact import solve_impact
+from lumped.clatter.kernels.phi import phi_functions
 from lumped.common.compiled import compiled, compiled_part, inlined
 from lumped.rattle.kernels.flight import time_to_bound
 
@@ -34,20 +35,6 @@ TIME_TOL = 1e-15  # periods: times that are one
 MAX_STEPS = 1_000_000  # in a time of `SHORT`
 DONE, RECORDS_FULL, NOT_FOUND = 0, 1, 2  # how a run ends
 SINGLE_IMPACT, MULTIPLE_IMPACT = 1, 2  # how an impact is found
-
-
-@inlined
-def phi_functions(z):
-    """(1 - e^-z) / z and (z - 1 + e^-z) / z^2, to round-off, for z >= 0."""
-    if z < 0.1:
-        second = 1.0 / 40320.0 - z * (1.0 / 362880.0 - z / 3628800.0)
-        second = 1.0 / 720.0 - z * (1.0 / 5040.0 - z * second)
-        second = 0.5 - z * (
-            1.0 / 6.0 - z * (1.0 / 24.0 - z * (1.0 / 120.0 - z * second))
-        )
-        return 1.0 - z * second, second
-    first = -math.expm1(-z) / z
-    return first, (1.0 - first) / z
 
 
 @inlined

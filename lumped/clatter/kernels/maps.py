@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from lumped.clatter.kernels.phi import phi_functions
 from lumped.common.compiled import compiled, inlined
 
 EVENT_TOL_PERIODS = 1e-15  # periods
@@ -34,11 +35,7 @@ def free_motion(box, v, h):
     shift, rate = 0.0, 0.0
     for i in range(v.size):
         z, acceleration = box.damping_rate[i] * h, box.drag_acceleration[i]
-        first, second = 1.0 - z / 2.0 + z * z / 6.0 - z**3 / 24.0, 0.5 - z / 6.0
-        second += z * z / 24.0 - z**3 / 120.0
-        if z > 1e-3:
-            first = -math.expm1(-z) / z
-            second = (1.0 - first) / z
+        first, second = phi_functions(z)
         shift += box.rows[0, i] * h * (v[i] * first + acceleration * h * second)
         rate += box.rows[0, i] * (v[i] * (1.0 - z * first) + acceleration * h * first)
     return shift, rate
@@ -103,14 +100,9 @@ def follow_implicit(box, t, v, edge, out):
         t += h
         impulse = (1.0 + box.restitution[0]) * edge * speed / mobility
         for i in range(v.size):
-            d = box.damping_rate[i]
-            lost = -math.expm1(-d * h)
-            gain = (
-                box.drag_acceleration[i] / d * lost
-                if d > 0.0
-                else box.drag_acceleration[i] * h
-            )
-            v[i] += gain - v[i] * lost
+            z = box.damping_rate[i] * h
+            first, _ = phi_functions(z)
+            v[i] += (box.drag_acceleration[i] * h - v[i] * z) * first
             v[i] -= edge * box.inverse_mass[i] * box.rows[0, i] * impulse
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = t, edge, edge * speed, impulse
     return out.shape[0]

@@ -204,7 +204,7 @@ def test_a_second_curve_that_is_interrupted_is_not_complete():
         model_1=True,
     )
     result = fegear.run(study, progress=progress, workers=1)
-    ((_, branch),), ((_, second),) = result.found, result.beside
+    ((_, branch),), ((_, second),) = result.branches, result.beside
     assert branch.complete
     assert not second.responses
     assert second.interrupted

@@ -222,7 +222,7 @@ def test_speeds(text, speeds):
 class GivenMean:
     """Rectangles of the gear sets' own mean stiffnesses, without finite elements."""
 
-    def of(self, gear_set, mesh, torque, model):
+    def mesh_excitation(self, gear_set, mesh, torque, model):
         mean = gear_set.meshes[mesh].mean_stiffness
         figures = StiffnessParameters(mean=mean, variation=0.3, contact_ratio=1.6)
         return analytic_excitation(figures, model)

@@ -59,16 +59,16 @@ def test_separation_is_the_distance_between_the_flanks(problem, off, beyond):
     """Both involutes drawn point by point in the frame of the line of action."""
     mesh, records, _ = kernel_inputs(problem)
     master, slave = records[0], records[1]
-    nominal = mesh.pitch + off
+    nominal = mesh.pitch_point + off
     s = nominal - beyond
-    crossings = nominal, mesh.line - nominal
-    gap, s_slave, _ = separation(master, slave, mesh.line, crossings, s)
+    crossings = nominal, mesh.line_of_action - nominal
+    gap, s_slave, _ = separation(master, slave, mesh.line_of_action, crossings, s)
     rb1, rb2 = master.base_radius, slave.base_radius
     here = rotated(np.array([s, rb1]), (s - nominal) / rb1) - [0.0, rb1]
     t = s_slave + np.linspace(-2e-4, 2e-4, 40_001)
-    turn = (t - (mesh.line - nominal)) / rb2
+    turn = (t - (mesh.line_of_action - nominal)) / rb2
     start = np.stack([-t, np.full_like(t, -rb2)], axis=1)
-    curve = np.array([mesh.line, rb2]) + np.stack(
+    curve = np.array([mesh.line_of_action, rb2]) + np.stack(
         [
             np.cos(turn) * start[:, 0] - np.sin(turn) * start[:, 1],
             np.sin(turn) * start[:, 0] + np.cos(turn) * start[:, 1],

@@ -66,8 +66,8 @@ def together(laws, problem, approach):
     loads = np.zeros(laws.gap.shape)
     for n, depth in enumerate(approach):
         law = PchipInterpolator(laws.penetration, laws.load[n, :, NOMINAL], axis=1)
-        drag = problem.friction * laws.sliding[n]
-        compliance = laws.normal[n] + laws.tangential[n] * drag
+        drag = problem.friction * laws.sliding_sign[n]
+        compliance = laws.normal_compliance[n] + laws.tangential_compliance[n] * drag
         closing = laws.moment_arms[n, :, 0] / problem.pair.driver.base_radius
         free = depth * closing - laws.gap[n]
 
@@ -106,7 +106,7 @@ def test_each_pair_carries_its_own_load(cases):
     loads = together(laws, problem, approach)
     exact = contact_at(problem, POSITION, approach)
     assert ((loads > 0.0).sum(axis=1) == 2).any()
-    for column, tooth in enumerate(laws.teeth):
+    for column, tooth in enumerate(laws.pair_offsets):
         pair_load = exact.load[:, exact.teeth == tooth].sum(axis=1)
         np.testing.assert_allclose(
             loads[:, column],
@@ -157,7 +157,7 @@ def test_back_side_is_the_drive_side_of_the_mirrored_mesh(cases, case):
     mirror = pair_load_curves(
         problem, back_side_position(problem.pair, POSITION), REACH
     )
-    order = [list(mirror.teeth).index(-tooth) for tooth in back.teeth]
+    order = [list(mirror.pair_offsets).index(-tooth) for tooth in back.pair_offsets]
     for name in ("gap", "moment_arms", "arc", "load", "pressure"):
         one, other = getattr(back, name), getattr(mirror, name)[:, order]
         np.testing.assert_array_equal(one, other, err_msg=name)
@@ -181,13 +181,15 @@ def test_twice_the_width_carries_twice_the_load(cases):
     wide = replace(problem, face_width=2.0 * problem.face_width)
     two = pair_load_curves(wide, POSITION, REACH)
     np.testing.assert_allclose(two.load, 2.0 * one.load, rtol=1e-9)
-    np.testing.assert_allclose(two.normal, 0.5 * one.normal, rtol=1e-9)
+    np.testing.assert_allclose(
+        two.normal_compliance, 0.5 * one.normal_compliance, rtol=1e-9
+    )
     np.testing.assert_allclose(two.pressure, one.pressure, rtol=1e-9)
 
 
 def test_coupling_is_mutual(cases):
     """Maxwell's theorem; a pair's own compliance is in its law."""
-    normal = cases.laws("plain").normal
+    normal = cases.laws("plain").normal_compliance
     size = np.abs(normal).max()
     assert size > 0.0
     np.testing.assert_allclose(normal, normal.transpose(0, 2, 1), atol=1e-3 * size)

@@ -137,5 +137,5 @@ def test_laws_of_moving_pairs_have_the_same_gaps(unmodified):
     closing = laws.moment_arms[..., 0] / problem.pair.driver.base_radius
     gap = laws.gap / closing
     for n, k in np.argwhere(gap < CLOSE):
-        expected = exact(POSITIONS[6 * n] + laws.teeth[k])
+        expected = exact(POSITIONS[6 * n] + laws.pair_offsets[k])
         assert gap[n, k] == pytest.approx(expected, abs=1e-12)

@@ -16,7 +16,7 @@ from fegear.dynamics.build import elastic_damping
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.full import FullStepper, full_model
 from fegear.dynamics.kernels.arrays import Clock
-from fegear.dynamics.mesh_load_curves import mesh_laws
+from fegear.dynamics.mesh_load_curves import mesh_load_curves
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
 from fegear.dynamics.scheme import generalized_alpha
 from fegear.dynamics.sides import MeshLoadCurves
@@ -141,14 +141,14 @@ def case_of(private_cache) -> Callable[..., Case]:
         on_meshes = mesh_torques_at(gear_set, LAW_TORQUE)
         numbers = range(len(on_meshes))
         mesh_excitations = [
-            excitations.of(gear_set, m, on_meshes[m], 1) for m in numbers
+            excitations.mesh_excitation(gear_set, m, on_meshes[m], 1) for m in numbers
         ]
         statics = StaticsSettings(friction=friction, resolution=resolution)
         laws = []
         for m in numbers:
             equal = without_pitch_errors(gear_set)
             ste = excitations.table(equal, m, on_meshes[m])["ste_m"]
-            laws.append(mesh_laws(gear_set, m, float(ste.max()), statics))
+            laws.append(mesh_load_curves(gear_set, m, float(ste.max()), statics))
         train = train_of(gear_set, torque, damping_ratio=damping)
         return Case(
             gear_set, LumpedSystem(train, tuple(mesh_excitations)), laws, statics

@@ -63,7 +63,7 @@ def frequencies_of_elements(model, system, place):
     modal, rows = model.modal, model.jacobian
     hubs, size = modal.damping.size, model.size
     mass, stiffness = np.eye(size), np.zeros((size, size))
-    coupling = modal.coupling[:, None] * modal.rotation[modal.owner]
+    coupling = modal.coupling[:, None] * modal.rotation[modal.gear_of_mode]
     mass[hubs:, :hubs], mass[:hubs, hubs:] = coupling, coupling.T
     stiffness[:hubs, :hubs] = modal.stiffness
     stiffness[hubs:, hubs:] = np.diag(modal.rigidity)

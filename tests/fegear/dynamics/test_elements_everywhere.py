@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.dynamics.build import FiniteElements, modes_once, prepare
+from fegear.dynamics.build import FiniteElements, cached_gear_modes, prepare
 from fegear.dynamics.contact_history import ContactHistory
 from fegear.dynamics.cross_mesh import _flank_table
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps
@@ -57,7 +57,9 @@ def arrays(stepper):
     }
     if hasattr(stepper, "fields"):
         for field in stepper.fields:
-            by_name[f"stiffness of {field.number}"] = field.whole.stiffness.toarray()
+            by_name[f"stiffness of {field.gear_index}"] = (
+                field.cyclic_gear.stiffness.toarray()
+            )
     return by_name
 
 
@@ -116,9 +118,9 @@ def test_a_wider_idler_moves_more_mass_on_the_same_statics(idler):
     for name in ("load_curve", "normal_compliance"):
         np.testing.assert_array_equal(*(getattr(m.contacts, name) for m in (one, two)))
     before, after = (prepared(g, STRESS).model.modal for g in (idler, wide))
-    scale = np.where(before.owner == 1, np.sqrt(2.0), 1.0)
+    scale = np.where(before.gear_of_mode == 1, np.sqrt(2.0), 1.0)
     np.testing.assert_allclose(after.coupling, scale * before.coupling, rtol=1e-12)
-    assert before.coupling[before.owner == 1].any()
+    assert before.coupling[before.gear_of_mode == 1].any()
     assert prepared(wide, STRESS, "full").fields[1].width == 50.8e-3
 
 
@@ -163,7 +165,7 @@ def solved(monkeypatch, tmp_path):
     monkeypatch.setattr(meshing, "half_sector_outline", noted_outline)
     monkeypatch.setattr(sector, "linear_elasticity", noted_form)
     monkeypatch.setenv("FEGEAR_CACHE_DIR", str(tmp_path / "cache"))
-    modes_once.cache_clear()
+    cached_gear_modes.cache_clear()
     sector._first_of_equals.cache_clear()
     _flank_table.cache_clear()
     return sizes, constants

@@ -105,7 +105,7 @@ def test_pressure_at_the_pitch_point_is_that_of_hertz(case_of, pair, frequency):
 def test_pressure_follows_from_the_law_on_and_between_its_loads(case_of, pair):
     """Of a pair on its path, where it is Hertz's to a few parts in a thousand."""
     laws, columns = case_of().laws[0].drive, pair(FAST).columns
-    pair_index = laws.teeth.tolist().index(0)
+    pair_index = laws.pair_offsets.tolist().index(0)
     for step in (0, 5, 60):  # a multiple of the laws' positions
         load = columns["mesh1_pair0_load_N"][step]
         knots, values = laws.load[step, pair_index, 0], laws.pressure[step, pair_index]

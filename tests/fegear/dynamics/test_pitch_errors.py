@@ -40,9 +40,9 @@ def test_contacts_have_the_errors_of_their_own_teeth(case_of):
     case = case_of("liu-idler", errors=errors, backlash=20e-6)
     senses, row = case.gear_set.senses, 0
     model = case.model()
-    assert {side.side for side in model.sides} == {DRIVE, BACK}
+    assert {side.flank_sign for side in model.sides} == {DRIVE, BACK}
     for side in model.sides:
-        for pair in range(side.laws.teeth.size):
+        for pair in range(side.load_curves.pair_offsets.size):
             for cycle in (0, 1, 17, 60, 98229):
                 expected = 0.0
                 for g in side.gears:
@@ -50,7 +50,9 @@ def test_contacts_have_the_errors_of_their_own_teeth(case_of):
                     tooth = senses[g] * clockwise + cycle
                     # the idler is driven in its first mesh and drives in the second
                     sign = -1.0 if (g == 1 and side.mesh == 1) else 1.0
-                    expected += side.side * sign * errors[g][tooth % len(errors[g])]
+                    expected += (
+                        side.flank_sign * sign * errors[g][tooth % len(errors[g])]
+                    )
                 tooth_errors = model.contacts.errors[row]
                 assert tooth_errors[cycle % tooth_errors.size] == pytest.approx(
                     expected, abs=1e-15

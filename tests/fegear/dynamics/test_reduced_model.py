@@ -41,7 +41,7 @@ def static_error(case_of, track, *, relief=0.0, resolution="default", cutoff=Non
 def at_rest(stepper, track):
     """(deflection, moment of the contact forces on the driver) at rest."""
     state = stepper.start()
-    lever = stepper.model.sides[0].laws.moment_arms[..., 0]
+    lever = stepper.model.sides[0].load_curves.moment_arms[..., 0]
     deflections, moments = [], []
     for n in range(POSITIONS):
         position = n * CYCLE // POSITIONS
@@ -184,7 +184,7 @@ def test_teeth_counted_anew_stand_where_they_stood(both_sides, kind):
 def test_laws_go_on_over_the_end_of_a_cycle(both_sides):
     gap, law = both_sides.contacts.gap, both_sides.contacts.load_curve
     arms = np.concatenate(
-        [side.laws.moment_arms.swapaxes(0, 1) for side in both_sides.sides]
+        [side.load_curves.moment_arms.swapaxes(0, 1) for side in both_sides.sides]
     )
     normal = both_sides.contacts.normal_compliance
     follow = {c: next_contact(both_sides, c) for c in range(both_sides.contact_count)}

@@ -61,7 +61,7 @@ def test_loads_at_rest_are_those_of_the_equations(run):
     )
     balance = equations.load - equations.stiffness @ at_rest.motion[kernel.Q]
     np.testing.assert_allclose(
-        loads @ equations.push[0], balance, atol=1e-7 * np.abs(balance).max()
+        loads @ equations.force_rows[0], balance, atol=1e-7 * np.abs(balance).max()
     )
 
 
@@ -75,7 +75,7 @@ def test_oracle_is_exact_without_contact():
         load=np.zeros(n),
         turnover=np.eye(n),
         penetration_rate=np.zeros((POSITIONS + 1, 2, n)),
-        push=np.zeros((POSITIONS + 1, 2, n)),
+        force_rows=np.zeros((POSITIONS + 1, 2, n)),
         gap=np.full((POSITIONS + 1, 2), 1.0),
         compliance=np.zeros((POSITIONS + 1, 2, 2)),
         knots=np.linspace(0.0, 1.0, 4),

@@ -7,7 +7,7 @@ import pytest
 from sector_stress import sector_stress
 
 from fegear.contact.loads import patch_loads, tooth_loads
-from fegear.dynamics.root_stress import REACH, FlankLoad, root_influence
+from fegear.dynamics.root_stress import MAX_TOOTH_OFFSET, FlankLoad, root_influence
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset import load_gear_set
@@ -79,7 +79,7 @@ def test_stress_is_linear_in_the_loads(influence):
 
 
 @pytest.mark.parametrize("flank", [RIGHT, LEFT])
-@pytest.mark.parametrize("tooth", range(-REACH, REACH + 1))
+@pytest.mark.parametrize("tooth", range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1))
 def test_mirrored_loads_stress_the_other_fillet(influence, tooth, flank):
     load = FlankLoad(tooth, flank, 0.3 * influence.arcs[-1], 1e5, 1e4)
     mirrored = load._replace(tooth=-tooth, flank=OTHER[flank])
@@ -108,7 +108,7 @@ def test_loads_matter_less_the_farther_away_they_are(influence):
         assert changes[1] < changes[0] < 0.15
         assert changes[1] < 0.06
         assert influence.stress([far]) < 0.15 * alone
-    neglected = load._replace(tooth=REACH + 1)
+    neglected = load._replace(tooth=MAX_TOOTH_OFFSET + 1)
     assert influence.stress([load, neglected]) == alone
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fegear.contact.pair_load_curves import pair_load_curves
-from fegear.dynamics.table_load_curves import laws_at
+from fegear.dynamics.table_load_curves import load_curves_at
 from fegear.files.errors import InputError
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import GivenTables, read_mesh_tables
@@ -117,11 +117,11 @@ def test_laws_stand_where_finite_elements_have_them(case_of, tables_of, back):
     position = 0.2 + np.arange(9) / 9
     _, table = tables_of(case).tables[0]
     path = path_load_curves(table, problem.pair.driver.base_radius)
-    laws = laws_at(path, problem.pair, position, back)
+    laws = load_curves_at(path, problem.pair, position, back)
     reach = float(table["ste_m"][2].max())
     exact = pair_load_curves(problem, position, reach, back)
-    assert set(exact.teeth) <= set(laws.teeth)
-    columns = [list(laws.teeth).index(k) for k in exact.teeth]
+    assert set(exact.pair_offsets) <= set(laws.pair_offsets)
+    columns = [list(laws.pair_offsets).index(k) for k in exact.pair_offsets]
     close = exact.gap < reach
     assert close.sum() > position.size
     # tables are of transmission errors, laws of penetrations
@@ -140,8 +140,8 @@ def test_laws_stand_where_finite_elements_have_them(case_of, tables_of, back):
         scale = exact.load[n, k, 0, -1]
         np.testing.assert_allclose(load, exact.load[n, k, 0], atol=0.02 * scale)
     both = close[:, :, None] & close[:, None, :]
-    between = laws.normal[:, columns][:, :, columns]
-    normal = exact.normal / (closing[:, :, None] * closing[:, None, :])
+    between = laws.normal_compliance[:, columns][:, :, columns]
+    normal = exact.normal_compliance / (closing[:, :, None] * closing[:, None, :])
     np.testing.assert_allclose(between[both], normal[both], rtol=2e-3)
 
 

@@ -19,8 +19,8 @@ from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
-from fegear.elasticity.cyclic_gear import cyclic_gear, substitute
-from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.cyclic_gear import cyclic_gear, solve_triangular
+from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import gear_modes
@@ -255,21 +255,21 @@ def test_point_loads_give_the_compliance_of_the_flank(gear, explicit, side):
     points = gear.flanks[side]
     for j in (1, 4):
         load = np.zeros((gear.unknowns, gear.teeth))
-        load[points.freedoms[j], 5] = points.inward[j]
-        u = static.solve(load)[points.freedoms]
-        for offset in range(-REACH, REACH + 1):
+        load[points.dofs[j], 5] = points.inward[j]
+        u = static.solve(load)[points.dofs]
+        for offset in range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1):
             # the left flank sees the mirror image of the gear
             tooth = 5 + (offset if side == RIGHT else -offset)
             normal = np.einsum("ic,ic->i", u[:, :, tooth], points.inward)
             root = np.einsum("ic,ic->i", u[:, :, tooth], points.rootward)
-            close(normal, compliance.normal[REACH + offset][:, j], 1e-9)
-            close(root, compliance.tangential[REACH + offset][:, j], 1e-9)
+            close(normal, compliance.normal[MAX_TOOTH_OFFSET + offset][:, j], 1e-9)
+            close(root, compliance.tangential[MAX_TOOTH_OFFSET + offset][:, j], 1e-9)
 
 
 def normal_at(points, length, grading, u, arcs):
     """Inward displacement at arcs of a flank, from a column of the field."""
     index, weights = flank_stencils(arcs, length, grading, len(points.arcs))
-    at_points = np.einsum("ic,ic->i", u[points.freedoms], points.inward)
+    at_points = np.einsum("ic,ic->i", u[points.dofs], points.inward)
     return np.einsum("ia,ia->i", weights, at_points[index])
 
 
@@ -277,7 +277,7 @@ def normal_at(points, length, grading, u, arcs):
 def test_flank_points_read_themselves(gear, explicit, side):
     points, u = gear.flanks[side], random_field(gear)[:, 3]
     grid = explicit.gear.flank_length, SIZE.flank_grading
-    direct = np.einsum("ic,ic->i", u[points.freedoms], points.inward)
+    direct = np.einsum("ic,ic->i", u[points.dofs], points.inward)
     close(normal_at(points, *grid, u, points.arcs), direct, 1e-10)
 
 
@@ -304,10 +304,12 @@ def test_rigid_motion_is_read_between_points(explicit, side):
 
 def test_kernel_and_python_agree(gear, factors):
     load = np.random.default_rng(0).standard_normal(
-        (2 * gear.unknowns - gear.interior, 3)
+        (2 * gear.unknowns - gear.n_interior, 3)
     )
     for rows in (factors.forward, factors.backward):
-        close(substitute(*rows, load), substitute.py_func(*rows, load), 1e-13)
+        close(
+            solve_triangular(*rows, load), solve_triangular.py_func(*rows, load), 1e-13
+        )
 
 
 def test_wrong_arguments_are_named(gear, factors, explicit):

@@ -15,7 +15,7 @@ from skfem import Basis, ElementTriP2, ElementVector, MeshTri2, condense, solve
 from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity.body_stress import ToothLoad, hat_stresses
-from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from meshes import MeshSize, sector_mesh
@@ -84,7 +84,7 @@ def test_ring_without_split_is_the_whole_gear(gear, whole, node):
     for tooth in (-2, -1, 0, 1, 3):
         points, inward = flank_frame(gear, whole.sector, tooth)
         direct = np.einsum("ic,ic->i", u[whole.freedoms(points)], inward)
-        ring = compliance.normal[REACH + tooth][:, node]
+        ring = compliance.normal[MAX_TOOTH_OFFSET + tooth][:, node]
         np.testing.assert_allclose(ring, direct, rtol=1e-8, atol=1e-6 * direct.max())
 
 
@@ -93,7 +93,10 @@ def test_split_agrees_away_from_the_load(gear):
     split = flank_compliance(CyclicSector(gear, MATERIAL, SIZE))
     direct = flank_compliance(CyclicSector(gear, MATERIAL, FINER), split=False)
     for tooth in (-2, -1, 1, 2):
-        one, two = split.normal[REACH + tooth], direct.normal[REACH + tooth]
+        one, two = (
+            split.normal[MAX_TOOTH_OFFSET + tooth],
+            direct.normal[MAX_TOOTH_OFFSET + tooth],
+        )
         np.testing.assert_allclose(one[2:, 2:], two[1::2, 1::2][2:, 2:], rtol=2e-3)
 
 
@@ -101,7 +104,9 @@ def test_split_obeys_maxwell_at_second_order_or_better(gear):
     errors = []
     for factor in (0.5, 1.0, 2.0):
         size = MeshSize().refined(factor)
-        table = flank_compliance(CyclicSector(gear, MATERIAL, size)).normal[REACH]
+        table = flank_compliance(CyclicSector(gear, MATERIAL, size)).normal[
+            MAX_TOOTH_OFFSET
+        ]
         # off the sharp corner and the jump of curvature at the form circle
         inner = table[len(table) // 3 : -2, len(table) // 3 : -2]
         errors.append(np.abs(inner - inner.T).max() / np.abs(table).max())

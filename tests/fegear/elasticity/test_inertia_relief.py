@@ -8,7 +8,7 @@ from scipy.sparse import block_array, csr_array, hstack
 from scipy.sparse.linalg import splu
 from whole_gear import COARSE, DENSITY, STEEL, WholeGear, small_gear
 
-from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.inertia_relief import inertia_relief
 from fegear.elasticity.modes import gear_modes
 from fegear.elasticity.sector import RIGHT, CyclicSector
@@ -56,10 +56,10 @@ def test_compliance_in_mean_axes_is_that_of_a_free_whole_gear(sector, whole, ext
     turn = whole.rigid()[:, 0]
     inertia = (1.0 + extra) * float(turn @ (whole.mass @ turn))
     relief = inertia_relief(sector, DENSITY)
-    held = flank_compliance(sector, split=False).normal[REACH]
+    held = flank_compliance(sector, split=False).normal[MAX_TOOTH_OFFSET]
     flank = sector.flanks[RIGHT]
-    rigid = sector.rigid_fields[:, 0]
-    arm = np.einsum("ic,ic->i", rigid[flank.freedoms], flank.inward)
+    rigid = sector.rigid_body_modes[:, 0]
+    arm = np.einsum("ic,ic->i", rigid[flank.dofs], flank.inward)
     p, q = relief.inward, relief.work
     expected = held - (p[:, None] * arm + arm[:, None] * p) / inertia
     expected += np.outer(arm, arm) * q / inertia**2

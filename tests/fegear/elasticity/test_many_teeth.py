@@ -100,6 +100,6 @@ def test_harmonics_in_batches_are_those_at_once(monkeypatch):
     left, right = rng.standard_normal((2, m, 3))
     args = superelement, left, right, teeth, range(-2, 3)
     expected = ring.ring_response(*args)
-    monkeypatch.setattr(ring, "BATCH", 16 * m * m * 5)
+    monkeypatch.setattr(ring, "BYTES_PER_BATCH", 16 * m * m * 5)
     for cut, field in ring.ring_response(*args).items():
         np.testing.assert_allclose(field, expected[cut], rtol=1e-12, atol=1e-15)

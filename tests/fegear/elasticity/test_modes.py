@@ -15,7 +15,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
 from whole_gear import COARSE, DENSITY, STEEL, WholeGear, small_gear
 
-from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.modes import (
     cyclic_modes,
     gear_modes,
@@ -157,7 +157,7 @@ def test_effective_inertia_grows_to_that_of_the_free_nodes(gear, sector):
     K, M = constrained_matrices(sector, 0)
     _, vectors = eigh(K, M)
     ties = sector.cyclic_constraint(1.0)
-    momentum = ties.T @ (mass @ sector.rigid_fields[:, 0])
+    momentum = ties.T @ (mass @ sector.rigid_body_modes[:, 0])
     inertias = gear.teeth * np.cumsum((vectors.T @ momentum) ** 2)
     limits = [
         gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, f) for f in (80e3, 300e3)
@@ -222,7 +222,7 @@ def test_sum_of_modes_tends_to_the_static_compliance(gear, static):
                 1.0
                 - force
                 @ (body_modes.normal_at(k) @ load)
-                / (load @ static[REACH + k] @ load)
+                / (load @ static[MAX_TOOTH_OFFSET + k] @ load)
                 for k in (0, 1, -2)
             ]
         )
@@ -237,7 +237,7 @@ def test_static_twist_under_a_smooth_load_needs_few_modes(gear, sector):
     """Inertial load of a steady angular acceleration of the hub."""
     stiffness, _ = constrained_matrices(sector, 0)
     ties = sector.cyclic_constraint(1.0)
-    load = ties.T @ (sector.mass(DENSITY) @ sector.rigid_fields[:, 0])
+    load = ties.T @ (sector.mass(DENSITY) @ sector.rigid_body_modes[:, 0])
     exact = gear.teeth * load @ np.linalg.solve(stiffness, load)
     missing = []
     for cutoff in (40e3, 200e3, 800e3):
@@ -318,7 +318,7 @@ def test_held_hub_keeps_less_inertia_on_a_finer_mesh():
     hub_shares = []
     for refined in (1, 2, 4):
         sector = ring_sector(4 * refined, 2)
-        mass, rigid_turn = sector.mass(DENSITY), sector.rigid_fields[:, 0]
+        mass, rigid_turn = sector.mass(DENSITY), sector.rigid_body_modes[:, 0]
         ties = sector.cyclic_constraint(1.0)
         load = ties.T @ (mass @ rigid_turn)
         modal_inertia = load @ spsolve((ties.T @ mass @ ties).tocsc(), load)

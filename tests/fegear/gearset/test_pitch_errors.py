@@ -11,8 +11,8 @@ import pytest
 from fegear.gearset import GearSet, load_gear_set, read_gear_set
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import (
-    error_periods,
     mesh_errors,
+    pair_periods,
     tooth_in_cycles,
     tooth_pair_errors,
     without_pitch_errors,
@@ -137,10 +137,10 @@ def test_whole_base_pitches_of_a_given_phase_count(phase):
 
 def test_periods_are_those_of_what_differs():
     plain = TRAINS["seed"]
-    assert error_periods(plain) == (1, 1)
-    assert error_periods(with_errors(plain, 0)) == (38, 1)
-    assert error_periods(with_errors(plain, 1)) == (55, 55)
-    assert error_periods(with_errors(plain, 0, 1, 2)) == (38 * 55, 55 * 94)
+    assert pair_periods(plain) == (1, 1)
+    assert pair_periods(with_errors(plain, 0)) == (38, 1)
+    assert pair_periods(with_errors(plain, 1)) == (55, 55)
+    assert pair_periods(with_errors(plain, 0, 1, 2)) == (38 * 55, 55 * 94)
     assert without_pitch_errors(with_errors(plain, 0, 1, 2)) == plain
     assert tooth_pair_errors(plain, 0).size == 0
 

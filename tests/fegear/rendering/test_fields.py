@@ -382,5 +382,5 @@ def test_fields_are_those_of_a_direct_solve_of_the_whole_gear():
 def field_of(body, nodal):
     """Displacement at the nodes (n, 2) as a vector of freedoms."""
     field = np.zeros(body.sector.basis.N)
-    field[body.sector.node_freedoms] = nodal
+    field[body.sector.node_dofs] = nodal
     return field

@@ -641,7 +641,7 @@ def test_a_name_stands_for_a_machine_without_changes(tmp_path):
     with pytest.raises(InputError, match=r"^name = other; drawn are plot$"):
         result.draw("other.png", "other")
     assert repr(result).startswith(
-        "NoiseResult(study=<RattleNoise>, noise=<NoiseSample>, "
+        "NoiseResult(study=<RattleNoise>, named=<NamedMachine roots-scaled>, "
     )
 
 

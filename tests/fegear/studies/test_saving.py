@@ -37,7 +37,7 @@ def test_a_loaded_result_is_one_of_its_kind(result, file):
     assert repr(loaded) == repr(result)
     assert loaded.summary == result.summary
     assert loaded.table.csv() == result.table.csv()
-    ours, theirs = (r.found[0][1].responses for r in (loaded, result))
+    ours, theirs = (r.branches[0][1].responses for r in (loaded, result))
     for one, other in zip(ours, theirs, strict=True):
         np.testing.assert_array_equal(one.dte_rms, other.dte_rms)
 

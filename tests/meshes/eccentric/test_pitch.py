@@ -12,7 +12,11 @@ from scipy.integrate import quad
 
 from meshes import GeometryError
 from meshes.eccentric import EccentricPair
-from validation.oracles.rolling import adaptive, runge_kutta, shoot
+from validation.oracles.rolling import (
+    closing_residual_dop853,
+    closing_residual_rk4,
+    shoot,
+)
 
 PAIRS = st.builds(EccentricPair, st.just(1.0), st.floats(0.0, 0.9), st.integers(1, 6))
 
@@ -39,13 +43,15 @@ def test_the_driven_curve_closes(pair):
 
 @pytest.mark.parametrize("e", [0.1, 0.627, 0.8])
 def test_the_source_s_equations_by_shooting(e):
-    distance = shoot(adaptive(e, 1e-12), e)
+    distance = shoot(closing_residual_dop853(e, 1e-12), e)
     assert EccentricPair(1.0, e).center_distance == pytest.approx(distance, abs=1e-10)
 
 
 def test_shooting_is_of_order_four():
     exact = EccentricPair(1.0, 0.627).center_distance
-    errors = [abs(shoot(runge_kutta(0.627, n), 0.627) - exact) for n in (32, 64)]
+    errors = [
+        abs(shoot(closing_residual_rk4(0.627, n), 0.627) - exact) for n in (32, 64)
+    ]
     assert math.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.3)
 
 

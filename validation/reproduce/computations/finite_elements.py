@@ -56,7 +56,7 @@ def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
         direction=part.directions[0] if len(part.directions) == 1 else "both",
     )
     result = run(study, progress=report)
-    swept = [branch for _, branch in result.found]
+    swept = [branch for _, branch in result.branches]
     require_finished(swept)
     return swept_result(scene, swept)
 

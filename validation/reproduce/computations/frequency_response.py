@@ -192,7 +192,7 @@ def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
         direction=part.direction,
     )
     result = run(study, progress=report)
-    swept = [branch for _, branch in result.found]
+    swept = [branch for _, branch in result.branches]
     require_finished(swept)
     return swept_result(scene, swept, part.style)
 
@@ -292,7 +292,7 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
     result = run(study)
     unit = scene.unit_Hz
     low, high = part.between
-    shown = [p for p in result.found if low <= p.resonance.at / unit <= high]
+    shown = [p for p in result.predictions if low <= p.resonance.at / unit <= high]
     curves, values = [], PartValues()
     for mesh in scene.meshes:
         looks: tuple[tuple[bool, Style], ...] = ((True, "points"), (False, "pale"))
@@ -304,7 +304,7 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
                 if low <= point[0] <= high
             ]
             curves.append(Curve(style, tuple(points), mesh))
-    for prediction in result.found:
+    for prediction in result.predictions:
         values |= _figures(prediction, scene)
     for mesh_summary in result.summary["meshes"]:
         if mesh_summary["optimal_tip_relief_m"] is not None:

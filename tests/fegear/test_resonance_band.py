@@ -78,9 +78,9 @@ def test_a_speed_has_the_same_motion_alone_and_among_others():
         )
         for speeds in ([2300.0], [600.0, 2300.0, 6000.0])
     )
-    one, other = alone.found[0][1].responses[0], among.found[0][1].responses[1]
+    one, other = alone.branches[0][1].responses[0], among.branches[0][1].responses[1]
     np.testing.assert_allclose(one.dte_rms, other.dte_rms, rtol=2e-3)
-    assert alone.facts["body_modes"] == among.facts["body_modes"]
+    assert alone.facts.summary["body_modes"] == among.facts.summary["body_modes"]
 
 
 def test_finite_elements_keep_the_same_modes_at_any_speed():
