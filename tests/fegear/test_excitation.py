@@ -25,7 +25,7 @@ def elements(private_cache):
 
 def test_statics_of_model_1_are_those_of_the_elements(elements):
     gear_set = load_gear_set("liu-idler")
-    excitation = elements.of(gear_set, 0, 100.0, 1)
+    excitation = elements.mesh_excitation(gear_set, 0, 100.0, 1)
     table = elements.table(gear_set, 0, 100.0)
     force = 100.0 / gear_set.meshes[0].pair.driver.base_radius
     error = static_error(excitation.pairs, force)(table.position)
@@ -51,11 +51,11 @@ def test_relief_leaves_the_pair_stiffness_of_the_source():
 def test_relieved_pairs_carry_at_rest_what_those_of_the_elements_do(elements, torque):
     gear_set = load_gear_set("liu-idler", RELIEVED)
     table = elements.table(gear_set, 0, torque)
-    excitation = elements.of(gear_set, 0, torque, 1)
+    excitation = elements.mesh_excitation(gear_set, 0, torque, 1)
     force = torque / gear_set.meshes[0].pair.driver.base_radius
     error = static_error(excitation.pairs, force)(table.position)
     np.testing.assert_allclose(error, table["ste_m"][0], rtol=3e-3)
-    plain = elements.of(unmodified(gear_set, 0), 0, torque, 1)
+    plain = elements.mesh_excitation(unmodified(gear_set, 0), 0, torque, 1)
     stiffness = [
         [p.stiffness(table.position) for p in e.pairs] for e in (excitation, plain)
     ]
@@ -126,4 +126,4 @@ def test_fourier_knows_no_relief():
 
 def test_elements_need_a_load(elements):
     with pytest.raises(InputError, match="need a load"):
-        elements.of(load_gear_set("liu-idler"), 0, 0.0, 1)
+        elements.mesh_excitation(load_gear_set("liu-idler"), 0, 0.0, 1)

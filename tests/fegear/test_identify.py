@@ -163,7 +163,7 @@ def test_the_valley_as_a_file(model, measured, pair):
     study = Identification(
         gear_set=pair, mean=measured.mean, variation=measured.variation
     )
-    lines = IdentificationResult(study, fit).table.csv().splitlines()
+    lines = IdentificationResult(study, pair, measured, fit).table.csv().splitlines()
     assert lines[0] == "# gear set: liu-pair"
     assert len(lines) == 4 + len(fit.valley)
     names = lines[2].split(",")[1:]

@@ -41,7 +41,7 @@ def test_what_is_shown_is_short(gears, swept):
     ):
         assert repr(result).startswith(f"{type(result).__name__}(")
         assert len(repr(result)) < 400
-    assert repr(swept).startswith("SweepResult(study=<Sweep>, facts=<dict of 14>")
+    assert repr(swept).startswith("SweepResult(study=<Sweep>, facts=<TrainFacts>, ")
 
 
 @pytest.mark.parametrize(

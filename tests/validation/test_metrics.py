@@ -250,7 +250,9 @@ def test_stiffness_and_variation_of_a_rectangular_wave():
 
 def test_change_by_friction_is_of_single_pairs_in_a_stretch():
     base = statics(
-        np.ones(4), friction=np.array([1.0, 2.0, 4.0, 8.0]), single=np.arange(4) != 1
+        np.ones(4),
+        friction=np.array([1.0, 2.0, 4.0, 8.0]),
+        single_pair_contact=np.arange(4) != 1,
     )
     assert base.friction_change(0.0, 0.5) == 1.0
     assert base.friction_change(0.5, 1.0) == 6.0

@@ -166,7 +166,7 @@ def test_long_periods_are_run_in_pieces(uneven, monkeypatch):
     stepper, settings = uneven.stepper(None), DynamicSettings(tolerance=1e-3)
     looks: list[int] = []
     one, _ = steady_state(stepper, 1600.0, settings)
-    monkeypatch.setattr(stepping, "PIECE", 3)
+    monkeypatch.setattr(stepping, "PERIODS_PER_PIECE", 3)
     callback = lambda frequency, period: looks.append(period)  # noqa: E731
     other, motion = steady_state(stepper, 1600.0, settings, callback=callback)
     np.testing.assert_array_equal(one.dte_rms, other.dte_rms)

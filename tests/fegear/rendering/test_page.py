@@ -97,7 +97,7 @@ def test_ribbon_stands_on_the_contact(field, looks):
 
 
 def test_many_nodes_are_thinned_out(field, looks, monkeypatch):
-    monkeypatch.setattr("fegear.rendering.page.MANY", 100)
+    monkeypatch.setattr("fegear.rendering.page.MIN_NODES_OF_CORNERS", 100)
     data = data_of(page(field, looks, "title"))
     assert len(unpacked(data["triangles"], "<u4", 3)) == sum(
         len(gear.triangles) for gear in field.gears
