@@ -61,7 +61,8 @@ def with_modes(system, count):
     """The system with no more than so many families of body modes."""
     contacts = system.contacts
     mode_mask = np.isin(
-        contacts.truncation_model.families, np.unique(contacts.truncation_model.families)[:count]
+        contacts.truncation_model.families,
+        np.unique(contacts.truncation_model.families)[:count],
     )
     contacts = replace(
         contacts, modes=contacts.solved_modes.select(mode_mask), retained=mode_mask
