@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.build import MIN_MESH_ENERGY, SPEED_BAND_FACTORS, elastic_damping
+from fegear.dynamics.build import SPEED_BAND_FACTORS, elastic_damping
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.mesh_load_curves import pitch_point
@@ -27,6 +27,7 @@ from fegear.statics.solving import StaticsSettings
 from lumped.common.checks import require_present
 from lumped.train.coupled import BodyModes, CoupledContacts, LoadedState
 from lumped.train.elastic_inertia import harmonic_amplitudes
+from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.system import LumpedSystem
 from lumped.train.truncation import TruncationModel
 
@@ -72,7 +73,7 @@ def _max_nodal_diameters(gear: Gear) -> int:
 
 def _resonances(system: LumpedSystem) -> Array:
     """Natural frequencies [Hz] of modes that strain the meshes, without body modes."""
-    strained = system.modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY
+    strained = system.modes.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY
     return np.asarray(system.modes.frequency_Hz[strained])
 
 
@@ -227,7 +228,9 @@ def loaded_resonance_band(system: LumpedSystem) -> tuple[float, float]:
     loaded = system.loaded
     if loaded is None:
         raise ValueError("the system must have contacts of the coupled model")
-    strained = loaded.frequency_Hz[loaded.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY]
+    strained = loaded.frequency_Hz[
+        loaded.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY
+    ]
     rates = [float(rate) for rate in system.train.mesh_rates]
     low = SPEED_BAND_FACTORS[0] * float(strained.min()) / max(rates)
     high = (

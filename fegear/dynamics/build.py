@@ -37,6 +37,7 @@ from lumped.train.elastic_inertia import (
     choose,
     harmonic_amplitudes,
 )
+from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable
 
@@ -50,7 +51,6 @@ CUTOFF_FACTOR = 7.0  # of the highest mesh frequency, whose modes are looked at
 cached_gear_modes = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
 # of speeds, over the lowest and the highest resonance of a train
 SPEED_BAND_FACTORS = 0.1, 1.3
-MIN_MESH_ENERGY = 0.05  # least part of a resonance's strain energy in the meshes
 N_SPEEDS, MAX_ORDER = 25, 12  # speeds of the band, and orders that meet elastic modes
 MIN_COMPLIANCE_SHARE = 1e-4  # least part of a mode in the compliance of a mesh
 # times the rate of shear waves along the tip circle: lower modes are looked at
@@ -60,7 +60,7 @@ SHEAR_WAVE_FACTOR = 3.0
 @documented
 @dataclass(frozen=True, kw_only=True)
 class FiniteElements:
-    """How the gears are modelled; plane and resolution are those of the tables."""
+    """How the gears are modelled. Plane and resolution are those of the mesh tables."""
 
     fidelity: Fidelity = option(
         "auto",
@@ -347,7 +347,7 @@ def resonance_band(reference: LumpedSystem) -> tuple[float, float] | None:
     From a tenth of the lowest to 1.3 times the highest natural frequency that strains
     the meshes, without body modes; None where none does.
     """
-    strained = reference.modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY
+    strained = reference.modes.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY
     resonances = reference.modes.frequency_Hz[strained]
     if not resonances.size:
         return None

@@ -1,4 +1,4 @@
-"""What stores the records of a task, for packages that open no checkpoint."""
+"""The interface by which a task stores its records, without opening a checkpoint."""
 
 from __future__ import annotations
 

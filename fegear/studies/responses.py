@@ -55,7 +55,7 @@ UNITS = {
 class ResponsesResult(StudyResult):
     """Branches of responses over speed.
 
-    facts : what is told of the train, the model, its excitation and damping
+    facts : head of the summary, header, notes and warnings: the train and its model
     frequencies : asked for, of the first mesh [Hz]
     branches : a branch for every torque and direction, in this order
     beside : branches of Model-1, to be shown with those found

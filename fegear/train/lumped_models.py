@@ -36,6 +36,7 @@ from lumped.train.at_rest import RestReference, remove_pitch_errors
 from lumped.train.coupled import COMPONENTS
 from lumped.train.excitation import MeshExcitation, bending_along_path, column_at_torque
 from lumped.train.friction import Sliding, ToothFriction, with_bending
+from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.path_load_curves import path_load_curves
 from lumped.train.system import LumpedSystem
 from lumped.train.table import pair_names
@@ -56,8 +57,6 @@ LEAVES_OUT = {  # of what the coupled model has
     3: "load sharing of tooth pairs in motion and vibration of the gears' bodies",
 }
 STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
-# of a mode's strain energy in meshes, to count for the usual speeds
-MIN_MESH_ENERGY = 0.05
 DEFAULT_SPEEDS = 400  # at most, where none are given
 SPRING_MODELS = (
     "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean mesh "
@@ -662,7 +661,7 @@ def default_speeds(system: LumpedSystem) -> list[float]:
     energy in the meshes, for every mesh as frequencies of the first [Hz].
     """
     modes = system.modes
-    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY]
+    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY]
     if not coupled.size:
         raise InputError("speeds are missing; no mode strains the meshes enough")
     rates = [float(rate) for rate in system.train.mesh_rates]

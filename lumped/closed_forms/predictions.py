@@ -19,13 +19,13 @@ from lumped.closed_forms.limits import limits
 from lumped.closed_forms.parametric import ParametricSystem
 from lumped.closed_forms.resonance import Resonance, resonance
 from lumped.closed_forms.superharmonic import with_superharmonic
+from lumped.train.modes import MIN_RESONANCE_ENERGY
 
 KINDS = {
     Fraction(1, 2): "subharmonic",
     Fraction(1): "fundamental",
     Fraction(2): "second harmonic",
 }
-MIN_MESH_ENERGY = 0.05  # least fraction of a mode's energy in the meshes that excite it
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,7 +64,7 @@ def predictions(system: ParametricSystem) -> tuple[Prediction, ...]:
 def _resonances(system: ParametricSystem) -> Iterator[tuple[int, Fraction]]:
     orders = sorted({kind * rate for kind in KINDS for rate in system.rates})
     for mode in range(system.modes):
-        if system.energy[:, mode].sum() >= MIN_MESH_ENERGY:
+        if system.energy[:, mode].sum() >= MIN_RESONANCE_ENERGY:
             yield from ((mode, order) for order in orders)
 
 

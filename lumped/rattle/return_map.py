@@ -50,7 +50,7 @@ def settling_returns(machine: Machine) -> int:
     In the play and on flanks a transient decays per turn at half the damping or faster,
     and a return of a lasting motion takes about a turn.
     """
-    turns = 2.0 * math.log(1.0 / kernel.MAP_POINT_TOL) / machine.damping
+    turns = 2.0 * math.log(1.0 / kernel.DEPARTURE_TOL) / machine.damping
     return max(DEFAULT_RETURNS, 100 * math.ceil(turns / 100.0))
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from lumped.steady.measures import combine_windows, measure_motion
 from lumped.steady.response import RESPONSE_QUANTITIES, History, Response, Status
 from lumped.steady.settings import SteadySettings
+from lumped.train.modes import MIN_FELT_ENERGY
 from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
@@ -30,7 +31,6 @@ Callback = Callable[[float, int], None]  # (frequency [Hz], common periods passe
 # Largest number of periods that a motion may take to settle
 MAX_SETTLING_PERIODS = 200_000
 MIN_COUPLED_PERIODS = 400  # least periods of the coupled model, whose slow motions leap
-MIN_MESH_ENERGY = 1e-3  # least part of a relevant mode's strain energy in the meshes
 MIN_WINDOWS = 4  # least number of windows for a long common period
 WINDOW_PERIODS = 2_000  # most periods of the first mesh in more than FEWEST_WINDOWS
 # Cycles of the first mesh after which nothing repeats by chance
@@ -273,7 +273,7 @@ def count_windows(max_windows: int, periods: int) -> int:
 
 def mesh_mode_mask(system: LumpedSystem) -> NDArray[np.bool_]:
     """Mask (n,) of the modes that strain the meshes enough to matter."""
-    return np.asarray(system.modes.mesh_energy.sum(axis=0) > MIN_MESH_ENERGY)
+    return np.asarray(system.modes.mesh_energy.sum(axis=0) > MIN_FELT_ENERGY)
 
 
 def max_common_periods(

@@ -12,6 +12,11 @@ from lumped.train.coordinates import Coordinates, train_coordinates
 from lumped.train.train import Train, TrainError
 
 Array = NDArray[np.float64]
+# Least parts of a mode's strain energy in the meshes: of a mesh mode, of a resonance
+# that meshes excite, and of a mode whose vibration reaches the meshes at all
+MIN_MESH_MODE_ENERGY = 0.25
+MIN_RESONANCE_ENERGY = 0.05
+MIN_FELT_ENERGY = 1e-3
 RIGID_RTOL = 1e-12  # frequency over the highest one below which a motion is rigid
 
 

@@ -37,7 +37,12 @@ from lumped.train.coupled import (
 from lumped.train.excitation import MeshExcitation
 from lumped.train.friction import FrictionRows, ToothFriction, friction_rows
 from lumped.train.friction_samples import with_friction
-from lumped.train.modes import Modes, natural_modes
+from lumped.train.modes import (
+    MIN_FELT_ENERGY,
+    MIN_MESH_MODE_ENERGY,
+    Modes,
+    natural_modes,
+)
 from lumped.train.propagator import LinearPart
 from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
@@ -45,9 +50,6 @@ from lumped.train.train_excitation import TrainExcitation, largest_gap
 Array = NDArray[np.float64]
 # Part of strain energy in the meshes below which a mode is omitted
 MIN_MESH_STRAIN = 1e-20
-MIN_MESH_MODE_STRAIN = 0.25  # least part of strain energy in the meshes of a mesh mode
-# The same for a body mode that is listed among the resonances
-MIN_RESONANCE_STRAIN = 1e-3
 # Relative imbalance of torques on a free motion that is round-off
 IMBALANCE_RTOL = 1e-3
 COUPLED_MODEL = "coupled model"
@@ -222,7 +224,7 @@ class LumpedSystem:
     def highest_mesh_mode_angular(self) -> float:
         """Highest mode about the loaded state with strain in the meshes [rad/s]."""
         loaded = require_present(self.loaded, COUPLED_MODEL)
-        strained = loaded.mesh_energy.sum(axis=0) >= MIN_MESH_MODE_STRAIN
+        strained = loaded.mesh_energy.sum(axis=0) >= MIN_MESH_MODE_ENERGY
         return 2.0 * math.pi * float(loaded.frequency_Hz[strained].max(initial=0.0))
 
     @cached_property
@@ -230,7 +232,7 @@ class LumpedSystem:
         """Natural frequencies of modes that strain a mesh, under load if coupled."""
         if self.loaded is None:
             return np.asarray(self.modes.frequency_Hz[self._moves_mesh])
-        strained = self.loaded.mesh_energy.sum(axis=0) > MIN_RESONANCE_STRAIN
+        strained = self.loaded.mesh_energy.sum(axis=0) > MIN_FELT_ENERGY
         return np.asarray(self.loaded.frequency_Hz[strained])
 
     @cached_property

@@ -18,13 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.train.elastic_inertia import inertia_factor, normalise
+from lumped.train.modes import MIN_RESONANCE_ENERGY
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 # Largest error of excitation, and of amplitudes on flanks of resonances
 MAX_ERROR = 0.08
-# Least part of a resonance's strain energy in the meshes that counts
-MIN_RESONANCE_STRAIN = 0.05
 BAND_MARGIN = 0.05  # relative distance beyond the band at which a resonance is excited
 MIN_DAMPING_RATIO = 1e-3  # least damping ratio at which a resonance is resolved
 N_SPEEDS = 25  # speeds at which the bound is evaluated, in addition to resonances
@@ -130,7 +129,7 @@ class TruncationModel:
                 speed = self.resonances_Hz / (order * rate)
                 low, high = band[0] * (1.0 - BAND_MARGIN), band[1] * (1.0 + BAND_MARGIN)
                 is_excited = (
-                    (speed > low) & (speed < high) & (energy >= MIN_RESONANCE_STRAIN)
+                    (speed > low) & (speed < high) & (energy >= MIN_RESONANCE_ENERGY)
                 )
                 amplification = size * energy / (2.0 * damping)
                 fraction = np.maximum(

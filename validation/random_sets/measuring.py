@@ -22,7 +22,6 @@ from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import (
-    MIN_MESH_ENERGY,
     LumpedModel,
     body_modes_warnings,
     lumped_system,
@@ -34,6 +33,7 @@ from lumped.steady.settings import Settings, SteadySettings
 from lumped.steady.steady_state import Stepper
 from lumped.steady.steppers import stepper_of, warm_up
 from lumped.steady.sweep import Branch, Direction, sweep_branch
+from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.system import LumpedSystem
 from validation.oracles.loaded_modes import loaded_modes
 from validation.random_sets.generator import kind_of
@@ -154,7 +154,7 @@ def highest_resonance(system: LumpedSystem) -> float:
     """Highest frequency of the modes that strain a mesh [Hz]."""
     modes = system.modes
     return float(
-        modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= MIN_MESH_ENERGY].max()
+        modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY].max()
     )
 
 

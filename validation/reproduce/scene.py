@@ -24,7 +24,7 @@ from fegear.statics.excitation import (
 )
 from fegear.studies.varied import BENDING, FRICTION, OF_TEETH
 from fegear.train.lumped_models import LumpedModel, Number, lumped_system
-from lumped.closed_forms.predictions import MIN_MESH_ENERGY
+from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable
 from validation.reproduce.parts import QUANTITIES, Part, Quantity, TrainOverrides
@@ -152,7 +152,7 @@ class Scene:
         """
         system = self.system
         energy = system.modes.mesh_energy[:, system.moving].sum(axis=0)
-        return [int(index) for index in np.flatnonzero(energy >= MIN_MESH_ENERGY)]
+        return [int(index) for index in np.flatnonzero(energy >= MIN_RESONANCE_ENERGY)]
 
     def place_of(self, mode: int) -> int:
         """Place of a mode among those that move."""

@@ -6,7 +6,7 @@ import math
 
 from lumped.common.compiled import compiled
 from lumped.rattle.kernels.flight import apply_contact, free_flight
-from lumped.rattle.kernels.settle import MAP_POINT_TOL, STICKING
+from lumped.rattle.kernels.settle import DEPARTURE_TOL, STICKING
 
 MAX_IMPACTS = 10_000  # per turn
 
@@ -46,7 +46,7 @@ def sum_impacts(m, starts, periods, turns, sums):
             elif sticks:
                 turn = t - begin
                 is_complete = (
-                    t > met and abs(turn - math.floor(turn + 0.5)) < MAP_POINT_TOL
+                    t > met and abs(turn - math.floor(turn + 0.5)) < DEPARTURE_TOL
                 )
         duration = turns if math.isnan(t) else t - begin
         sums[i, 0], sums[i, 1] = total / duration, count / duration

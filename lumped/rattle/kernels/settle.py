@@ -26,7 +26,7 @@ from lumped.rattle.kernels.flight import (
     start_state,
 )
 
-MAP_POINT_TOL = 1e-9  # turns, and of a speed: departures that are one
+DEPARTURE_TOL = 1e-9  # turns, and of a speed: departures that are one
 ROUNDOFF_DISTANCE = 1e-13  # the same to round-off
 # Returns, at least, after which departures are compared with another one
 MIN_ANCHOR_RETURNS = 32
@@ -121,7 +121,7 @@ def record_release(cell, t, side):
     if cell.period != CHANGING:
         return
     turn = t - cell.release
-    if side == cell.release_side and abs(turn - math.floor(turn + 0.5)) < MAP_POINT_TOL:
+    if side == cell.release_side and abs(turn - math.floor(turn + 0.5)) < DEPARTURE_TOL:
         cell.period, cell.decided_after = STICKING, cell.returns + int(side > 0.0)
     elif cell.releases >= cell.release_renewal:
         cell.release, cell.release_side = t, side
@@ -149,7 +149,7 @@ def record_return(m, cell, t, v, stop_early):
         cell.max_returns = i if stop_early else cell.max_returns
     if cell.period == CHANGING:
         gap = distance(t, v, cell.anchor_t, cell.anchor_v)
-        same = gap < MAP_POINT_TOL and time - cell.anchor > 0.5
+        same = gap < DEPARTURE_TOL and time - cell.anchor > 0.5
         closing = gap <= cell.gap or gap < ROUNDOFF_DISTANCE
         if same and closing and cell.gap < math.inf:
             # twice in a row, and no further apart: departures close in on an orbit
