@@ -4,7 +4,8 @@
     python tests/reading_effort.py --list
 
 Bindings with names that fit anything, definitions with private words, class names of
-several things, asserts that serve as checks, code lines of all and of a study.
+several things, asserts that serve as checks, constants in comments that do not exist,
+code lines of all and of a study.
 `--list` prints the places as well.
 """
 
@@ -45,6 +46,22 @@ PRIVATE_BEGINNINGS = re.compile(r"_?(MOST|LEAST|FEWEST|USUAL)_|_?(usual|doubts)_
 # one each by nature: gear-set file, train, finite elements
 TWINS = {"Gear", "Mesh", "Shaft"}
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
+CONSTANT = re.compile(r"(?<![\w.-])_?[A-Z]{2}[A-Z_]{2,}(?![\w-])")
+# in capitals, but no constants: formats, libraries, points of a flank, placeholders
+CAPITALS = {
+    *("ARPACK", "ASCE", "HPSTC", "HTML", "ICTP", "JSON", "LAPACK", "LPSTC"),
+    *(
+        "MEMORYSTATUSEX",
+        "PCHIP",
+        "TOML",
+        "FILE",
+        "MODULE",
+        "NAME",
+        "NAMES",
+        "STEP",
+        "VALUE",
+    ),
+}
 
 
 def sources(folders: tuple[str, ...] = FOLDERS) -> Iterator[tuple[Path, ast.Module]]:
@@ -136,6 +153,31 @@ def asserts() -> list[str]:
     ]
 
 
+def missing_constants() -> list[str]:
+    """Constants that a comment or docstring names and its file does not know."""
+    return [
+        f"{path}:{line} {name}"
+        for path, _ in sources(PACKAGES)
+        for line, name in missing_in((ROOT / path).read_text(encoding="utf-8"))
+    ]
+
+
+def missing_in(text: str) -> Iterator[tuple[int, str]]:
+    code, comments = [], []
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        is_docstring = token.type == tokenize.STRING and '"""' in token.string
+        is_comment = token.type == tokenize.COMMENT or is_docstring
+        (comments if is_comment else code).append(token)
+    known_names = CAPITALS | {
+        name for token in code for name in CONSTANT.findall(token.string)
+    }
+    for token in comments:
+        for match in CONSTANT.finditer(token.string):
+            if match.group() not in known_names:
+                line = token.start[0] + token.string.count("\n", 0, match.start())
+                yield line, match.group()
+
+
 def code_lines(path: Path) -> int:
     """Lines of a file that hold code: no blanks, comments and docstrings."""
     text = (ROOT / path).read_text(encoding="utf-8")
@@ -177,6 +219,7 @@ def main() -> None:
         ("definitions with private words", private_definitions()),
         ("class names of several things", repeated_classes()),
         ("asserts as checks", asserts()),
+        ("constants in comments that are not in their file", missing_constants()),
     ):
         sys.stdout.write(f"{name}: {len(places)}\n")
         if with_places:

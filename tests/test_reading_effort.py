@@ -24,6 +24,17 @@ def test_no_check_vanishes_without_asserts():
     assert reading_effort.asserts() == []
 
 
+def test_comments_name_constants_that_exist():
+    assert reading_effort.missing_constants() == []
+
+
+def test_a_constant_that_a_comment_invents_is_found():
+    text = (
+        'LIMIT = 1.0  # of `other.SIZE`\n\n\ndef f():\n    """At most\n    MOST."""\n'
+    )
+    assert list(reading_effort.missing_in(text)) == [(6, "MOST")]
+
+
 @pytest.mark.parametrize(
     ("text", "names"),
     [

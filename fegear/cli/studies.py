@@ -1,4 +1,4 @@
-"""Commands of studies: options, files, screen and progress from the declaration."""
+"""Build the command of a study from the fields that its class declares."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ def command_of(study_class: type[Study]) -> Callable[..., None]:
 
     def command(*, study: Any, workers: Any, outputs: Any) -> None:
         begin = time.perf_counter()
-        _require(study, outputs)
-        outputs = _make_folder(study, outputs)
+        _check_outputs(study, outputs)
+        outputs = _make_directory(study, outputs)
         result, summary = _run_study(study, workers.chosen, outputs)
         seconds = time.perf_counter() - begin
         values = {**summary, "wall_time_s": round(seconds, 3)}
         with named_as_options(group_of(study)):
             outputs.show(values, lambda values: _show(result, outputs, seconds))
-        _end(result, outputs)
+        _exit_with_status(result, outputs)
 
     command.__doc__ = study_class.__doc__
     command.__annotations__ = {
@@ -67,8 +67,12 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
     texts |= {name: text for name, (text, _) in study.more_files.items()}
     default = MISSING if study.must_write else None
     kind = "DIR" if study.folder else None
-    shown = option(study.output, *study.output_names, default=default, metavar=kind)
-    files: list[Any] = [("output", Path | None, shown)] if study.output_names else []
+    output_option = option(
+        study.output, *study.output_names, default=default, metavar=kind
+    )
+    files: list[Any] = (
+        [("output", Path | None, output_option)] if study.output_names else []
+    )
     files += [(name, Path | None, option(text)) for name, text in texts.items()]
     if study.resumes:
         run = f"an interrupted run with the same --{study.checkpoint_beside}"
@@ -95,8 +99,8 @@ def _files(study: Study, outputs: Any) -> dict[str, Path | None]:
     return {name: getattr(outputs, name) for name in names}
 
 
-def _require(study: Study, outputs: Any) -> None:
-    """Files can be written, and nothing is asked for that changes nothing."""
+def _check_outputs(study: Study, outputs: Any) -> None:
+    """Refuse files that cannot be written and options that would have no effect."""
     files = _files(study, outputs)
     written: dict[str, Any] = {"output": outputs.output, **files}
     names = options_of(group_of(study)) | {name: f"--{name}" for name in written}
@@ -105,24 +109,24 @@ def _require(study: Study, outputs: Any) -> None:
     for name, reason in study.unused_options(written):
         value = written.get(name, getattr(study, name, None))
         refuse_unused_options(reason.format_map(names), **{name: value})
-    taken = list(files_read(study))
-    outputs.require(*taken)
-    taken += map(str, filter(None, (outputs.output, files.pop("plot", None))))
+    used_paths = list(files_read(study))
+    outputs.require(*used_paths)
+    used_paths += map(str, filter(None, (outputs.output, files.pop("plot", None))))
     for name, path in files.items():
         if name in study.pictures:
-            require_outputs([], taken, path)
+            require_outputs([], used_paths, path)
         else:
             require_ending(path, study.more_files.get(name, ("", TABLES))[1])
-            require_outputs([path], taken)
-        taken += [str(path)] if path is not None else []
+            require_outputs([path], used_paths)
+        used_paths += [str(path)] if path is not None else []
 
 
-def _make_folder(study: Study, outputs: Any) -> Any:
-    """The outputs, with a directory that is made before the run."""
-    place = outputs.output or study.default_output
-    if not study.folder or place is None:
+def _make_directory(study: Study, outputs: Any) -> Any:
+    """The outputs; the directory of a study that writes one is made."""
+    directory = outputs.output or study.default_output
+    if not study.folder or directory is None:
         return outputs
-    folder = make_directory(place)
+    folder = make_directory(directory)
     require_outputs([folder / name for name in study.files])
     return replace(outputs, output=folder)
 
@@ -130,7 +134,7 @@ def _make_folder(study: Study, outputs: Any) -> Any:
 def _run_study(
     study: Study, workers: Any, outputs: Any
 ) -> tuple[Any, Mapping[str, Any]]:
-    """The result and its summary, files written; a bar moves all the while."""
+    """Run with a progress bar and write the files; the result and its summary."""
     from fegear.files.store import NO_CHECKPOINT
     from fegear.studies.running import run
 
@@ -176,17 +180,19 @@ def _print_checkpoint(outputs: Any) -> None:
         print_error(f"{checkpoint} is stored; --resume continues from it")
 
 
-def _end(result: Any, outputs: Any) -> None:
+def _exit_with_status(result: Any, outputs: Any) -> None:
     """Exit code 1 after a failure, 130 after Ctrl-C; files are written by then."""
     if result.complete:
         return
-    place = getattr(outputs, result.study.checkpoint_beside)
-    written = place is not None and not result.empty
-    rows = f"finished {'parts' if result.study.folder else 'rows'} are in {place}"
+    output_path = getattr(outputs, result.study.checkpoint_beside)
+    written = output_path is not None and not result.empty
+    message = (
+        f"finished {'parts' if result.study.folder else 'rows'} are in {output_path}"
+    )
     if result.failure:
-        print_error(f"{result.failure}; {rows}" if written else result.failure)
+        print_error(f"{result.failure}; {message}" if written else result.failure)
     elif written:
-        print_error(rows)
+        print_error(message)
     _print_checkpoint(outputs)
     if result.failure:
         raise typer.Exit(1)
@@ -208,7 +214,7 @@ def _show(result: Any, outputs: Any, seconds: float) -> None:
             print_columns(console, part.corner, part.labels, part.columns, part.title)
         elif console.is_terminal:
             console.print(part)
-        else:  # lines as long as they are
+        else:  # a file or a pipe: lines are not wrapped
             print_line(part)
     if result.study.folder and outputs.output is not None:
         print_line(

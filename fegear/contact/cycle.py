@@ -48,7 +48,7 @@ ROW = np.dtype(
 # Per (torque, position, pair).
 #   load : normal line load [N/m];  gap : ste that closes the pair [m]
 #   pressure : largest nodal pressure [Pa];  bending : friction-bending ratio
-#   sliding_sign, moment_arms : as in PATCH
+#   sliding_sign, moment_arms : as in `compliance.PATCH`
 #   arc : of the load's centre, or of the closest point, on driver and driven [m]
 CELL = np.dtype(
     [
@@ -80,7 +80,7 @@ class Constants(NamedTuple):
 class Workspace(NamedTuple):
     """State of k pairs of n nodes at one position, left as at the last one.
 
-    patches : (k,) records PATCH; nodes : (k, n) records NODE
+    patches : (k,) records `compliance.PATCH`; nodes : (k, n) records `patches.NODE`
     half_width : (k,) of the patches [m]
     has_nodes : (k,) whether the nodes of a patch are placed
     in_contact : (k, n) contact state, at which the next position starts

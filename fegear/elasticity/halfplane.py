@@ -136,8 +136,8 @@ def _hat_potential(z: NDArray[np.complex128], h: float) -> tuple[NDArray, NDArra
     """F and dF/dz of a hat with unit resultant, cut along the outward normal."""
 
     def log(zeta: NDArray) -> NDArray:
-        inside = np.where(zeta == 0.0, 1.0, zeta)
-        return np.log(-1j * inside) + 0.5j * math.pi
+        nonzero_zeta = np.where(zeta == 0.0, 1.0, zeta)
+        return np.log(-1j * nonzero_zeta) + 0.5j * math.pi
 
     z_plus, z_centre, z_minus = z + h, z, z - h
     L = [log(z_plus), log(z_centre), log(z_minus)]

@@ -39,7 +39,7 @@ Field = NDArray[Any]  # real for a standing mode, else complex
 Counts = NDArray[np.int64]
 Flanks = tuple[FlankPoints, FlankPoints]
 # at least, of shear waves; frequencies are then exact to some 1e-4
-LAYERS_PER_WAVE = 6.0
+MIN_LAYERS_PER_WAVELENGTH = 6.0
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ def resolving_sector(
 ) -> CyclicSector:
     """The sector with layers that resolve shear waves up to a frequency."""
     speed = math.sqrt(sector.material.lame[1] / density)
-    largest = speed / highest_Hz / (LAYERS_PER_WAVE * sector.gear.module)
+    largest = speed / highest_Hz / (MIN_LAYERS_PER_WAVELENGTH * sector.gear.module)
     largest = min(sector.size.largest_layer, largest)
     size = replace(sector.size, largest_layer=largest)
     return cyclic_sector(sector.gear, sector.material, size, sector.order)
@@ -240,15 +240,16 @@ def cyclic_inverse(
 
     Its factors are real and shared by all n; what is left is small and dense.
     """
-    free = len(condensed.response)
-    coupling = stiffness[:free, free:]
+    interior_size = len(condensed.response)
+    coupling = stiffness[:interior_size, interior_size:]
     coupling_transpose = coupling.conj().T
     interface_factor = cho_factor(close_ring(condensed.superelement, phase))
 
     def solve(load: Field) -> Field:
-        particular = condensed.solve(load[:free])
+        particular = condensed.solve(load[:interior_size])
         cut = cho_solve(
-            interface_factor, load[free:] - np.asarray(coupling_transpose @ particular)
+            interface_factor,
+            load[interior_size:] - np.asarray(coupling_transpose @ particular),
         )
         return np.concatenate([particular - condensed.solve(coupling @ cut), cut])
 

@@ -1,9 +1,9 @@
-"""Files that are read as text, or that appear whole or not at all; JSON for machines.
+"""Read text; write files that appear whole or not at all; JSON for machines.
 
 Files are written under a temporary name, which is locked, and then renamed. A
 process that is killed leaves it there without a lock; the next one that writes to the
-same directory removes it. Locks hold where process numbers do not, between containers
-and on network drives.
+same directory removes it. Process numbers would not do: they are not unique
+between containers and on network drives.
 """
 
 from __future__ import annotations
@@ -26,8 +26,10 @@ try:
 except ImportError:  # on Windows, where a file that is open cannot be removed
     fcntl = None  # type: ignore[assignment]
 
-BESIDE = ".fegear-{process}-"  # and some letters: a file that is being written
-OURS = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
+TEMPORARY_PREFIX = (
+    ".fegear-{process}-"  # and some letters: a file that is being written
+)
+TEMPORARY_NAME = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
 PICTURES = (".png", ".pdf", ".svg")  # endings of names
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
 
@@ -57,7 +59,7 @@ def require_writable(path: str | os.PathLike[str]) -> Path:
         return target
     try:
         with contextlib.suppress(FileNotFoundError):
-            os.lstat(target)  # which refuses a name that is too long
+            os.lstat(target)  # raises for a name that is too long
         if os.path.exists(target) and not os.access(target, os.W_OK):
             raise PermissionError("permission denied")
         with _temporary_beside(target):
@@ -116,7 +118,9 @@ def strict_json(values: Mapping[str, Any]) -> str:
     import json
 
     text = json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
-    return text.replace("\x7f", "\\u007f")  # the one control character it leaves
+    return text.replace(
+        "\x7f", "\\u007f"
+    )  # DEL, the one control character that json keeps
 
 
 def _finite(value: Any) -> Any:
@@ -137,24 +141,26 @@ def is_device(target: Path) -> bool:
 
 
 def _fill_and_replace(target: Path, writer: Callable[[Path], object]) -> None:
-    with _temporary_beside(target) as beside:
-        writer(beside)
-        beside.chmod(_mode_of(target))
-        os.replace(beside, target)
+    with _temporary_beside(target) as temporary:
+        writer(temporary)
+        temporary.chmod(_permissions_for(target))
+        os.replace(temporary, target)
 
 
 @contextlib.contextmanager
 def _temporary_beside(target: Path) -> Iterator[Path]:
-    """A new empty file in the same folder, so that a rename is atomic; locked, and
-    removed at the end if it is still there."""
-    _sweep(target.parent.absolute())
-    handle, beside = _locked_file(target)
+    """Create an empty file in the same directory, so that renaming is atomic.
+
+    It is locked, and removed at the end unless it was renamed.
+    """
+    _remove_abandoned_files(target.parent.absolute())
+    handle, temporary = _locked_file(target)
     try:
         if fcntl is None:
             os.close(handle)
-        yield beside
+        yield temporary
     finally:
-        beside.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         if fcntl is not None:
             os.close(handle)
 
@@ -163,7 +169,7 @@ def _locked_file(target: Path) -> tuple[int, Path]:
     while True:
         handle, name = tempfile.mkstemp(
             suffix=target.suffix if len(target.suffix) <= LONGEST_SUFFIX else None,
-            prefix=BESIDE.format(process=os.getpid()),
+            prefix=TEMPORARY_PREFIX.format(process=os.getpid()),
             dir=target.parent,
         )
         # another process may have found it before it was locked, and removed it
@@ -175,7 +181,7 @@ def _locked_file(target: Path) -> tuple[int, Path]:
 def _lock(handle: int) -> bool:
     """Lock a file; False where another process holds it.
 
-    A drive without locks counts as locked: nobody can then remove the file either.
+    True where the drive has no locks: no other process can then remove the file.
     """
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -185,11 +191,11 @@ def _lock(handle: int) -> bool:
 
 
 @cache
-def _sweep(directory: Path) -> None:
-    """Remove what processes that are gone have left, once for each directory."""
+def _remove_abandoned_files(directory: Path) -> None:
+    """Remove temporary files of processes that are gone, once for each directory."""
     with contextlib.suppress(OSError), os.scandir(directory) as entries:
         for entry in entries:
-            if OURS.fullmatch(entry.name):
+            if TEMPORARY_NAME.fullmatch(entry.name):
                 with contextlib.suppress(OSError):
                     _remove_abandoned(entry.path)
 
@@ -206,7 +212,7 @@ def _remove_abandoned(path: str) -> None:
         os.close(handle)
 
 
-def _mode_of(target: Path) -> int:
+def _permissions_for(target: Path) -> int:
     """Permissions of the file that is replaced, or those a new file would get."""
     if target.exists():
         return target.stat().st_mode & 0o777

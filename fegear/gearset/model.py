@@ -12,7 +12,7 @@ from lumped.common.checks import is_number, require_fields
 from meshes import GearPair, SpurGear
 
 ReliefShape = Literal["linear", "parabolic"]
-# growing toward the end, so that the gap of two flanks has one least place
+# monotonic, so that the gap between two flanks has one minimum
 RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
 MAX_COUNT = 1e18  # of any number, beyond all limits of files
 
@@ -208,10 +208,10 @@ class GearSet:
         """
         senses: dict[int, int] = {}
         for start in (self.meshes[0].driver, *range(len(self.gears))):
-            self._spread_sense(start, senses)
+            self._propagate_sense(start, senses)
         return tuple(senses[index] for index in range(len(self.gears)))
 
-    def _spread_sense(self, start: int, senses: dict[int, int]) -> None:
+    def _propagate_sense(self, start: int, senses: dict[int, int]) -> None:
         """Fill in a gear that turns counter-clockwise and all that are linked to it."""
         waiting = [(start, 1)]
         while waiting:

@@ -42,8 +42,10 @@ from lumped.common.checks import require_present
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.system import LumpedSystem
 
-UNSTRAINED = 1e-6  # part of the strain energy in the meshes below which there is none
-ELEMENTS = SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resolution"))
+MIN_MESH_ENERGY_FRACTION = (
+    1e-6  # part of the strain energy in the meshes below which there is none
+)
+FE_SETTINGS = SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resolution"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +65,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         "finite elements where it is missing; fe: by finite elements at the "
         "torque; coupled: of the coupled model about its loaded state.",
     )
-    source: StiffnessSource = group(ELEMENTS)
+    source: StiffnessSource = group(FE_SETTINGS)
 
     @property
     def gears(self) -> GearSet:
@@ -80,7 +82,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
             reason = f"{self.gears.name} gives all mean stiffnesses, use "
             raise refusal(self, "torque", reason + "{stiffness} fe")
         reason = "the gear set gives all stiffness parameters, nothing is solved"
-        refuse_given(self.source, [*ELEMENTS.exposed], reason, ELEMENTS)
+        refuse_given(self.source, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
         return None
 
     def tasks(self) -> Iterator[Task]:
@@ -205,19 +207,19 @@ class ModesResult(StudyResult):
 
 
 def modes_under_load(system: LumpedSystem) -> Modes:
-    """Modes of the coupled model about its loaded state; those that strain a mesh.
+    """Modes that strain a mesh, of the coupled model about its loaded state.
 
     Mean stiffnesses are tangents of the meshes.
     """
     contacts = require_present(system.contacts, "coupled model")
     loaded, shapes, modes = system.loaded, system.arrays.shapes, system.modes
     loaded = require_present(loaded, "loaded state")
-    bodies, hubs = contacts.body_modes, system.moving.size
+    bodies, hub_count = contacts.body_modes, system.moving.size
     # of bodies that yield as they do at rest
     at_rest = replace(system, contacts=replace(contacts, modes=None))
     still = require_present(at_rest.loaded, "loaded state")
     modal_stiffness = np.einsum("mi,mij,mj->m", shapes, still.meshes, shapes)
-    turned = bodies.to_unit @ loaded.shapes
+    hub_and_body_shapes = bodies.to_unit @ loaded.shapes
     space = modes.coordinates
     names = [_name_of_body_mode(system, i) for i in range(bodies.count)]
     return Modes(
@@ -230,9 +232,12 @@ def modes_under_load(system: LumpedSystem) -> Modes:
         mean_stiffness=modal_stiffness / (shapes**2).sum(axis=1) ** 2,
         frequency_Hz=loaded.frequency_Hz,
         shapes=np.concatenate(
-            [modes.shapes[:, system.moving] @ turned[:hubs], turned[hubs:]]
+            [
+                modes.shapes[:, system.moving] @ hub_and_body_shapes[:hub_count],
+                hub_and_body_shapes[hub_count:],
+            ]
         ),
-        mesh_shapes=shapes @ turned[:hubs],
+        mesh_shapes=shapes @ hub_and_body_shapes[:hub_count],
         mesh_energy=loaded.mesh_energy,
     )
 
@@ -250,13 +255,15 @@ def mean_stiffnesses(
 ) -> list[tuple[float, str]]:
     """Mean stiffness of every mesh [N/m], and where it comes from."""
     excitations, stiffnesses = Excitations(source), []
-    for mesh, driving in enumerate(mesh_torques_at(gear_set, torque)):
+    for mesh, driver_torque in enumerate(mesh_torques_at(gear_set, torque)):
         nominal = gear_set.meshes[mesh].mean_stiffness
-        origin = f"finite elements at {driving:g} N m on the driver, without relief"
+        origin = (
+            f"finite elements at {driver_torque:g} N m on the driver, without relief"
+        )
         if nominal is not None and use_given:
             value, origin = nominal, "given by the gear set"
         else:
-            table = excitations.table(unmodified(gear_set, mesh), mesh, driving)
+            table = excitations.table(unmodified(gear_set, mesh), mesh, driver_torque)
             value = float(table["stiffness_N_per_m"].mean())
         stiffnesses.append((value, origin))
     return stiffnesses
@@ -271,6 +278,6 @@ def name_mode(modes: Modes, i: int) -> str:
             "rigid rotation" if direction == "rotation" else f"free: {gear} {direction}"
         )
     leader = f"{gear} {direction}"
-    if modes.mesh_energy[:, i].sum() < UNSTRAINED:
+    if modes.mesh_energy[:, i].sum() < MIN_MESH_ENERGY_FRACTION:
         return f"strains no mesh: {leader}"
     return leader

@@ -1,4 +1,4 @@
-"""Motions of a machine that repeat, stable or not."""
+"""Stable and unstable periodic motions of a machine."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ class PeriodicOrbits(
     def _found(self, job: Job) -> PeriodicResult:
         machine = self.named.machine
         motions = [
-            *map(_of_orbit, find_orbits(machine, self.max_liftoffs, self.speeds)),
-            *map(_of_rest, sticking_motions(machine)),
+            *map(_from_orbit, find_orbits(machine, self.max_liftoffs, self.speeds)),
+            *map(_from_sticking, sticking_motions(machine)),
         ]
         return PeriodicResult(self, self.named, tuple(motions))
 
 
 @dataclass(frozen=True)
-class Repeating:
+class PeriodicMotion:
     """A motion that repeats after so many turns.
 
     liftoffs : (time [turns], speed [rad per turn]) of each from the upper flank
@@ -91,15 +91,17 @@ class Repeating:
         return min(distances, default=None)
 
 
-def _of_orbit(orbit: Orbit) -> Repeating:
+def _from_orbit(orbit: Orbit) -> PeriodicMotion:
     largest = max(map(abs, orbit.multipliers))
     properties = orbit.name, orbit.itinerary.turns, orbit.stable, largest
-    return Repeating(*properties, tuple((t, v) for t, v in orbit.departures), orbit)
+    return PeriodicMotion(
+        *properties, tuple((t, v) for t, v in orbit.departures), orbit
+    )
 
 
-def _of_rest(motion: Sticking) -> Repeating:
+def _from_sticking(motion: Sticking) -> PeriodicMotion:
     time, speed = motion.point
-    return Repeating(motion.name, motion.turns, True, 0.0, ((time, speed),))
+    return PeriodicMotion(motion.name, motion.turns, True, 0.0, ((time, speed),))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,7 +110,7 @@ class PeriodicResult(StudyResult):
 
     study: PeriodicOrbits
     named: NamedMachine
-    motions: tuple[Repeating, ...]
+    motions: tuple[PeriodicMotion, ...]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -167,5 +169,5 @@ class PeriodicResult(StudyResult):
             yield f"P(m,1,n-) are within {max(errors):.1g} of closed forms"
 
 
-def _lines(liftoffs: list[list[float]], place: int) -> str:
-    return "\n".join(number(point[place], 4) for point in liftoffs)
+def _lines(liftoffs: list[list[float]], column: int) -> str:
+    return "\n".join(number(point[column], 4) for point in liftoffs)

@@ -289,8 +289,8 @@ def _evidence_warnings(solved: StaticsResult) -> Iterator[str]:
     """Self-checks that do not hold.
 
     The works of both torques differ by that of the loads on the gaps of the flanks.
-    It is taken out, whatever its size, and the rest is held to BALANCE. The work on
-    the gaps is at most the largest deflection over the base pitch.
+    It is taken out, whatever its size, and the rest is held to MAX_IMBALANCE. The
+    work on the gaps is at most the largest deflection over the base pitch.
     """
     check = partial(check_warnings, f"mesh {solved.mesh + 1}")
     residual = float(solved.cycle.residual.max())

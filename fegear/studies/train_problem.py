@@ -22,9 +22,12 @@ from fegear.train.lumped_models import LumpedModel, resolve_model, static_warnin
 from lumped.steady.settings import Settings
 from lumped.train.system import LumpedSystem
 
-FIGURES = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
-OF_TRANSLATIONS = "mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"
-REPLACED = {"load.torques_Nm": "torque", "dynamics.damping_ratio": "damping_ratio"}
+STIFFNESS_KEYS = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
+TRANSLATION_KEYS = "mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"
+SETTING_OF_KEY = {
+    "load.torques_Nm": "torque",
+    "dynamics.damping_ratio": "damping_ratio",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,15 +159,15 @@ def refuse_edits(
     """
     options = options_of(group_of(study))
     for key in study.gear_set.overrides:
-        name, replaced = key.rpartition(".")[2], REPLACED.get(key, "")
+        name, replaced = key.rpartition(".")[2], SETTING_OF_KEY.get(key, "")
         reason = ""
         if settings.get(replaced) not in (None, ()):
             reason = f"{display_name(study, replaced)} replaces it"
-        elif name in FIGURES and not figures:
+        elif name in STIFFNESS_KEYS and not figures:
             reason = "finite elements or a table take its place, leave it out"
             if "kind" in options:
                 reason += f" or choose another {display_name(study, 'kind')}"
-        elif name in OF_TRANSLATIONS and not translations:
+        elif name in TRANSLATION_KEYS and not translations:
             reason = "changes nothing here"
             if "translations" in options:
                 reason = (

@@ -48,8 +48,8 @@ def coupled_contacts(
     """Contacts of all meshes, in the modal coordinates of a lumped system.
 
     torque : on the input gear [N m]; reference : Model-1 at that torque
-    excitations : finite elements, or tables that give the contacts; what bodies do
-        while they accelerate, and from mesh to mesh, comes from finite elements anyway
+    excitations : finite elements, or tables that give the contacts; inertia
+        relief, body modes and compliance across meshes are always of finite elements
     without : which of `lumped.train.coupled.COMPONENTS` are left out
     retained : mask of the body modes to choose, where it is known
     """
@@ -65,8 +65,8 @@ def coupled_contacts(
     contacts = contacts_of(gear_set, reference, load_curves, settings)
     if "body" not in without:
         sides = contact_sides(gear_set, load_curves)
-        of_gears = gears_modes(gear_set, settings, reference)
-        modes = body_modes(gear_set, reference, sides, of_gears)
+        gear_mode_sets = gears_modes(gear_set, settings, reference)
+        modes = body_modes(gear_set, reference, sides, gear_mode_sets)
         static = static_inertias(gear_set, sides, settings)
         contacts = with_body_modes(
             gear_set, contacts, reference, modes, static, retained
@@ -80,27 +80,34 @@ def contacts_of(
     load_curves: Sequence[MeshLoadCurves],
     settings: StaticsSettings,
 ) -> CoupledContacts:
-    """Contacts from the pair laws of all meshes."""
+    """Contacts from the load curves of all meshes."""
     normal_cross_mesh = cross_mesh_compliance(gear_set, load_curves, settings)
     cross_mesh = (
         None
         if normal_cross_mesh is None
         else (normal_cross_mesh, np.zeros_like(normal_cross_mesh))
     )
-    rigid: list[ElasticGear | None] = [None] * len(gear_set.gears)
-    model = dynamic_model(gear_set, reference, load_curves, rigid, cross_mesh)
+    no_elastic_gears: list[ElasticGear | None] = [None] * len(gear_set.gears)
+    model = dynamic_model(
+        gear_set, reference, load_curves, no_elastic_gears, cross_mesh
+    )
     moving, modes = reference.moving, reference.modes
-    places = modes.coordinates.indices
-    turns = [modes.shapes[places[g, "rotation"]] for g in range(len(rigid))]
+    coordinate_indices = modes.coordinates.indices
+    rotation_shapes = [
+        modes.shapes[coordinate_indices[g, "rotation"]]
+        for g in range(len(no_elastic_gears))
+    ]
     reliefs = [
         cached_inertia_relief(settings.sector(g), g.density) for g in gear_set.gears
     ]
     inertial = np.concatenate(
-        [_inertia_rows(side, reliefs, turns) for side in model.sides]
+        [_inertia_rows(side, reliefs, rotation_shapes) for side in model.sides]
     )
     widths = [gear.face_width for gear in gear_set.gears]
-    works = [relief.work * width for relief, width in zip(reliefs, widths, strict=True)]
-    work = np.einsum("g,gi,gj->ij", works, turns, turns)
+    relief_works = [
+        relief.work * width for relief, width in zip(reliefs, widths, strict=True)
+    ]
+    work = np.einsum("g,gi,gj->ij", relief_works, rotation_shapes, rotation_shapes)
     return CoupledContacts(
         contacts=model.contacts,
         mesh_of=model.jacobian.mesh_of,
@@ -108,14 +115,14 @@ def contacts_of(
         paths=np.array([mesh.pair.path for mesh in gear_set.meshes]),
         rows=np.ascontiguousarray(model.jacobian.normal[..., moving]),
         penetration_rate=np.concatenate(
-            [_closing_rate(side, gear_set) for side in model.sides]
+            [_penetration_rate(side, gear_set) for side in model.sides]
         ),
         inertia_rows=inertial[..., moving],
         work=work[np.ix_(moving, moving)],
     )
 
 
-def _closing_rate(side: ContactSide, gear_set: GearSet) -> Array:
+def _penetration_rate(side: ContactSide, gear_set: GearSet) -> Array:
     """Penetration (k, p + 1) of a side's contacts, see `CoupledContacts`."""
     driver = gear_set.meshes[side.mesh].pair.driver
     return np.asarray(
@@ -124,7 +131,9 @@ def _closing_rate(side: ContactSide, gear_set: GearSet) -> Array:
 
 
 def _inertia_rows(
-    side: ContactSide, reliefs: Sequence[InertiaRelief], turns: Sequence[Array]
+    side: ContactSide,
+    reliefs: Sequence[InertiaRelief],
+    rotation_shapes: Sequence[Array],
 ) -> Array:
     """Penetration (k, p + 1, n) of a side's contacts, see `CoupledContacts`."""
     parts = []
@@ -132,7 +141,7 @@ def _inertia_rows(
         relief, arcs = reliefs[g], side.arcs(g)
         inside = np.clip(arcs, relief.arcs[0], relief.arcs[-1])
         inward = PchipInterpolator(relief.arcs, relief.inward)(inside)
-        # clockwise loads press right flanks in as they open left ones
+        # a clockwise load presses right flanks inward and left flanks outward
         mirror = 1.0 if side.flank == RIGHT else -1.0
-        parts.append(mirror * inward.T[:, :, None] * turns[g])
+        parts.append(mirror * inward.T[:, :, None] * rotation_shapes[g])
     return parts[0] + parts[1]

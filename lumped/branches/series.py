@@ -15,7 +15,10 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Series:
-    """Series of H harmonics of a period, in periods of the first mesh."""
+    """Fourier series of H = `order` harmonics.
+
+    Their period has a `length` in periods of the first mesh.
+    """
 
     order: int
     length: int
@@ -57,16 +60,16 @@ class Series:
         waves[0] *= 0.5
         return self.of_waves(waves)
 
-    def products(self, slope: Array) -> Array:
+    def products(self, moments: Array) -> Array:
         """Matrix (2 H + 1, 2 H + 1) that takes a series to its product with a function.
 
-        slope : (4 H + 1,) mean of the function's products with waves up to 2 H
+        moments : (4 H + 1,) mean of the function times each wave up to harmonic 2 H
         """
         H = self.order
         h = np.arange(H + 1)
         plus, minus = h[:, None] + h, h[:, None] - h
-        cosine = slope[: 2 * H + 1]
-        sine = np.concatenate([[0.0], slope[2 * H + 1 :]])
+        cosine = moments[: 2 * H + 1]
+        sine = np.concatenate([[0.0], moments[2 * H + 1 :]])
         odd = np.sign(minus) * sine[np.abs(minus)]
         matrix = np.empty((2 * H + 1, 2 * H + 1))
         matrix[: H + 1, : H + 1] = cosine[plus] + cosine[np.abs(minus)]
@@ -77,7 +80,7 @@ class Series:
         return matrix
 
     def filtered(self, receptance: Complex, matrix: Array) -> Array:
-        """Columns of a matrix, series each, after a receptance (H + 1,)."""
+        """Multiply each column of a matrix, a series, by a receptance (H + 1,)."""
         H = self.order
         real, imaginary = receptance.real[:, None], receptance.imag[:, None]
         out = np.empty_like(matrix)
@@ -101,7 +104,7 @@ class Series:
 class SampledSeries:
     """Series on the pieces of their period between edges (e + 1,).
 
-    A piece is seen at its checks: both ends, the middle, and at two more Gauss points.
+    Each piece has five checks: its ends and three Gauss points, one in the middle.
     """
 
     series: Series

@@ -27,7 +27,8 @@ CLOSED_GAP_RATIO = 64.0
 # Contacts rest below this multiple of the speed of a fall through it
 RESTING_SPEED_RATIO = 4.0
 UNREACHABLE_DISTANCE = 1e3  # distance in plays of an edge that is never reached
-MAX_SERIES_STEP = 0.5  # largest rate times a step in sustained contact, see TERMS
+# Largest rate times a step in sustained contact, for `contact.N_TERMS` of a series
+MAX_SERIES_STEP = 0.5
 
 
 @dataclass(frozen=True, eq=False)

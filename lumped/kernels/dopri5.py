@@ -194,8 +194,8 @@ def first_changed_pair(system, excitation, work, time, side):
 def locate_contact_change(system, excitation, frequency, work, time, h, y):
     """Part of the step at which the first pair changes its contact, and the pair.
 
-    (2.0, -1) if none does. Looks at CHECKS points and bisects before the first one
-    at which a state is no longer what it was.
+    (2.0, -1) if none does. Looks at CONTACT_CHECKS points and bisects before the first
+    one at which a state is no longer what it was.
     """
     step = h / frequency
     low, high, changed, check = 0.0, 0.0, -1, 0

@@ -149,8 +149,8 @@ def _numbered(attractors: list[RattleAttractor]) -> Iterator[RattleAttractor]:
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """Region in which a chaotic motion departs: the cells (SEEN, SEEN) of a grid over a
-    turn and its speeds that it visits, and their neighbours."""
+    """Region in which a chaotic motion departs: the cells of a grid over a turn and its
+    speeds (FOOTPRINT_CELLS, FOOTPRINT_CELLS) that it visits, and their neighbours."""
 
     low: float
     high: float

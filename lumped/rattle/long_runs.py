@@ -30,8 +30,8 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
     to.
 
     Quiet motions have none; motions that come to rest have the first ones after that;
-    chaotic motions have KEPT departures of each run. The last rows are NaN, one for
-    each run that has not settled.
+    chaotic motions have CHAOTIC_DEPARTURES departures of each run. The last rows are
+    NaN, one for each run that has not settled.
 
     velocity : lowest and highest speed of the starts [rad per turn]; runs that start
         faster than forcing permits would remain transient

@@ -108,7 +108,7 @@ def _name_combinations(
     multiplier: NDArray[np.complex128],
     speeds: Array,
 ) -> Names:
-    """Nearest combination, within REACH, of the modes that move most.
+    """Nearest combination, within MAX_ORDER_DISTANCE, of the modes that move most.
 
     One mode grows with a real multiplier, since half a harmonic of the mesh frequency
     is locked to it. Two modes keep different frequencies, with energies in the ratio of

@@ -285,7 +285,7 @@ def stable_fixed_point(
 
 
 def is_stable(matrix: Array) -> bool:
-    """Whether powers of a matrix vanish after no more than SQUARINGS squarings."""
+    """Whether powers of a matrix vanish after no more than MAX_SQUARINGS squarings."""
     for _ in range(MAX_SQUARINGS):
         norm = np.linalg.norm(matrix)
         if norm < 1.0:

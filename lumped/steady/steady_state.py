@@ -32,7 +32,7 @@ Callback = Callable[[float, int], None]  # (frequency [Hz], common periods passe
 MAX_SETTLING_PERIODS = 200_000
 MIN_COUPLED_PERIODS = 400  # least periods of the coupled model, whose slow motions leap
 MIN_WINDOWS = 4  # least number of windows for a long common period
-WINDOW_PERIODS = 2_000  # most periods of the first mesh in more than FEWEST_WINDOWS
+WINDOW_PERIODS = 2_000  # most periods of the first mesh in more than MIN_WINDOWS
 # Cycles of the first mesh after which nothing repeats by chance
 LONG_COMMON_PERIOD = 100
 JUMP_RTOL = 0.25  # relative change of an RMS from speed to speed that may be a jump
@@ -197,10 +197,11 @@ def confirm_steady_state(
     steps, as long as the stepper has some, until two results agree, if the motion does
     not repeat, if its period multiple is not 1 and differs from that at the previous
     speed, or if the response is far from the previous one. For speeds further apart
-    than NEXT only the multiple counts: resonances change responses as much as jumps do,
-    and in 190 such cases on the built-in gear sets finer steps changed one, by 2 %. A
-    multiple that persists between speeds no further apart than NEXT needs no finer
-    steps: all but 2 of some 200 such motions were unchanged.
+    than NEIGHBOUR_SPEED_RTOL only the multiple counts: resonances change responses as
+    much as jumps do, and in 190 such cases on the built-in gear sets finer steps
+    changed one, by 2 %. A multiple that persists between speeds within
+    NEIGHBOUR_SPEED_RTOL needs no finer steps: all but 2 of some 200 such motions were
+    unchanged.
 
     Without a jump, a finer run of the coupled model continues from the end of the
     coarse one: a motion that leaves an unstable one slowly would take as long once

@@ -34,8 +34,8 @@ STEPS_PER_CALLBACK = 100_000
 CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair
 MAX_STEPS_PER_PERIOD = 512  # fixed; beyond it results do not depend on their number
 # Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3
-# times the square of its phase angle per step. At RESONANCE_ANGLE times the root of
-# the damping ratio, this is a tenth of half the bandwidth. Least and most angle [rad].
+# times the square of its phase angle per step. At RESONANCE_ANGLE_FACTOR times the root
+# of the damping ratio, this is a tenth of half the bandwidth; limits of it [rad].
 RESONANCE_ANGLE_FACTOR, MIN_STEP_ANGLE, MAX_STEP_ANGLE = 4.0, 0.25, 1.0
 # The engagement of teeth is a kink of the excitation, whose high harmonics steps take
 # for lower ones: where the eighth harmonic met a resonance, 0.65 rad per step made

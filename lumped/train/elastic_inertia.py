@@ -168,8 +168,10 @@ def choose(
         np.array([_remaining_errors(modes, a, rate * f) for f in frequencies])
         for modes, a, rate in meshes
     ]
-    at_rest = np.array([table[:, 0] for table in tables])
-    mesh, speed = np.unravel_index(at_rest.argmax(), at_rest.shape)
+    quasistatic_errors = np.array([table[:, 0] for table in tables])
+    mesh, speed = np.unravel_index(
+        quasistatic_errors.argmax(), quasistatic_errors.shape
+    )
     cutoff, retained, remaining = _lowest_cutoff(
         [np.sort(modes.frequencies_Hz) for modes, _, _ in meshes],
         [table.max(axis=0) for table in tables],
@@ -177,7 +179,7 @@ def choose(
     )
     return Choice(
         fidelity="reduced" if cutoff else "quasistatic",
-        bound=float(at_rest[mesh, speed]),
+        bound=float(quasistatic_errors[mesh, speed]),
         speed_Hz=float(frequencies[speed]),
         mesh=int(mesh),
         tolerance=tolerance,
@@ -207,7 +209,7 @@ def _remaining_errors(
 
 
 def inertia_factor(x: Array, damping_ratio: float | Array) -> Array:
-    """Factor r_i at frequency ratios x of any shape, at most LARGEST."""
+    """Factor r_i at frequency ratios x of any shape, at most MAX_INERTIA_FACTOR."""
     magnitude = np.hypot(1.0 - x**2, 2.0 * damping_ratio * x)
     return x**2 / np.maximum(magnitude, x**2 / MAX_INERTIA_FACTOR)
 

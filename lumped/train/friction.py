@@ -79,17 +79,17 @@ class ToothFriction:
         if not isinstance(self.bending, Mapping):
             yield "bending", self.bending
             return
-        for ahead, wave in self.bending.items():
+        for pair, wave in self.bending.items():
             ends = wave(wave.breaks[:-1]), wave(wave.breaks[1:], side=-1)
             for value in np.concatenate(ends).tolist():
-                yield f"bending of pair {ahead}", value
+                yield f"bending of pair {pair}", value
 
-    def bending_of(self, ahead: int) -> Wave:
+    def bending_of(self, pitches_ahead: int) -> Wave:
         """Friction-bending ratio of a pair by whole base pitches ahead."""
         if not isinstance(self.bending, Mapping):
             return constant_wave(self.bending)
         # a pair that carried no load when the ratio was found has that of the nearest
-        nearest = min(self.bending, key=lambda pair: abs(pair - ahead))
+        nearest = min(self.bending, key=lambda pair: abs(pair - pitches_ahead))
         return self.bending[nearest]
 
 
@@ -116,9 +116,9 @@ def with_bending(excitation: MeshExcitation, friction: ToothFriction) -> MeshExc
     return replace(excitation, pairs=tuple(pairs))
 
 
-def sliding_sign(ahead: int) -> int:
+def sliding_sign(pitches_ahead: int) -> int:
     """Sign of a pair by whole base pitches ahead: 1 in approach, -1 in recess."""
-    return 1 if ahead < 0 else -1
+    return 1 if pitches_ahead < 0 else -1
 
 
 def base_pitch(train: Train, mesh: int) -> float:
@@ -191,7 +191,7 @@ def torque_shares(
     train: Train,
     mesh: int,
     coefficient: float,
-    ahead: Sequence[int],
+    pitches_ahead: Sequence[int],
     position: Array,
     gear: Literal["driver", "driven"] = "driver",
 ) -> Array:
@@ -210,6 +210,6 @@ def torque_shares(
     )
     rows = [
         sliding_sign(pitches) * (slope + signed_pitch * (position + pitches) / radius)
-        for pitches in ahead
+        for pitches in pitches_ahead
     ]
     return 1.0 - coefficient * np.array(rows)

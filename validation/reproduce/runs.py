@@ -107,7 +107,7 @@ def run_figure(
     KeyboardInterrupt the finished parts stay in the store.
     """
 
-    def of(place: int) -> Progress:
+    def part_progress(place: int) -> Progress:
         count = len(figure.part)
         return lambda stage, done, total: report(
             f"{figure.number} ({place} of {count}): {stage}", done, total
@@ -116,7 +116,7 @@ def run_figure(
     return FigureResult(
         figure,
         tuple(
-            _run_part(part, figure.scene(part), store, of(place))
+            _run_part(part, figure.scene(part), store, part_progress(place))
             for place, part in enumerate(figure.part, start=1)
         ),
     )
@@ -177,7 +177,7 @@ def _texts(
 def commands_of(part: Part, scene: AnyScene) -> list[Sequence[str]]:
     """Words after `fegear` that compute a part, empty where there are none.
 
-    The last command does, those before it make the mesh tables that it reads.
+    The last command computes the part; those before it make the mesh tables it reads.
     """
     argv = () if scene.no_commands else part.command(scene)
     return [*scene.table_commands(), argv] if argv else []

@@ -18,8 +18,8 @@ from validation.study.metrics import FE
 from validation.study.run_files import Run
 from validation.study.runs import CaseResult, measures, run_case, warnings_of
 
-FIRST, COUPLED_MODEL = LADDER
-PART = f"{COUPLED_MODEL}-without-"
+MODEL_1, COUPLED_MODEL = LADDER
+WITHOUT_PREFIX = f"{COUPLED_MODEL}-without-"
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,11 @@ QUANTITIES: Mapping[str, Quantity] = {
     "jump_frequency": Quantity("jump", "Hz", 1.0, relative=False),
     "static_deflection": Quantity("static vibration", relative=False),
 }
-OF_FEATURES = "peak_frequency", "peak_amplitude", "jump_frequency"  # of each one
+PER_FEATURE_METRICS = (
+    "peak_frequency",
+    "peak_amplitude",
+    "jump_frequency",
+)  # of each one
 
 
 @dataclass(frozen=True)
@@ -64,8 +68,8 @@ class BudgetRow:
     @property
     def label(self) -> str:
         """Such as `model 1`, `without body` or `coupled`."""
-        if self.model.startswith(PART):
-            return f"without {self.model.removeprefix(PART)}"
+        if self.model.startswith(WITHOUT_PREFIX):
+            return f"without {self.model.removeprefix(WITHOUT_PREFIX)}"
         return "coupled" if self.model == COUPLED_MODEL else "model 1"
 
     def largest(self, name: str) -> float:
@@ -75,7 +79,7 @@ class BudgetRow:
 
     @property
     def worst(self) -> float:
-        """Largest of what a tolerance is asked of, of those that are there."""
+        """Largest relative error, of those that are there."""
         relative_names = [
             name for name, quantity in QUANTITIES.items() if quantity.relative
         ]
@@ -112,9 +116,13 @@ class Budget:
             candidate for candidate in self.rows if candidate.model == COUPLED_MODEL
         )
         mean_changes = {}
-        for name, places in row.measured.items():
-            ends = coupled_row.measured[name]
-            changes = [ends[at] - places[at] for at in places if at in ends]
+        for name, row_values in row.measured.items():
+            coupled_values = coupled_row.measured[name]
+            changes = [
+                coupled_values[at] - row_values[at]
+                for at in row_values
+                if at in coupled_values
+            ]
             mean_changes[name] = sum(changes) / len(changes) if changes else nan
         return mean_changes
 
@@ -123,8 +131,8 @@ def budget_of(result: CaseResult) -> Budget | None:
     """That of a case, None where it lacks Model-1, the coupled model, or speeds."""
     if not (set(LADDER) <= set(result.models) and result.case.speeds):
         return None
-    parts = [run.source for run in result.runs if run.source.startswith(PART)]
-    models = (FIRST, *dict.fromkeys(parts), COUPLED_MODEL)
+    parts = [run.source for run in result.runs if run.source.startswith(WITHOUT_PREFIX)]
+    models = (MODEL_1, *dict.fromkeys(parts), COUPLED_MODEL)
     return Budget(
         rows=tuple(_row(result, model) for model in models),
         fe_per_speed_s=result.per_speed_s(FE),
@@ -163,7 +171,7 @@ def _row(result: CaseResult, model: str) -> BudgetRow:
     measured: dict[str, dict[str, float]] = {name: {} for name in QUANTITIES}
     unmatched = 0
     for run in result.of(model):
-        for name, place, value in _placed(references[run.torque], run):
+        for name, place, value in _metrics_by_place(references[run.torque], run):
             if name in measured:
                 measured[name][place] = value
             elif name.endswith("_unmatched"):
@@ -171,7 +179,9 @@ def _row(result: CaseResult, model: str) -> BudgetRow:
     return BudgetRow(model, measured, unmatched, result.per_speed_s(model))
 
 
-def _placed(reference: Run, model_run: Run) -> Iterator[tuple[str, str, float]]:
+def _metrics_by_place(
+    reference: Run, model_run: Run
+) -> Iterator[tuple[str, str, float]]:
     """Metrics with places that all models share: each peak and jump has its own."""
     for where, (name, place, value) in measures(reference, model_run):
-        yield name, f"{where}, {place}" if name in OF_FEATURES else where, value
+        yield name, f"{where}, {place}" if name in PER_FEATURE_METRICS else where, value

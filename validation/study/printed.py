@@ -24,7 +24,7 @@ def printed_figure(run: Run, key: str, near: float) -> tuple[float, str]:
     """The figure of a key and the file of the run that holds it; NaN if it has none.
 
     near : of jumps, peaks and natural frequencies the nearest to it counts [Hz], but
-        none that is off by more than NEAR
+        none that is off by more than MATCH_RTOL
     """
     for pattern, (file, figure) in KEYS.items():
         if match := re.fullmatch(pattern, key):

@@ -29,8 +29,8 @@ from validation.study.run_store import RESULT, read_verified, with_digests
 from validation.study.solving import Cost, RunResult
 from validation.study.tasks import RunSpec
 
-SWEEP, STATICS, WAVES = "sweep.csv", "statics.csv", "waves.csv"
-NAMES = (SWEEP, STATICS, WAVES)
+SWEEP, STATICS, CYCLES = "sweep.csv", "statics.csv", "waves.csv"
+FILE_NAMES = (SWEEP, STATICS, CYCLES)
 Rows = Sequence[Sequence[str]]  # of a CSV file, without the names
 
 
@@ -81,7 +81,7 @@ def contents(task: RunSpec, solution: RunResult) -> dict[str, str]:
     texts = {
         SWEEP: format_sweep(sweep_table(pairs, label, header)),
         STATICS: _statics_csv(solution.statics),
-        WAVES: _cycles_csv(solution.cycles),
+        CYCLES: _cycles_csv(solution.cycles),
     }
     return with_digests(task.inputs, texts, result)
 
@@ -131,7 +131,7 @@ def read_run(task: RunSpec, directory: Path, reused: bool) -> Run | None:
 
     Raises InputError where files are there and cannot be read.
     """
-    texts = read_verified(directory, task.inputs, NAMES)
+    texts = read_verified(directory, task.inputs, FILE_NAMES)
     if texts is None:
         return None
     result = json.loads(texts[RESULT])
@@ -146,7 +146,7 @@ def read_run(task: RunSpec, directory: Path, reused: bool) -> Run | None:
             _read_curve(curve_features, table) for curve_features in result["curves"]
         ),
         statics=tuple(_read_statics(result["statics"], _rows(texts[STATICS]))),
-        cycles=tuple(_read_cycles(result["waves"], _rows(texts[WAVES]))),
+        cycles=tuple(_read_cycles(result["waves"], _rows(texts[CYCLES]))),
         machine=result["machine"],
         natural_Hz=tuple(result["natural_Hz"]),
         warnings=tuple(result["warnings"]),

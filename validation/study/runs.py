@@ -48,7 +48,7 @@ from validation.study.other_branches import (
     speeds_on_other_branches,
     without_speeds,
 )
-from validation.study.run_files import NAMES, Run, contents, read_run
+from validation.study.run_files import FILE_NAMES, Run, contents, read_run
 from validation.study.run_store import begin_run, read_or_compute, write_texts
 from validation.study.solving import solve_task
 from validation.study.tasks import FE, FE_FRICTIONLESS, RunSpec, tasks_of
@@ -141,7 +141,7 @@ def make_runs(
 
     def take(directory: Path, texts: Mapping[str, str]) -> None:
         task = missing[directory]
-        begin_run(make_directory(directory), task.inputs, NAMES)
+        begin_run(make_directory(directory), task.inputs, FILE_NAMES)
         write_texts(directory, texts)
         if read_run(task, directory, reused=False) is None:
             raise InputError(
@@ -291,7 +291,7 @@ def _read_or_run(
     def compute(checkpoint: Checkpoint | None = None) -> Mapping[str, str]:
         return contents(task, solve_task(task, checkpoint, excitations, report))
 
-    where = directory, task.inputs, NAMES
+    where = directory, task.inputs, FILE_NAMES
     if task.model is not None:  # soon made, at worst by two processes alike
         return read_or_compute(*where, read, compute)
     stored = read(reused=True)

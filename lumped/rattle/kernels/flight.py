@@ -129,8 +129,8 @@ def first_step(m, w, a, transient):
 def advance(m, t, flight, rippled):
     """A step of a flight that cannot pass a bound.
 
-    (time, flight as from `start_state`, side of the bound that it leads to, AGAIN or
-    ENDED)
+    (time, flight as from `start_state`, side of the bound that it leads to,
+    SEARCHING or EVENT_FOUND)
     """
     x, w, a, jerk, transient, value, horizon = flight
     transient_jerk = m.growth * abs(transient) * m.damping * m.damping

@@ -117,14 +117,14 @@ def _curves(part: WheelsPart, gearing: Gearing, distance: float) -> Iterator[Cur
         if name == "driven_pitch" and part.distance is not None:
             angle = np.linspace(0.0, 2.0 * math.pi * part.ratio, POINTS * part.ratio)
             points = 1e3 * turned(gearing.pair.rolled(angle, distance), 0.0, distance)
-        shown = _within(points / RADIUS_MM, part.around)
-        word = {"tooth": "teeth"}.get(kind, f"{kind} curve")
-        label = f"{'driver' if wheel == 'driver' else 'driven wheel'}, {word}"
+        shown = _clip_to_square(points / RADIUS_MM, part.around)
+        curve_label = {"tooth": "teeth"}.get(kind, f"{kind} curve")
+        label = f"{'driver' if wheel == 'driver' else 'driven wheel'}, {curve_label}"
         style: Style = "broken outline" if kind == "pitch" else "outline"
         yield Curve(style, tuple(map(tuple, shown.tolist())), label=label)
 
 
-def _within(points: Array, around: tuple[float, float, float] | None) -> Array:
+def _clip_to_square(points: Array, around: tuple[float, float, float] | None) -> Array:
     """NaN outside of a square."""
     if around is None:
         return points
