@@ -50,12 +50,28 @@ MAX_DAMPING_RATE = 1e4
 class ExcitationKeys(Keys):
     """The table [excitation]: harmonics of a frequency, or a recorded speed."""
 
-    frequency_Hz: Positive | None = None
-    amplitude_mm: Size | None = None
-    amplitudes_mm: Annotated[Entries[Size], Field(min_length=1)] | None = None
-    phases_deg: Entries[Signed] | None = None
-    speed_file: str | None = None
-    base_radius_mm: Positive | None = None
+    frequency_Hz: Positive | None = Field(
+        default=None, description="Frequency of the first harmonic."
+    )
+    amplitude_mm: Size | None = Field(
+        default=None,
+        description="Amplitude of one harmonic, at the input's base circle.",
+    )
+    amplitudes_mm: Annotated[Entries[Size], Field(min_length=1)] | None = Field(
+        default=None,
+        description="Amplitudes of harmonics 1, 2, ..., instead of amplitude_mm.",
+    )
+    phases_deg: Entries[Signed] | None = Field(
+        default=None, description="Phases of the harmonics. [default: 0]"
+    )
+    speed_file: str | None = Field(
+        default=None,
+        description="Recorded speed, a table with time and speed, instead of harmonics;"
+        " a path from the file's directory.",
+    )
+    base_radius_mm: Positive | None = Field(
+        default=None, description="Base radius of the input gear, with a speed_file."
+    )
 
     @model_validator(mode="after")
     def _one_kind(self) -> ExcitationKeys:
@@ -72,28 +88,69 @@ class ExcitationKeys(Keys):
 class WheelKeys(Keys):
     """A table [[wheel]]; see `lumped.clatter.gearbox.Wheel`."""
 
-    name: Name
-    driver: str | None = None
-    ratio: Annotated[float, Field(ge=1e-3, le=1e3)] = 1.0
-    base_radius_mm: Positive
-    helix_angle_deg: Annotated[float, Field(ge=-60.0, le=60.0)] = 0.0
-    inertia_kg_m2: Positive
-    mass_kg: Positive | None = None
-    tooth_play_mm: Play
-    tooth_restitution: Part
-    tooth_play_amplitude_mm: Size | None = None
-    tooth_play_order: Annotated[int, Field(ge=1, le=100)] | None = None
-    tooth_play_phase_deg: Signed | None = None
-    drag_Nm: Signed = 0.0
-    damping_Nms_per_rad: NotNegative = 0.0
-    axial_play_mm: Play | None = None
-    axial_restitution: Part | None = None
-    axial_drag_N: Signed | None = None
-    axial_damping_Ns_per_m: NotNegative | None = None
-    radial_play_mm: Play | None = None
-    radial_restitution: Part | None = None
-    radial_drag_N: Signed | None = None
-    radial_damping_Ns_per_m: NotNegative | None = None
+    name: Name = Field(description="Name of the wheel.")
+    driver: str | None = Field(
+        default=None,
+        description="Name of the loose wheel that drives it. [default: the input]",
+    )
+    ratio: Annotated[float, Field(ge=1e-3, le=1e3)] = Field(
+        default=1.0,
+        description="Displacement of the driving teeth over that of the input.",
+    )
+    base_radius_mm: Positive = Field(description="Base radius.")
+    helix_angle_deg: Annotated[float, Field(ge=-60.0, le=60.0)] = Field(
+        default=0.0, description="Helix angle of the mesh that drives the wheel."
+    )
+    inertia_kg_m2: Positive = Field(description="Moment of inertia.")
+    mass_kg: Positive | None = Field(
+        default=None, description="Mass, where the bearing has play."
+    )
+    tooth_play_mm: Play = Field(description="Play of the teeth.")
+    tooth_restitution: Part = Field(
+        description="Coefficient of restitution of the teeth."
+    )
+    tooth_play_amplitude_mm: Size | None = Field(
+        default=None, description="Amplitude of the variation of the tooth play."
+    )
+    tooth_play_order: Annotated[int, Field(ge=1, le=100)] | None = Field(
+        default=None,
+        description="Periods of the variation of the tooth play per period of the "
+        "excitation. [default: 1]",
+    )
+    tooth_play_phase_deg: Signed | None = Field(
+        default=None,
+        description="Phase of the variation of the tooth play. [default: 0]",
+    )
+    drag_Nm: Signed = Field(
+        default=0.0, description="Drag torque; negative against the rotation."
+    )
+    damping_Nms_per_rad: NotNegative = Field(
+        default=0.0, description="Damping of the rotation."
+    )
+    axial_play_mm: Play | None = Field(
+        default=None, description="Axial play of the bearing."
+    )
+    axial_restitution: Part | None = Field(
+        default=None, description="Coefficient of restitution of the axial stops."
+    )
+    axial_drag_N: Signed | None = Field(
+        default=None, description="Axial force. [default: 0]"
+    )
+    axial_damping_Ns_per_m: NotNegative | None = Field(
+        default=None, description="Damping of the axial motion. [default: 0]"
+    )
+    radial_play_mm: Play | None = Field(
+        default=None, description="Radial play of the bearing."
+    )
+    radial_restitution: Part | None = Field(
+        default=None, description="Coefficient of restitution of the bearing."
+    )
+    radial_drag_N: Signed | None = Field(
+        default=None, description="Radial force. [default: 0]"
+    )
+    radial_damping_Ns_per_m: NotNegative | None = Field(
+        default=None, description="Damping of the radial motion. [default: 0]"
+    )
 
     @model_validator(mode="after")
     def _whole_plays(self) -> WheelKeys:
@@ -156,11 +213,16 @@ class WheelKeys(Keys):
 class GearboxFile(Keys):
     """A gearbox file."""
 
-    name: Name
-    description: str = ""
-    inferences: Entries[str] = ()
-    excitation: ExcitationKeys
-    wheel: Annotated[Entries[WheelKeys], Field(min_length=1)]
+    name: Name = Field(description="Name of the gearbox.")
+    description: str = Field(default="", description="A line about the gearbox.")
+    inferences: Entries[str] = Field(
+        default=(),
+        description="Values that the source lacks, and how they were chosen.",
+    )
+    excitation: ExcitationKeys = Field(description="Motion of the input.")
+    wheel: Annotated[Entries[WheelKeys], Field(min_length=1)] = Field(
+        description="Loose wheels."
+    )
 
     @model_validator(mode="after")
     def _used_plays(self) -> GearboxFile:

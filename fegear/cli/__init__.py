@@ -22,25 +22,16 @@ ABOUT = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
     "vibration of gear trains that they excite."
 )
-COMMANDS = (  # in the order of the help
-    *("sets", "show", "mesh", "stiffness", "compare", "identify", "modes", "sweep"),
-    *(
-        "motion",
-        "branches",
-        "bifurcations",
-        "map",
-        "theory",
-        "stability",
-        "dynamics",
-        "render",
-        "eccentric",
-        "clatter",
-        "validate",
+COMMANDS = {  # in the order of the help
+    "Gears and files": ("sets", "new", "keys", "show", "mesh", "eccentric"),
+    "Statics": ("stiffness", "compare", "identify", "render"),
+    "Vibration": (
+        *("modes", "theory", "sweep", "motion", "branches", "bifurcations", "map"),
+        *("stability", "dynamics"),
     ),
-    "reproduce",
-    "ablation",
-    "warmup",
-)
+    "Machines": ("clatter", "rattle"),
+    "Evidence and upkeep": ("validate", "ablation", "reproduce", "bench", "warmup"),
+}
 RATTLES = (  # of the group `rattle`
     *("critical", "gears", "run-down", "periodic"),
     *("bifurcation", "basin", "manifold", "noise"),
@@ -51,18 +42,15 @@ BENCHMARKS = (  # of the group `bench`
 )
 
 
-GROUPS = "rattle", "bench"
-app = typer.Typer(
-    name="fegear", help=ABOUT, cls=group_class((*COMMANDS, *GROUPS)), **TYPER_OPTIONS
-)
+app = typer.Typer(name="fegear", help=ABOUT, cls=group_class(COMMANDS), **TYPER_OPTIONS)
 benchmarks = typer.Typer(
     help="Run time against error.",
-    cls=group_class(BENCHMARKS, "bench "),
+    cls=group_class({"Commands": BENCHMARKS}, "bench "),
     **TYPER_OPTIONS,
 )
 rattles = typer.Typer(
     help="Rattle of eccentric gears: quiet or noisy.",
-    cls=group_class(RATTLES, "rattle "),
+    cls=group_class({"Commands": RATTLES}, "rattle "),
     **TYPER_OPTIONS,
 )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import typer
@@ -12,14 +12,22 @@ from fegear.cli.command import TYPER_OPTIONS, add_command
 from fegear.studies import ALIASES, STUDIES, load_study
 
 
-def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
+def group_class(
+    sections: Mapping[str, Sequence[str]], prefix: str = ""
+) -> type[TyperGroup]:
     """A class of groups with commands in this order, some of which are studies.
 
+    sections : names of commands by the heading that the help gives them
     prefix : words before the name in the commands of studies
     """
 
     class LazyGroup(TyperGroup):
         def list_commands(self, ctx: Any) -> list[str]:
+            return [
+                name for names in sections.values() for name in self._offered(names)
+            ]
+
+        def _offered(self, names: Sequence[str]) -> list[str]:
             return [n for n in names if prefix + n in STUDIES or n in self.commands]
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
@@ -31,10 +39,15 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
             return command
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:
-            commands = self.list_commands(ctx)
-            rows = [(name, self._summary(ctx, name)) for name in commands]
-            with formatter.section("Commands"):
-                formatter.write_dl(rows)
+            width = max(map(len, self.list_commands(ctx)))
+            for heading, names in sections.items():
+                rows = [
+                    (name.ljust(width), self._summary(ctx, name))
+                    for name in self._offered(names)
+                ]
+                if rows:
+                    with formatter.section(heading):
+                        formatter.write_dl(rows)
 
         def _summary(self, ctx: Any, name: str) -> str:
             """The first line of the help, without loading the study."""

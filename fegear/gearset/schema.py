@@ -40,8 +40,12 @@ Inertia = Annotated[float, Field(ge=1e-15, le=1e9)]  # kg m2
 Mass = Annotated[float, Field(ge=1e-12, le=1e9)]  # kg
 Length = Annotated[float, Field(ge=1e-3, le=1e5)]  # mm, far beyond any gear
 Height = Annotated[float, Field(ge=-1e5, le=1e5)]
-Teeth = Annotated[int, Field(ge=5, le=10000)]
-Module = Annotated[float, Field(ge=0.01, le=1000.0)]
+Teeth = Annotated[int, Field(ge=5, le=10000, description="Number of teeth.")]
+Module = Annotated[float, Field(ge=0.01, le=1000.0, description="Module.")]
+FaceWidth = Annotated[Length, Field(description="Face width.")]
+HubRadius = Annotated[
+    Length, Field(description="Radius of the bore, which is fixed to the shaft.")
+]
 Angle = Annotated[float, Field(ge=5.0, le=35.0)]
 Shift = Annotated[float, Field(ge=-2.0, le=2.0)]
 Entries = Annotated[tuple[Item, ...], Strict(False)]  # a TOML array is a list
@@ -89,39 +93,79 @@ BEARING_KEYS = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
 
 
 class GearDefaults(Keys):
-    """Keys that gears may share through the [defaults] table.
-
-    addendum_mm : height of the tip above the reference circle
-    rack_tip_radius_mm : by default 0.3 module or, if less, what fits the space
-    tooth_thinning_um : reduction of the arc thickness on the reference circle
-    pitch_errors_um : how far each tooth is set back from contact on the flank that
-        carries load in the gear's first mesh, in the order in which teeth come into
-        contact, that of the reference pair first
-    inertia_kg_m2, mass_kg : by default of the body between bore and tooth outline
-    bearing_kx_N_per_m, bearing_ky_N_per_m : without them the centre does not move
-    coupling_stiffness_Nm_per_rad : torsional spring to ground
-    """
+    """Keys that gears may share through the [defaults] table."""
 
     teeth: Teeth | None = None
     module_mm: Module | None = None
-    pressure_angle_deg: Angle = 20.0
-    profile_shift: Shift = 0.0
-    tip_radius_mm: Length | None = None
-    addendum_mm: Height | None = None
-    dedendum_mm: Length | None = None
-    rack_tip_radius_mm: Length | None = None
-    face_width_mm: Length | None = None
-    hub_radius_mm: Length | None = None
-    tooth_thinning_um: Signed = 0.0
-    young_modulus_GPa: Annotated[float, Field(ge=1e-3, le=1e5)] = 206.0
-    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.49)] = 0.3
-    density_kg_per_m3: Annotated[float, Field(ge=1e-3, le=1e6)] = 7850.0
-    inertia_kg_m2: Inertia | None = None
-    mass_kg: Mass | None = None
-    pitch_errors_um: Entries[Signed] | None = None
-    bearing_kx_N_per_m: Stiffness | None = None
-    bearing_ky_N_per_m: Stiffness | None = None
-    coupling_stiffness_Nm_per_rad: Annotated[float, Field(ge=0.0, le=1e15)] = 0.0
+    pressure_angle_deg: Angle = Field(
+        default=20.0, description="Pressure angle of the rack."
+    )
+    profile_shift: Shift = Field(
+        default=0.0, description="Profile shift over the module."
+    )
+    tip_radius_mm: Length | None = Field(
+        default=None,
+        description="Radius of the tip circle. [default: from addendum_mm, or from "
+        "contact_ratio]",
+    )
+    addendum_mm: Height | None = Field(
+        default=None,
+        description="Height of the tip above the reference circle, instead of "
+        "tip_radius_mm. [default: (1 + profile_shift) module]",
+    )
+    dedendum_mm: Length | None = Field(
+        default=None,
+        description="Depth of the root below the reference circle of a gear without "
+        "profile shift. [default: 1.25 module]",
+    )
+    rack_tip_radius_mm: Length | None = Field(
+        default=None,
+        description="Radius of the rack's tip, which cuts the fillet. [default: 0.3 "
+        "module or, if less, what fits the space]",
+    )
+    face_width_mm: FaceWidth | None = None
+    hub_radius_mm: HubRadius | None = None
+    tooth_thinning_um: Signed = Field(
+        default=0.0,
+        description="Reduction of the arc thickness on the reference circle.",
+    )
+    young_modulus_GPa: Annotated[float, Field(ge=1e-3, le=1e5)] = Field(
+        default=206.0, description="Young's modulus."
+    )
+    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.49)] = Field(
+        default=0.3, description="Poisson's ratio."
+    )
+    density_kg_per_m3: Annotated[float, Field(ge=1e-3, le=1e6)] = Field(
+        default=7850.0, description="Density."
+    )
+    inertia_kg_m2: Inertia | None = Field(
+        default=None,
+        description="Moment of inertia. [default: of the body between bore and tooth "
+        "outline]",
+    )
+    mass_kg: Mass | None = Field(
+        default=None,
+        description="Mass. [default: of the body between bore and tooth outline]",
+    )
+    pitch_errors_um: Entries[Signed] | None = Field(
+        default=None,
+        description="Distance of each tooth behind its contact, on the flank that "
+        "carries load in the gear's first mesh; teeth in the order in which"
+        " they come into contact, that of the reference pair first.",
+    )
+    bearing_kx_N_per_m: Stiffness | None = Field(
+        default=None,
+        description="Stiffness of the bearing along x; without it the centre does not "
+        "move.",
+    )
+    bearing_ky_N_per_m: Stiffness | None = Field(
+        default=None,
+        description="Stiffness of the bearing along y; without it the centre does not "
+        "move.",
+    )
+    coupling_stiffness_Nm_per_rad: Annotated[float, Field(ge=0.0, le=1e15)] = Field(
+        default=0.0, description="Torsional stiffness of a spring to ground."
+    )
 
     @model_validator(mode="after")
     def _one_tip(self) -> GearDefaults:
@@ -132,11 +176,11 @@ class GearDefaults(Keys):
 class GearEntry(GearDefaults):
     """[[gear]], defaults filled in."""
 
-    name: Name
+    name: Name = Field(description="Name of the gear.")
     teeth: Teeth
     module_mm: Module
-    face_width_mm: Length
-    hub_radius_mm: Length
+    face_width_mm: FaceWidth
+    hub_radius_mm: HubRadius
 
     @model_validator(mode="after")
     def _both_bearings(self) -> GearEntry:
@@ -161,14 +205,26 @@ class GearEntry(GearDefaults):
         return self
 
 
-class ReliefEntry(Keys):
-    """magnitude_um : at its end; exactly one key says where the relief starts."""
+START = (
+    "Point where the relief starts: of single-tooth contact the highest (HPSTC) or the "
+    "lowest (LPSTC)."
+)
 
-    magnitude_um: Positive
-    length_pitches: Positive | None = None
-    start_roll_angle_deg: Positive | None = None
-    start: Literal["HPSTC", "LPSTC"] | None = None
-    shape: ReliefShape = "linear"
+
+class ReliefEntry(Keys):
+    """A relief; exactly one key says where it starts."""
+
+    magnitude_um: Positive = Field(description="Depth at the end of the flank.")
+    length_pitches: Positive | None = Field(
+        default=None, description="Length, as roll angle over the pitch angle."
+    )
+    start_roll_angle_deg: Positive | None = Field(
+        default=None, description="Roll angle at which the relief starts."
+    )
+    start: Literal["HPSTC", "LPSTC"] | None = Field(default=None, description=START)
+    shape: ReliefShape = Field(
+        default="linear", description="Depth over the roll angle."
+    )
 
     @model_validator(mode="after")
     def _one_start(self) -> ReliefEntry:
@@ -177,43 +233,76 @@ class ReliefEntry(Keys):
 
 
 class TipReliefEntry(ReliefEntry):
-    start: Literal["HPSTC"] | None = None
+    start: Literal["HPSTC"] | None = Field(default=None, description=START)
 
 
 class RootReliefEntry(ReliefEntry):
-    start: Literal["LPSTC"] | None = None
+    start: Literal["LPSTC"] | None = Field(default=None, description=START)
 
 
 class MeshEntry(Keys):
-    """[[mesh]]; a relief without a gear's role applies to both gears.
+    """[[mesh]]; a relief without a gear's role applies to both gears."""
 
-    phase : position of the mesh cycle when the first mesh is at its pitch point,
-        in base pitches
-    center_line_deg : direction from driver to driven, counter-clockwise from x; by
-        default the centres are in a row along x
-    backlash_um : along the line of action, in place of the teeth's own
-    mean_stiffness_N_per_m, stiffness_variation, load_share : figures for analytic
-        stiffness waves; peak to peak over mean, and the share of a pair at the start
-        of double contact
-    """
-
-    driver: Name
-    driven: Name
-    center_distance_mm: Length | None = None
-    operating_pressure_angle_deg: Annotated[float, Field(ge=5.0, le=45.0)] | None = None
-    contact_ratio: Annotated[float, Field(ge=1.0, le=1e2)] | None = None
-    phase: Signed | None = None
-    center_line_deg: Signed | None = None
-    backlash_um: NotNegative | None = None
-    mean_stiffness_N_per_m: Stiffness | None = None
-    stiffness_variation: Annotated[float, Field(ge=0.0, lt=1.0)] | None = None
-    load_share: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
-    tip_relief: TipReliefEntry | None = None
-    root_relief: RootReliefEntry | None = None
-    driver_tip_relief: TipReliefEntry | None = None
-    driven_tip_relief: TipReliefEntry | None = None
-    driver_root_relief: RootReliefEntry | None = None
-    driven_root_relief: RootReliefEntry | None = None
+    driver: Name = Field(description="Name of the driving gear.")
+    driven: Name = Field(description="Name of the driven gear.")
+    center_distance_mm: Length | None = Field(
+        default=None, description="Centre distance."
+    )
+    operating_pressure_angle_deg: Annotated[float, Field(ge=5.0, le=45.0)] | None = (
+        Field(
+            default=None,
+            description="Operating pressure angle, instead of center_distance_mm.",
+        )
+    )
+    contact_ratio: Annotated[float, Field(ge=1.0, le=1e2)] | None = Field(
+        default=None,
+        description="Contact ratio, from which tips follow that are not given.",
+    )
+    phase: Signed | None = Field(
+        default=None,
+        description="Position of the mesh cycle when the first mesh is at its pitch "
+        "point, in base pitches. [default: that of the teeth, where they "
+        "fix it]",
+    )
+    center_line_deg: Signed | None = Field(
+        default=None,
+        description="Direction from driver to driven gear, counter-clockwise from x. "
+        "[default: all centres in a row along x]",
+    )
+    backlash_um: NotNegative | None = Field(
+        default=None,
+        description="Backlash along the line of action. [default: that of the teeth]",
+    )
+    mean_stiffness_N_per_m: Stiffness | None = Field(
+        default=None, description="Mean stiffness of analytic stiffness waves."
+    )
+    stiffness_variation: Annotated[float, Field(ge=0.0, lt=1.0)] | None = Field(
+        default=None,
+        description="Peak to peak of analytic stiffness waves, over the mean.",
+    )
+    load_share: Annotated[float, Field(gt=0.0, lt=1.0)] | None = Field(
+        default=None,
+        description="Share of the load that a pair carries at the start of double "
+        "contact, of analytic stiffness waves.",
+    )
+    tip_relief: TipReliefEntry | None = Field(
+        default=None, description="Tip relief of both gears."
+    )
+    root_relief: RootReliefEntry | None = Field(
+        default=None, description="Root relief of both gears."
+    )
+    driver_tip_relief: TipReliefEntry | None = Field(
+        default=None, description="Tip relief of the driving gear."
+    )
+    driven_tip_relief: TipReliefEntry | None = Field(
+        default=None, description="Tip relief of the driven gear."
+    )
+    driver_root_relief: RootReliefEntry | None = Field(
+        default=None, description="Root relief of the driving gear."
+    )
+    driven_root_relief: RootReliefEntry | None = Field(
+        default=None, description="Root relief of the driven gear."
+    )
 
     @model_validator(mode="after")
     def _exclusive(self) -> MeshEntry:
@@ -240,13 +329,18 @@ def mesh_label(driver: str, driven: str) -> str:
 
 
 class ShaftEntry(Keys):
-    """[[shaft]]: gears on one axis.
+    """[[shaft]]: gears on one axis."""
 
-    stiffness_Nm_per_rad : torsional, between successive gears; rigid by default
-    """
+    gears: Annotated[Entries[Name], Field(min_length=2)] = Field(
+        description="Names of the gears on the shaft, in order."
+    )
+    stiffness_Nm_per_rad: Stiffness | None = Field(
+        default=None,
+        description="Torsional stiffness between successive gears. [default: rigid]",
+    )
 
-    gears: Annotated[Entries[Name], Field(min_length=2)]
-    stiffness_Nm_per_rad: Stiffness | None = None
+
+MIN_TORQUE = 1e-6  # N m; less is lost in round-off of the no-load transmission error
 
 
 def _driving(torque: float) -> float:
@@ -254,7 +348,7 @@ def _driving(torque: float) -> float:
         raise ValueError(
             "torque of the wrong sign; must be positive, in the sense of rotation"
         )
-    if torque < 1e-6:  # less is lost in round-off of the no-load transmission error
+    if torque < MIN_TORQUE:
         raise ValueError("must be at least 1e-6 N m")
     return torque
 
@@ -269,32 +363,51 @@ def _each_once(torques: tuple[float, ...]) -> tuple[float, ...]:
 class LoadEntry(Keys):
     """[load]: the torque cases on the input gear."""
 
-    gear: Name
+    gear: Name = Field(description="Name of the input gear.")
     torques_Nm: Annotated[
-        Entries[Annotated[float, Field(le=1e9), AfterValidator(_driving)]],
+        Entries[
+            Annotated[
+                float,
+                Field(le=1e9, json_schema_extra={"minimum": MIN_TORQUE}),
+                AfterValidator(_driving),
+            ]
+        ],
         Field(min_length=1),
         AfterValidator(_each_once),
-    ]
+    ] = Field(description="Torques on the input gear.")
 
 
 class DynamicsEntry(Keys):
     """[dynamics]: what a lumped model needs in addition to the parts."""
 
-    damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] | None = None
+    damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] | None = Field(
+        default=None, description="Damping ratio of every vibration mode."
+    )
 
 
 class Document(Keys):
     """A whole gear set file."""
 
-    name: Name
-    description: str = ""
-    inferences: Entries[str] = ()
-    defaults: GearDefaults = GearDefaults()
-    gear: Annotated[Entries[GearEntry], Field(min_length=1)]
-    mesh: Annotated[Entries[MeshEntry], Field(min_length=1)]
-    shaft: Entries[ShaftEntry] = ()
-    load: LoadEntry | None = None
-    dynamics: DynamicsEntry = DynamicsEntry()
+    name: Name = Field(description="Name of the gear set.")
+    description: str = Field(default="", description="A line about the gear set.")
+    inferences: Entries[str] = Field(
+        default=(),
+        description="Values that the source lacks, and how they were chosen.",
+    )
+    defaults: GearDefaults = Field(
+        default=GearDefaults(), description="Keys that gears share."
+    )
+    gear: Annotated[Entries[GearEntry], Field(min_length=1)] = Field(
+        description="The gears."
+    )
+    mesh: Annotated[Entries[MeshEntry], Field(min_length=1)] = Field(
+        description="Pairs of gears in mesh."
+    )
+    shaft: Entries[ShaftEntry] = Field(default=(), description="Gears on one axis.")
+    load: LoadEntry | None = Field(default=None, description="Torque cases.")
+    dynamics: DynamicsEntry = Field(
+        default=DynamicsEntry(), description="Damping of lumped models."
+    )
 
     @model_validator(mode="after")
     def _unique(self) -> Document:

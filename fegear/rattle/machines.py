@@ -51,23 +51,47 @@ Small = Annotated[float, Field(ge=0.0, le=1e3)]  # angles and lengths
 
 
 class MachineKeys(Keys):
-    """The table [machine]; see `lumped.rattle.machine.Machine`.
+    """The table [machine]; see `lumped.rattle.machine.Machine`."""
 
-    eccentricity_rad : of the transmission error, or of each gear and the angle from
-        the long side of one to that of the other where they mesh
-    """
-
-    damping: Positive
-    eccentricity_rad: Small | None = None
-    driving_eccentricity_rad: Small | None = None
-    driven_eccentricity_rad: Small | None = None
-    eccentricity_phase_rad: Signed | None = None
-    half_backlash_rad: Positive
-    stiffness: Annotated[float, Field(ge=1e-9, le=1e15)] = math.inf
-    restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
-    ripple: Signed = 0.0
-    ripple_order: int = Field(default=1, ge=1, le=1000)
-    ripple_phase_rad: Signed = 0.0
+    damping: Positive = Field(
+        description="Damping of a shaft over its inertia and its speed in turns per "
+        "second."
+    )
+    eccentricity_rad: Small | None = Field(
+        default=None, description="Amplitude of the transmission error."
+    )
+    driving_eccentricity_rad: Small | None = Field(
+        default=None,
+        description="Eccentricity of the driving gear over its pitch radius, instead of"
+        " eccentricity_rad.",
+    )
+    driven_eccentricity_rad: Small | None = Field(
+        default=None,
+        description="Eccentricity of the driven gear over its pitch radius.",
+    )
+    eccentricity_phase_rad: Signed | None = Field(
+        default=None, description="Angle between the long sides of both gears."
+    )
+    half_backlash_rad: Positive = Field(description="Half of the backlash.")
+    stiffness: Annotated[float, Field(ge=1e-9, le=1e15)] = Field(
+        default=math.inf,
+        description="Stiffness of the flanks over the inertia and the squared speed in "
+        "turns per second. [default: infinite, the limit of impacts]",
+    )
+    restitution: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        default=1.0, description="Coefficient of restitution, in the limit of impacts."
+    )
+    ripple: Signed = Field(
+        default=0.0,
+        description="Amplitude of the torque ripple over the inertia and the squared "
+        "speed in turns per second.",
+    )
+    ripple_order: int = Field(
+        default=1, ge=1, le=1000, description="Periods of the torque ripple per turn."
+    )
+    ripple_phase_rad: Signed = Field(
+        default=0.0, description="Phase of the torque ripple."
+    )
 
     @model_validator(mode="after")
     def _one_eccentricity(self) -> MachineKeys:
@@ -79,49 +103,95 @@ class MachineKeys(Keys):
 class ShaftsKeys(Keys):
     """The table [shafts]; see `lumped.rattle.assembly.Shafts`."""
 
-    driving_inertia: Positive = 1.0
-    driven_inertia: Positive = 1.0
-    driving_drag: Positive = 1.0
-    driven_drag: Positive = 1.0
+    driving_inertia: Positive = Field(
+        default=1.0,
+        description="Inertia of the driving shaft over that of equal shafts.",
+    )
+    driven_inertia: Positive = Field(
+        default=1.0,
+        description="Inertia of the driven shaft over that of equal shafts.",
+    )
+    driving_drag: Positive = Field(
+        default=1.0, description="Drag of the driving shaft over that of equal shafts."
+    )
+    driven_drag: Positive = Field(
+        default=1.0, description="Drag of the driven shaft over that of equal shafts."
+    )
 
 
 class SprungGearKeys(Keys):
     """The table [driven_gear]; see `lumped.rattle.assembly.SprungGear`."""
 
-    stiffness: Positive
-    inertia: NotNegative = 0.0
-    damping: NotNegative = 0.0
+    stiffness: Positive = Field(
+        description="Stiffness of the spring, scaled as in [machine]."
+    )
+    inertia: NotNegative = Field(
+        default=0.0, description="Inertia of the gear over that of a shaft."
+    )
+    damping: NotNegative = Field(
+        default=0.0, description="Damping of the spring, scaled as in [machine]."
+    )
 
 
 class DrivingGearKeys(SprungGearKeys):
     """The table [driving_gear]."""
 
-    motor_on_gear: bool = False
+    motor_on_gear: bool = Field(
+        default=False,
+        description="Whether the torque acts on the gear and not on the shaft behind "
+        "the spring.",
+    )
 
 
 class AbsorberKeys(Keys):
     """The table [absorber]; see `lumped.rattle.assembly.Absorber`."""
 
-    mass: Annotated[float, Field(ge=1e-12, le=1e9)]
-    pivot_radius: Length
-    path_radius: Length
-    damping: NotNegative = 0.0
-    gear_eccentricity_rad: Small = 0.0
-    offset_angle_rad: Signed = 0.0
-    gear: Literal["driving", "driven"] = "driving"
+    mass: Annotated[float, Field(ge=1e-12, le=1e9)] = Field(
+        description="Mass of the pendulum over inertia over squared pitch radius."
+    )
+    pivot_radius: Length = Field(
+        description="Distance from the gear's centre to that of the path, over the "
+        "pitch radius."
+    )
+    path_radius: Length = Field(description="Radius of the path over the pitch radius.")
+    damping: NotNegative = Field(
+        default=0.0,
+        description="Damping force along the path per angle, over inertia times speed "
+        "over pitch radius.",
+    )
+    gear_eccentricity_rad: Small = Field(
+        default=0.0, description="Eccentricity of the gear over the pitch radius."
+    )
+    offset_angle_rad: Signed = Field(
+        default=0.0, description="Angle from the eccentricity to the neutral position."
+    )
+    gear: Literal["driving", "driven"] = Field(
+        default="driving", description="Gear that carries the pendulum."
+    )
 
 
 class MachineFile(Keys):
     """A machine file."""
 
-    name: Name
-    description: str = ""
-    inferences: Entries[str] = ()
-    machine: MachineKeys
-    shafts: ShaftsKeys = ShaftsKeys()
-    driving_gear: DrivingGearKeys | None = None
-    driven_gear: SprungGearKeys | None = None
-    absorber: AbsorberKeys | None = None
+    name: Name = Field(description="Name of the machine.")
+    description: str = Field(default="", description="A line about the machine.")
+    inferences: Entries[str] = Field(
+        default=(),
+        description="Values that the source lacks, and how they were chosen.",
+    )
+    machine: MachineKeys = Field(description="Two equal shafts geared one to one.")
+    shafts: ShaftsKeys = Field(
+        default=ShaftsKeys(), description="Shafts that are unequal."
+    )
+    driving_gear: DrivingGearKeys | None = Field(
+        default=None, description="Driving gear on a torsional spring."
+    )
+    driven_gear: SprungGearKeys | None = Field(
+        default=None, description="Driven gear on a torsional spring."
+    )
+    absorber: AbsorberKeys | None = Field(
+        default=None, description="Centrifugal pendulum on a gear."
+    )
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,16 @@ STUDIES = {
         "Clattering gearboxes: impacts of loose wheels.",
     ),
     "sets": ("sets", "BuiltinSets", "List the built-in gear sets."),
+    "keys": (
+        "keys",
+        "KeyList",
+        "List the keys of files: unit, default, limits and meaning.",
+    ),
+    "new": (
+        "new_file",
+        "NewFile",
+        "Write a commented file to begin with, which runs as it is.",
+    ),
     "show": (
         "show",
         "DerivedGeometry",

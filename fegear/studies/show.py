@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from fegear.files.keys import UNITS
 from fegear.files.output import PICTURES
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.draw import gear_set_figure
@@ -24,19 +25,9 @@ from fegear.studies.study import (
 from fegear.studies.trains import DEFAULT_PAIR, GearSetRef
 
 # Ends of names and what they mean on the screen, longer ones first.
-UNITS = {
+LABELS = {
     "_roll_angle_deg": ", roll angle [deg]",
-    "_kg_per_m3": " [kg/m3]",
-    "_Nm_per_rad": " [N m/rad]",
-    "_N_per_m": " [N/m]",
-    "_kg_m2": " [kg m2]",
-    "_pitches": " [base pitches]",
-    "_mm": " [mm]",
-    "_um": " [um]",
-    "_deg": " [deg]",
-    "_GPa": " [GPa]",
-    "_Nm": " [N m]",
-    "_kg": " [kg]",
+    **{f"_{end}": f" [{unit}]" for end, unit in UNITS.items()},
     "_origin": " is",
 }
 # Figures whose names do not say it all.
@@ -164,8 +155,8 @@ def flattened(figures: dict[str, Any]) -> dict[str, Any]:
 def header(key: str) -> str:
     """`base_radius_mm` as `Base radius [mm]`."""
     place, _, name = key.rpartition(".")
-    end = next((end for end in UNITS if name.endswith(end)), "")
-    label = name.removesuffix(end).replace("_", " ") + UNITS.get(end, "")
+    end = next((end for end in LABELS if name.endswith(end)), "")
+    label = name.removesuffix(end).replace("_", " ") + LABELS.get(end, "")
     text = f"{place.replace('_', ' ')} {HEADERS.get(name, label)}".strip()
     return text[0].upper() + text[1:]
 

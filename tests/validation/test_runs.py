@@ -34,7 +34,7 @@ from validation.study import run_store, runs, solving, tasks
 from validation.study.cases import Model, SingleSpeed, Tolerance, load_case
 from validation.study.metrics import static_measures
 from validation.study.printed import printed_figure
-from validation.study.run_files import NAMES, features
+from validation.study.run_files import FILE_NAMES, features
 from validation.study.solving import approach, mesh_statics, static_deflection
 from validation.study.tasks import tasks_of
 
@@ -344,7 +344,7 @@ DAMAGE = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", DAMAGE)
-@pytest.mark.parametrize("name", [run_store.INPUTS, *NAMES, run_store.RESULT])
+@pytest.mark.parametrize("name", [run_store.INPUTS, *FILE_NAMES, run_store.RESULT])
 def test_a_damaged_run_is_made_again(few, tmp_path, name, kind):
     store = shutil.copytree(few[0], tmp_path / "store")
     path = next(store.glob(f"model-1*/{name}"))

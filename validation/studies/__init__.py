@@ -1,6 +1,11 @@
 """Studies that compare models with evidence."""
 
+from fegear.files.keys import register_file
+from fegear.files.templates import register_template
 from fegear.studies import register
+
+register_file("case", "validation.study.cases", "Case")
+register_template("case", "validation")
 
 register(
     {

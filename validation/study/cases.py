@@ -57,24 +57,43 @@ def require_model(number: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """A lumped model and what excites it.
-
-    number : 1 every tooth pair with its gap; 2 mean stiffness and loaded transmission
-        error; 3 total stiffness and no-load error; coupled, see `lumped.train.coupled`
-    without : parts of the coupled model that are left out
-    friction : whether the teeth of model 1 have the friction of the case; bending :
-        their friction-bending ratio, None for that of the finite elements
-    edits : of the gear set for this model only, on top of the case's
-    """
+    """A lumped model and what excites it."""
 
     __pydantic_config__ = STRICT
 
-    number: Annotated[Any, AfterValidator(require_model)]
-    excitation: Kind = "fe"
-    without: tuple[Part, ...] = ()
-    friction: Flag = False
-    bending: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
-    edits: tuple[Edit, ...] = ()
+    number: Annotated[
+        Annotated[Any, AfterValidator(require_model)],
+        Field(
+            description="Lumped model: 1 every tooth pair with its gap; 2 mean "
+            "stiffness and loaded transmission error; 3 total stiffness "
+            "and no-load transmission error; or coupled."
+        ),
+    ]
+    excitation: Annotated[
+        Kind,
+        Field(
+            description="Mesh stiffness and transmission error: finite elements or an"
+            " analytic wave."
+        ),
+    ] = "fe"
+    without: Annotated[
+        tuple[Part, ...],
+        Field(description="Parts of the coupled model that are left out."),
+    ] = ()
+    friction: Annotated[
+        Flag,
+        Field(description="Whether teeth of model 1 have the friction of the case."),
+    ] = False
+    bending: Annotated[
+        Annotated[Number, Field(ge=0.0, lt=1.0)] | None,
+        Field(
+            description="Friction-bending ratio. [default: that of the finite elements]"
+        ),
+    ] = None
+    edits: Annotated[
+        tuple[Edit, ...],
+        Field(description="Changes of the gear set for this model, KEY=VALUE."),
+    ] = ()
 
     def __post_init__(self) -> None:
         if self.friction and self.number != 1:
@@ -109,9 +128,15 @@ class Tolerance:
 
     __pydantic_config__ = STRICT
 
-    name: Annotated[str, AfterValidator(_require_metric)]
-    allowed: Annotated[Number, Field(ge=0.0)]
-    reason: Text
+    name: Annotated[
+        Annotated[str, AfterValidator(_require_metric)],
+        Field(description="Metric that is judged."),
+    ]
+    allowed: Annotated[
+        Annotated[Number, Field(ge=0.0)],
+        Field(description="Largest value that is allowed."),
+    ]
+    reason: Annotated[Text, Field(description="Why this value is allowed.")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,10 +148,19 @@ class SingleSpeed:
 
     __pydantic_config__ = STRICT
 
-    torque_Nm: Positive
-    speed_Hz: Positive
-    from_speed_Hz: Positive | None = None
-    step_Hz: Positive = APPROACH_STEP
+    torque_Nm: Annotated[
+        Positive, Field(description="Torque on the input gear, one of torques_Nm.")
+    ]
+    speed_Hz: Annotated[
+        Positive, Field(description="Mesh frequency of the first mesh.")
+    ]
+    from_speed_Hz: Annotated[
+        Positive | None,
+        Field(description="Speed from which it is reached. [default: from rest]"),
+    ] = None
+    step_Hz: Annotated[
+        Positive, Field(description="Largest step on the way from that speed.")
+    ] = APPROACH_STEP
 
     @property
     def label(self) -> str:
@@ -144,49 +178,96 @@ class Printed:
 
     __pydantic_config__ = STRICT
 
-    quantity: Text
-    value: Number
-    unit: str
-    where: Text
-    figure: Annotated[str, AfterValidator(require_key)] | None = None
+    quantity: Annotated[Text, Field(description="Quantity, as the source names it.")]
+    value: Annotated[Number, Field(description="Printed value.")]
+    unit: Annotated[str, Field(description="Unit of the printed value.")]
+    where: Annotated[Text, Field(description="Where it is printed.")]
+    figure: Annotated[
+        Annotated[str, AfterValidator(require_key)] | None,
+        Field(
+            description="Key of the computed value. [default: none, it is not compared]"
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
     """A comparison of lumped models with the finite elements.
 
-    torques_Nm : on the input gear; speeds_Hz : of the first mesh, `A:B:STEP`, numbers
-        and commas, or empty where nothing moves; directions : of the speed
-    friction : Coulomb coefficient of the finite elements, and of the models that ask
-        for it
-    damping_ratio : of every vibration mode, None for the gear set's
-    ablation : whether the coupled model is run without each of its parts as well, for
-        the error budget; these are what it is made of and no claims, none is judged
+    Runs of an ablation are for the error budget: none of them is judged.
     """
 
     __pydantic_config__ = STRICT
 
-    name: Annotated[str, AfterValidator(require_name)]
-    title: Text
-    gear_set: Text
-    torques_Nm: Annotated[tuple[Positive, ...], Field(min_length=1)]
+    name: Annotated[
+        Annotated[str, AfterValidator(require_name)],
+        Field(description="Name of the case, which files are named after."),
+    ]
+    title: Annotated[Text, Field(description="Heading of the report.")]
+    gear_set: Annotated[Text, Field(description="Built-in gear set, or a file.")]
+    torques_Nm: Annotated[
+        Annotated[tuple[Positive, ...], Field(min_length=1)],
+        Field(description="Torques on the input gear."),
+    ]
     model: Annotated[
-        tuple[Model, ...], Field(min_length=1), AfterValidator(require_own_names)
+        Annotated[
+            tuple[Model, ...], Field(min_length=1), AfterValidator(require_own_names)
+        ],
+        Field(description="Lumped models that are compared."),
     ]
     metric: Annotated[
-        tuple[Tolerance, ...], Field(min_length=1), AfterValidator(require_own_names)
+        Annotated[
+            tuple[Tolerance, ...],
+            Field(min_length=1),
+            AfterValidator(require_own_names),
+        ],
+        Field(description="Metrics that are judged."),
     ]
-    speeds_Hz: Speeds = ""
-    directions: Annotated[tuple[Direction, ...], Field(min_length=1)] = ("up", "down")
-    edits: tuple[Edit, ...] = ()
-    translations: Flag = False
-    friction: Annotated[Number, Field(ge=0.0, lt=0.5)] = 0.0
-    damping_ratio: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
-    fidelity: Fidelity = "reduced"
-    single_speed: tuple[SingleSpeed, ...] = ()
-    printed: tuple[Printed, ...] = ()
-    ablation: Flag = False
-    notes: str = ""
+    speeds_Hz: Annotated[
+        Speeds,
+        Field(
+            description="Mesh frequencies of the first mesh: A:B:STEP and numbers "
+            "with commas; empty where nothing moves."
+        ),
+    ] = ""
+    directions: Annotated[
+        Annotated[tuple[Direction, ...], Field(min_length=1)],
+        Field(description="Directions of the speed."),
+    ] = ("up", "down")
+    edits: Annotated[
+        tuple[Edit, ...], Field(description="Changes of the gear set, KEY=VALUE.")
+    ] = ()
+    translations: Annotated[
+        Flag, Field(description="Whether centres of gears move on their bearings.")
+    ] = False
+    friction: Annotated[
+        Annotated[Number, Field(ge=0.0, lt=0.5)],
+        Field(description="Coefficient of Coulomb friction of the teeth."),
+    ] = 0.0
+    damping_ratio: Annotated[
+        Annotated[Number, Field(ge=0.0, lt=1.0)] | None,
+        Field(
+            description="Damping ratio of every vibration mode. [default: that of the"
+            " gear set]"
+        ),
+    ] = None
+    fidelity: Annotated[Fidelity, Field(description="Finite elements in motion.")] = (
+        "reduced"
+    )
+    single_speed: Annotated[
+        tuple[SingleSpeed, ...], Field(description="Motions at one speed.")
+    ] = ()
+    printed: Annotated[
+        tuple[Printed, ...], Field(description="Values that the source prints.")
+    ] = ()
+    ablation: Annotated[
+        Flag,
+        Field(
+            description="Whether the coupled model is also run without each of its "
+            "parts."
+        ),
+    ] = False
+    notes: Annotated[str, Field(description="Text of the report.")] = ""
 
     @cached_property
     def speeds(self) -> tuple[float, ...]:

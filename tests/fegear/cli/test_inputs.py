@@ -378,6 +378,16 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus("warmup --only rattle --json", "-o k.csv"),
         "--json": plus("warmup --only rattle", "--json"),
     },
+    "new": {
+        "KIND": swap("new pair -o f.toml", "pair", "idler"),
+        "--output": plus("new pair", "-o f.toml"),
+        "--json": plus("new pair -o f.toml", "--json"),
+    },
+    "keys": {
+        "KIND": plus("keys --json", "machine"),
+        "--output": plus("keys machine --json", "-o k.csv"),
+        "--json": plus("keys machine", "--json"),
+    },
     "sets": {
         "--output": plus("sets --json", "-o s.csv"),
         "--json": plus("sets", "--json"),

@@ -297,6 +297,8 @@ EXAMPLES = {
         "picture": fegear.PictureSettings(zoom="tooth"),
     },
     "sets": {},
+    "new": {"kind": "idler"},
+    "keys": {"kind": "gearbox"},
     "show": {"gear_set": "liu-idler"},
     "mesh": {
         "gear": 2,
@@ -417,7 +419,7 @@ RUN_DEPENDENT_KEYS = {
     *("seconds", "peak_memory_MB", "interpolation_error", "reused"),
     *("compiled_signatures", "functions", "signatures"),  # of a cache that others use
 }
-WITHOUT_TABLE = {"show", "mesh", "render", "rattle gears", "bench all"}
+WITHOUT_TABLE = {"new", "show", "mesh", "render", "rattle gears", "bench all"}
 SLOW = {"ablation", "eccentric", "identify", "rattle bifurcation", "warmup", "validate"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)

@@ -1,0 +1,21 @@
+"""Commented files to begin with, by kind."""
+
+from __future__ import annotations
+
+from importlib import resources
+
+# by kind, the package with its file in the folder `templates`; see `register_template`
+TEMPLATES = dict.fromkeys(
+    ("pair", "idler", "counter-shaft", "machine", "gearbox"), "fegear.files"
+)
+
+
+def register_template(kind: str, package: str) -> None:
+    """Add a template of another package."""
+    TEMPLATES[kind] = package
+
+
+def template_text(kind: str) -> str:
+    """Text of a template of `TEMPLATES`."""
+    folder = resources.files(TEMPLATES[kind]) / "templates"
+    return (folder / f"{kind}.toml").read_text("utf-8")
