@@ -380,7 +380,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     },
     "new": {
         "KIND": swap("new pair -o f.toml", "pair", "idler"),
-        "--output": plus("new pair", "-o f.toml"),
+        "--output": swap("new pair -o f.toml", "f.toml", "g.toml"),
         "--json": plus("new pair -o f.toml", "--json"),
     },
     "keys": {
