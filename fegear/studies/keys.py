@@ -44,7 +44,7 @@ class KeyList(Study, command="keys", example="keys gear-set"):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.kind and self.kind not in FILE_KINDS:
-            raise InputError(f"KIND = {self.kind}; allowed are {', '.join(FILE_KINDS)}")
+            raise InputError(f"kind = {self.kind}; allowed are {', '.join(FILE_KINDS)}")
 
     def tasks(self) -> Iterator[Task]:
         yield Task("keys", self._list_keys)

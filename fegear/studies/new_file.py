@@ -49,7 +49,7 @@ class NewFile(Study, command="new", example="new pair -o my-pair.toml"):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.kind not in TEMPLATES:
-            raise InputError(f"KIND = {self.kind}; allowed are {', '.join(TEMPLATES)}")
+            raise InputError(f"kind = {self.kind}; allowed are {', '.join(TEMPLATES)}")
 
     def tasks(self) -> Iterator[Task]:
         yield Task("file", self._read_template)

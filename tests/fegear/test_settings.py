@@ -88,6 +88,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.BuiltinSets(),
     fegear.DerivedGeometry(),
     fegear.GearMesh(),
+    fegear.NewFile(kind="pair"),
     fegear.ContactPictures(file="a.png"),
     fegear.MeshStiffness(),
     fegear.Identification(gear_set="liu-pair"),
