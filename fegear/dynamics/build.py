@@ -60,7 +60,7 @@ SHEAR_WAVE_FACTOR = 3.0
 @documented
 @dataclass(frozen=True, kw_only=True)
 class FiniteElements:
-    """How the gears are modelled. Plane and resolution are those of the mesh tables."""
+    """Model of the gears. Its plane and resolution are those of the mesh tables."""
 
     fidelity: Fidelity = option(
         "auto",

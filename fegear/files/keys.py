@@ -98,7 +98,7 @@ def unit_of_key(key: str) -> str:
 def _keys_of(
     kind: str, table: str, schema: Mapping[str, Any], definitions: Mapping[str, Any]
 ) -> Iterator[FileKey]:
-    """Plain keys of a table, then those of the tables in it."""
+    """Yield the keys of a table, then the keys of the tables inside it."""
     tables = []
     for key, declared in schema["properties"].items():
         value, is_list = _value_schema(declared, definitions)

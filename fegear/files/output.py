@@ -26,9 +26,8 @@ try:
 except ImportError:  # on Windows, where a file that is open cannot be removed
     fcntl = None  # type: ignore[assignment]
 
-TEMPORARY_PREFIX = (
-    ".fegear-{process}-"  # and some letters: a file that is being written
-)
+# Name of a file that is being written; some letters follow
+TEMPORARY_PREFIX = ".fegear-{process}-"
 TEMPORARY_NAME = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
 PICTURES = (".png", ".pdf", ".svg")  # endings of names
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
@@ -118,9 +117,8 @@ def strict_json(values: Mapping[str, Any]) -> str:
     import json
 
     text = json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
-    return text.replace(
-        "\x7f", "\\u007f"
-    )  # DEL, the one control character that json keeps
+    # DEL is the one control character that json does not escape
+    return text.replace("\x7f", "\\u007f")
 
 
 def _finite(value: Any) -> Any:
