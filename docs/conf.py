@@ -26,10 +26,9 @@ extensions = [
     "declared",  # reference pages from the declarations of the program
     "mathml",  # formulas without network
 ]
-exclude_patterns = ["_build", "README.md", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
 root_doc = "index"
-nitpicky = False
-suppress_warnings = ["mystnb.unknown_mime_type"]
+smartquotes = False  # options begin with two dashes
 
 # pages
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]

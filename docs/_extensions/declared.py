@@ -17,10 +17,10 @@ from itertools import groupby
 from typing import Any
 
 import typer
+from click import Context
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
-from typer._click.core import Context
 
 from fegear.cli import COMMANDS, app
 from fegear.files.keys import FileKey, file_keys
@@ -53,7 +53,7 @@ def _command_section(name: str, command: Any) -> Lines:
             option, text = record
             yield from (f"`{option}`", f": {' '.join(text.split())}", "")
     study = load_study(name)
-    yield from ("Example:", "", "```console", f"fegear {study.example}", "```", "")
+    yield from ("Example:", "", "```console", study.example, "```", "")
     if home := _public_name(study):
         yield from (f"In Python: {{py:class}}`fegear.{home}`.", "")
 
