@@ -1,4 +1,4 @@
-"""Gears whose inertia is that of their elastic bodies, as in the example of the guides."""
+"""Gears whose inertia is that of their elastic bodies, as in the guide's example."""
 
 from __future__ import annotations
 
