@@ -1,4 +1,4 @@
-"""`import fegear`: the examples of its help and of the README run, and it is cheap."""
+"""`import fegear`: the examples of its help and of its guide run, and it is cheap."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import pytest
 import fegear
 from fegear.files.version import package_version
 
-README = Path(__file__).parents[2] / "README.md"
+GUIDE = Path(__file__).parents[2] / "docs" / "howto" / "python.md"
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 SPEEDS = 2000.0, 2100.0
 FAST = fegear.StiffnessSource(kind="rectangular")
@@ -41,20 +41,18 @@ def test_examples_are_short():
         assert 0 < block.count(">>>") < 10
 
 
-def test_the_section_of_the_readme():
-    section = README.read_text("utf-8").partition("\n## Python\n")[2]
-    blocks = BLOCK.findall(section.partition("\n## ")[0])
+def test_the_guide():
+    blocks = BLOCK.findall(GUIDE.read_text("utf-8"))
     assert len(blocks) >= 2
     names: dict[str, object] = {}
     for block in blocks:
         assert len(block.splitlines()) < 20
-        exec(compile(block, "README.md", "exec"), names)
+        exec(compile(block, GUIDE.name, "exec"), names)
 
 
-def test_the_readme_promises_no_more_than_runs():
+def test_the_guide_promises_no_more_than_runs():
     """Calls stand in blocks that are run, and none is left out by dots."""
-    section = README.read_text("utf-8").partition("\n## Python\n")[2]
-    section = section.partition("\n## ")[0]
+    section = GUIDE.read_text("utf-8")
     blocks = BLOCK.findall(section)
     assert not re.search(r"`fegear\.\w+\([^`)]", BLOCK.sub("", section))
     assert "..." not in section

@@ -136,12 +136,32 @@ def lines_of(page: str) -> list[str]:
     return [line.strip() for line in lines if line.strip().startswith("fegear ")]
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/gallery.md"])
+GUIDES = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("docs/**/*.md"))
+
+
+@pytest.mark.parametrize("page", ["README.md", *GUIDES])
 def test_commands_in_the_documentation_can_be_typed(page):
     lines = lines_of(page)
-    assert len(lines) > 5
+    assert len(lines) > 5 or page not in ("README.md", "docs/gallery.md")
     for line in lines:
         parsed(line)
+
+
+@pytest.mark.parametrize("page", GUIDES)
+def test_links_and_pictures_of_the_documentation_exist(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if not target.startswith(("http:", "https:", "mailto:")):
+            name, _, anchor = target.partition("#")
+            path = (ROOT / page).parent / name if name else ROOT / page
+            assert path.exists(), target
+            assert not anchor or anchor in anchors(path), target
+
+
+def anchors(path: Path) -> set[str]:
+    """Names of the headings of a page, as MyST makes them."""
+    headings = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", line).lower().replace(" ", "-") for line in headings}
 
 
 WRITES = {"-o", "--output", "--plot", "--contact", "--drawing", ">"}

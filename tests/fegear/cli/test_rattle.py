@@ -19,7 +19,7 @@ from fegear.cli import app, run
 from fegear.studies.machines import default_returns
 from fegear.studies.rattle_basin import default_side
 
-README = Path(__file__).parents[3] / "README.md"
+GUIDE = Path(__file__).parents[3] / "docs" / "howto" / "rattle.md"
 BASIN = "rattle", "basin", "roots-scaled"
 SMALL = (*BASIN, "--grid", "30", "--delta", "0.575")
 
@@ -190,8 +190,8 @@ def test_what_has_not_settled_is_told_and_left_out():
 
 
 def test_basins_of_low_damping_are_followed_until_transients_end(tmp_path):
-    """The machine of the README, whose basin was grey: no cell had an attractor."""
-    blocks = re.findall(r"```toml\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
+    """The machine of the guide, whose basin was grey: no cell had an attractor."""
+    blocks = re.findall(r"```toml\n(.*?)```", GUIDE.read_text("utf-8"), re.DOTALL)
     (text,) = [block for block in blocks if 'name = "my-pump"' in block]
     machine = tmp_path / "my-pump.toml"
     machine.write_text(text, "utf-8")

@@ -1,4 +1,4 @@
-"""Gears whose inertia is that of their elastic bodies, as in the README's example."""
+"""Gears whose inertia is that of their elastic bodies, as in the guide's example."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.steady_state import steady_state
 
-README = Path(__file__).parents[3] / "README.md"
+GUIDE = Path(__file__).parents[3] / "docs" / "howto" / "gear-set-file.md"
 TORQUE, SPEEDS = 120.0, [200.0, 4000.0]
 SETTINGS = DynamicSettings(tolerance=1e-3, steps=64)
 
 
 @pytest.fixture(scope="module")
 def example():
-    text, *_ = re.findall(r"```toml\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
+    text, *_ = re.findall(r"```toml\n(.*?)```", GUIDE.read_text("utf-8"), re.DOTALL)
     return read_gear_set(text)
 
 
