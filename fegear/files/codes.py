@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from typing import TypeAlias
 
 CODE_AT_END = re.compile(r" \[([WE]\d\d)\]$")
 
@@ -34,17 +35,22 @@ class EvidenceCode:
     limits: str
 
 
+Code: TypeAlias = WarningCode | EvidenceCode
+
+
 @cache
-def codes() -> Mapping[str, WarningCode | EvidenceCode]:
+def codes() -> Mapping[str, Code]:
     """All declarations by code, warnings first."""
     import tomllib
 
     text = (resources.files("fegear.files") / "codes.toml").read_text("utf-8")
-    kinds = {"W": WarningCode, "E": EvidenceCode}
-    return {
-        code: kinds[code[0]](code=code, **entry)
-        for code, entry in tomllib.loads(text).items()
-    }
+    return {code: _declared(code, entry) for code, entry in tomllib.loads(text).items()}
+
+
+def _declared(code: str, entry: Mapping[str, str]) -> Code:
+    if code.startswith("W"):
+        return WarningCode(code=code, **entry)
+    return EvidenceCode(code=code, **entry)
 
 
 def with_code(code: str, text: str) -> str:

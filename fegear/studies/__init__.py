@@ -34,11 +34,6 @@ STUDIES = {
         "Explanation",
         "Explain the codes of warnings and of evidence lines.",
     ),
-    "explain": (
-        "explain",
-        "Explanation",
-        "Explain the codes of warnings and of evidence lines.",
-    ),
     "new": (
         "new_file",
         "NewFile",

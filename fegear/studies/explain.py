@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
-from fegear.files.codes import EvidenceCode, WarningCode, codes
+from fegear.files.codes import Code, WarningCode, codes
 from fegear.files.errors import InputError
 from fegear.studies.page import Page
 from fegear.studies.study import (
@@ -21,7 +21,7 @@ from fegear.studies.study import (
 from fegear.studies.table import Table
 
 COLUMNS = "code", "title", "cause", "cure", "meaning", "limits"
-HEADINGS = {WarningCode: "Warnings", EvidenceCode: "Evidence"}
+HEADINGS = {"W": "Warnings", "E": "Evidence"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,18 +57,21 @@ class ExplanationResult(StudyResult):
     """Entries in the order asked for."""
 
     study: Explanation
-    entries: list[WarningCode | EvidenceCode]
+    entries: list[Code]
 
     @cached_property
+    def plain(self) -> list[dict[str, str]]:
+        """Entries as plain values."""
+        return [asdict(entry) for entry in self.entries]
+
+    @property
     def summary(self) -> dict[str, Any]:
-        return {"codes": [asdict(entry) for entry in self.entries]}
+        return {"codes": self.plain}
 
     @property
     def table(self) -> Table:
         """A row for each code; cells that it does not have are empty."""
-        rows = [
-            [getattr(entry, name, "") for name in COLUMNS] for entry in self.entries
-        ]
+        rows = [[entry.get(name, "") for name in COLUMNS] for entry in self.plain]
         return Table(COLUMNS, lambda: rows)
 
     def page(self) -> Page:
@@ -76,16 +79,15 @@ class ExplanationResult(StudyResult):
             for entry in self.entries:
                 yield from _lines(entry)
             return
-        for kind, heading in HEADINGS.items():
+        for letter, heading in HEADINGS.items():
             yield heading
             for entry in self.entries:
-                if isinstance(entry, kind):
+                if entry.code.startswith(letter):
                     yield f"  {entry.code}  {entry.title}"
 
 
-def _lines(entry: WarningCode | EvidenceCode) -> Iterator[str]:
+def _lines(entry: Code) -> Iterator[str]:
     """The title, and a line for each of the two parts."""
     yield f"{entry.code}  {entry.title}"
-    names = ("cause", "cure") if isinstance(entry, WarningCode) else COLUMNS[-2:]
-    for name in names:
+    for name in ("cause", "cure") if isinstance(entry, WarningCode) else COLUMNS[-2:]:
         yield f"  {name}: {getattr(entry, name)}"
