@@ -128,7 +128,7 @@ def test_explain_prints_all_titles_or_whole_entries():
     assert text.index("cause: ") < text.index("cure: ") < text.index("limits: ")
 
 
-def test_evidence_lines_end_with_their_code(tmp_path):
+def test_evidence_lines_end_with_their_code():
     coarse = ("--resolution", "coarse")
     lines = printed("stiffness", "liu-pair", *coarse, "--positions", 8)
     assert "[E01]" in lines
