@@ -30,7 +30,9 @@ COMMANDS = {  # in the order of the help
         *("stability", "dynamics"),
     ),
     "Machines": ("clatter", "rattle"),
-    "Evidence and upkeep": ("validate", "ablation", "reproduce", "bench", "warmup"),
+    "Evidence and upkeep": (
+        *("explain", "validate", "ablation", "reproduce", "bench", "warmup"),
+    ),
 }
 RATTLES = (  # of the group `rattle`
     *("critical", "gears", "run-down", "periodic"),

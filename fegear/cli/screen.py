@@ -30,9 +30,12 @@ def print_error(message: str) -> None:
 
 
 def print_warnings(warnings: Iterable[str]) -> None:
-    """A line for each on the error stream."""
+    """A line for each on the error stream; ValueError for one without its code."""
+    from fegear.files.codes import require_warning_code
+
     for warning in warnings:
-        typer.echo(f"warning: {printable(' '.join(warning.split()))}", err=True)
+        line = require_warning_code(" ".join(warning.split()))
+        typer.echo(f"warning: {printable(line)}", err=True)
 
 
 def print_json(values: Mapping[str, Any]) -> None:

@@ -23,6 +23,7 @@ from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
 from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
@@ -172,18 +173,15 @@ def prepare(
     if elements.cutoff_Hz is not None:
         unseen = f"; modes above {elements.cutoff_Hz:g} Hz are left out of this"
     if elements.fidelity == "reduced":
-        reason = _reduced_reason(choice, modes) + unseen
+        reason = with_code("E18", _reduced_reason(choice, modes) + unseen)
         return _reduced_choice(model, settings, "reduced", reason, modes)
+    reason = with_code("E18", choice.sentence + unseen)
     if choice.fidelity == "quasistatic":
-        return _reduced_choice(
-            rigid, settings, "quasistatic", choice.sentence + unseen, []
-        )
+        return _reduced_choice(rigid, settings, "quasistatic", reason, [])
     truncated = [truncate_modes(mode_set, choice.cutoff_Hz) for mode_set in modes]
     elastic = _elastic(gear_set, truncated, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, load_curves, elastic, cross_mesh_pair)
-    return _reduced_choice(
-        model, settings, "reduced", choice.sentence + unseen, truncated
-    )
+    return _reduced_choice(model, settings, "reduced", reason, truncated)
 
 
 def _prepare_full(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.boundary import public
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.files.printable import printable
@@ -204,17 +205,19 @@ def table_warnings(
         torques = table.torque_Nm
         low, high = torques[0] / MAX_TORQUE_RATIO, torques[0] * MAX_TORQUE_RATIO
         if torques.size == 1 and not low <= on_driver <= high:
-            yield (
+            yield with_code(
+                "W10",
                 f"{name}: a mesh table of {torques[0]:g} N m alone serves "
                 f"{on_driver:.4g} N m on the driver, beyond a factor of "
                 f"{MAX_TORQUE_RATIO:g}; stiffness and contact of teeth follow the "
-                "torque, a table of several torques is interpolated"
+                "torque, a table of several torques is interpolated",
             )
         friction = _friction_of(table)
         if friction:
-            yield (
+            yield with_code(
+                "W11",
                 f"{name}: a mesh table with friction coefficient {friction}, "
-                "which its stiffness and transmission error contain already"
+                "which its stiffness and transmission error contain already",
             )
 
 

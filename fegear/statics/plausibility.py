@@ -9,6 +9,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import inf
 from typing import TYPE_CHECKING
 
+from fegear.files.codes import with_code
+
 if TYPE_CHECKING:
     from fegear.gearset.model import Mesh
 
@@ -39,36 +41,41 @@ def plausibility_warnings(
     """
     limit = MAX_DEFLECTION * module
     if abs(transmission_error) > limit:
-        yield (
+        yield with_code(
+            "W01",
             f"{where}: transmission error "
             f"{1e6 * abs(transmission_error):.4g} um exceeds a tenth of the "
-            f"module, {1e6 * limit:.4g} um; the result cannot be physical"
+            f"module, {1e6 * limit:.4g} um; the result cannot be physical",
         )
     if pressure > MAX_PRESSURE:
-        yield (
+        yield with_code(
+            "W02",
             f"{where}: contact pressure {1e-6 * pressure:.4g} MPa "
             f"exceeds {1e-6 * MAX_PRESSURE:.4g} MPa, ten times what steel endures; the "
-            "result cannot be physical"
+            "result cannot be physical",
         )
     if backlash == 0.0 and back_side > 0.0:
-        yield (
+        yield with_code(
+            "W03",
             f"{where}: without backlash the back flanks touch for "
             f"{100.0 * back_side:.3g} % of the time and the teeth jam; set "
-            "backlash_um, or center_distance_mm and tooth_thinning_um"
+            "backlash_um, or center_distance_mm and tooth_thinning_um",
         )
 
 
 def check_warnings(
-    where: str, quantity: str, off: float, allowed: float = MAX_IMBALANCE
+    code: str, where: str, quantity: str, off: float, allowed: float = MAX_IMBALANCE
 ) -> Iterator[str]:
     """A line where a self-check does not hold.
 
-    quantity : is compared, in the plural; off : its largest deviation, relative
+    code : of the warning; quantity : is compared, in the plural
+    off : its largest deviation, relative
     """
     if not abs(off) <= allowed:  # not a number does not hold either
-        yield (
+        yield with_code(
+            code,
             f"{where}: {quantity} are off by {abs(off):.2g}, more than {allowed:.2g}; "
-            "the result cannot be trusted"
+            "the result cannot be trusted",
         )
 
 

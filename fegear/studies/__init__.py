@@ -29,6 +29,11 @@ STUDIES = {
         "KeyList",
         "List the keys of files: unit, default, limits and meaning.",
     ),
+    "explain": (
+        "explain",
+        "Explanation",
+        "Explain the codes of warnings and of evidence lines.",
+    ),
     "new": (
         "new_file",
         "NewFile",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.statics.plausibility import mesh_warnings
@@ -373,12 +374,16 @@ class BranchesResult(StudyResult):
             checked = f", which shooting does not confirm: {finer} may be needed"
             if error is not None:
                 checked = f", {100.0 * error:.2g} % off by shooting"
+            largest_rms = with_code(
+                "E06",
+                f"largest RMS of dynamic transmission error of the meshes {largest} "
+                f"um{checked}",
+            )
             yield (
                 f"branch {place}: {pluralize(branch['points'], 'point')}, "
                 f"{branch['stable_points']} of them stable, {branch[ends[0]]:.6g} to "
                 f"{branch[ends[1]]:.6g}{unit}, repeats after {repeats}\n"
-                f"  largest RMS of dynamic transmission error of the meshes {largest} "
-                f"um{checked}\n"
+                f"  {largest_rms}\n"
                 f"  begins {branch['origin']}; ends: {branch['end']}"
             )
             for bifurcation in branch["bifurcations"]:

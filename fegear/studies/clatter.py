@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.clatter.gearboxes import NamedGearbox, load_gearbox
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import (
@@ -220,9 +221,10 @@ class ClatterResult(StudyResult):
         for run in self.runs:
             if run.seconds < self.study.seconds * (1.0 - 1e-12):
                 rests = len(run.impacts) < self.study.impacts
-                yield (
+                yield with_code(
+                    "W21",
                     f"wheel {run.name}: ends after {run.seconds:.6g} s and "
-                    f"{len(run.impacts)} impacts{RESTS if rests else ''}"
+                    f"{len(run.impacts)} impacts{RESTS if rests else ''}",
                 )
 
     def _wheel(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
@@ -319,9 +321,12 @@ def _chaos_of(wheel: Mapping[str, Any]) -> Iterator[str]:
         dimension = wheel["correlation_dimension"]
         error = wheel["correlation_dimension_error"]
         if dimension is None:
-            yield "no correlation dimension: impacts of teeth are few, or do not scale"
+            line = "no correlation dimension: impacts of teeth are few, or do not scale"
         else:
-            yield f"correlation dimension of its impacts {dimension:.2f} +- {error:.2f}"
+            line = (
+                f"correlation dimension of its impacts {dimension:.2f} +- {error:.2f}"
+            )
+        yield with_code("E10", line)
 
 
 def _rows_of(run: GroupRun) -> Iterator[tuple[Any, ...]]:

@@ -22,6 +22,7 @@ from fegear.eccentric.files import (
 )
 from fegear.eccentric.gearing import ANGLES, Gearing
 from fegear.eccentric.turn import STEEL, Columns, contact_columns, wheel_meshes
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.statics.choices import RESOLUTION
 from fegear.statics.plausibility import check_warnings, plausibility_warnings
@@ -251,7 +252,7 @@ class EccentricResult(StudyResult):
         where = f"contact at {study.torque:g} N m"
         warnings = [
             *self._sparse(values["driven_teeth"]),
-            *check_warnings(where, "torque ratios against the kinematics", off),
+            *check_warnings("W09", where, "torque ratios against the kinematics", off),
             *plausibility_warnings(
                 where,
                 1e-3 * values["module_mm"],
@@ -275,9 +276,10 @@ class EccentricResult(StudyResult):
         """Warnings where there are too few positions for the largest values."""
         positions = self.study.positions
         if positions is not None and positions < MIN_POSITIONS * teeth:
-            yield (
+            yield with_code(
+                "W20",
                 f"positions = {positions} is less than {MIN_POSITIONS} for each of the "
-                f"{teeth} teeth: largest values and peak to peak may lie between them"
+                f"{teeth} teeth: largest values and peak to peak may lie between them",
             )
 
     @property
@@ -362,7 +364,8 @@ def _page_of_contact(values: Mapping[str, Any]) -> Page:
         f"{number(values['largest_contact_pressure_MPa'], 4)} MPa, at "
         f"{values['positions']} positions"
     )
-    yield (
+    yield with_code(
+        "E11",
         "torques of the contact forces keep to the kinematics within "
-        f"{values['largest_deviation_of_torque_ratio']:.1e}"
+        f"{values['largest_deviation_of_torque_ratio']:.1e}",
     )

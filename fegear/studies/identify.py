@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
@@ -196,16 +197,19 @@ class IdentificationResult(StudyResult):
         misfits = self.measured.misfits(best.mean, best.variation)
         worst, factor = float(np.abs(misfits).max()), best.width_factor
         if worst > FAR_OFF:
-            yield (
+            yield with_code(
+                "W17",
                 f"no set agrees with the measured values: the best one is {worst:.3g} "
-                "standard deviations off; check the values, material and tooth numbers"
+                "standard deviations off; check the values, material and tooth numbers",
             )
         for gear, hub in zip(self.gears.gears, best.hub_radius, strict=True):
             for limit in hub_limits(gear):
                 if abs(hub / limit - 1.0) < AT_BOUND:
-                    yield f'hub radius of gear "{gear.name}" is at its limit'
+                    line = f'hub radius of gear "{gear.name}" is at its limit'
+                    yield with_code("W18", line)
         if min(abs(factor / limit - 1.0) for limit in WIDTH_FACTORS) < AT_BOUND:
-            yield f"face widths are at their limit, {factor:.3g} of those given"
+            line = f"face widths are at their limit, {factor:.3g} of those given"
+            yield with_code("W19", line)
 
     @property
     def table(self) -> Table:
@@ -233,11 +237,12 @@ class IdentificationResult(StudyResult):
         values = self.summary
         yield self._sets()
         yield self._meshes()
-        yield (
+        yield with_code(
+            "E13",
             f"misfit: squares of the differences over their standard deviations "
             f"({100.0 * values['mean_std']:g} % of a mean, "
             f"{values['variation_std']:g} of a variation), summed; interpolation "
-            f"between hub radii changes a mean by {values['interpolation_error']:.1e}"
+            f"between hub radii changes a mean by {values['interpolation_error']:.1e}",
         )
 
     def _sets(self) -> RowTable:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from fegear.files.codes import with_code
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
@@ -177,7 +178,8 @@ def not_converged_warning(
         more = "irregular motion may last long before it ends"
         if iterations < MAX_RETURNS:
             more += f": more {name}"
-    return (
+    return with_code(
+        "W22",
         f"{100.0 * part:.3g} % of the {subject} have reached no attractor in "
-        f"{iterations} returns; {more}"
+        f"{iterations} returns; {more}",
     )

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
@@ -291,7 +292,7 @@ def _map_warnings(parameter_map: ParameterMap, gear_set: GearSet) -> Iterator[st
     """What changes nothing, and where the largest values cannot be physical."""
     for place, axis in enumerate(parameter_map.axes):
         if len(axis.values) > 1 and _changes_nothing(parameter_map, place):
-            yield f"{axis.name} does not change the response"
+            yield with_code("W16", f"{axis.name} does not change the response")
     peaks, backs = (
         [
             float(np.fmax.reduce(parameter_map.on_grid(name, m), axis=None))

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fegear.files.codes import with_code
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
@@ -187,9 +188,10 @@ class ModesResult(StudyResult):
                 f"{entry['stiffness_N_per_m']:.5g} N/m, {entry['origin']}"
             )
         if values["body_modes"] is not None:
-            yield (
+            yield with_code(
+                "E05",
                 f"body modes of the gears {values['body_modes']}; those left out "
-                f"{values['body_modes_left_out']}"
+                f"{values['body_modes_left_out']}",
             )
         title, torque = values["gear_set"], values["torque_Nm"]
         if torque is not None:

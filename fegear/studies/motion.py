@@ -7,6 +7,7 @@ from dataclasses import MISSING, dataclass
 from functools import cached_property
 from typing import Any
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.headings import friction_of_summary
@@ -244,9 +245,10 @@ class MotionResult(StudyResult):
         if line := static_line(values):
             yield line
         if values["body_modes"] is not None:
-            yield (
+            yield with_code(
+                "E04",
                 f"body modes of the gears {values['body_modes']}; those left out: "
-                f"{values['body_modes_left_out']}"
+                f"{values['body_modes_left_out']}",
             )
         columns = {f"mesh {mesh['mesh']}": _cells(mesh) for mesh in values["meshes"]}
         labels = [

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from fegear.files.codes import with_code
 from fegear.files.output import write_whole
 from fegear.rattle.machines import NamedMachine, parameters
 from fegear.studies.machines import (
@@ -192,6 +193,6 @@ class BasinsResult(StudyResult):
         yield RowTable(rows, columns)
         if values["undecided_fraction"]:
             part = 100.0 * values["undecided_fraction"]
-            yield f"attractor undecided: {part:.2f} % of cells"
+            yield with_code("E09", f"attractor undecided: {part:.2f} % of cells")
         if values["basin_entropy"] is not None:
             yield f"basin entropy {values['basin_entropy']:.3f}"

@@ -7,6 +7,7 @@ from dataclasses import MISSING, dataclass
 from functools import cached_property, partial
 from typing import Any
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
 from fegear.rattle.bifurcation import BifurcationDiagram, OrbitSearch, find_bifurcations
@@ -270,10 +271,11 @@ class BifurcationResult(OverFigures):
     def _warnings(self) -> Iterator[str]:
         undecided = self.diagram.not_converged
         if undecided.size:
-            yield (
+            yield with_code(
+                "W24",
                 f"{undecided.size} long runs that reached no attractor are left out, "
                 f"at {self.columns[0]} from {undecided.min():.6g} to "
-                f"{undecided.max():.6g}"
+                f"{undecided.max():.6g}",
             )
 
     @property

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.rattle.machines import NamedMachine, header_of, parameters
 from fegear.studies.machines import (
@@ -177,10 +178,11 @@ class NoiseResult(StudyResult):
             if math.isfinite(self.settling):
                 option = display_name(self.study, "iterations")
                 lasts = f"in {self.settling:.0f} turns ({option})"
-            yield (
+            yield with_code(
+                "W23",
                 f"transients of the parts fade to {of.INAUDIBLE:g} {lasts}, runs are "
                 f"given {self.iterations}: noise may still fall, unless impacts end "
-                "them"
+                "them",
             )
 
     @property
@@ -213,17 +215,19 @@ class NoiseResult(StudyResult):
         values = self.summary
         yield from heading(self.named)
         low, high = (100.0 * limit for limit in values["quiet_probability_ci95"])
-        yield (
+        yield with_code(
+            "E07",
             f"quiet with a probability of {100.0 * values['quiet_probability']:.1f} %, "
             f"{low:.1f} to {high:.1f} % by {values['starts']} runs from speeds up to "
-            f"{self.study.speeds[1]:.4g} rad per turn"
+            f"{self.study.speeds[1]:.4g} rad per turn",
         )
         if values["noise_rad2_per_turn3"] is not None:
             within = values["noise_ci95_rad2_per_turn3"]
             error = "" if within is None else f" +- {within:.2g}"
-            yield (
+            yield with_code(
+                "E08",
                 f"noise level {values['noise_rad2_per_turn3']:.4g}{error} "
-                f"rad2 per turn3, {values['impacts_per_turn']:.3g} impacts per turn"
+                f"rad2 per turn3, {values['impacts_per_turn']:.3g} impacts per turn",
             )
         columns: Columns = {
             "motion": itemgetter("name"),
@@ -233,9 +237,10 @@ class NoiseResult(StudyResult):
         }
         yield RowTable(values["motions"], columns)
         if values["undecided_fraction"]:
-            yield (
+            yield with_code(
+                "E09",
                 "attractor undecided, left out of the noise level: "
-                f"{100.0 * values['undecided_fraction']:.2f} % of runs"
+                f"{100.0 * values['undecided_fraction']:.2f} % of runs",
             )
 
 

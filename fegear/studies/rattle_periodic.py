@@ -8,6 +8,7 @@ from functools import cached_property
 from operator import itemgetter
 from typing import Any, ClassVar
 
+from fegear.files.codes import with_code
 from fegear.rattle.machines import NamedMachine, parameters
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading, number
@@ -166,7 +167,8 @@ class PeriodicResult(StudyResult):
             yield f"P(1,1,0) exists from an eccentricity of {least:.4g} rad on"
         distances = (orbit["distance_to_closed_form"] for orbit in values["orbits"])
         if errors := [error for error in distances if error is not None]:
-            yield f"P(m,1,n-) are within {max(errors):.1g} of closed forms"
+            line = f"P(m,1,n-) are within {max(errors):.1g} of closed forms"
+            yield with_code("E17", line)
 
 
 def _lines(liftoffs: list[list[float]], column: int) -> str:

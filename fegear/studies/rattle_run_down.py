@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.studies.page import Page
@@ -140,21 +141,25 @@ class RunDownResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
-        yield (
+        yield with_code(
+            "E14",
             f"{values['file']}: rate {values['rate_per_s']:.4g} +- "
             f"{values['rate_standard_error_per_s']:.2g} per s from "
-            f"{values['speed_at_start_rpm']:.4g} rpm, {values['rows']} rows"
+            f"{values['speed_at_start_rpm']:.4g} rpm, {values['rows']} rows",
         )
-        yield (
+        yield with_code(
+            "E14",
             f"damping {values['damping']:.4g} +- "
-            f"{values['damping_standard_error']:.2g} at {values['speed_rpm']:.4g} rpm"
+            f"{values['damping_standard_error']:.2g} at {values['speed_rpm']:.4g} rpm",
         )
         coefficient = values["damping_coefficient_Nms_per_rad"]
         if coefficient is not None:
             yield f"damping coefficient of a shaft {coefficient:.4g} N m s/rad"
-        yield f"residual {values['residual_rms_rpm']:.3g} rpm, root mean square"
+        residual = f"residual {values['residual_rms_rpm']:.3g} rpm, root mean square"
+        yield with_code("E15", residual)
         one, two = self.first.rate, self.second.rate
-        yield f"rate of the first half {one:.4g}, of the second half {two:.4g} per s"
+        halves = f"rate of the first half {one:.4g}, of the second half {two:.4g} per s"
+        yield with_code("E16", halves)
         if not values["drag_is_linear"]:
             yield "they differ: the drag does not go with the speed alone"
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.files.codes import with_code
 from fegear.gearset.model import GearSet
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.headings import edits_in_words, friction_of_summary
@@ -172,9 +173,10 @@ class ResponsesResult(StudyResult):
             f"{pluralize(values['speeds'], 'speed')}, {span} of the first mesh"
         )
         if values.get("body_modes") is not None:
-            yield (
+            yield with_code(
+                "E04",
                 f"body modes of the gears {values['body_modes']}; those left out: "
-                f"{values['body_modes_left_out']}"
+                f"{values['body_modes_left_out']}",
             )
         if values.get("static") and (line := static_line(values)):
             yield line

@@ -9,6 +9,7 @@ from dataclasses import MISSING, dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.studies.axes import axis_setting
@@ -197,7 +198,7 @@ def _warnings(name: str, columns: Sequence[StabilityScan]) -> Iterator[str]:
     """Warn of what varies and changes nothing, to the bit."""
     others = columns[1:]
     if others and all((other.largest == columns[0].largest).all() for other in others):
-        yield f"{name} does not change the multipliers"
+        yield with_code("W16", f"{name} does not change the multipliers")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,6 +12,7 @@ import numpy as np
 
 from fegear.contact.edges import edge_pairs, edge_positions
 from fegear.figures.statics import draw_table
+from fegear.files.codes import with_code
 from fegear.files.memory import peak_memory_MB
 from fegear.gearset.model import GearSet
 from fegear.statics.plausibility import (
@@ -191,18 +192,20 @@ def page_of_table(solved: StaticsResult) -> Page:
 def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
     if values["discretisation_ste_mean"] is not None:
         corner = values["discretisation_ste_corner"]
-        yield (
+        yield with_code(
+            "E01",
             "discretisation, estimated error of STE at the worst torque: mean "
             f"{values['discretisation_ste_mean']:.1e}, on the path "
             f"{values['discretisation_ste_path']:.1e}, corner contact "
-            + (f"{corner:.1e}" if corner is not None else "none")
+            + (f"{corner:.1e}" if corner is not None else "none"),
         )
-    yield (
+    balance = (
         "balance: complementarity {complementarity_residual:.1e}, T2/T1 against z2/z1 "
         "{torque_balance:.1e} (tilted normals of corner contact, relief and friction), "
         "its mean {work_balance:.1e} ({virtual_work:.1e} but for the tilt of deflected "
         "flanks), reciprocity {reciprocity:.1e}"
     ).format_map(values)
+    yield with_code("E02", balance)
 
 
 def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
@@ -292,19 +295,23 @@ def _evidence_warnings(solved: StaticsResult) -> Iterator[str]:
     It is taken out, whatever its size, and the rest is held to MAX_IMBALANCE. The
     work on the gaps is at most the largest deflection over the base pitch.
     """
-    check = partial(check_warnings, f"mesh {solved.mesh + 1}")
-    residual = float(solved.cycle.residual.max())
-    yield from check("gaps and pressures of the contact", residual)
+    where = f"mesh {solved.mesh + 1}"
+    quantity = "gaps and pressures of the contact"
+    off = float(solved.cycle.residual.max())
+    yield from check_warnings("W04", where, quantity, off)
     quantity = "deflections where loads change places"
-    yield from check(quantity, solved.reciprocity_error, MAX_ERROR_ESTIMATE)
+    off = solved.reciprocity_error
+    yield from check_warnings("W05", where, quantity, off, MAX_ERROR_ESTIMATE)
     if solved.error is not None:
         quantity = "mean transmission errors of two meshes"
-        yield from check(quantity, solved.error.change_of_mean, MAX_ERROR_ESTIMATE)
+        off = solved.error.change_of_mean
+        yield from check_warnings("W06", where, quantity, off, MAX_ERROR_ESTIMATE)
     if solved.problem.friction == 0.0:
         quantity = "works of both torques over the cycle"
         places = solved.cycle.position.size / solved.pitches
         missed = 2.0 * solved.torque_balance / places  # by sums that step over jumps
-        yield from check(quantity, solved.virtual_work, MAX_IMBALANCE + missed)
+        allowed = MAX_IMBALANCE + missed
+        yield from check_warnings("W07", where, quantity, solved.virtual_work, allowed)
         quantity = "works of loads on gaps and of deflection over the cycle"
-        bound = solved.deflection_over_pitch
-        yield from check(quantity, solved.gap_work, MAX_IMBALANCE + missed + bound)
+        allowed += solved.deflection_over_pitch
+        yield from check_warnings("W08", where, quantity, solved.gap_work, allowed)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fegear.figures.theory import draw_theory
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
@@ -352,9 +353,10 @@ class TheoryResult(StudyResult):
                 yield RowTable(chosen, columns, title)
         for resonance in values["resonances"]:
             for limit in resonance["limits"]:
-                yield (
+                yield with_code(
+                    "E19",
                     f"range left, {resonance['resonance']} at "
-                    f"{resonance['mesh_frequency_Hz']:.6g} Hz: {limit}"
+                    f"{resonance['mesh_frequency_Hz']:.6g} Hz: {limit}",
                 )
 
 

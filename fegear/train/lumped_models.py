@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.boundary import public
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.version import package_version
 from fegear.gearset.inertia import require_inertia_of_bodies
@@ -399,7 +400,8 @@ def static_line(entries: Mapping[str, Any]) -> str:
         )
     if not parts:
         return ""
-    return f"peak to peak of the static transmission error: {'; '.join(parts)}"
+    line = f"peak to peak of the static transmission error: {'; '.join(parts)}"
+    return with_code("E03", line)
 
 
 def static_warnings(systems: Mapping[float, LumpedSystem]) -> Iterator[str]:
@@ -411,12 +413,13 @@ def static_warnings(systems: Mapping[float, LumpedSystem]) -> Iterator[str]:
         for check in system.static_checks:
             if abs(check.error) <= STATIC_ERROR:
                 continue
-            yield (
+            yield with_code(
+                "W12",
                 f"mesh {check.mesh + 1} at {torque:g} N m: the static transmission "
                 f"error of the model has a peak to peak of "
                 f"{1e6 * check.peak_to_peak:.3g} um, that of its table "
                 f"{1e6 * check.reference_peak_to_peak:.3g} um; allowed are "
-                f"{100.0 * STATIC_ERROR:g} % of difference"
+                f"{100.0 * STATIC_ERROR:g} % of difference",
             )
 
 
@@ -525,19 +528,21 @@ def body_modes_warnings(system: LumpedSystem, speeds: Sequence[float]) -> Iterat
     """
     error, on_flanks = truncation_bound(system, speeds), flank_bound(system, speeds)
     if on_flanks is not None and on_flanks > MAX_ERROR:
-        yield (
+        yield with_code(
+            "W13",
             "body modes that the coupled model leaves out shift sharp resonances: "
             f"amplitudes on their flanks change by up to {100.0 * on_flanks:.2g} % "
             f"between mesh frequencies of {min(speeds):g} and {max(speeds):g} Hz, "
             f"allowed are {100.0 * MAX_ERROR:g} %; finite elements are as sensitive to "
-            "their cutoff frequency there"
+            "their cutoff frequency there",
         )
     if error is not None and error > MAX_ERROR:
-        yield (
+        yield with_code(
+            "W14",
             "body modes that the coupled model leaves out change the mesh compliance "
             f"by up to {100.0 * error:.2g} % of the excitation's RMS between mesh "
             f"frequencies of {min(speeds):g} and {max(speeds):g} Hz, allowed are "
-            f"{100.0 * MAX_ERROR:g} %; finite elements of fidelity reduced have more"
+            f"{100.0 * MAX_ERROR:g} %; finite elements of fidelity reduced have more",
         )
 
 
@@ -646,11 +651,12 @@ def truncation_warnings(checks: Sequence[TruncationCheck]) -> Iterator[str]:
         return
     change = f"RMS changes by {100.0 * worst.error:.2g} %"
     change = change if math.isfinite(worst.error) else "motion diverges"
-    yield (
+    yield with_code(
+        "W15",
         f"body modes that the coupled model leaves out matter, most at "
         f"{worst.frequency:.6g} Hz of {len(checks)} compared speeds: with all solved "
         f"ones the {change}, allowed are {100.0 * MAX_ERROR:g} %; finite elements of "
-        "fidelity reduced have more"
+        "fidelity reduced have more",
     )
 
 

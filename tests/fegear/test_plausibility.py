@@ -85,6 +85,7 @@ def test_commands_warn_in_one_line_and_in_json(capsys, argv, part):
     assert [f"warning: {warning}" for warning in values["warnings"]] == lines
     assert len(lines) == 1
     assert part in lines[0]
+    assert lines[0].endswith(" [W03]" if "back flanks" in part else " [W01]")
 
 
 def test_usual_results_are_without_warnings(capsys):
@@ -121,8 +122,8 @@ def test_what_closed_forms_leave_out_is_said(capsys, tmp_path):
     _, lines = command_output(capsys, "compare", str(tmp_path / "own.toml"))
     start = 'warning: gear "pinion" has '
     assert lines == [
-        f"{start}tip relief, which the closed forms leave out",
-        f"{start}pitch_errors_um, which are left out: the closed forms know none",
+        f"{start}tip relief, which the closed forms leave out [W25]",
+        f"{start}pitch_errors_um, which are left out: the closed forms know none [W26]",
     ]
     assert command_output(capsys, "compare")[1] == []
 
@@ -147,23 +148,37 @@ def test_evidence_that_holds_is_no_warning(coarse):
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "message", "code"),
     [
-        ({"residual": 0.002}, "gaps and pressures of the contact are off by 0.002"),
-        ({"residual": math.nan}, "gaps and pressures of the contact are off by nan"),
-        ({"driven_torque": 1.01}, "works of both torques over the cycle are off by"),
+        (
+            {"residual": 0.002},
+            "gaps and pressures of the contact are off by 0.002",
+            "W04",
+        ),
+        (
+            {"residual": math.nan},
+            "gaps and pressures of the contact are off by nan",
+            "W04",
+        ),
+        (
+            {"driven_torque": 1.01},
+            "works of both torques over the cycle are off by",
+            "W07",
+        ),
     ],
 )
-def test_a_self_check_that_fails_is_a_warning(coarse, change, message):
+def test_a_self_check_that_fails_is_a_warning(coarse, change, message, code):
     ((name, factor),) = change.items()
     value = getattr(coarse.cycle, name)
     wrong = value * factor if value.any() else value + factor
     cycle = replace(coarse.cycle, **{name: wrong})
     (line,) = table_warnings(replace(coarse, cycle=cycle))
     assert message in line
+    assert line.endswith(f" [{code}]")
 
 
 def test_a_mesh_that_is_too_coarse_is_a_warning(coarse):
     error = replace(coarse.error, mean=0.02 * ERROR_FACTOR)
     (line,) = table_warnings(replace(coarse, errors=(coarse.error, error)))
     assert "mean transmission errors of two meshes are off by 0.02" in line
+    assert line.endswith(" [W06]")

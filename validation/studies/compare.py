@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
+from fegear.files.codes import with_code
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Columns, Page, RowTable
@@ -134,8 +135,9 @@ class ClosedFormsResult(StudyResult):
 
     def page(self) -> Page:
         study = self.study
-        title = (
+        title = with_code(
+            "E12",
             f"{self.gear_set} mesh {study.mesh}, {self.torque:g} N m, plane "
-            f"{study.elements.plane}"
+            f"{study.elements.plane}",
         )
         yield RowTable(self.summary["comparisons"], COLUMNS, title, WORDS)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fegear.contact.edges import edge_pairs
 from fegear.contact.problem import ContactProblem, solve_cycle, solve_pair_alone
 from fegear.elasticity.material import Plane
+from fegear.files.codes import with_code
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.statics.solving import (
@@ -113,14 +114,16 @@ def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
     for gear, role in zip(solved.gears, ("driver", "driven"), strict=True):
         for end in ("tip", "root"):
             if getattr(problem, f"{role}_{end}_relief"):
-                yield (
+                yield with_code(
+                    "W25",
                     f'gear "{gear.name}" has {end} relief, which the closed forms '
-                    "leave out"
+                    "leave out",
                 )
         if any(gear.pitch_errors):
-            yield (
+            yield with_code(
+                "W26",
                 f'gear "{gear.name}" has pitch_errors_um, which are left out: the '
-                "closed forms know none"
+                "closed forms know none",
             )
 
 

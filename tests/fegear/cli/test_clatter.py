@@ -168,6 +168,7 @@ def test_a_run_ends_at_its_last_impact(tmp_path, kind):
     assert len(rows) == wheel["impacts"] == 7
     assert float(rows[-1]["time_s"]) == wheel["seconds"]
     assert "ends after" in values["warnings"][0]
+    assert values["warnings"][0].endswith(" [W21]")
     assert "and 7 impacts" in table.read_text("utf-8").partition("time_s")[0]
     printed(*arguments)
     assert rows_of(table)[:7] == rows

@@ -388,6 +388,11 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus("keys machine --json", "-o k.csv"),
         "--json": plus("keys machine", "--json"),
     },
+    "explain": {
+        "CODE": plus("explain W01 --json", "E02"),
+        "--output": plus("explain E02 --json", "-o e.csv"),
+        "--json": plus("explain E02", "--json"),
+    },
     "sets": {
         "--output": plus("sets --json", "-o s.csv"),
         "--json": plus("sets", "--json"),

@@ -118,7 +118,7 @@ def test_an_axis_that_changes_nothing_is_named():
     arguments = (*BASE, "--over", "gear.1.hub_radius_mm=20,21", "--at", 1500)
     two_axes = (*arguments, "--over", "mesh.2.phase=0,0.3", "--json")
     warnings = json.loads(run(*two_axes))["warnings"]
-    assert warnings == ["gear.1.hub_radius_mm does not change the response"]
+    assert warnings == ["gear.1.hub_radius_mm does not change the response [W16]"]
 
 
 def test_torque_is_an_axis():

@@ -136,7 +136,7 @@ def test_what_changes_nothing_is_told():
     arguments = ["stability", "liu-pair", "--excitation", "rectangular", "--json"]
     over = ["--over", "mesh.1.backlash_um=10,20", "--speeds", "1000:2000:500"]
     values = json.loads(printed(*arguments, *over))
-    warning = "mesh.1.backlash_um does not change the multipliers"
+    warning = "mesh.1.backlash_um does not change the multipliers [W16]"
     assert values["warnings"] == [warning]
 
 

@@ -28,6 +28,7 @@ from typer.testing import CliRunner
 import fegear
 from fegear.cli import app, run
 from fegear.cli import study_group as groups
+from fegear.files.codes import require_warning_code, with_code
 from fegear.files.errors import InputError
 from fegear.files.output import strict_json
 from fegear.files.store import NO_CHECKPOINT, CheckpointOptions
@@ -86,7 +87,8 @@ class SquaresResult(StudyResult):
 
     @property
     def summary(self) -> dict[str, Any]:
-        return {"sum": sum(self.squares), "warnings": ["loud"] * self.study.loud}
+        warnings = [with_code("W16", "loud")] * self.study.loud
+        return {"sum": sum(self.squares), "warnings": warnings}
 
     @property
     def table(self) -> Table:
@@ -136,6 +138,14 @@ def test_a_file_gives_command_help_table_json_picture_and_call(
         assert phrase in text
     assert "fegear squares --count 3" in text
     assert "6 squares" in toy("--count", 3).stdout
+
+
+def test_a_warning_has_a_code_on_the_screen_and_in_json(toy, monkeypatch):
+    done = toy("--loud", "--json")
+    assert done.stderr == "warning: loud [W16]\n"
+    assert json.loads(done.stdout)["warnings"] == ["loud [W16]"]
+    monkeypatch.setitem(globals(), "with_code", lambda code, text: text)
+    assert "must end with a code" in str(toy("--loud").exception)
 
 
 def test_ranges_hold_on_the_command_line_and_in_python(toy):
@@ -299,6 +309,7 @@ EXAMPLES = {
     "sets": {},
     "new": {"kind": "idler"},
     "keys": {"kind": "gearbox"},
+    "explain": {"codes": ["w03", "E01"]},
     "show": {"gear_set": "liu-idler"},
     "mesh": {
         "gear": 2,
@@ -481,6 +492,8 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     summary = json.loads(strict_json(result.summary))
     assert values.pop("wall_time_s") >= 0.0
     assert strip_run_dependent(values) == strip_run_dependent(summary)
+    for warning in summary.get("warnings", ()):
+        require_warning_code(warning)
     html, picture = result._repr_html_(), result._repr_png_()
     assert html.count("<table>") == sum(type(part) is not str for part in result.page())
     assert ('src="data:image/png;base64,' in html) == bool(result.figures)
