@@ -76,7 +76,7 @@ def declared_names() -> Iterator[tuple[str, str]]:
     for kind in FILE_KINDS:
         yield from ((f"reference/keys/{kind}", key.key) for key in file_keys(kind))
     yield from (("reference/columns", column.name) for column in columns())
-    for entry in codes():
+    for entry in codes().values():
         kind = "warnings" if entry.code.startswith("W") else "evidence"
         yield f"reference/{kind}", f"{entry.code}: {entry.title}"
     for module in (fegear, lumped):

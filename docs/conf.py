@@ -26,7 +26,7 @@ extensions = [
     "declared",  # reference pages from the declarations of the program
     "mathml",  # formulas without network
 ]
-exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "examples", "**/.ipynb_checkpoints"]
 root_doc = "index"
 smartquotes = False  # options begin with two dashes
 

@@ -18,9 +18,10 @@ def test_commands_are_those_of_the_readme():
     assert steps == ["python3 -m venv .venv-test", *commands]
 
 
-def test_system_libraries_are_those_of_the_readme():
+def test_system_libraries_are_those_of_the_documentation():
     (command,) = re.findall(r"^ *(apt-get install .+)$", WORKFLOW, re.MULTILINE)
-    assert f"\n{command}\n" in README
+    page = (ROOT / "docs" / "howto" / "install.md").read_text("utf-8")
+    assert f"\n{command}\n" in page
 
 
 def test_oldest_python_is_that_of_the_package():

@@ -95,7 +95,7 @@ def code_sections(kind: str) -> Lines:
 
     from fegear.files.codes import codes
 
-    for entry in codes():
+    for entry in codes().values():
         if entry.code.startswith(kind):
             yield from (f"({entry.code.lower()})=", f"## {entry.code}: {entry.title}")
             for name, text in asdict(entry).items():

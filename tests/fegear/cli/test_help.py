@@ -137,6 +137,7 @@ def lines_of(page: str) -> list[str]:
 
 
 GUIDES = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("docs/**/*.md"))
+TUTORIALS = [page for page in GUIDES if page.startswith("docs/tutorials/")]
 
 
 @pytest.mark.parametrize("page", ["README.md", *GUIDES])
@@ -147,37 +148,26 @@ def test_commands_in_the_documentation_can_be_typed(page):
         parsed(line)
 
 
-@pytest.mark.parametrize("page", GUIDES)
-def test_links_and_pictures_of_the_documentation_exist(page):
-    text = (ROOT / page).read_text(encoding="utf-8")
-    for target in re.findall(r"\]\(([^)\s]+)\)", text):
-        if not target.startswith(("http:", "https:", "mailto:")):
-            name, _, anchor = target.partition("#")
-            path = (ROOT / page).parent / name if name else ROOT / page
-            assert path.exists(), target
-            assert not anchor or anchor in anchors(path), target
-
-
-def anchors(path: Path) -> set[str]:
-    """Names of the headings of a page, as MyST makes them."""
-    headings = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
-    return {re.sub(r"[^\w -]", "", line).lower().replace(" ", "-") for line in headings}
+def test_links_and_pictures_of_the_readme_exist():
+    """Those of the other pages are checked where the documentation is built."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    targets = re.findall(r"\]\(([^)\s]+)\)", text)
+    assert len(targets) > 10
+    for target in targets:
+        assert target.startswith("https:") or (ROOT / target).exists(), target
 
 
 WRITES = {"-o", "--output", "--plot", "--contact", "--drawing", ">"}
 
 
-def test_files_that_the_readme_reads_are_there_before():
+@pytest.mark.parametrize("page", ["README.md", *TUTORIALS])
+def test_files_that_a_page_reads_are_there_before(page):
     """Each is written by a command above or is printed whole, with its name."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    existing = set(re.findall(r"such as `([\w.-]+)`", text))
-    existing |= {f"{name}.toml" for name in re.findall(r'^name = "(.*)"$', text, re.M)}
-    blocks = "".join(re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
-    for line in blocks.splitlines():
+    text = (ROOT / page).read_text(encoding="utf-8")
+    existing = set(re.findall(r"^%%writefile (.*)$", text, re.MULTILINE))
+    for line in lines_of(page):
         arguments = shlex.split(line, comments=True)
         outputs = {word for before, word in pairwise(arguments) if before in WRITES}
-        if "--history" in arguments:
-            outputs.add("h/100Nm_up_1600Hz.csv")
         inputs = {word for word in arguments if re.search(r"\w\.(toml|csv)$", word)}
         assert inputs <= outputs | existing, line
         existing |= outputs
