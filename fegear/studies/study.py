@@ -33,6 +33,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
 
 from fegear.files.errors import InputError
 from fegear.result import Result
+from lumped.common.docstrings import set_lazy_docstring
 from lumped.common.options import Range, allowed_of, help_of
 
 if TYPE_CHECKING:
@@ -457,6 +458,7 @@ class Study:
 
     command: ClassVar[str]
     example: ClassVar[str]
+    description: ClassVar[str]  # what the class says, without its parameters
     pictures: ClassVar[Mapping[str, str]] = PLOT  # options that take a file, with help
     more_tables: ClassVar[Mapping[str, str]] = NO_PICTURES  # described as these
     # other files, with help and endings
@@ -478,6 +480,8 @@ class Study:
     def __init_subclass__(cls, *, command: str, example: str, **options: Any) -> None:
         super().__init_subclass__(**options)
         cls.command, cls.example = command, f"fegear {example}"
+        cls.description = cls.__doc__ or ""
+        set_lazy_docstring(cls, _section)
 
     def __post_init__(self) -> None:
         take_plain_values(self)
@@ -563,6 +567,12 @@ class Study:
             **dict(_inputs(self, "")),
             **{f"content of {name}": text for name, text in file_digests(files)},
         }
+
+
+def _section(study: type) -> str:
+    from fegear.studies.docstring import study_section
+
+    return study_section(study)
 
 
 def files_read(

@@ -98,7 +98,10 @@ class LumpedModel:
         "0.04]",
         Range(0.0, below=1.0),
     )
-    stiffness: StiffnessSource | GivenTables = field(default_factory=StiffnessSource)
+    stiffness: StiffnessSource | GivenTables = field(
+        default_factory=StiffnessSource,
+        metadata={"help": "Source of the mesh stiffness, or mesh tables that are read."},
+    )
     friction: float = option(
         0.0,
         "Coulomb friction coefficient of the teeth of all meshes, of model 1.",
