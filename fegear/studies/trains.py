@@ -340,7 +340,20 @@ class TrainStudy:
         return bool(self.model.friction)
 
     def rejection(self, name: str, reason: str) -> InputError:
-        """Why the value of a setting of the model is refused."""
+        """Why the value of a setting of the model is refused.
+
+        Parameters
+        ----------
+        name : str
+            Name of the setting.
+        reason : str
+            Reason, with names of other settings in braces.
+
+        Returns
+        -------
+        InputError
+            Error to raise.
+        """
         model_member = next(
             member
             for member in exposed_fields(group_of(self))
