@@ -78,7 +78,8 @@ def respond_with_history(
     response : Response
         Steady state; its status tells whether the motion repeats.
     history : History
-        Motion over the common periods that were measured.
+        Motion over the common periods that were measured last, without points if it
+        diverged.
 
     Raises
     ------
