@@ -168,10 +168,12 @@ class GearSet:
     InputError
         If a value is not allowed or an index names no gear.
 
-    Notes ----- In statics both gears of a mesh are as wide as the narrower one, for
-    their compliance, contact pressure and root stress. In motion a body has the inertia
-    and the elasticity of its own width, and what that lacks of the compliance follows
-    at once.
+    Notes
+    -----
+    In statics both gears of a mesh are as wide as the narrower one, for their
+    compliance, contact pressure and root stress. In motion a body has the inertia and
+    the elasticity of its own width, and what that lacks of the compliance follows at
+    once.
     """
 
     name: str

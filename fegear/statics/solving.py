@@ -165,13 +165,15 @@ class ErrorEstimate:
         Largest error where a tip corner is in contact, from the largest change of all
         positions, as those are few; NaN where there is none.
 
-    Notes ----- An error is ERROR_FACTOR times the change against a coarser resolution.
-    With sizes in the ratio 0.7, errors of order p are ``0.7^p / (1 - 0.7^p)`` times the
-    change: as large at order 2, 2.3 times at order 1, and 3.5 times at order 0.7. On
-    100 random pairs (half with relief) at three torques each, against a mesh 2.4 times
-    as fine as the default, the error was at most 2.5 times the change at resolution
-    default and 3.0 times at coarse, both in corner contact; 1.4 and 2.4 times in the
-    mean. On 20 of the pairs it was at most 1.3 times the change at resolution fine.
+    Notes
+    -----
+    An error is ERROR_FACTOR times the change against a coarser resolution. With sizes
+    in the ratio 0.7, errors of order p are ``0.7^p / (1 - 0.7^p)`` times the change: as
+    large at order 2, 2.3 times at order 1, and 3.5 times at order 0.7. On 100 random
+    pairs (half with relief) at three torques each, against a mesh 2.4 times as fine as
+    the default, the error was at most 2.5 times the change at resolution default and
+    3.0 times at coarse, both in corner contact; 1.4 and 2.4 times in the mean. On 20 of
+    the pairs it was at most 1.3 times the change at resolution fine.
     """
 
     mean: float

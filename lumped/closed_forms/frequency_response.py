@@ -223,8 +223,10 @@ def peak_amplitude(resonance: Resonance) -> float:
     ValueError
         If the direct drive is 0.
 
-    Notes ----- If p = 0, it is ``|f| / (2 zeta)``, eq. 3.34 of the multi-mesh source;
-    4.23 prints c_s where c_s^2 is right.
+    Notes
+    -----
+    If p = 0, it is ``|f| / (2 zeta)``, eq. 3.34 of the multi-mesh source; 4.23 prints
+    c_s where c_s^2 is right.
     """
     return _peak(resonance)[0]
 
@@ -293,11 +295,12 @@ def transition_frequencies(resonance: Resonance, mesh: int) -> tuple[float, ...]
         Frequencies of the first mesh, rising, in the unit of the system; none if the
         mesh never loses contact.
 
-    Notes ----- For the mesh that loses contact first these are eq. 3.33 and 4.22 of the
-    multi-mesh source; for the others they include the contact already lost at that
-    amplitude. Eq. 3.43 prints the first term without 1 / c_r^2. For a subharmonic they
-    are the frequencies at which its vertical branches begin to bend, which is where it
-    begins.
+    Notes
+    -----
+    For the mesh that loses contact first these are eq. 3.33 and 4.22 of the multi-mesh
+    source; for the others they include the contact already lost at that amplitude. Eq.
+    3.43 prints the first term without 1 / c_r^2. For a subharmonic they are the
+    frequencies at which its vertical branches begin to bend, which is where it begins.
     """
     amplitude = float(contact_loss_amplitude(resonance)[mesh])
     if math.isinf(amplitude):
@@ -322,8 +325,10 @@ def instability_interval(resonance: Resonance) -> tuple[float, float] | None:
         first mesh in the unit of the system; None if the damping ratio exceeds
         `critical_damping`.
 
-    Notes ----- Eq. 3.44, 4.26 and 2.27 of the multi-mesh source; eq. 2.27 prints half
-    of the width with a quarter of the damping term.
+    Notes
+    -----
+    Eq. 3.44, 4.26 and 2.27 of the multi-mesh source; eq. 2.27 prints half of the width
+    with a quarter of the damping term.
     """
     square = abs(resonance.parametric) ** 2 - 4.0 * resonance.damping_ratio**2
     if square < 0.0:

@@ -44,8 +44,10 @@ def rectangular_harmonic(
     ValueError
         If the order is below 1.
 
-    Notes ----- Eq. 3.13 and 4.5 of the multi-mesh source. Both print the conjugate with
-    the opposite sign, which leaves the magnitude of every sum unchanged.
+    Notes
+    -----
+    Eq. 3.13 and 4.5 of the multi-mesh source. Both print the conjugate with the
+    opposite sign, which leaves the magnitude of every sum unchanged.
     """
     if order < 1:
         raise ValueError(f"order must be 1 or more, got {order}")
@@ -88,13 +90,15 @@ def rectangular_indicator(
     ValueError
         If the arguments differ in length or an order is below 1.
 
-    Notes ----- With the weights s_jr C_j k_j / k_1 the result is ``|R3|`` of eq. 3.45
-    to 3.48 and 4.32 of the multi-mesh source (3.49 and 3.50 print it over eps, with 1/2
-    for Lambda_1 / pi); with s_jr^2 k_j / k_1 it is ``|Q3|`` of 3.47 and ``|R4|`` of
-    4.33. Eq. 4.35 includes in ``|R3|`` the first harmonic of a mesh of twice the
-    resonant frequency; by derivation that harmonic drives parametrically. Eq. 4.35 and
-    4.38 contain numbers that differ from those of 4.32, such as 1 / pi instead of 1 /
-    pi^2. Eq. 4.34 is omitted, like 4.28, on which it is based.
+    Notes
+    -----
+    With the weights s_jr C_j k_j / k_1 the result is ``|R3|`` of eq. 3.45 to 3.48 and
+    4.32 of the multi-mesh source (3.49 and 3.50 print it over eps, with 1/2 for
+    Lambda_1 / pi); with s_jr^2 k_j / k_1 it is ``|Q3|`` of 3.47 and ``|R4|`` of 4.33.
+    Eq. 4.35 includes in ``|R3|`` the first harmonic of a mesh of twice the resonant
+    frequency; by derivation that harmonic drives parametrically. Eq. 4.35 and 4.38
+    contain numbers that differ from those of 4.32, such as 1 / pi instead of 1 / pi^2.
+    Eq. 4.34 is omitted, like 4.28, on which it is based.
     """
     columns = (weights, variations, contact_ratios, delays, orders)
     terms = (

@@ -68,8 +68,10 @@ class ParametricSystem:
         If shapes do not fit, numbers are not finite, a mesh carries no load, or a
         frequency, stiffness, rate or damping ratio is not allowed.
 
-    Notes ----- The equations of motion are eq. 3.12, 4.4 and 2.13 of the multi-mesh
-    source, with its normalised modes s_jr = c_r v_jr, where c_r are its frequencies.
+    Notes
+    -----
+    The equations of motion are eq. 3.12, 4.4 and 2.13 of the multi-mesh source, with
+    its normalised modes s_jr = c_r v_jr, where c_r are its frequencies.
     """
 
     frequency: Array

@@ -43,9 +43,11 @@ def optimal_relief(force: float, lowest: float, highest: float) -> float:
     ValueError
         If a value is not allowed.
 
-    Notes ----- Eq. 2.28 of the multi-mesh source: twice the peak-to-peak error without
-    relief. (The text above 2.28 interchanges the stiffnesses of one pair and of two.)
-    For any stiffness between these values it is an estimate.
+    Notes
+    -----
+    Eq. 2.28 of the multi-mesh source: twice the peak-to-peak error without relief. (The
+    text above 2.28 interchanges the stiffnesses of one pair and of two.) For any
+    stiffness between these values it is an estimate.
     """
     if not 0.0 < force < math.inf:
         raise ValueError(f"force must be positive, got {force:g}")
@@ -72,11 +74,13 @@ class ReliefContours:
     form : (m, m) array
         Matrix of the quadratic form [J/m2].
 
-    Notes ----- Eq. 2.31 of the multi-mesh source. Contours of equal amplitude are
-    ellipses about the centre, or straight lines if the meshes drive in phase and one
-    relief compensates for the other. The phase turns the axes. According to eq. 2.33,
-    relief adds to the excitation by the stiffness in one mode; by derivation it
-    subtracts in all modes.
+    Notes
+    -----
+    Eq. 2.31 of the multi-mesh source. Contours of equal amplitude are ellipses about
+    the centre, or straight lines if the meshes drive in phase and one relief
+    compensates for the other. The phase turns the axes. According to eq. 2.33, relief
+    adds to the excitation by the stiffness in one mode; by derivation it subtracts in
+    all modes.
     """
 
     resonance: Resonance

@@ -57,8 +57,10 @@ def separation_angle(resonance: Resonance, amplitude: float) -> Array:
     ValueError
         If the amplitude is not positive.
 
-    Notes ----- Eq. 3.30 and 4.16 of the multi-mesh source, which print two cases where
-    there is one.
+    Notes
+    -----
+    Eq. 3.30 and 4.16 of the multi-mesh source, which print two cases where there is
+    one.
     """
     if not amplitude > 0.0:
         raise ValueError(f"amplitude must be positive, got {amplitude:g}")
@@ -86,10 +88,12 @@ def lost_stiffness(resonance: Resonance, amplitude: float) -> float:
     ValueError
         If the amplitude is not positive.
 
-    Notes ----- B equals -(R1 + R2 / alpha) / c_r^2 of eq. 3.32 and 4.20 of the
-    multi-mesh source, or with Q1 and Q2 that of 3.36, if C_j is replaced by ``2 |v_jr|
-    alpha cos(theta_j)``. Eq. 3.15 prints a series that counts h_0 and g_0 twice; 3.24
-    and 3.32 count them once.
+    Notes
+    -----
+    B equals -(R1 + R2 / alpha) / c_r^2 of eq. 3.32 and 4.20 of the multi-mesh source,
+    or with Q1 and Q2 that of 3.36, if C_j is replaced by ``2 |v_jr| alpha
+    cos(theta_j)``. Eq. 3.15 prints a series that counts h_0 and g_0 twice; 3.24 and
+    3.32 count them once.
     """
     theta = separation_angle(resonance, amplitude)
     lost = (theta - np.sin(theta) * np.cos(theta)) / np.pi

@@ -59,11 +59,12 @@ def superharmonic(
     ValueError
         If there is no such mode or the order is not positive.
 
-    Notes ----- The drive is W of eq. 3.42 of the multi-mesh source (over c_r), here
-    with all pairs of harmonics of the system whose sum is the order; with a single
-    harmonic it is W as printed. Eq. 3.41 prints 1 / (2 alpha c_r), whereas 1 / (4 alpha
-    c_r) follows as in 3.37. The shift of the natural frequency, also of second order,
-    is neglected.
+    Notes
+    -----
+    The drive is W of eq. 3.42 of the multi-mesh source (over c_r), here with all pairs
+    of harmonics of the system whose sum is the order; with a single harmonic it is W as
+    printed. Eq. 3.41 prints 1 / (2 alpha c_r), whereas 1 / (4 alpha c_r) follows as in
+    3.37. The shift of the natural frequency, also of second order, is neglected.
     """
     h = Fraction(order)
     first_order = resonance(system, mode, h)

@@ -59,10 +59,12 @@ class StiffnessParameters:
     ValueError
         If a value is not allowed.
 
-    Notes ----- The parameters are those of the multi-mesh source, eq. 2.28 and 5.3. If
-    n is the integer part of the contact ratio c, n + 1 pairs have the stiffness k [1 +
-    eps (n + 1 - c)] and n pairs k [1 + eps (n - c)]. The mean is k and the peak-to-peak
-    value eps k.
+    Notes
+    -----
+    The parameters are those of the multi-mesh source, eq. 2.28 and 5.3. If n is the
+    integer part of the contact ratio c, n + 1 pairs have the stiffness k [1 + eps (n +
+    1 - c)] and n pairs k [1 + eps (n - c)]. The mean is k and the peak-to-peak value
+    eps k.
     """
 
     mean: float

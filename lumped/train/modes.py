@@ -89,8 +89,10 @@ def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
     TrainError
         If the stiffnesses are not m positive numbers or nothing can move.
 
-    Notes ----- The stiffness matrix is never formed: its factor, with a row for each
-    spring, preserves the digits of soft modes in the presence of stiff springs.
+    Notes
+    -----
+    The stiffness matrix is never formed: its factor, with a row for each spring,
+    preserves the digits of soft modes in the presence of stiff springs.
     """
     stiffness = np.array(mean_stiffness, float)
     if stiffness.shape != (len(train.meshes),) or not (stiffness > 0.0).all():
