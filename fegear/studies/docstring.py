@@ -10,7 +10,6 @@ from typing import Any, get_type_hints
 
 from fegear.studies.study import (
     ExposedField,
-    Setting,
     SettingsGroup,
     exposed_fields,
     group_of,
@@ -30,16 +29,21 @@ def study_section(study: Any) -> str:
     hints, group = get_type_hints(study), group_of(study)
     members = {member.name: member for member in exposed_fields(group)}
     settings = parameters_section(
-        (name, _accepted(hints[name]), list(_texts(group, name, members.get(name))))
+        (
+            name,
+            _accepted(hints[name], members.get(name)),
+            list(_texts(group, name, members.get(name))),
+        )
         for name in (entry.name for entry in fields(study))
     )
     return f"{command}\n\n{settings}"
 
 
-def _accepted(kind: Any) -> Any:
-    """What a field takes: that to which its class refers, or a name, as well."""
-    if not hasattr(kind, "__dataclass_fields__"):
-        return kind
+def _accepted(kind: Any, member: ExposedField | None) -> Any:
+    """What a field takes: also text that is parsed, a name, or what that refers to."""
+    if member is None or member.group is None:
+        parsed = getattr(getattr(member, "declared", None), "parse", None)
+        return kind | str if parsed else kind
     takes = get_type_hints(kind.of) if hasattr(kind, "of") else {}
     takes.pop("return", None)
     named = [str] if "name" in kind.__dataclass_fields__ else []
@@ -72,8 +76,7 @@ def _items(group: SettingsGroup, prefix: str = "") -> Iterator[tuple[str, str]]:
 
 def _help(group: SettingsGroup, member: ExposedField) -> str:
     """Help, limits, and how the command calls it where that is not its name."""
-    declared = group.exposed[member.name]
-    assert isinstance(declared, Setting)
+    declared: Any = group.exposed[member.name]  # a Setting, as it is no group
     text = declared.text or help_of(group.kind, member.name)
     text = with_limits(text, declared.allowed or allowed_of(member.field))
     names = [declared.place or member.option, *(flag for flag, *_ in declared.flags)]

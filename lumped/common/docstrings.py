@@ -72,7 +72,8 @@ def type_text(kind: Any) -> str:
     if origin is Literal:
         return f"{{{', '.join(map(repr, args))}}}"
     if origin in (Union, UnionType):
-        return " or ".join(map(type_text, args))
+        none_last = sorted(args, key=lambda arg: arg is type(None))
+        return " or ".join(map(type_text, none_last))
     if origin is tuple and args[-1] is Ellipsis:
         return f"tuple of {type_text(args[0])}"
     if origin is tuple:

@@ -70,7 +70,7 @@ def options_section(kind: type) -> str:
     hints = get_type_hints(kind)
     return parameters_section(
         (entry.name, hints[entry.name], [with_limits(text, allowed_of(entry))])
-        for entry in fields(kind)  # type: ignore[arg-type]
+        for entry in fields(kind)
         if (text := help_of(kind, entry.name))
     )
 
