@@ -64,11 +64,11 @@ def broken_links(pages: dict[Path, PageParser]) -> Iterator[str]:
 
 def declared_names() -> Iterator[tuple[str, str]]:
     """What must be found: the page's folder or name, and the words."""
-    from fegear.files.codes import codes
     from fegear.studies.columns import columns
 
     import fegear
     import lumped
+    from fegear.files.codes import codes
     from fegear.files.keys import FILE_KINDS, file_keys
     from fegear.studies import STUDIES
 

@@ -52,7 +52,7 @@ def command_of(study_class: type[Study]) -> Callable[..., None]:
             outputs.show(values, lambda values: _show(result, outputs, seconds))
         _exit_with_status(result, outputs)
 
-    command.__doc__ = study_class.__doc__
+    command.__doc__ = study_class.description
     command.__annotations__ = {
         "study": study_class,
         "workers": Workers if study_class.distributes else InThreads,

@@ -10,7 +10,13 @@ LONGEST_WORD, LONGEST_MESSAGE = 500, 4000  # letters
 class InputError(ValueError):
     """What a user gave cannot be used; the message is one line for a reader.
 
-    It names where the input came from, the field, what arrived and what is allowed.
+    It names where the input came from, the field, what arrived and what is allowed. It
+    is a ValueError.
+
+    Parameters
+    ----------
+    message : str
+        Message, of which line ends become spaces and very long parts are shortened.
     """
 
     def __init__(self, message: str) -> None:

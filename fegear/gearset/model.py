@@ -143,12 +143,37 @@ class Shaft:
 class GearSet:
     """Gears, their meshes and shafts.
 
-    Widths: in statics both gears of a mesh are as wide as the narrower one, for their
-    compliance, contact pressure and root stress; in motion a body has the inertia and
+    Gear sets are read from files or made of tables, see `fegear.load_gear_set` and
+    `fegear.make_gear_set`.
+
+    Parameters
+    ----------
+    name : str
+        Name of the gear set.
+    description : str
+        One line on it, or empty.
+    gears : tuple of fegear.gearset.model.Gear
+        Gears with width, material and, if given, inertia; one or more.
+    meshes : tuple of fegear.gearset.model.Mesh
+        Meshes, with indices into `gears`; one or more.
+    shafts : tuple of fegear.gearset.model.Shaft, optional
+        Gears on one axis, by their indices.
+    damping_ratio : float or None, optional
+        Damping ratio of every vibration mode, from 0 to below 1; None leaves it open.
+    inferences : tuple of str, optional
+        Sentences on what the file did not give and how it was inferred.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed or an index names no gear.
+
+    Notes
+    -----
+    In statics both gears of a mesh are as wide as the narrower one, for their
+    compliance, contact pressure and root stress. In motion a body has the inertia and
     the elasticity of its own width, and what that lacks of the compliance follows at
     once.
-
-    damping_ratio : of every vibration mode, or None to leave it open
     """
 
     name: str
@@ -181,11 +206,33 @@ class GearSet:
         return f"{self.name}: {self.description}" if self.description else self.name
 
     def common_width(self, mesh: int) -> float:
-        """Face width of the narrower gear of a mesh [m]."""
+        """Face width of the narrower gear of a mesh [m].
+
+        Parameters
+        ----------
+        mesh : int
+            Index of the mesh, from 0.
+
+        Returns
+        -------
+        float
+            Face width [m].
+        """
         return min(self.gears[gear].face_width for gear in self.meshes[mesh].gears)
 
     def axis(self, gear: int) -> tuple[int, ...]:
-        """The gears that turn about a gear's axis with it, itself first."""
+        """The gears that turn about a gear's axis with it, itself first.
+
+        Parameters
+        ----------
+        gear : int
+            Index of the gear, from 0.
+
+        Returns
+        -------
+        tuple of int
+            Indices of the gears.
+        """
         groups = (shaft.gears for shaft in self.shafts)
         group = next((gears for gears in groups if gear in gears), ())
         return (gear, *(other for other in group if other != gear))

@@ -30,9 +30,29 @@ def load_gear_set(
 ) -> GearSet:
     """A built-in gear set by its name, or the one in a TOML file.
 
-    edits : values to set before it is read, see `fegear.gearset.edit`
+    Parameters
+    ----------
+    name_or_path : str or path-like
+        Name of a built-in gear set, see `builtin_names`, or path of a gear-set file.
+    edits : mapping of str, optional
+        Values to set before the gear set is read, by key, such as
+        ``{"mesh.1.tip_relief.magnitude_um": 10}``; units are those of the file.
 
-    Raises InputError, in one line, on anything that cannot be used.
+    Returns
+    -------
+    GearSet
+        The gear set in SI units, checked.
+
+    Raises
+    ------
+    InputError
+        If there is no such gear set or file, or its content or a key cannot be used.
+
+    Examples
+    --------
+    >>> import fegear
+    >>> fegear.load_gear_set("liu-pair").name
+    'liu-pair'
     """
     name = fspath(name_or_path)
     if name in builtin_names():
@@ -67,7 +87,27 @@ def read_gear_set_file(path: Path, edits: Mapping[str, Any] | None = None) -> Ge
 def read_gear_set(
     text: str, source: str = "gear set", edits: Mapping[str, Any] | None = None
 ) -> GearSet:
-    """The gear set in TOML text; `source` begins the message of an InputError."""
+    """The gear set in TOML text.
+
+    Parameters
+    ----------
+    text : str
+        Content of a gear-set file.
+    source : str, optional
+        Where the text comes from; messages of errors begin with it.
+    edits : mapping of str, optional
+        Values to set before the gear set is read, by key, as in `load_gear_set`.
+
+    Returns
+    -------
+    GearSet
+        The gear set in SI units, checked.
+
+    Raises
+    ------
+    InputError
+        If the text is not TOML, or its content or a key cannot be used.
+    """
     try:
         return make_gear_set(parsed_toml(text), edits)
     except InputError as error:
@@ -78,7 +118,25 @@ def read_gear_set(
 def make_gear_set(
     tables: Mapping[str, Any], edits: Mapping[str, Any] | None = None
 ) -> GearSet:
-    """The gear set of tables with the keys of a gear-set file."""
+    """The gear set of tables with the keys of a gear-set file.
+
+    Parameters
+    ----------
+    tables : mapping of str
+        Tables of a gear-set file, as `tomllib` reads them, in the units of the keys.
+    edits : mapping of str, optional
+        Values to set before the gear set is made, by key, as in `load_gear_set`.
+
+    Returns
+    -------
+    GearSet
+        The gear set in SI units, checked.
+
+    Raises
+    ------
+    InputError
+        If a table or a key cannot be used.
+    """
     return build_gear_set(_document(tables, edits or {}))
 
 
@@ -96,7 +154,13 @@ def parsed_toml(text: str) -> dict[str, Any]:
 
 
 def builtin_names() -> list[str]:
-    """Names of the gear sets that come with the program, sorted."""
+    """Names of the gear sets that come with the program, sorted.
+
+    Returns
+    -------
+    list of str
+        Names that `load_gear_set` takes.
+    """
     files = (Path(item.name) for item in _builtin_folder().iterdir())
     return sorted(file.stem for file in files if file.suffix == ".toml")
 

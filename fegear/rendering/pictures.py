@@ -190,7 +190,14 @@ def _title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:
 class StressResult(Result):
     """Stress in the teeth of a mesh around its contact.
 
-    field : displacement, stress and contact pressure at the nodes in view
+    Attributes
+    ----------
+    contact : ContactSequence
+        Contact that was solved, with its torque and settings.
+    scene : MeshScene
+        Both gears in their position.
+    field : ContactField
+        Displacement [m], stress [Pa] and contact pressure [Pa] at the nodes in view.
     """
 
     contact: ContactSequence
@@ -203,7 +210,18 @@ class StressResult(Result):
         return {gear.name: float(gear.von_mises.max()) for gear in self.field.gears}
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write displacement and stress of all nodes."""
+        """Write displacement and stress of all nodes.
+
+        Parameters
+        ----------
+        path : str or path-like
+            CSV file.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
         rows = [
             [gear.name, *map(float, row)]
             for gear in self.field.gears
@@ -219,6 +237,18 @@ class StressResult(Result):
         """Write a picture, film, page or data file, whatever the ending says.
 
         A film shows the whole mesh cycle.
+
+        Parameters
+        ----------
+        path : str or path-like
+            File to write.
+        picture : PictureSettings, optional
+            What is shown, and how large.
+
+        Raises
+        ------
+        InputError
+            If the ending names no such file or the file cannot be written.
         """
         output = Path(path)
         require_drawable_file(output)
@@ -240,10 +270,35 @@ def solve_stress(
 ) -> StressResult:
     """Stress of a mesh (index from 0) under a torque on its driver [N m].
 
-    position : of the mesh, base pitches from the pitch point
-    zoom : what is in view, and solved: the contact, a tooth or a gear
-    torque : on the input gear of the train [N m], in place of torque_on_driver;
-        deprecated, as `solve_mesh` and `fegear render` take that on the driver
+    Exactly one of `torque_on_driver` and `torque` must be given.
+
+    Parameters
+    ----------
+    gear_set : GearSet
+        Gear set of the mesh.
+    torque_on_driver : float, optional
+        Torque on the driver of the mesh [N m], positive.
+    mesh : int, optional
+        Index of the mesh, from 0.
+    position : float, optional
+        Position of the mesh, past the pitch point of the reference pair [base pitches].
+    zoom : {'contact', 'tooth', 'gear'}, optional
+        What is in view and solved.
+    settings : StaticsSettings, optional
+        Settings of the finite elements and of the contact.
+    torque : float, optional
+        Torque on the input gear of the train [N m]. Deprecated: use `torque_on_driver`.
+
+    Returns
+    -------
+    StressResult
+        Displacement, stress and contact pressure at the nodes in view.
+
+    Raises
+    ------
+    InputError
+        If there is no such mesh or position, or the torque is missing, given twice or
+        outside its range.
     """
     settings = settings or StaticsSettings()
     require_mesh(gear_set, mesh)

@@ -131,15 +131,39 @@ class StiffnessSource:
         return {"excitation": shape, **elements}
 
     def solves_elements(self, gear_set: GearSet) -> bool:
-        """Whether finite elements are needed for what the gear set does not give."""
+        """Whether finite elements are needed for what the gear set does not give.
+
+        Parameters
+        ----------
+        gear_set : GearSet
+            Gear set whose meshes may give a mean stiffness and its variation.
+
+        Returns
+        -------
+        bool
+            True if a table is solved by finite elements.
+        """
         return self.kind == "fe" or any(
             mesh.mean_stiffness is None or mesh.stiffness_variation is None
             for mesh in gear_set.meshes
         )
 
     def statics_of(self, gear_set: GearSet, mesh: int) -> StaticsSettings:
-        """Settings of the statics for a mesh; fewer positions where its tooth pairs
-        differ.
+        """Settings of the statics for a mesh.
+
+        They have fewer positions where the tooth pairs of the mesh differ.
+
+        Parameters
+        ----------
+        gear_set : GearSet
+            Gear set of the mesh.
+        mesh : int
+            Index of the mesh, from 0.
+
+        Returns
+        -------
+        StaticsSettings
+            Settings for `fegear.solve_mesh`.
         """
         fewer = min(self.positions, LONG_POSITIONS)
         long = tooth_pair_errors(gear_set, mesh).size > 1
@@ -236,7 +260,22 @@ def read_mesh_tables(
 ) -> GivenTables:
     """Mesh tables (CSV) of a gear set, one for each mesh in order.
 
-    Raises InputError where one is missing, cannot be read or is of other teeth.
+    Parameters
+    ----------
+    paths : sequence of str or path-like
+        Files of mesh tables, as many as the gear set has meshes.
+    gear_set : GearSet
+        Gear set of whose teeth the tables are.
+
+    Returns
+    -------
+    GivenTables
+        Tables, which `LumpedModel` takes as `stiffness`.
+
+    Raises
+    ------
+    InputError
+        If a table is missing, cannot be read, or is of other teeth.
     """
     if len(paths) != len(gear_set.meshes):
         raise InputError(

@@ -114,10 +114,35 @@ class StaticsSettings:
         return RESOLUTIONS[self.resolution].size
 
     def material(self, gear: Gear) -> PlaneMaterial:
+        """Material of a gear in the plane of the settings.
+
+        Parameters
+        ----------
+        gear : fegear.gearset.model.Gear
+            Gear whose Young's modulus and Poisson's ratio are taken.
+
+        Returns
+        -------
+        PlaneMaterial
+            Elastic constants in plane stress or plane strain.
+        """
         return PlaneMaterial(gear.young_modulus, gear.poisson_ratio, self.plane)
 
     def sector(self, gear: Gear, refinement: float = 1.0) -> CyclicSector:
-        """What all finite elements of a gear are made from; finer above 1."""
+        """What all finite elements of a gear are made from.
+
+        Parameters
+        ----------
+        gear : fegear.gearset.model.Gear
+            Gear that is meshed.
+        refinement : float, optional
+            Factor on the fineness of the mesh, finer above 1.
+
+        Returns
+        -------
+        CyclicSector
+            Mesh, stiffness and flanks of one tooth sector.
+        """
         size = self.size if refinement == 1.0 else self.size.refined(refinement)
         return cyclic_sector(gear.geometry, self.material(gear), size)
 
@@ -129,18 +154,26 @@ ERROR_FACTOR = 3.5  # estimated error over the change against a coarser resoluti
 class ErrorEstimate:
     """Estimated relative discretisation error of the transmission error at one torque.
 
-    ERROR_FACTOR times the change against a coarser resolution. With sizes in the ratio
-    0.7, errors of order p are 0.7^p / (1 - 0.7^p) times the change: as large at order
-    2, 2.3 times at order 1, and 3.5 times at order 0.7. On 100 random pairs (half with
-    relief) at three torques each, against a mesh 2.4 times as fine as the default, the
-    error was at most 2.5 times the change at resolution default and 3.0 times at
-    coarse, both in corner contact; 1.4 and 2.4 times in the mean. On 20 of the pairs it
-    was at most 1.3 times the change at resolution fine.
+    Attributes
+    ----------
+    mean : float
+        Error of its mean, from the mean of the changes' amounts, whose signs may
+        cancel.
+    path : float
+        Largest error on the nominal path.
+    corner : float
+        Largest error where a tip corner is in contact, from the largest change of all
+        positions, as those are few; NaN where there is none.
 
-    mean : of its mean, from the mean of the changes' amounts, whose signs may cancel
-    path : the largest on the nominal path
-    corner : the largest where a tip corner is in contact, from the largest change of
-        all positions, as those are few; NaN where there is none
+    Notes
+    -----
+    An error is ERROR_FACTOR times the change against a coarser resolution. With sizes
+    in the ratio 0.7, errors of order p are ``0.7^p / (1 - 0.7^p)`` times the change: as
+    large at order 2, 2.3 times at order 1, and 3.5 times at order 0.7. On 100 random
+    pairs (half with relief) at three torques each, against a mesh 2.4 times as fine as
+    the default, the error was at most 2.5 times the change at resolution default and
+    3.0 times at coarse, both in corner contact; 1.4 and 2.4 times in the mean. On 20 of
+    the pairs it was at most 1.3 times the change at resolution fine.
     """
 
     mean: float
@@ -155,11 +188,26 @@ class ErrorEstimate:
 
 @dataclass(frozen=True, repr=False)
 class StaticsResult(Result):
-    """A mesh table with its evidence; seconds by stage.
+    """A mesh table with its evidence.
 
-    errors : of the discretisation at each torque; empty where they are not estimated
-    mesh : index from 0, and its name
-    pitches : base pitches that it covers, until the tooth pairs repeat
+    Attributes
+    ----------
+    table : MeshTable
+        Columns over torques (t,) on the driver [N m] and positions (n,) [base pitches].
+    cycle : ContactCycle
+        Loads, gaps and pressures of all tooth pairs, of which the table is made.
+    problem : ContactProblem
+        Contact problem that was solved, with the compliances of both flanks.
+    errors : tuple of ErrorEstimate
+        Estimated discretisation error at each torque; empty where it is not estimated.
+    seconds : dict of str to float
+        Computing time of each stage [s].
+    mesh : int
+        Index of the mesh, from 0.
+    name : str
+        Number of the mesh and the names of its gears.
+    pitches : int
+        Number of base pitches that the table covers, until the tooth pairs repeat.
     """
 
     table: MeshTable
@@ -178,18 +226,52 @@ class StaticsResult(Result):
 
     @property
     def teeth(self) -> str:
+        """Numbers of teeth of driver and driven gear."""
         return _teeth(self.problem.pair)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the table with its header."""
+        """Write the table with its header.
+
+        Parameters
+        ----------
+        path : str or path-like
+            CSV file.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
         write_text(path, format_table(self.table))
 
     def to_frame(self) -> DataFrame:
-        """The table as a pandas frame; pandas is not installed with this package."""
+        """The table as a pandas frame; pandas is not installed with this package.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each torque and position, with the columns of `MeshTable.flat`.
+
+        Raises
+        ------
+        ImportError
+            If pandas is missing.
+        """
         return frame(self.table.flat)
 
     def draw(self, path: str | PathLike[str]) -> None:
-        """Draw stiffness, transmission error and load sharing: .png, .pdf or .svg."""
+        """Draw stiffness, transmission error and load sharing.
+
+        Parameters
+        ----------
+        path : str or path-like
+            Picture, with the ending ``.png``, ``.pdf`` or ``.svg``.
+
+        Raises
+        ------
+        InputError
+            If the ending is another one or the file cannot be written.
+        """
         from fegear.figures.statics import save_figure
 
         file = Path(path)
@@ -279,11 +361,44 @@ def solve_mesh(
 ) -> StaticsResult:
     """Mesh table of one mesh (index from 0) at torques on its driver [N m].
 
-    torques : former name of torques_on_driver
+    With pitch errors the table continues until the tooth pairs repeat.
 
-    Without torques the gear set's own load cases are used. With pitch errors the
-    table continues until the tooth pairs repeat. Raises InputError for a mesh that is
-    not there, where no torque is known, and where the table is too long.
+    Parameters
+    ----------
+    gear_set : GearSet
+        Gear set of the mesh.
+    mesh : int, optional
+        Index of the mesh, from 0.
+    torques_on_driver : sequence of float, optional
+        Torques on the driver [N m], which differ from each other; the load cases of the
+        gear set unless given.
+    settings : StaticsSettings, optional
+        How the table is computed.
+    progress : callable, optional
+        Function of (stage, done, total), called during the computation.
+    torques : sequence of float, optional
+        Former name of `torques_on_driver`.
+
+    Returns
+    -------
+    StaticsResult
+        Table with its estimated errors.
+
+    Raises
+    ------
+    InputError
+        If there is no such mesh, no torque is known or one is given twice, or the table
+        is too long.
+    ValueError
+        If a torque is not from 0 to below 1e9 N m or an argument is not of its type.
+
+    Examples
+    --------
+    >>> import fegear
+    >>> gears = fegear.load_gear_set("liu-pair", {"mesh.1.tip_relief.magnitude_um": 10})
+    >>> table = fegear.solve_mesh(gears, torques_on_driver=[100.0])
+    >>> print(f"{table.table['stiffness_N_per_m'].mean():.2e} N/m")
+    2.46e+08 N/m
     """
     settings = settings or StaticsSettings()
     report = progress or (silent)

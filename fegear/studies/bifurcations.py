@@ -165,10 +165,12 @@ class Bifurcations(
 
     @property
     def directions(self) -> tuple[Direction, ...]:
+        """The directions of the parameter, in order."""
         return DIRECTIONS if self.direction == "both" else (self.direction,)
 
     @property
     def settling(self) -> Settings:
+        """Settings of the integration, with the largest period multiple to look for."""
         return replace(self.integration, multiples=self.period_multiple)
 
     def prepare(self) -> BifurcationsProblem:

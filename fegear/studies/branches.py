@@ -202,6 +202,7 @@ class Branches(
 
     @property
     def numerics(self) -> BranchSettings:
+        """Settings of the continuation, with the steepness of contact [1/m]."""
         steepness = None if self.steepness is None else 1e6 * self.steepness
         return replace(self.finding, steepness=steepness)
 

@@ -115,6 +115,18 @@ class Clatter(
             yield "wheel", "needs {plot}, {attractor} or another {kind}"
 
     def start_of(self, group: WheelGroup) -> State:
+        """State from which a group of wheels starts.
+
+        Parameters
+        ----------
+        group : WheelGroup
+            Wheels whose motions depend on each other.
+
+        Returns
+        -------
+        State
+            Wheels centred in their clearances, or at random by `seed`.
+        """
         return (
             centred_state(group)
             if self.seed is None

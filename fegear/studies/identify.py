@@ -106,6 +106,7 @@ class Identification(
 
     @property
     def gears(self) -> GearSet:
+        """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False, figures=True)
         return self.gear_set.loaded
 

@@ -139,6 +139,7 @@ class MachineStudy:
 
     @property
     def named(self) -> NamedMachine:
+        """The machine with the overridden parameters, and its name."""
         return self.machine.named
 
     @property

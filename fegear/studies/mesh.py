@@ -55,11 +55,13 @@ class GearMesh(
 
     @property
     def gears(self) -> GearSet:
+        """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {}, translations=False)
         return self.gear_set.loaded
 
     @property
     def meshed(self) -> Gear:
+        """The gear that is meshed; InputError where there is none."""
         gears = self.gears.gears
         if not 1 <= self.gear <= len(gears):
             has = f"{self.gears.name} has {len(gears)} gears"

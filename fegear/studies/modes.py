@@ -70,6 +70,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
 
     @property
     def gears(self) -> GearSet:
+        """The gear set with its edits."""
         return self.gear_set.loaded
 
     @property

@@ -125,6 +125,7 @@ class ContactPictures(
 
     @property
     def gears(self) -> GearSet:
+        """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.loaded
 

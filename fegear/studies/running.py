@@ -48,14 +48,35 @@ def run(
 ) -> Any:
     """The result of a study.
 
-    checkpoint_options : where records of tasks are stored, and whether stored ones of
-        an earlier run are used
-    workers : threads, one a core by default, or a cluster for the parts of tasks
-    deliver : called with the result, to write its files; records that are kept are
-        removed after it, and stay if it fails
-    After Ctrl-C, partial studies return what is finished, others raise it again.
-    Records are where `checkpoint_options` say.
-    Raises InputError for what cannot be computed or kept.
+    Parameters
+    ----------
+    study : Study
+        Study to run, such as `fegear.Sweep`.
+    checkpoint_options : CheckpointOptions, optional
+        Where records of tasks are stored, and whether stored ones of an earlier run are
+        used; nothing is stored unless it says so.
+    progress : callable, optional
+        Function of (stage, done, total), called during the run.
+    workers : int or Cluster, optional
+        Number of threads, one a core unless given, or a cluster for the parts of tasks.
+    deliver : callable, optional
+        Function called with the result, to write its files. Records in a checkpoint are
+        removed after it, and stay if it fails.
+
+    Returns
+    -------
+    StudyResult
+        Result of the study. After Ctrl-C it holds what is finished, if the study allows
+        that.
+
+    Raises
+    ------
+    InputError
+        If something cannot be computed or stored.
+    ValueError
+        If `workers` is not an allowed number or another argument is not of its type.
+    KeyboardInterrupt
+        After Ctrl-C, if the study cannot return a part of its result.
     """
     if not isinstance(workers, Cluster | None):
         require_between("workers", workers, 1, MAX_THREADS)

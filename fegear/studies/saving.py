@@ -104,8 +104,23 @@ def save(result: StudyResult, path: str | Path) -> None:
 def load(path: str | Path) -> Any:
     """The result in a file of `save`: it shows, tabulates and draws the same.
 
-    Nothing is computed anew, and no other file is read. Raises InputError for a file
-    that is none, is damaged, or was saved by a version whose results differ.
+    Nothing is computed anew, and no other file is read.
+
+    Parameters
+    ----------
+    path : str or Path
+        File that the method `save` of a result has written, ``.nc``.
+
+    Returns
+    -------
+    StudyResult
+        The result, with the attributes and methods of the one that was saved.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, holds no result, is damaged, or was saved by a
+        version whose results differ.
     """
     target = path_of(path)
     attributes, variables = read_netcdf(target)

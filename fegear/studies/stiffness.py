@@ -93,6 +93,7 @@ class MeshStiffness(
 
     @property
     def gears(self) -> GearSet:
+        """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.loaded
 

@@ -33,6 +33,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
 
 from fegear.files.errors import InputError
 from fegear.result import Result
+from lumped.common.docstrings import set_lazy_docstring
 from lumped.common.options import Range, allowed_of, help_of
 
 if TYPE_CHECKING:
@@ -457,6 +458,7 @@ class Study:
 
     command: ClassVar[str]
     example: ClassVar[str]
+    description: ClassVar[str]  # what the class says, without its parameters
     pictures: ClassVar[Mapping[str, str]] = PLOT  # options that take a file, with help
     more_tables: ClassVar[Mapping[str, str]] = NO_PICTURES  # described as these
     # other files, with help and endings
@@ -478,6 +480,8 @@ class Study:
     def __init_subclass__(cls, *, command: str, example: str, **options: Any) -> None:
         super().__init_subclass__(**options)
         cls.command, cls.example = command, f"fegear {example}"
+        cls.description = cls.__doc__ or ""
+        set_lazy_docstring(cls, _section)
 
     def __post_init__(self) -> None:
         take_plain_values(self)
@@ -521,27 +525,66 @@ class Study:
         return ()
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """Names of outputs and settings that would change nothing, with the reason.
+        """Outputs and settings that would change nothing, with the reason.
 
-        outputs : files and other outputs that are asked for, by name
-        Other names are in braces in the reasons, as in `needs {kind} event`.
+        Parameters
+        ----------
+        outputs : mapping of str
+            Files and other outputs that are asked for, by name.
+
+        Yields
+        ------
+        tuple of (str, str)
+            Name and reason. Other names are in braces in the reasons, as in
+            ``needs {kind} event``.
         """
         return iter(())
 
     def prepare(self) -> Solvable:
         """What is solved: values that follow from the settings, derived once.
 
-        A study that derives nothing is its own problem. Raises InputError for what
-        cannot be computed.
+        A study that derives nothing is its own problem.
+
+        Returns
+        -------
+        Solvable
+            Problem whose tasks `fegear.run` computes.
+
+        Raises
+        ------
+        InputError
+            If something cannot be computed.
         """
         return self
 
     def tasks(self) -> Iterable[Task]:
-        """All parts; InputError for what cannot be computed."""
+        """Parts of the study that depend on no other.
+
+        Returns
+        -------
+        iterable of Task
+            All parts.
+
+        Raises
+        ------
+        InputError
+            If something cannot be computed.
+        """
         raise NotImplementedError
 
     def gather(self, results: Mapping[str, Any]) -> Any:
-        """Make the result of the study from the results of its tasks, by key."""
+        """Make the result of the study from the results of its tasks.
+
+        Parameters
+        ----------
+        results : mapping of str
+            Results of the tasks, by key.
+
+        Returns
+        -------
+        StudyResult
+            Result of the study.
+        """
         (result,) = results.values()
         return result
 
@@ -563,6 +606,12 @@ class Study:
             **dict(_inputs(self, "")),
             **{f"content of {name}": text for name, text in file_digests(files)},
         }
+
+
+def _section(study: type) -> str:
+    from fegear.studies.docstring import study_section
+
+    return study_section(study)
 
 
 def files_read(
@@ -598,14 +647,28 @@ def _inputs(settings: Any, prefix: str) -> Iterator[tuple[str, str]]:
 class StudyResult(Result):
     """Result of a study; a frozen dataclass.
 
-    study : what was asked for
-    summary : plain values for JSON, warnings among them
-    figures : by name, functions that draw the pictures of the study
-    more_tables : by name, tables in addition to the first
-    more_files : by name, functions of a path that write other files
-    complete : whether nothing is left out, after Ctrl-C or a failure
-    empty : whether there is nothing to write
-    failure : why the command fails, once all is written
+    Results of the studies have further attributes with what they computed.
+
+    Attributes
+    ----------
+    study : Study
+        Study that was run.
+    summary : dict of str
+        Plain values for JSON, warnings among them; names end with units.
+    figures : mapping of str to callable
+        Functions that draw the pictures of the study, by name.
+    more_tables : mapping of str to Table
+        Tables in addition to the first, by name.
+    more_files : mapping of str to callable
+        Functions of a path that write other files, by name.
+    complete : bool
+        Whether nothing is left out, after Ctrl-C or a failure.
+    empty : bool
+        Whether there is nothing to write.
+    failure : str
+        Why the command fails, once all is written; empty if it does not.
+    dots_per_inch : int
+        Resolution of pictures [dots per inch].
     """
 
     study: Any
@@ -620,34 +683,102 @@ class StudyResult(Result):
 
     @property
     def table(self) -> Table:
+        """Table of the result; names of columns end with units."""
         raise InputError(f"{self.study.command} has no table")
 
     def page(self) -> Page:
-        """Content of the screen."""
+        """Content of the screen.
+
+        Returns
+        -------
+        iterator of str, RowTable or ColumnTable
+            Lines of text and tables, in order.
+        """
         raise NotImplementedError
 
     def write(self, path: str | Path) -> None:
-        """Write what --output of the command writes, the table by default."""
+        """Write what ``--output`` of the command writes, the table unless a study says
+        else.
+
+        Parameters
+        ----------
+        path : str or Path
+            File, or directory of a study that writes several files.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
         self.to_csv(path)
 
     def save(self, path: str | Path) -> None:
-        """Write the whole result, `.nc`, for `fegear.load`."""
+        """Write the whole result for `fegear.load`.
+
+        Parameters
+        ----------
+        path : str or Path
+            File with the ending ``.nc``.
+
+        Raises
+        ------
+        InputError
+            If the ending is another one, the file cannot be written or a value cannot
+            be saved.
+        """
         from fegear.studies.saving import save
 
         save(self, path)
 
     def to_csv(self, path: str | Path) -> None:
-        """Write the table. Raises InputError where the file cannot be written."""
+        """Write the table with its header.
+
+        Parameters
+        ----------
+        path : str or Path
+            CSV file.
+
+        Raises
+        ------
+        InputError
+            If the study has no table or the file cannot be written.
+        """
         from fegear.files.output import path_of, write_text
 
         write_text(path_of(path), self.table.csv())
 
     def to_frame(self) -> DataFrame:
-        """The table as a pandas frame; ImportError where pandas is missing."""
+        """The table as a pandas frame.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A column for each column of `table`.
+
+        Raises
+        ------
+        ImportError
+            If pandas is missing.
+        InputError
+            If the study has no table.
+        """
         return self.table.to_frame()
 
     def draw(self, path: str | Path, name: str = "plot") -> None:
-        """Draw a picture by the ending of the path: .png, .pdf or .svg."""
+        """Draw a picture by the ending of the path.
+
+        Parameters
+        ----------
+        path : str or Path
+            Picture, with the ending ``.png``, ``.pdf`` or ``.svg``.
+        name : str, optional
+            Name of the picture, one of `figures`.
+
+        Raises
+        ------
+        InputError
+            If there is no such picture or ending, or the file cannot be written.
+        """
         from fegear.figures.statics import save_figure
         from fegear.files.output import path_of, require_picture, write_whole
 

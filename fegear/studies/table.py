@@ -21,8 +21,15 @@ if TYPE_CHECKING:
 class Table:
     """Rows of named columns; names end with units.
 
-    rows : called for them, so that long tables need no memory
-    header : lines above the names of the columns
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the columns.
+    rows : callable
+        Function without arguments that returns the rows in order, each a sequence with
+        a value for every column, so that long tables need no memory.
+    header : mapping of str to str, optional
+        Entries of the lines above the names of the columns.
     """
 
     names: Sequence[str]
@@ -31,15 +38,47 @@ class Table:
 
     @classmethod
     def of(cls, columns: Mapping[str, ArrayLike], header: Mapping[str, str]) -> Table:
-        """Columns of equal length, which may be arrays."""
+        """Columns of equal length as a table.
+
+        Parameters
+        ----------
+        columns : mapping of str to array_like
+            Values (n,) by the name of the column.
+        header : mapping of str to str
+            Entries of the lines above the names of the columns.
+
+        Returns
+        -------
+        Table
+            Table with n rows.
+        """
         lists = [np.asarray(column).tolist() for column in columns.values()]
         return cls(tuple(columns), lambda: zip(*lists, strict=True), header)
 
     def csv(self) -> str:
+        """The table as CSV text with its header.
+
+        Returns
+        -------
+        str
+            Text with a line of names and a line for every row; numbers are written in
+            the shortest form that reads back to the same bits.
+        """
         return format_csv(list(self.names), self.rows(), dict(self.header))
 
     def to_frame(self) -> DataFrame:
-        """A pandas frame; ImportError where pandas is missing."""
+        """The table as a pandas frame.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A column for each name.
+
+        Raises
+        ------
+        ImportError
+            If pandas is missing.
+        """
         columns = zip(*self.rows(), strict=True)
         return frame(dict(zip(self.names, columns, strict=False)))
 

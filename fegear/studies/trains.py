@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, get_args
 
@@ -38,6 +38,11 @@ MIN_TORQUE = 1e-6  # N m, less is lost in round-off
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
 LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
 DRIVER_LOAD = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
+TABLES = (
+    "Mesh table (CSV) to use instead of finite elements; give one for each mesh, in "
+    "order. The coupled model needs the columns of tooth pairs, at two or more torques "
+    "unless hardening is left out."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -305,9 +310,7 @@ def lumped_integration() -> Any:
 def tables_setting() -> Any:
     return setting(
         (),
-        "Mesh table (CSV) to use instead of finite elements; give one for each "
-        "mesh, in order. The coupled model needs the columns of tooth pairs, at "
-        "two or more torques unless hardening is left out.",
+        TABLES,
         metavar="FILE",
         reads=True,
     )
@@ -317,12 +320,12 @@ def tables_setting() -> Any:
 class TrainStudy:
     """Settings of all studies of a lumped train; `model` is a `lumped_model` field.
 
-    Those of mesh tables have a field `table`, by `tables_setting`.
+    Where the command reads mesh tables, `table` is declared by `tables_setting`.
     """
 
     gear_set: GearSetRef
     model: LumpedModel
-    table: tuple[str, ...] = ()
+    table: tuple[str, ...] = field(default=(), metadata={"help": TABLES})
 
     def __post_init__(self) -> None:
         super().__post_init__()  # type: ignore[misc]
@@ -337,7 +340,20 @@ class TrainStudy:
         return bool(self.model.friction)
 
     def rejection(self, name: str, reason: str) -> InputError:
-        """Why the value of a setting of the model is refused."""
+        """Why the value of a setting of the model is refused.
+
+        Parameters
+        ----------
+        name : str
+            Name of the setting.
+        reason : str
+            Reason, with names of other settings in braces.
+
+        Returns
+        -------
+        InputError
+            Error to raise.
+        """
         model_member = next(
             member
             for member in exposed_fields(group_of(self))

@@ -99,7 +99,10 @@ class LumpedModel:
         "0.04]",
         Range(0.0, below=1.0),
     )
-    stiffness: StiffnessSource | GivenTables = field(default_factory=StiffnessSource)
+    stiffness: StiffnessSource | GivenTables = field(
+        default_factory=StiffnessSource,
+        metadata={"help": "Source of the mesh stiffness, or mesh tables."},
+    )
     friction: float = option(
         0.0,
         "Coulomb friction coefficient of the teeth of all meshes, of model 1.",
@@ -147,7 +150,19 @@ class LumpedModel:
         self.tooth_friction(0.0)  # checks its fields
 
     def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
-        """Friction of a mesh, with its friction-bending ratio."""
+        """Friction of a mesh, with its friction-bending ratio.
+
+        Parameters
+        ----------
+        bending : float or mapping of int to Wave
+            Deflection of a tooth pair by a friction force over that by a normal force
+            of the same size, one number or a wave for each pair.
+
+        Returns
+        -------
+        ToothFriction
+            Coulomb friction with the coefficient of the model.
+        """
         return ToothFriction(self.friction, bending, self.sliding, self.transition)
 
     @property
@@ -200,10 +215,30 @@ def lumped_system(
 ) -> LumpedSystem:
     """The lumped system at a torque on the input gear [N m].
 
-    excitations : in place of the model's own, so that solved tables are used again
-    like : a system whose choice of body modes this one shares
+    Parameters
+    ----------
+    gear_set : GearSet
+        Gear set of the train.
+    torque : float
+        Torque on the input gear [N m].
+    model : LumpedModel, optional
+        Lumped model and its settings.
+    excitations : ExcitationSource, optional
+        Source of the meshes' excitations in place of the model's own, so that solved
+        tables are used again.
+    like : LumpedSystem, optional
+        System of the coupled model whose choice of body modes this one shares.
 
-    Raises InputError where the gear set gives no train, or one that would accelerate.
+    Returns
+    -------
+    LumpedSystem
+        System for `lumped.sweep`, `lumped.respond` and the closed forms.
+
+    Raises
+    ------
+    InputError
+        If the gear set gives no train, the train would accelerate, or the model does
+        not fit the gear set.
     """
     model, _ = resolve_model(model or LumpedModel(), gear_set)
     source = excitations or model.excitations

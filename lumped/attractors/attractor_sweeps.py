@@ -55,9 +55,20 @@ SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequen
 class AttractorInterval:
     """Values of a parameter, in the order of the sweep, with motions of one name.
 
-    transition : `period doubling`, `chaos begins`, `jump` or what else came with its
-        first value; empty where that has no name
-    exponent : largest of its motions, NaN where they diverged
+    Attributes
+    ----------
+    first : float
+        First value.
+    last : float
+        Last value.
+    name : str
+        Name of the motions, see `Attractor.name`.
+    transition : str
+        ``period doubling``, ``chaos begins``, ``jump`` or what else came with the first
+        value; empty where that has no name.
+    exponent : float
+        Largest Lyapunov exponent of the motions, per period of the first mesh; NaN
+        where they diverged.
     """
 
     first: float
@@ -71,7 +82,16 @@ class AttractorInterval:
 class AttractorBranch:
     """Attractors in the order in which values of a parameter were passed.
 
-    complete : whether all values were reached; a divergence ends a branch
+    Attributes
+    ----------
+    direction : {'up', 'down'}
+        Whether the values rise or fall.
+    values : tuple of float
+        Values that were reached.
+    attractors : tuple of Attractor
+        Attractor at each value.
+    complete : bool
+        Whether all values were reached; a divergence ends a branch.
     """
 
     direction: Direction
@@ -247,9 +267,42 @@ def sweep_attractors(
 ) -> AttractorBranch:
     """Pass through values of a parameter, which rise or fall by the direction.
 
-    system_at : function that returns the system at a value, such as `at` of a
-        `lumped.branches.motions.Family`; all systems have the same coordinates
-    stop : event that ends the sweep at the next call of the callback
+    Every value starts from the motion of the one before.
+
+    Parameters
+    ----------
+    values : sequence of float
+        Values of the parameter, in any order.
+    system_at : callable
+        Function that returns the system at a value and the frequency of its first mesh
+        [Hz], such as `at` of a `lumped.branches.motions.Family`; all systems have the
+        same coordinates.
+    direction : {'up', 'down'}
+        Whether the values rise or fall.
+    settings : Settings, optional
+        Settings of the integration; a motion that does not repeat is measured over one
+        window, whatever they say.
+    sections : SectionSettings, optional
+        Number of points of the Poincaré section of an aperiodic motion.
+    store : AttractorStore, optional
+        Storage of the finished values, from which the sweep continues.
+    observer : Observer, optional
+        Functions called after each value and within it.
+    stop : Stop, optional
+        Event that ends the sweep at the next call of the observer's callback.
+
+    Returns
+    -------
+    AttractorBranch
+        Attractors at the values that were reached.
+
+    Raises
+    ------
+    TrainError
+        If teeth have friction, or a common period exceeds the memory allowed.
+    ValueError
+        If an argument is not of its type, the direction is not allowed or the method
+        does not fit the system.
     """
     # no figures are shown that more windows would measure
     settings = replace(settings or Settings(), windows=1)

@@ -80,11 +80,19 @@ class SectionSettings:
 class Attractor:
     """Attractor of a motion with m meshes; all values are NaN where it diverged.
 
-    multiple : common periods after which it repeats, 0 if it does not
-    deflection, rate : (k, m) at the start of successive common periods, of all that
-        differ where it repeats [m], [m/s]
-    exponent : largest of Lyapunov, per period of the first mesh
-    stderr : its standard error; 0 where the motion repeats
+    Attributes
+    ----------
+    multiple : int
+        Number of common periods after which the motion repeats, 0 if it does not.
+    deflection : (k, m) array
+        Dynamic transmission error at the start of successive common periods [m]; of a
+        motion that repeats, all that differ.
+    rate : (k, m) array
+        Its rate at the same times [m/s].
+    exponent : float
+        Largest Lyapunov exponent, per period of the first mesh.
+    stderr : float
+        Standard error of the exponent; 0 where the motion repeats.
     """
 
     multiple: int
@@ -100,6 +108,7 @@ class Attractor:
 
     @property
     def kind(self) -> Kind:
+        """Kind of the motion, by its exponent where it does not repeat."""
         if self.multiple:
             return Kind.PERIODIC
         if not math.isfinite(self.exponent):
@@ -122,9 +131,31 @@ def find_attractor(
 ) -> Attractor:
     """The attractor on which a response ends, by fixed steps.
 
-    settings : of the response's steps
-    callback : function called with the common periods done; an exception that it
-        raises ends the work
+    Parameters
+    ----------
+    system : LumpedSystem
+        System without friction.
+    response : Response
+        Steady state of the system.
+    settings : Settings
+        Settings of the response's steps.
+    sections : SectionSettings, optional
+        Number of points of the Poincaré section of an aperiodic motion.
+    callback : callable, optional
+        Function called with the number of common periods done; an exception that it
+        raises ends the work.
+
+    Returns
+    -------
+    Attractor
+        Poincaré section, and largest Lyapunov exponent.
+
+    Raises
+    ------
+    TrainError
+        If teeth have friction.
+    ValueError
+        If an argument is not of its type.
     """
     sections = sections or SectionSettings()
     if system.has_friction:

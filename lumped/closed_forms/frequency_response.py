@@ -35,13 +35,26 @@ ROOT_RTOL = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class SteadyVibration:
-    """y_j = C_j + 2 v_jr alpha cos(Omega t - gamma), eq. 3.25 and 4.15.
+    """Steady vibration of a train with m meshes near a resonance.
 
-    frequency : frequency of the first mesh, in the unit of the system
-    amplitude : modal amplitude alpha; mesh deflections have 2 |v_jr| alpha [m]
-    phase : gamma [rad]
-    separation : (m,) angles theta_j [rad]
-    stable : whether small changes of amplitude and phase decay
+    The mesh deflections are y_j = C_j + 2 v_jr alpha cos(Omega t - gamma).
+
+    Attributes
+    ----------
+    frequency : float
+        Frequency of the first mesh, in the unit of the system.
+    amplitude : float
+        Modal amplitude alpha [sqrt(J)]; mesh deflections have ``2 |v_jr| alpha`` [m].
+    phase : float
+        Phase gamma [rad].
+    separation : (m,) array
+        Angles theta_j [rad], see `separation_angle`.
+    stable : bool
+        Whether small changes of amplitude and phase decay.
+
+    Notes
+    -----
+    Eq. 3.25 and 4.15 of the multi-mesh source.
     """
 
     frequency: float
@@ -52,10 +65,29 @@ class SteadyVibration:
 
 
 def linear_amplitude(resonance: Resonance, frequency: float) -> float:
-    """Modal amplitude alpha at a mesh frequency, while no contact is lost.
+    """Modal amplitude at a mesh frequency, while no contact is lost.
 
-    This is eq. 2.24, and 2.25 if p = 0, with 4 zeta^2 where both print zeta^2. Raises
-    ValueError where a second harmonic makes the linear motion grow without limit.
+    Parameters
+    ----------
+    resonance : Resonance
+        Resonance of a train.
+    frequency : float
+        Frequency of the first mesh, in the unit of the system.
+
+    Returns
+    -------
+    float
+        Modal amplitude alpha [sqrt(J)].
+
+    Raises
+    ------
+    ValueError
+        If a second harmonic makes the linear motion grow without limit.
+
+    Notes
+    -----
+    Eq. 2.24 of the multi-mesh source, and 2.25 if p = 0, with 4 zeta^2 where both print
+    zeta^2.
     """
     d = complex(_detuning(resonance, frequency), 2.0 * resonance.damping_ratio)
     f, p = resonance.drive, resonance.parametric
@@ -74,12 +106,34 @@ def _detuning(resonance: Resonance, frequency: float) -> float:
 def steady_vibrations(
     resonance: Resonance, amplitude: float
 ) -> tuple[SteadyVibration, ...]:
-    """All steady vibrations with a modal amplitude alpha, by rising frequency.
+    """All steady vibrations with a modal amplitude, by rising frequency.
 
-    If p = 0, there are two up to the peak, below and above the backbone (eq. 3.31, 3.37
-    and 4.21). If f = 0, there are two at every amplitude (eq. 3.35 and 4.26), unless
-    the damping is too large. With both, there are up to four, the solutions of
-    (|d|^2 - |p|^2) alpha = |p conj(f) - f conj(d)|. This replaces eq. 3.28, which
+    If p = 0, there are two up to the peak, below and above the backbone. If f = 0,
+    there are two at every amplitude, unless the damping is too large. With both, there
+    are up to four.
+
+    Parameters
+    ----------
+    resonance : Resonance
+        Resonance of a train.
+    amplitude : float
+        Modal amplitude alpha [sqrt(J)], positive.
+
+    Returns
+    -------
+    tuple of SteadyVibration
+        Stable and unstable vibrations.
+
+    Raises
+    ------
+    ValueError
+        If the amplitude is not positive.
+
+    Notes
+    -----
+    Eq. 3.31, 3.37 and 4.21 of the multi-mesh source if p = 0, and eq. 3.35 and 4.26 if
+    f = 0. With both, the vibrations are the solutions of
+    ``(|d|^2 - |p|^2) alpha = |p conj(f) - f conj(d)|``. This replaces eq. 3.28, which
     ignores lost contact, and eq. 4.28, which differs from the derivation: it takes the
     modulus of f / alpha + p without the phase between the two.
     """
@@ -150,10 +204,29 @@ def _vibration(
 
 
 def peak_amplitude(resonance: Resonance) -> float:
-    """Largest modal amplitude alpha of a direct resonance; infinite if |p| >= 2 zeta.
+    """Largest modal amplitude of a direct resonance.
 
-    If p = 0, it is |f| / (2 zeta), eq. 3.34; 4.23 prints c_s where c_s^2 is right.
     Lost contact changes the frequency of the peak, not its amplitude.
+
+    Parameters
+    ----------
+    resonance : Resonance
+        Resonance of a train that is driven directly.
+
+    Returns
+    -------
+    float
+        Modal amplitude alpha [sqrt(J)]; infinite if ``|p| >= 2 zeta``.
+
+    Raises
+    ------
+    ValueError
+        If the direct drive is 0.
+
+    Notes
+    -----
+    If p = 0, it is ``|f| / (2 zeta)``, eq. 3.34 of the multi-mesh source; 4.23 prints
+    c_s where c_s^2 is right.
     """
     return _peak(resonance)[0]
 
@@ -173,9 +246,26 @@ def _peak(resonance: Resonance) -> tuple[float, float]:
 
 
 def peak(resonance: Resonance) -> SteadyVibration:
-    """Steady vibration with the largest amplitude, eq. 3.34.
+    """Steady vibration with the largest amplitude.
 
-    Raises ValueError if there is no peak or the peak is not finite.
+    Parameters
+    ----------
+    resonance : Resonance
+        Resonance of a train that is driven directly.
+
+    Returns
+    -------
+    SteadyVibration
+        Vibration at the peak.
+
+    Raises
+    ------
+    ValueError
+        If there is no peak or the peak is not finite.
+
+    Notes
+    -----
+    Eq. 3.34 of the multi-mesh source.
     """
     amplitude, x = _peak(resonance)
     vibration = None
@@ -190,12 +280,27 @@ def peak(resonance: Resonance) -> SteadyVibration:
 
 
 def transition_frequencies(resonance: Resonance, mesh: int) -> tuple[float, ...]:
-    """Mesh frequencies at which a mesh begins to lose contact, rising; none if never.
+    """Mesh frequencies at which a mesh begins to lose contact.
 
-    For the mesh that loses contact first these are eq. 3.33 and 4.22; for the others
-    they include the contact already lost at that amplitude. Eq. 3.43 prints the first
-    term without 1 / c_r^2. For a subharmonic they are the frequencies at which its
-    vertical branches begin to bend, which is where it begins.
+    Parameters
+    ----------
+    resonance : Resonance
+        Resonance of a train.
+    mesh : int
+        Index of the mesh, from 0.
+
+    Returns
+    -------
+    tuple of float
+        Frequencies of the first mesh, rising, in the unit of the system; none if the
+        mesh never loses contact.
+
+    Notes
+    -----
+    For the mesh that loses contact first these are eq. 3.33 and 4.22 of the multi-mesh
+    source; for the others they include the contact already lost at that amplitude. Eq.
+    3.43 prints the first term without 1 / c_r^2. For a subharmonic they are the
+    frequencies at which its vertical branches begin to bend, which is where it begins.
     """
     amplitude = float(contact_loss_amplitude(resonance)[mesh])
     if math.isinf(amplitude):
@@ -206,11 +311,24 @@ def transition_frequencies(resonance: Resonance, mesh: int) -> tuple[float, ...]
 
 
 def instability_interval(resonance: Resonance) -> tuple[float, float] | None:
-    """Mesh frequencies between which rest or a forced motion is unstable, or None.
+    """Mesh frequencies between which rest or a forced motion is unstable.
 
-    The bounds are 2 w_r (1 -+ sqrt(|p|^2 - 4 zeta^2) / 2) / (2 h), eq. 3.44, 4.26 and
-    2.27; eq. 2.27 prints half of the width with a quarter of the damping term. Returns
-    None if the damping ratio exceeds `critical_damping`.
+    Parameters
+    ----------
+    resonance : Resonance
+        Resonance of a train.
+
+    Returns
+    -------
+    tuple of 2 float or None
+        Bounds ``2 w_r (1 -+ sqrt(|p|^2 - 4 zeta^2) / 2) / (2 h)``, frequencies of the
+        first mesh in the unit of the system; None if the damping ratio exceeds
+        `critical_damping`.
+
+    Notes
+    -----
+    Eq. 3.44, 4.26 and 2.27 of the multi-mesh source; eq. 2.27 prints half of the width
+    with a quarter of the damping term.
     """
     square = abs(resonance.parametric) ** 2 - 4.0 * resonance.damping_ratio**2
     if square < 0.0:
@@ -220,5 +338,20 @@ def instability_interval(resonance: Resonance) -> tuple[float, float] | None:
 
 
 def critical_damping(resonance: Resonance) -> float:
-    """Damping ratio |p| / 2 at which a subharmonic vanishes, below eq. 3.44."""
+    """Damping ratio at which a subharmonic vanishes.
+
+    Parameters
+    ----------
+    resonance : Resonance
+        Resonance of a train.
+
+    Returns
+    -------
+    float
+        Damping ratio ``|p| / 2``.
+
+    Notes
+    -----
+    Below eq. 3.44 of the multi-mesh source.
+    """
     return 0.5 * abs(resonance.parametric)

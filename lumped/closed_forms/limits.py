@@ -25,7 +25,20 @@ MAX_OTHER_MOTION = 0.5
 
 
 def limits(system: ParametricSystem, resonance: Resonance) -> tuple[str, ...]:
-    """Sentences on the assumptions that the system violates, none if all hold."""
+    """Sentences on the assumptions of the closed forms that do not hold.
+
+    Parameters
+    ----------
+    system : ParametricSystem
+        Modes and harmonics of the train.
+    resonance : Resonance
+        Resonance of the system.
+
+    Returns
+    -------
+    tuple of str
+        A sentence for each assumption that the system violates, none if all hold.
+    """
     return (
         *_variation_limits(system),
         *_other_mode_limits(system, resonance),

@@ -37,21 +37,41 @@ class ParametricSystem:
 
     Harmonic amplitudes s = 1 ... h are the coefficients of e^(+i s w t).
 
-    frequency : (n,) natural frequencies at mean stiffness, rising [Hz, or any other
-        unit, in which mesh frequencies are then returned]
-    shapes : (m, n) v_jr, mesh deflections of the modes at unit modal stiffness
-        [m / sqrt(J), or any units whose square fits that of `stiffness`]
-    stiffness : (m,) mean mesh stiffnesses k_j [N/m]
-    deflection : (m,) mean mesh deflections C_j under the load, including gaps [m]
-    elastic : (m,) the part of `deflection` that presses the teeth together [m]
-    damping_ratio : damping ratio of every mode
-    stiffness_harmonics : (m, h) z_js, harmonics of the stiffness over its mean
-    gap_harmonics : (m, h) L_js, harmonics of stiffness times gap [N]
-    rates : (m,) rho_j, mesh frequencies over that of the first mesh
-    backlash : (m,) [m]
+    Parameters
+    ----------
+    frequency : (n,) array
+        Natural frequencies at mean stiffness, rising [Hz, or any other unit, in which
+        mesh frequencies are then returned].
+    shapes : (m, n) array
+        Mesh deflections v_jr of the modes at unit modal stiffness [m / sqrt(J), or any
+        units whose square fits that of `stiffness`].
+    stiffness : (m,) array
+        Mean mesh stiffnesses k_j [N/m].
+    deflection : (m,) array
+        Mean mesh deflections C_j under the load, including gaps [m].
+    elastic : (m,) array
+        The part of `deflection` that presses the teeth together [m].
+    damping_ratio : float
+        Damping ratio of every mode, from 1e-9 to below 1.
+    stiffness_harmonics : (m, h) complex array
+        Harmonics z_js of the stiffness over its mean.
+    gap_harmonics : (m, h) complex array
+        Harmonics L_js of stiffness times gap [N].
+    rates : tuple of m Fraction
+        Mesh frequencies rho_j over that of the first mesh.
+    backlash : (m,) array
+        Backlash of the meshes [m].
 
-    Raises ValueError if shapes do not fit, numbers are not finite, a mesh carries no
-    load, or a frequency, stiffness or rate is not positive.
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, numbers are not finite, a mesh carries no load, or a
+        frequency, stiffness, rate or damping ratio is not allowed.
+
+    Notes
+    -----
+    The equations of motion are eq. 3.12, 4.4 and 2.13 of the multi-mesh source, with
+    its normalised modes s_jr = c_r v_jr, where c_r are its frequencies.
     """
 
     frequency: Array
@@ -90,6 +110,7 @@ class ParametricSystem:
 
     @property
     def modes(self) -> int:
+        """Number of modes."""
         return self.frequency.size
 
     @property
@@ -104,10 +125,21 @@ class ParametricSystem:
         return sorted({s * rate for rate in self.rates for s in range(1, count + 1)})
 
     def harmonic(self, name: str, mesh: int, order: Fraction) -> complex:
-        """Amplitude of a mesh at `order` times the first mesh's frequency, or 0.
+        """Amplitude of a mesh at a multiple of the first mesh's frequency.
 
-        name : stiffness_harmonics or gap_harmonics
-        order : any number except 0, may be negative
+        Parameters
+        ----------
+        name : {'stiffness_harmonics', 'gap_harmonics'}
+            Quantity.
+        mesh : int
+            Index of the mesh, from 0.
+        order : Fraction
+            Frequency over that of the first mesh, any number except 0, may be negative.
+
+        Returns
+        -------
+        complex
+            Amplitude, in the unit of the quantity; 0 where the mesh has no harmonic.
         """
         s = order / self.rates[mesh]
         amplitudes = getattr(self, name)[mesh]
@@ -122,8 +154,25 @@ def parametric_system(
 ) -> ParametricSystem:
     """Parametric system of a train, with a number of harmonics of each mesh frequency.
 
-    Modes that strain no mesh are left out. Raises ValueError if a mesh is not loaded,
-    if tooth pairs differ (pitch errors), and for the coupled model.
+    Modes that strain no mesh are left out.
+
+    Parameters
+    ----------
+    system : LumpedSystem
+        Train by model 1, 2 or 3, without friction.
+    harmonics : int, optional
+        Number of harmonics of each mesh frequency, 1 or more.
+
+    Returns
+    -------
+    ParametricSystem
+        Modes and harmonics of the train, in SI units.
+
+    Raises
+    ------
+    ValueError
+        If a mesh is not loaded, tooth pairs differ (pitch errors), teeth have friction,
+        the model is the coupled one or `harmonics` is below 1.
     """
     if system.contacts is not None:
         raise ValueError("contacts must be None, models 1 to 3, got the coupled model")

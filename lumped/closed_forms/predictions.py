@@ -32,13 +32,23 @@ KINDS = {
 class Prediction:
     """Resonance and its closed forms; all frequencies are those of the first mesh.
 
-    kinds : kind of resonance for each mesh that excites it, by mesh index
-    top : vibration at the peak, None if nothing drives directly or no peak is finite
-    transitions : for each mesh the frequencies between which it loses contact, None if
-        it does not; the loss begins at the upper one
-    unstable : frequencies between which a motion at half the frequency grows, or None
-    critical_damping : damping ratio from which on no such motion grows
-    limits : sentences on the assumptions that do not hold
+    Attributes
+    ----------
+    resonance : Resonance
+        Drives of the resonance.
+    kinds : mapping of int to str
+        Kind of resonance for each mesh that excites it, by mesh index.
+    top : SteadyVibration or None
+        Vibration at the peak; None if nothing drives directly or no peak is finite.
+    transitions : tuple of (tuple of 2 float or None)
+        For each mesh the frequencies between which it loses contact, None if it does
+        not; the loss begins at the upper one.
+    unstable : tuple of 2 float or None
+        Frequencies between which a motion at half the frequency grows.
+    critical_damping : float
+        Damping ratio from which on no such motion grows.
+    limits : tuple of str
+        Sentences on the assumptions that do not hold.
     """
 
     resonance: Resonance
@@ -55,6 +65,16 @@ def predictions(system: ParametricSystem) -> tuple[Prediction, ...]:
 
     All modes with part of their strain energy in the meshes are included. The drive of
     second harmonics includes that of two first harmonics together, see `superharmonic`.
+
+    Parameters
+    ----------
+    system : ParametricSystem
+        Modes and harmonics of the train.
+
+    Returns
+    -------
+    tuple of Prediction
+        All resonances that are driven.
     """
     candidates = [_predict(system, mode, order) for mode, order in _resonances(system)]
     driven = [p for p in candidates if p.resonance.drive or p.resonance.parametric]

@@ -21,17 +21,33 @@ Array = NDArray[np.float64]
 
 
 def optimal_relief(force: float, lowest: float, highest: float) -> float:
-    """Tip relief [m] that makes the static transmission error constant.
+    """Tip relief that makes the static transmission error constant.
 
-    It is 2 F (1 / k_one - 1 / k_two), eq. 2.28: twice the peak-to-peak error without
-    relief. (The text above 2.28 interchanges the stiffnesses of one pair and of two.)
-    For any stiffness between these values it is an estimate.
+    Parameters
+    ----------
+    force : float
+        Force F on the mesh [N], positive.
+    lowest : float
+        Stiffness k_one of one pair [N/m], positive.
+    highest : float
+        Stiffness k_two of two pairs [N/m], one to two times that of one pair; above
+        that a relieved tip carries no load.
 
-    force : force F on the mesh [N]
-    lowest, highest : stiffness of one pair and of two [N/m]
+    Returns
+    -------
+    float
+        Relief ``2 F (1 / k_one - 1 / k_two)`` at the tip [m].
 
-    Raises ValueError unless the force is positive and the stiffness of two pairs is
-    one to two times that of one pair; above that a relieved tip carries no load.
+    Raises
+    ------
+    ValueError
+        If a value is not allowed.
+
+    Notes
+    -----
+    Eq. 2.28 of the multi-mesh source: twice the peak-to-peak error without relief. (The
+    text above 2.28 interchanges the stiffnesses of one pair and of two.) For any
+    stiffness between these values it is an estimate.
     """
     if not 0.0 < force < math.inf:
         raise ValueError(f"force must be positive, got {force:g}")
@@ -44,15 +60,27 @@ def optimal_relief(force: float, lowest: float, highest: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ReliefContours:
-    """|f|^2 = (rho - centre) . form . (rho - centre) over the reliefs rho (m,), 2.31.
+    """Drive of a resonance over the tip reliefs of m meshes.
 
-    Contours of equal amplitude are ellipses about the centre, or straight lines if the
-    meshes drive in phase and one relief compensates for the other. The centre is the
-    relief of least transmission error of each mesh, for all modes and mesh phases; the
-    phase turns the axes. According to eq. 2.33, relief adds to the excitation by the
-    stiffness in one mode; by derivation it subtracts in all modes.
+    It is ``|f|^2 = (rho - centre) . form . (rho - centre)`` over the reliefs rho.
 
-    centre : (m,) [m]; form : (m, m)
+    Attributes
+    ----------
+    resonance : Resonance
+        Resonance of teeth without relief.
+    centre : (m,) array
+        Relief of least transmission error of each mesh [m], for all modes and mesh
+        phases.
+    form : (m, m) array
+        Matrix of the quadratic form [J/m2].
+
+    Notes
+    -----
+    Eq. 2.31 of the multi-mesh source. Contours of equal amplitude are ellipses about
+    the centre, or straight lines if the meshes drive in phase and one relief
+    compensates for the other. The phase turns the axes. According to eq. 2.33, relief
+    adds to the excitation by the stiffness in one mode; by derivation it subtracts in
+    all modes.
     """
 
     resonance: Resonance
@@ -60,9 +88,19 @@ class ReliefContours:
     form: Array
 
     def amplitude(self, relief: ArrayLike, frequency: float) -> float:
-        """Modal amplitude alpha at a mesh frequency without loss of contact, eq. 2.25.
+        """Modal amplitude at a mesh frequency without loss of contact, eq. 2.25.
 
-        relief : (m,) [m]
+        Parameters
+        ----------
+        relief : (m,) array_like
+            Tip relief of each mesh [m].
+        frequency : float
+            Frequency of the first mesh, in the unit of the system.
+
+        Returns
+        -------
+        float
+            Modal amplitude alpha [sqrt(J)].
         """
         away = np.asarray(relief, float) - self.centre
         width = 2.0 * (1.0 - frequency / self.resonance.at)
@@ -71,9 +109,14 @@ class ReliefContours:
         return drive / math.hypot(width, 2.0 * zeta)
 
     def axes(self) -> tuple[Array, Array]:
-        """Directions (m, m), in columns, and the growth of |f| along each per metre.
+        """Axes of the contours; the response is most sensitive to the last one.
 
-        The response is most sensitive to the last direction.
+        Returns
+        -------
+        directions : (m, m) array
+            Directions of the axes, in columns.
+        growth : (m,) array
+            Growth of the drive ``|f|`` along each axis [sqrt(J) per metre], rising.
         """
         values, directions = np.linalg.eigh(self.form)
         return directions, np.sqrt(np.maximum(values, 0.0))
@@ -82,7 +125,22 @@ class ReliefContours:
 def relief_contours(resonance: Resonance, optimal: ArrayLike) -> ReliefContours:
     """Effect of the tip reliefs of all meshes on a resonance of teeth without relief.
 
-    optimal : (m,) reliefs from `optimal_relief` [m]
+    Parameters
+    ----------
+    resonance : Resonance
+        Resonance of teeth without relief.
+    optimal : (m,) array_like
+        Reliefs from `optimal_relief` [m], positive.
+
+    Returns
+    -------
+    ReliefContours
+        Drive over the reliefs.
+
+    Raises
+    ------
+    ValueError
+        If `optimal` is not a positive number for each mesh.
     """
     centre = np.asarray(optimal, float)
     if centre.shape != resonance.driven_by.shape or not (centre > 0.0).all():

@@ -43,15 +43,32 @@ Array = NDArray[np.float64]
 class Resonance:
     """Resonance of mode r of a train with m meshes, excited at Omega = order times w.
 
-    mode : index of the mode
-    frequency : natural frequency w_r, in the unit of the system
-    order : h, frequency of the vibration over that of the first mesh
-    shapes : (m,) v_jr
-    energy : (m,) fractions k_j v_jr^2 of the strain energy
-    elastic : (m,) mean deflections that press the teeth together [m]
-    damping_ratio : zeta
-    driven_by : (m,) contribution of each mesh to f, in the unit of amplitudes
-    parametric_by : (m,) contribution of each mesh to p
+    Attributes
+    ----------
+    mode : int
+        Index of the mode, from 0.
+    frequency : float
+        Natural frequency w_r, in the unit of the system.
+    order : Fraction
+        Frequency h of the vibration over that of the first mesh.
+    shapes : (m,) array
+        Mesh deflections v_jr of the mode at unit modal stiffness [m / sqrt(J)].
+    energy : (m,) array
+        Fractions k_j v_jr^2 of the strain energy.
+    elastic : (m,) array
+        Mean deflections that press the teeth together [m].
+    damping_ratio : float
+        Damping ratio zeta.
+    driven_by : (m,) complex array
+        Contribution of each mesh to the direct drive f, in the unit of modal amplitudes
+        [sqrt(J)].
+    parametric_by : (m,) complex array
+        Contribution of each mesh to the parametric drive p.
+
+    Notes
+    -----
+    The drives are those of eq. 2.21, 3.24, 3.36, 4.25, 4.27 and 4.28 of the multi-mesh
+    source, see `lumped.closed_forms.resonance`.
     """
 
     mode: int
@@ -80,16 +97,45 @@ class Resonance:
         return float(self.frequency / self.order)
 
     def amplitudes(self, amplitude: float) -> Array:
-        """Amplitudes 2 |v_jr| alpha (m,) of the mesh deflections [m], |u| = alpha."""
+        """Amplitudes of the mesh deflections at a modal amplitude.
+
+        Parameters
+        ----------
+        amplitude : float
+            Modal amplitude alpha [sqrt(J)].
+
+        Returns
+        -------
+        (m,) array
+            Amplitudes ``2 |v_jr| alpha`` [m].
+        """
         return 2.0 * np.abs(self.shapes) * amplitude
 
 
 def resonance(
     system: ParametricSystem, mode: int, order: Fraction | int = 1
 ) -> Resonance:
-    """Resonance of a mode (from 0) at Omega = order times the mesh frequency.
+    """Resonance of a mode at Omega = order times the mesh frequency.
 
-    Raises ValueError unless there is such a mode and the order is positive.
+    Parameters
+    ----------
+    system : ParametricSystem
+        Modes and harmonics of the train.
+    mode : int
+        Index of the mode, from 0.
+    order : Fraction or int, optional
+        Frequency of the vibration over that of the first mesh, positive: 1 is the
+        fundamental resonance, 2 the second harmonic, 1/2 the subharmonic.
+
+    Returns
+    -------
+    Resonance
+        Drives of the resonance by each mesh.
+
+    Raises
+    ------
+    ValueError
+        If there is no such mode or the order is not positive.
     """
     if not 0 <= mode < system.modes:
         raise ValueError(f"mode must be 0 to {system.modes - 1}, got {mode}")

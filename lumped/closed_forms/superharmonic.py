@@ -39,11 +39,32 @@ def superharmonic(
 ) -> Resonance:
     """Resonance of a mode at Omega = order times w, driven at second order only.
 
-    Its drive is W of eq. 3.42 (over c_r), here with all pairs of harmonics of the
-    system whose sum is the order; with a single harmonic it is W as printed. It can be
-    used like any resonance: eq. 3.41 prints 1 / (2 alpha c_r), whereas
-    1 / (4 alpha c_r) follows as in 3.37. The shift of the natural frequency, also of
-    second order, is neglected.
+    Parameters
+    ----------
+    system : ParametricSystem
+        Modes and harmonics of the train.
+    mode : int
+        Index of the mode, from 0.
+    order : Fraction or int, optional
+        Frequency of the vibration over that of the first mesh, positive.
+
+    Returns
+    -------
+    Resonance
+        Resonance with the drive by two harmonics of the system together. It can be used
+        like any resonance.
+
+    Raises
+    ------
+    ValueError
+        If there is no such mode or the order is not positive.
+
+    Notes
+    -----
+    The drive is W of eq. 3.42 of the multi-mesh source (over c_r), here with all pairs
+    of harmonics of the system whose sum is the order; with a single harmonic it is W as
+    printed. Eq. 3.41 prints 1 / (2 alpha c_r), whereas 1 / (4 alpha c_r) follows as in
+    3.37. The shift of the natural frequency, also of second order, is neglected.
     """
     h = Fraction(order)
     first_order = resonance(system, mode, h)
@@ -58,6 +79,19 @@ def superharmonic(
 
 
 def with_superharmonic(system: ParametricSystem, first_order: Resonance) -> Resonance:
-    """Return the resonance with its drives of first and second order together."""
+    """The resonance with its drives of first and second order together.
+
+    Parameters
+    ----------
+    system : ParametricSystem
+        Modes and harmonics of the train.
+    first_order : Resonance
+        Resonance of the system with the drive of first order.
+
+    Returns
+    -------
+    Resonance
+        Resonance with the sum of both drives.
+    """
     second = superharmonic(system, first_order.mode, first_order.order)
     return replace(first_order, driven_by=first_order.driven_by + second.driven_by)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields
 from math import inf
-from textwrap import fill
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
+
+from lumped.common.docstrings import parameters_section, set_lazy_docstring
 
 T = TypeVar("T")
-INDENT = " " * 4
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
@@ -61,18 +61,20 @@ def allowed_of(entry: Field[Any]) -> Range | None:
 
 def documented(kind: type[T]) -> type[T]:
     """Decorate a dataclass of options: its docstring lists them."""
-    summary = (kind.__doc__ or "").rstrip()
-    described = "\n".join(_described(kind))
-    kind.__doc__ = f"{summary}\n\n{INDENT}Parameters\n{INDENT}----------\n{described}\n"
+    set_lazy_docstring(kind, options_section)
     return kind
 
 
-def _described(kind: Any) -> Iterator[str]:
-    for entry in fields(kind):
-        allowed, text = allowed_of(entry), help_of(kind, entry.name)
-        if not text:
-            continue
-        yield f"{INDENT}{entry.name} : {entry.type}"
-        limits = f" Allowed: {allowed}." if allowed is not None else ""
-        indent = 2 * INDENT
-        yield fill(text + limits, 80, initial_indent=indent, subsequent_indent=indent)
+def options_section(kind: type) -> str:
+    """The section of numpydoc that lists the options of a dataclass."""
+    hints = get_type_hints(kind)
+    return parameters_section(
+        (entry.name, hints[entry.name], [with_limits(text, allowed_of(entry))])
+        for entry in fields(kind)
+        if (text := help_of(kind, entry.name))
+    )
+
+
+def with_limits(text: str, allowed: Range | None) -> str:
+    """The help of a setting, followed by the numbers that it takes."""
+    return text if allowed is None else f"{text} Allowed: {allowed}."

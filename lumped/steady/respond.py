@@ -22,9 +22,32 @@ def respond(
     settings: Settings | None = None,
     state: Array | None = None,
 ) -> Response:
-    """Settle at a frequency of the first mesh [Hz] and measure one period.
+    """Settle at a frequency of the first mesh [Hz] and measure the steady state.
 
-    state : (2, n) initial state, by default at rest under the external torques
+    Parameters
+    ----------
+    system : LumpedSystem
+        System to solve.
+    frequency : float
+        Frequency of the first mesh [Hz], positive.
+    settings : Settings, optional
+        Numerical settings.
+    state : (2, n) array, optional
+        Modal displacements and velocities at the start; at rest under the external
+        torques unless given.
+
+    Returns
+    -------
+    Response
+        Steady state; its status tells whether the motion repeats.
+
+    Raises
+    ------
+    TrainError
+        If a common period exceeds the memory allowed.
+    ValueError
+        If an argument is not of its type or shape, the frequency is not positive or the
+        method does not fit the system.
     """
     return respond_with_history(system, frequency, settings, state)[0]
 
@@ -36,7 +59,36 @@ def respond_with_history(
     settings: Settings | None = None,
     state: Array | None = None,
 ) -> tuple[Response, History]:
-    """Settle and measure as `respond`, and also return the motion."""
+    """Settle and measure as `respond`, and also return the motion.
+
+    Parameters
+    ----------
+    system : LumpedSystem
+        System to solve.
+    frequency : float
+        Frequency of the first mesh [Hz], positive.
+    settings : Settings, optional
+        Numerical settings.
+    state : (2, n) array, optional
+        Modal displacements and velocities at the start; at rest under the external
+        torques unless given.
+
+    Returns
+    -------
+    response : Response
+        Steady state; its status tells whether the motion repeats.
+    history : History
+        Motion over the common periods that were measured last, without points if it
+        diverged.
+
+    Raises
+    ------
+    TrainError
+        If a common period exceeds the memory allowed.
+    ValueError
+        If an argument is not of its type or shape, the frequency is not positive or the
+        method does not fit the system.
+    """
     settings = settings or Settings()
     start = _validate_state(system, state)
     return steady_state(stepper_of(system, settings), frequency, settings, start)

@@ -22,6 +22,8 @@ RESPONSE_QUANTITIES = (
 
 
 class Status(StrEnum):
+    """How a motion ended: periodic, aperiodic or diverged."""
+
     PERIODIC = "periodic"
     APERIODIC = "aperiodic"
     DIVERGED = "diverged"
@@ -31,17 +33,25 @@ class Status(StrEnum):
 class History:
     """Motion over whole common periods, with t points and m meshes.
 
-    time : (t,) [s], from the start of a common period
-    deflection : (t, m) dynamic transmission error, positive in compression [m]
-    rate : (t, m) [m/s]
-    force : (t, m) [N], negative on the back side
-    drive_overlap, back_overlap : (t, m) overlap of the nearest flanks, negative if
-        they are apart [m]
-    force_before : (t, m) left limit of the force, which differs from it where a
-        stiffness jumps [N]
-    contacts : (t, 2, c) loads [N] and penetrations [m] of the coupled model's contacts
-    friction : (t, 3, p) normal force [N], sliding speed [m/s] and dissipated power [W]
-        of tooth pairs with friction, 0 where teeth are apart
+    Attributes
+    ----------
+    time : (t,) array
+        Time from the start of a common period [s].
+    deflection : (t, m) array
+        Dynamic transmission error, positive in compression [m].
+    rate : (t, m) array
+        Its rate [m/s].
+    force : (t, m) array
+        Mesh force [N], negative on the back side.
+    drive_overlap, back_overlap : (t, m) array
+        Overlap of the nearest flanks, negative if they are apart [m].
+    force_before : (t, m) array
+        Left limit of the force [N], which differs from it where a stiffness jumps.
+    contacts : (t, 2, c) array or None
+        Loads [N] and penetrations [m] of the coupled model's c contacts.
+    friction : (t, 3, p) array or None
+        Normal force [N], sliding speed [m/s] and dissipated power [W] of p tooth pairs
+        with friction, 0 where teeth are apart.
     """
 
     time: Array
@@ -57,21 +67,38 @@ class History:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Response at a mesh frequency, with quantities (m,) of m meshes, NaN if diverged.
+    """Response at a mesh frequency; quantities of m meshes are NaN if it diverged.
 
-    frequency : frequency of the first mesh [Hz]
-    multiple : common periods after which the motion repeats, 0 if it does not
-    period_multiple : (m,) the same in periods of each mesh
-    settling_time : time integrated before the quantities were measured [s]
-    dte_rms : RMS of the dynamic transmission error without its mean [m]
-    dte_mean, dte_peak : mean and largest value of the dynamic transmission error [m]
-    dte_rms_stderr : standard error of dte_rms of a motion that does not repeat,
-        from the windows over which it was measured; 0 for one that repeats [m]
-    force_peak : largest mesh force [N]
-    contact_loss, back_side : fractions of the time without contact on either side, and
-        with back contact
-    state : state of the stepper from which to continue; in lumped models the modal
-        displacement and velocity (2, n)
+    Attributes
+    ----------
+    frequency : float
+        Frequency of the first mesh [Hz].
+    status : Status
+        Whether the motion is periodic, aperiodic or diverged.
+    multiple : int
+        Number of common periods after which the motion repeats, 0 if it does not.
+    period_multiple : (m,) array of int
+        The same in periods of each mesh.
+    settling_time : float
+        Time integrated before the quantities were measured [s].
+    dte_rms : (m,) array
+        RMS of the dynamic transmission error without its mean [m].
+    dte_rms_stderr : (m,) array
+        Standard error of `dte_rms` of a motion that does not repeat, from the windows
+        over which it was measured; 0 for one that repeats [m].
+    dte_mean : (m,) array
+        Mean of the dynamic transmission error [m].
+    dte_peak : (m,) array
+        Largest value of the dynamic transmission error [m].
+    force_peak : (m,) array
+        Largest mesh force [N].
+    contact_loss : (m,) array
+        Fraction of the time without contact on either side.
+    back_side : (m,) array
+        Fraction of the time with back contact.
+    state : object
+        State of the stepper from which to continue; in lumped models a (2, n) array
+        with the modal displacement and velocity.
     """
 
     frequency: float

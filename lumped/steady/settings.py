@@ -76,7 +76,15 @@ class Settings(SteadySettings):
     def min_steps(self, contacts: bool) -> int:
         """Least number of steps of rk4 per period of the fastest mesh.
 
-        contacts : whether the model is the coupled one
+        Parameters
+        ----------
+        contacts : bool
+            Whether the model is the coupled one.
+
+        Returns
+        -------
+        int
+            Number of steps.
         """
         usual = CONTACT_STEPS if contacts else SPRING_STEPS
         return self.steps or usual

@@ -37,8 +37,18 @@ REPORT_INTERVAL = 0.2  # s between reports from within a speed
 class Branch:
     """Responses in the order in which the speeds were passed.
 
-    complete : whether all speeds were reached; a divergence ends a branch
-    checks : of body modes that are left out, at some of the speeds
+    Attributes
+    ----------
+    system : LumpedSystem
+        System that was solved.
+    direction : {'up', 'down'}
+        Whether the speeds rise or fall.
+    responses : tuple of Response
+        Response at each speed that was reached.
+    complete : bool
+        Whether all speeds were reached; a divergence ends a branch.
+    checks : tuple of TruncationCheck
+        Checks of body modes that are left out, at some of the speeds.
     """
 
     system: LumpedSystem
@@ -49,6 +59,7 @@ class Branch:
 
     @property
     def frequency_Hz(self) -> Array:
+        """Frequencies (speeds,) of the first mesh [Hz]."""
         return np.array([response.frequency for response in self.responses])
 
     @property
@@ -57,7 +68,18 @@ class Branch:
         return not self.complete and not _diverged(self.responses)
 
     def column(self, name: str) -> Array:
-        """Quantity (speeds, m) of all responses, such as dte_rms."""
+        """One quantity of all responses.
+
+        Parameters
+        ----------
+        name : str
+            Attribute of `Response`, such as ``dte_rms``.
+
+        Returns
+        -------
+        (speeds, m) or (speeds,) array
+            The quantity at each speed, of m meshes where the attribute is of meshes.
+        """
         return np.array([getattr(response, name) for response in self.responses])
 
 
@@ -229,7 +251,38 @@ def sweep(
     observer: Observer = NO_OBSERVER,
     stop: Stop | None = None,
 ) -> Branch:
-    """Pass through mesh frequencies [Hz] with a lumped system, see `sweep_branch`."""
+    """Pass through mesh frequencies [Hz] with a lumped system.
+
+    Every speed starts from the steady state of the one before.
+
+    Parameters
+    ----------
+    system : LumpedSystem
+        System to solve.
+    frequencies : sequence of float or (speeds,) array
+        Frequencies of the first mesh [Hz], in any order.
+    direction : {'up', 'down'}, optional
+        Whether the speed rises or falls.
+    settings : Settings, optional
+        Numerical settings.
+    observer : Observer, optional
+        Functions called after each speed and within it.
+    stop : Stop, optional
+        Event that ends the sweep at the next call of the observer's callback.
+
+    Returns
+    -------
+    Branch
+        Responses at the speeds that were reached.
+
+    Raises
+    ------
+    TrainError
+        If a common period exceeds the memory allowed.
+    ValueError
+        If an argument is not of its type, a frequency is not positive, the direction is
+        not allowed or the method does not fit the system.
+    """
     settings = settings or Settings()
     stepper = stepper_of(system, settings)
     return sweep_branch(
@@ -246,10 +299,38 @@ def sweep_all(
     report: Progress = silent,
     workers: int | None = None,
 ) -> list[Branch]:
-    """Branches of every system and direction, in this order, computed on all cores.
+    """Branches of every system and direction, computed on all cores.
 
     No result depends on the number of workers. After Ctrl-C the branches contain the
     finished speeds and are not complete.
+
+    Parameters
+    ----------
+    systems : sequence of LumpedSystem
+        Systems to solve.
+    frequencies : sequence of float or (speeds,) array
+        Frequencies of the first mesh [Hz], in any order.
+    directions : sequence of {'up', 'down'}, optional
+        Directions of the speed.
+    settings : Settings, optional
+        Numerical settings.
+    report : callable, optional
+        Function of (stage, done, total), called during the computation.
+    workers : int, optional
+        Number of threads; one a core unless given.
+
+    Returns
+    -------
+    list of Branch
+        A branch for every direction of the first system, then of the second, and so on.
+
+    Raises
+    ------
+    TrainError
+        If a common period exceeds the memory allowed.
+    ValueError
+        If an argument is not of its type, a frequency is not positive, a direction is
+        not allowed or the method does not fit a system.
     """
     tasks = [(system, direction) for system in systems for direction in directions]
     observer = reporting_observer(report, len(tasks) * len(frequencies))

@@ -35,20 +35,36 @@ PITCHES_PER_BLOCK = 64  # base pitches that are solved at once if they differ
 
 @dataclass(frozen=True, kw_only=True)
 class StiffnessParameters:
-    """Parameters of a mesh stiffness (multi-mesh source, eq. 2.28 and 5.3).
+    """Parameters of a mesh stiffness.
 
-    If n is the integer part of the contact ratio c, n + 1 pairs have the stiffness
-    k [1 + eps (n + 1 - c)] and n pairs k [1 + eps (n - c)]. The mean is k and the
-    peak-to-peak value eps k.
+    Parameters
+    ----------
+    mean : float
+        Mean stiffness k [N/m], positive.
+    variation : float
+        Peak-to-peak value over the mean, eps; from 0 to below 1.
+    contact_ratio : float
+        Contact ratio c, from 1 to below 20.
+    approach : float, optional
+        Base pitches from the start of contact to the pitch point; half of the contact
+        ratio unless given.
+    load_share : float, optional
+        Load share alpha of the leaving pair where double contact starts, between 0 and
+        1; it falls linearly to 1 - alpha where double contact ends.
+    ramp : float, optional
+        Base pitches over which stiffness enters and leaves, 0 for a rectangle.
 
-    mean : k [N/m]
-    variation : eps
-    contact_ratio : c
-    approach : base pitches from the start of contact to the pitch point, by default
-        half of the contact ratio
-    load_share : load share alpha of the leaving pair where double contact starts; it
-        falls linearly to 1 - alpha where double contact ends
-    ramp : base pitches over which stiffness enters and leaves, 0 for a rectangle
+    Raises
+    ------
+    ValueError
+        If a value is not allowed.
+
+    Notes
+    -----
+    The parameters are those of the multi-mesh source, eq. 2.28 and 5.3. If n is the
+    integer part of the contact ratio c, n + 1 pairs have the stiffness k [1 + eps (n +
+    1 - c)] and n pairs k [1 + eps (n - c)]. The mean is k and the peak-to-peak value
+    eps k.
     """
 
     mean: float
@@ -111,11 +127,33 @@ def analytic_excitation(
 ) -> MeshExcitation:
     """Excitation of one mesh from the parameters of its stiffness.
 
-    gap : gap of a pair over its path, corners of a polygon [m]; zero if empty
-    force : nominal mesh force [N], for the loaded transmission error of Model-2
-    harmonics : number of harmonics of the mesh frequency to include, all by default;
-        the mesh is then one spring without a gap
-    pitch_errors : gaps of the tooth pairs, one after another; see `pair_errors`
+    Parameters
+    ----------
+    figures : StiffnessParameters
+        Parameters of the mesh stiffness.
+    model : {1, 2, 3}, optional
+        Model of the mesh.
+    gap : sequence of tuple of 2 float, optional
+        Gap of a pair over its path, corners of a polygon: base pitches from the pitch
+        point and gap [m]; zero if empty.
+    force : float, optional
+        Nominal mesh force [N], for the loaded transmission error of Model-2.
+    harmonics : int, optional
+        Number of harmonics of the mesh frequency to include; the mesh is then one
+        spring without a gap.
+    pitch_errors : (p,) array_like, optional
+        Gaps of the tooth pairs [m], one after another; see `pair_errors`.
+
+    Returns
+    -------
+    MeshExcitation
+        Stiffness and gap of each tooth pair, or of the mesh.
+
+    Raises
+    ------
+    ValueError
+        If the model or the number of harmonics is not allowed, or `harmonics` is given
+        with gaps or pitch errors.
     """
     if model not in MODELS:
         raise ValueError(f"model must be 1, 2 or 3, got {model}")

@@ -56,8 +56,20 @@ class PairExcitation:
 
     If the pairs that occupy this place one after another differ, it describes them all.
 
-    ahead : base pitches by which it is ahead of the reference pair, which passes the
-        pitch point at position 0; None for a spring that represents the whole mesh
+    Parameters
+    ----------
+    stiffness : Wave
+        Stiffness [N/m].
+    gap : Wave
+        Gap [m].
+    ahead : int, optional
+        Base pitches by which the pair is ahead of the reference pair, which passes the
+        pitch point at position 0; None for a spring that represents the whole mesh.
+
+    Raises
+    ------
+    ValueError
+        If a value is not of its type.
     """
 
     stiffness: Wave
@@ -75,7 +87,20 @@ class PairExcitation:
 
 @dataclass(frozen=True)
 class MeshExcitation:
-    """Springs in parallel, with the mean stiffness of the mesh [N/m]."""
+    """Springs in parallel that represent a mesh.
+
+    Parameters
+    ----------
+    pairs : tuple of PairExcitation
+        Springs, one or more.
+    mean_stiffness : float
+        Mean stiffness of the mesh [N/m], positive.
+
+    Raises
+    ------
+    ValueError
+        If there is no spring or a value is not allowed.
+    """
 
     pairs: tuple[PairExcitation, ...]
     mean_stiffness: float
@@ -105,22 +130,48 @@ def excitation_from_table(
 ) -> MeshExcitation:
     """Excitation of one mesh at a torque on its driver [N m].
 
-    stiffness_table : table of the same teeth without profile modification, if given.
-        Modified teeth that carry no load at rest may touch in motion, and their own
-        table has no stiffness for that
-    relief_stiffness : for Model-1 with that table, the stiffness of a pair. `own`: that
-        of the modified teeth where they carry load at rest, by which the transmission
-        error at rest is that of `table`; `unmodified`: that of `stiffness_table`
-        everywhere, as in the multi-mesh source
-    pitch_errors : for Model-1, gaps of the tooth pairs [m] that a table of teeth
-        without errors lacks; see `pair_errors`. In models 2 and 3 the table covers
-        all base pitches until the pairs repeat
+    Columns are interpolated in torque. A table of one torque serves for all but in
+    Model-2, whose transmission error is that under the torque. Tables without columns
+    for pairs count as one pair in any model. All values used must be finite; the cells
+    of a pair may be empty before and after its path of contact.
 
-    Columns are interpolated in torque; torques outside the table raise ValueError, but
-    a table of one torque serves for all but in Model-2, whose transmission error is
-    that under the torque. Stiffnesses must be positive. Tables without
-    columns for pairs count as one pair in any model. All values used must be finite;
-    the cells of a pair may be empty before and after its path of contact.
+    Parameters
+    ----------
+    table : MeshTable
+        Table of the mesh, with positive stiffnesses.
+    torque : float
+        Torque on the driver [N m].
+    model : {1, 2, 3}, optional
+        Model of the mesh.
+    stiffness_table : MeshTable, optional
+        Table of the same teeth without profile modification. Modified teeth that carry
+        no load at rest may touch in motion, and their own table has no stiffness for
+        that.
+    pitch_errors : (p,) array_like, optional
+        For Model-1, gaps of the tooth pairs [m] that a table of teeth without errors
+        lacks; see `pair_errors`. In models 2 and 3 the table covers all base pitches
+        until the pairs repeat.
+    relief_stiffness : {'own', 'unmodified'}, optional
+        For Model-1 with `stiffness_table`, the stiffness of a pair. own: that of the
+        modified teeth where they carry load at rest, by which the transmission error at
+        rest is that of `table`; unmodified: that of `stiffness_table` everywhere, as in
+        the multi-mesh source.
+
+    Returns
+    -------
+    MeshExcitation
+        Stiffness and gap of each tooth pair, or of the mesh.
+
+    Raises
+    ------
+    ValueError
+        If the torque is outside the table, a value is not finite or a stiffness not
+        positive, or the arguments do not fit each other.
+
+    Notes
+    -----
+    The models are those of eq. 2.2 (Model-1), 2.10 (Model-2) and 2.11 (Model-3) of the
+    multi-mesh source.
     """
     if model not in MODELS:
         raise ValueError(f"model must be 1, 2 or 3, got {model}")

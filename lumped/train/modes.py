@@ -24,10 +24,20 @@ RIGID_RTOL = 1e-12  # frequency over the highest one below which a motion is rig
 class Modes:
     """Undamped modes of n coordinates, by rising frequency.
 
-    frequency_Hz : (n,), exactly 0 for motions that strain nothing
-    shapes : (n, n) one mode per column, mass-normalised: V^T M V = 1
-    mesh_shapes : (meshes, n) mesh deflection of each mode
-    mesh_energy : (meshes, n) fraction of the strain energy in each mesh
+    Attributes
+    ----------
+    coordinates : Coordinates
+        Degrees of freedom of the train, with masses, loads and springs.
+    mean_stiffness : (m,) array
+        Mean stiffness of each mesh [N/m].
+    frequency_Hz : (n,) array
+        Natural frequencies [Hz], exactly 0 for motions that strain nothing.
+    shapes : (n, n) array
+        One mode per column, mass-normalised: ``V^T M V = 1``.
+    mesh_shapes : (m, n) array
+        Mesh deflection of each mode.
+    mesh_energy : (m, n) array
+        Fraction of the strain energy in each mesh.
     """
 
     coordinates: Coordinates
@@ -43,14 +53,44 @@ class Modes:
         return 2.0 * np.pi * self.frequency_Hz
 
     def damping_matrix(self, ratio: float) -> Array:
-        """Damping matrix C (n, n) with the same damping ratio in every mode."""
+        """Damping matrix with the same damping ratio in every mode.
+
+        Parameters
+        ----------
+        ratio : float
+            Damping ratio.
+
+        Returns
+        -------
+        (n, n) array
+            Damping matrix in the coordinates of the train.
+        """
         momentum = self.coordinates.mass[:, None] * self.shapes
         return (momentum * (2.0 * ratio * self.angular)) @ momentum.T
 
 
 def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
-    """Modes with the meshes' mean stiffnesses (meshes,) [N/m].
+    """Modes with the mean stiffnesses of the meshes.
 
+    Parameters
+    ----------
+    train : Train
+        Train with m meshes.
+    mean_stiffness : (m,) array_like
+        Mean stiffness of each mesh [N/m], positive.
+
+    Returns
+    -------
+    Modes
+        Natural frequencies and mode shapes.
+
+    Raises
+    ------
+    TrainError
+        If the stiffnesses are not m positive numbers or nothing can move.
+
+    Notes
+    -----
     The stiffness matrix is never formed: its factor, with a row for each spring,
     preserves the digits of soft modes in the presence of stiff springs.
     """

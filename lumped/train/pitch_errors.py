@@ -19,10 +19,20 @@ Array = NDArray[np.float64]
 
 
 def pair_errors(driver: Sequence[float], driven: Sequence[float]) -> Array:
-    """Gap of every tooth pair (n,) [m] until the pairs repeat; empty without errors.
+    """Gap of every tooth pair until the pairs repeat.
 
-    driver, driven : missing material on each tooth, positive if it opens a gap [m];
-        empty for a gear without errors
+    Parameters
+    ----------
+    driver : sequence of float
+        Missing material on each tooth of the driver [m], positive if it opens a gap;
+        empty for a gear without errors.
+    driven : sequence of float
+        The same of the driven gear [m].
+
+    Returns
+    -------
+    (n,) array
+        Gap of each pair [m]; empty without errors.
     """
     if not (any(driver) or any(driven)):
         return np.zeros(0)

@@ -65,16 +65,34 @@ class LumpedSystem:
     """Train and the excitation of each of its meshes.
 
     Modes that strain no mesh, including rigid rotation, take no part in the motion,
-    unless sliding in them reverses friction. Raises TrainError if torques do not
-    balance on a mode that is free.
+    unless sliding in them reverses friction.
 
-    contacts : contacts of the coupled model, which then drive the train; the
-        excitations, of Model-1, define its modes and thereby its damping
-    friction : friction of the meshes' teeth, none if empty; the excitations then
-        include deflection by friction, from `lumped.train.friction.with_bending`
-    losses : fraction of the torques lost to friction, by which they need not balance
-    references : for each mesh, what it is compared with at rest; None where nothing is
-        known, and empty where that is so of all
+    Parameters
+    ----------
+    train : Train
+        Gears, meshes and shafts; m meshes.
+    excitations : tuple of MeshExcitation
+        Excitation of each mesh.
+    contacts : CoupledContacts, optional
+        Contacts of the coupled model, which then drive the train; the excitations, of
+        Model-1, define its modes and thereby its damping.
+    friction : tuple of ToothFriction, optional
+        Friction of each mesh's teeth, none if empty; the excitations then include
+        deflection by friction, from `lumped.train.friction.with_bending`.
+    losses : float, optional
+        Fraction of the torques lost to friction, by which they need not balance; from 0
+        to below 1.
+    references : tuple of RestReference or None, optional
+        What each mesh is compared with at rest; None where nothing is known, and empty
+        where that is so of all.
+
+    Raises
+    ------
+    TrainError
+        If torques do not balance on a mode that is free, or the excitations or the
+        friction do not fit the train.
+    ValueError
+        If a value is not of its type or not allowed.
     """
 
     train: Train
@@ -123,6 +141,7 @@ class LumpedSystem:
 
     @cached_property
     def modes(self) -> Modes:
+        """Modes about the mean stiffnesses of the meshes."""
         return natural_modes(self.train, [e.mean_stiffness for e in self.excitations])
 
     @cached_property
@@ -275,10 +294,20 @@ class LumpedSystem:
         return np.concatenate([self.arrays.shapes, body_rows], axis=1)
 
     def state_from(self, other: LumpedSystem, state: Array) -> Array:
-        """Modal displacements and velocities (2, n) for the motion of another system.
+        """Modal displacements and velocities for the motion of another system.
 
-        state : state of the other system, which has the same gears and freedoms; body
-            modes continue if both have the same number of them, else start from rest
+        Parameters
+        ----------
+        other : LumpedSystem
+            System with the same gears and freedoms.
+        state : (2, k) array
+            State of the other system. Body modes continue if both systems have the same
+            number of them, else start from rest.
+
+        Returns
+        -------
+        (2, n) array
+            State of this system.
         """
         hubs = other.moving.size
         displacements = state[:, :hubs] @ other.modes.shapes[:, other.moving].T
@@ -327,10 +356,22 @@ class LumpedSystem:
     def samples(self, steps: int) -> ExcitationSamples | FrictionSamples:
         """Steps of one common period and the excitation on them.
 
-        Step sizes are in periods of the first mesh. Raises TrainError if that exceeds
-        the memory allowed.
+        Step sizes are in periods of the first mesh.
 
-        steps : least number of steps per period of the first mesh
+        Parameters
+        ----------
+        steps : int
+            Least number of steps per period of the first mesh.
+
+        Returns
+        -------
+        ExcitationSamples or FrictionSamples
+            Stiffnesses and gaps of the tooth pairs at the steps.
+
+        Raises
+        ------
+        TrainError
+            If they exceed the memory allowed.
         """
         # long ones are not cached: computing them is fast compared with a period
         return (
@@ -338,7 +379,27 @@ class LumpedSystem:
         )
 
     def coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
-        """Steps of the coupled model at a frequency of the first mesh [Hz]."""
+        """Steps of the coupled model at a frequency of the first mesh.
+
+        Parameters
+        ----------
+        steps : int
+            Least number of steps per period of the first mesh.
+        frequency : float
+            Frequency of the first mesh [Hz].
+
+        Returns
+        -------
+        CoupledSteps
+            Contacts and linear part of the model at the steps.
+
+        Raises
+        ------
+        TrainError
+            If they exceed the memory allowed.
+        ValueError
+            If the model is not the coupled one.
+        """
         arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
         return coupled_steps(
             *(arrays, self._linear, self.contact_grid(steps)),
@@ -347,7 +408,25 @@ class LumpedSystem:
 
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
     def contact_grid(self, steps: int) -> ContactGrid:
-        """Contacts of the coupled model at the steps, for any speed."""
+        """Contacts of the coupled model at the steps, for any speed.
+
+        Parameters
+        ----------
+        steps : int
+            Least number of steps per period of the first mesh.
+
+        Returns
+        -------
+        ContactGrid
+            Contacts at the steps.
+
+        Raises
+        ------
+        TrainError
+            If they exceed the memory allowed.
+        ValueError
+            If the model is not the coupled one.
+        """
         arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
         self._require_memory(steps)
         return contact_grid(arrays, steps, np.array(self.train.common_period))
@@ -367,7 +446,18 @@ class LumpedSystem:
         return with_friction(samples, times, self.excitation, self.friction, rows)
 
     def fits_memory(self, steps: int) -> bool:
-        """Whether a common period with `steps` steps per period fits in memory."""
+        """Whether a common period fits in memory.
+
+        Parameters
+        ----------
+        steps : int
+            Number of steps per period of the first mesh.
+
+        Returns
+        -------
+        bool
+            True if the memory needed is at most the memory allowed.
+        """
         return self._bytes(steps) <= MAX_BYTES
 
     def _bytes(self, steps: int) -> int:

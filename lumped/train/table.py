@@ -27,11 +27,28 @@ INTEGER_COLUMNS = ("n_pairs",)
 
 @dataclass(frozen=True, eq=False)
 class MeshTable:
-    """Table of one mesh at torques (t,) on the driver [N m] and positions (n,).
+    """Table of one mesh at t torques on the driver and n positions.
 
-    position : base pitches from the pitch point of the reference pair, in [0, 1)
-    columns : arrays (t, n) by name with unit
-    header : free text by key, such as gear set, settings and version
+    A column is taken by its name, ``table["ste_m"]``.
+
+    Parameters
+    ----------
+    torque_Nm : (t,) array
+        Torques on the driver [N m], all different.
+    position : (n,) array
+        Base pitches from the pitch point of the reference pair, rising.
+    columns : mapping of str to (t, n) array
+        Quantities by name with unit.
+    header : mapping of str to str, optional
+        Free text by key, such as gear set, settings and version.
+
+    Raises
+    ------
+    TableError
+        If a column has another shape, a torque is there more than once or positions do
+        not rise.
+    ValueError
+        If a value is not of its type.
     """
 
     torque_Nm: Array
@@ -152,13 +169,46 @@ def _table_from(
 
 
 def read_table(path: str) -> MeshTable:
-    """Read a mesh table; raises OSError or TableError if that fails."""
+    """Read a mesh table.
+
+    Parameters
+    ----------
+    path : str
+        CSV file.
+
+    Returns
+    -------
+    MeshTable
+        Table with the columns of the file; an empty cell is NaN.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    TableError
+        If the file is not a mesh table; the message names the file and the line.
+    """
     with open(path, encoding="utf-8", newline="") as file:
         return parse_table(file.read(), str(path))
 
 
 def write_table(table: MeshTable, path: str) -> None:
-    """Write a mesh table unchanged; see `format_table`."""
+    """Write a mesh table unchanged, with its header.
+
+    Numbers are written in the shortest form that reads back to the same bits.
+
+    Parameters
+    ----------
+    table : MeshTable
+        Table to write.
+    path : str
+        CSV file.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
     with open(path, "w", encoding="utf-8", newline="") as file:
         file.write(format_table(table))
 

@@ -16,20 +16,41 @@ from lumped.common.checks import is_number, require_fields
 
 
 class TrainError(ValueError):
-    """Raised for an impossible train; the message names the part and allowed values."""
+    """Raised for an impossible train; the message names the part and allowed values.
+
+    It is a ValueError.
+    """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gear:
     """Rigid disk with teeth.
 
-    teeth : number of teeth; only ratios matter, for the mesh frequencies
-    base_radius : [m]
-    inertia : polar moment of inertia about the axis [kg m2]
-    mass : [kg], required only with bearings
-    bearing_stiffness : kx, ky [N/m], or None for a fixed centre
-    coupling_stiffness : torsional stiffness to ground [N m/rad]
-    torque : constant external torque [N m]
+    Parameters
+    ----------
+    name : str
+        Name of the gear.
+    teeth : int
+        Number of teeth; only ratios matter, for the mesh frequencies.
+    base_radius : float
+        Base radius [m].
+    inertia : float
+        Polar moment of inertia about the axis [kg m2].
+    mass : float, optional
+        Mass [kg], required only with bearings.
+    bearing_stiffness : tuple of 2 float, optional
+        Stiffnesses kx, ky [N/m]; None for a fixed centre.
+    coupling_stiffness : float, optional
+        Torsional stiffness to ground [N m/rad].
+    torque : float, optional
+        Constant external torque [N m], positive counter-clockwise.
+
+    Raises
+    ------
+    TrainError
+        If a value is not allowed.
+    ValueError
+        If a value is not of its type.
     """
 
     name: str
@@ -63,11 +84,28 @@ class Gear:
 class Mesh:
     """Two gears in mesh, by their indices in the train.
 
-    pressure_angle : operating pressure angle [rad]
-    center_line : direction from driver to driven, counter-clockwise from x [rad]
-    backlash : along the line of action, from drive side to back side [m]
-    phase : position of this mesh's cycle when the first mesh is at its pitch
-        point, in base pitches
+    Parameters
+    ----------
+    driver : int
+        Index of the driver, from 0.
+    driven : int
+        Index of the driven gear, from 0.
+    pressure_angle : float
+        Operating pressure angle [rad], below a right angle.
+    center_line : float, optional
+        Direction from driver to driven, counter-clockwise from x [rad].
+    backlash : float, optional
+        Backlash along the line of action, from drive side to back side [m].
+    phase : float, optional
+        Position of this mesh's cycle when the first mesh is at its pitch point
+        [base pitches].
+
+    Raises
+    ------
+    TrainError
+        If a value is not allowed.
+    ValueError
+        If a value is not of its type.
     """
 
     driver: int
@@ -92,7 +130,19 @@ class Mesh:
 class Shaft:
     """Shaft between two gears on one axis.
 
-    stiffness : torsional stiffness [N m/rad]; None if the gears move as one
+    Parameters
+    ----------
+    gears : tuple of 2 int
+        Indices of the gears, from 0.
+    stiffness : float, optional
+        Torsional stiffness [N m/rad]; None if the gears move as one.
+
+    Raises
+    ------
+    TrainError
+        If the stiffness is not positive.
+    ValueError
+        If a value is not of its type.
     """
 
     gears: tuple[int, int]
@@ -106,7 +156,26 @@ class Shaft:
 
 @dataclass(frozen=True, kw_only=True)
 class Train:
-    """Gears, meshes and shafts; damping_ratio holds for every vibration mode."""
+    """Gears, meshes and shafts.
+
+    Parameters
+    ----------
+    gears : tuple of Gear
+        Gears.
+    meshes : tuple of Mesh
+        Meshes, with indices into `gears`; one or more.
+    shafts : tuple of Shaft, optional
+        Shafts, with indices into `gears`.
+    damping_ratio : float, optional
+        Damping ratio of every vibration mode.
+
+    Raises
+    ------
+    TrainError
+        If a value is not allowed, an index names no gear or the gears cannot rotate.
+    ValueError
+        If a value is not of its type.
+    """
 
     gears: tuple[Gear, ...]
     meshes: tuple[Mesh, ...]
@@ -165,7 +234,18 @@ class Train:
         return tuple(int(first * rate) for rate in self.mesh_rates)
 
     def sense(self, gear: int) -> int:
-        """Sense of rotation of a gear: 1 if counter-clockwise, -1 if clockwise."""
+        """Sense of rotation of a gear.
+
+        Parameters
+        ----------
+        gear : int
+            Index of the gear, from 0.
+
+        Returns
+        -------
+        int
+            1 if counter-clockwise, -1 if clockwise.
+        """
         return 1 if self.speeds[gear] > 0 else -1
 
 

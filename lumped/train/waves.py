@@ -25,11 +25,23 @@ POSITION_TOL = 1e-12  # base pitches within which two positions are equal
 class Wave:
     """Cubic pieces over a base pitch.
 
-    breaks : (n + 1,) from 0 to 1, increasing
-    coefficients : (n, 4) in c0 + c1 x + c2 x^2 + c3 x^3 with x from the piece's start;
-        (c, n, 4) for c different base pitches, one after another
-    corners : positions where value or slope jumps; integrators step onto them
-    offsets : (o,) constants added to the base pitches, one after another
+    Parameters
+    ----------
+    breaks : (n + 1,) array
+        Ends of the pieces, from 0 to 1, increasing [base pitches].
+    coefficients : (n, 4) or (c, n, 4) array
+        Coefficients in c0 + c1 x + c2 x^2 + c3 x^3 with x from the piece's start; of c
+        different base pitches, one after another.
+    corners : tuple of float, optional
+        Positions where value or slope jumps; integrators step onto them.
+    offsets : (o,) array, optional
+        Constants added to the base pitches, one after another.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, numbers are not finite or the breaks do not increase from
+        0 to 1.
     """
 
     breaks: Array
@@ -71,8 +83,19 @@ class Wave:
     ) -> Array:
         """Values at positions of any shape.
 
-        side : -1 for the limit from below
-        pitch : whole base pitches to add to the positions
+        Parameters
+        ----------
+        position : array_like
+            Positions [base pitches].
+        side : int, optional
+            -1 for the limit from below.
+        pitch : array_like of int, optional
+            Whole base pitches to add to the positions.
+
+        Returns
+        -------
+        array
+            Values, of the shape of the positions.
         """
         x = np.asarray(position, float)
         x = np.where(np.abs(x - np.round(x)) < POSITION_TOL, np.round(x), x)
@@ -106,7 +129,20 @@ class Wave:
         return mean + float(self.offsets.mean()) if self.offsets.size else mean
 
     def scaled(self, factor: float, offset: float = 0.0) -> Wave:
-        """Return factor times the wave, plus offset."""
+        """The wave times a factor, plus an offset.
+
+        Parameters
+        ----------
+        factor : float
+            Factor.
+        offset : float, optional
+            Offset, in the unit of the values.
+
+        Returns
+        -------
+        Wave
+            Scaled wave.
+        """
         c = factor * self.coefficients
         c[..., 0] += offset
         return Wave(self.breaks, c, self.corners, factor * self.offsets)

@@ -85,16 +85,37 @@ class OneBenchmark:
 
     @property
     def default_output(self) -> str | None:
+        """Default directory of the output."""
         return f"bench-{self.subject}"
 
     @property
     def files(self) -> Sequence[str]:
+        """Names of the files in the directory that is written."""
         return [path.name for path in files_of(self.subject, Path())]
 
     def measured(self, report: Progress) -> Benchmark:
+        """Run the benchmark.
+
+        Parameters
+        ----------
+        report : callable
+            Function of (stage, done, total), called during the run.
+
+        Returns
+        -------
+        Benchmark
+            Run times and errors.
+        """
         raise NotImplementedError
 
     def tasks(self) -> Iterator[Task]:
+        """The benchmark as one task.
+
+        Returns
+        -------
+        iterator of Task
+            One task.
+        """
         yield Task(self.subject, self._measured)
 
     def _measured(self, job: Job) -> BenchmarkResult | None:

@@ -71,6 +71,7 @@ class Ablation(
 
     @property
     def gears(self) -> GearSet:
+        """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.loaded
 

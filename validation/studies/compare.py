@@ -79,6 +79,7 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
 
     @property
     def gears(self) -> GearSet:
+        """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.loaded
 
