@@ -24,7 +24,7 @@ extensions = [
     "sphinx_design",
     "sphinxcontrib.bibtex",
     "declared",  # reference pages from the declarations of the program
-    "mathml",  # formulas without network
+    "formulas",  # as SVG, without network
 ]
 exclude_patterns = ["_build", "examples", "**/.ipynb_checkpoints"]
 root_doc = "index"
@@ -59,7 +59,7 @@ html_show_sourcelink = False
 html_theme_options = {
     "navigation_with_keys": False,
     "show_toc_level": 2,
-    "header_links_before_dropdown": 6,
+    "header_links_before_dropdown": 5,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
