@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import resources
@@ -87,9 +87,9 @@ def column_meaning(command: str, name: str, table: str = MAIN) -> str:
     return find_column(command, name, table).meaning
 
 
-def meanings(command: str, *names: str) -> dict[str, str]:
+def meanings(command: str, *names: str, table: str = MAIN) -> dict[str, str]:
     """Meanings by column, for the header of a command's table."""
-    return {name: column_meaning(command, name) for name in names}
+    return {name: column_meaning(command, name, table) for name in names}
 
 
 def unit_of_column(name: str) -> str:
@@ -100,10 +100,20 @@ def unit_of_column(name: str) -> str:
 def _declared(package: str, file: str) -> Iterator[Column]:
     text = (resources.files(package) / file).read_text("utf-8")
     for group in tomllib.loads(text)["columns"]:
-        commands = tuple(group["commands"])
-        for table in group.get("tables", [MAIN]):
+        for table, commands in _tables(group["commands"]).items():
             for name, meaning in group["meaning"].items():
-                yield Column(name, unit_of_column(name), meaning, commands, table)
+                yield Column(
+                    name, unit_of_column(name), meaning, tuple(commands), table
+                )
+
+
+def _tables(entries: Sequence[str]) -> dict[str, list[str]]:
+    """Commands by table, from entries such as `sweep` and `sweep: spectra`."""
+    commands: dict[str, list[str]] = {}
+    for entry in entries:
+        command, _, table = entry.partition(": ")
+        commands.setdefault(table or MAIN, []).append(command)
+    return commands
 
 
 @cache
