@@ -29,6 +29,7 @@ UNITS = {
     "per_turn": "1/turn",
     "per_s": "1/s",
     "kg_m2": "kg m2",
+    "seconds": "s",
     "per_cent": "%",
     "percent": "%",
     "pitches": "base pitches",
