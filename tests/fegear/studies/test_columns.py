@@ -186,7 +186,7 @@ def test_columns_of_reports():
 
 
 def test_columns_of_the_list_of_figures():
-    names = fegear.run(fegear.Reproduction(listed=True)).table.names
+    names = fegear.run(fegear.Reproduction(numbers=("2.10",), listed=True)).table.names
     assert set(names) <= declared("reproduce")
 
 
