@@ -14,25 +14,50 @@ FILE_KINDS = {
     "machine": ("fegear.rattle.machines", "MachineFile"),
     "gearbox": ("fegear.clatter.gearboxes", "GearboxFile"),
 }
-# by the end of a key, longer ends first
+# by the end of a key or of a column, longer ends first
 UNITS = {
+    "rad2_per_turn3": "rad2/turn3",
+    "rad_per_turn": "rad/turn",
     "Nm_per_rad": "N m/rad",
     "Nms_per_rad": "N m s/rad",
     "kg_per_m3": "kg/m3",
     "Ns_per_m": "N s/m",
     "N_per_m": "N/m",
+    "m_per_N": "m/N",
+    "m_per_s": "m/s",
+    "per_period": "1/period",
+    "per_turn": "1/turn",
+    "per_s": "1/s",
     "kg_m2": "kg m2",
+    "seconds": "s",
+    "per_cent": "%",
+    "percent": "%",
     "pitches": "base pitches",
+    "turns": "turns",
+    "urad": "urad",
     "deg": "deg",
     "rad": "rad",
+    "rpm": "rpm",
     "GPa": "GPa",
+    "MPa": "MPa",
+    "Pa": "Pa",
     "Nm": "N m",
+    "Ns": "N s",
     "Hz": "Hz",
+    "MB": "MB",
     "mm": "mm",
     "um": "um",
+    "ms": "ms",
+    "us": "us",
     "kg": "kg",
+    "J": "J",
     "N": "N",
+    "W": "W",
+    "m": "m",
+    "s": "s",
 }
+# a time or part, of what the rest of the name says
+UNITS_AT_START = re.compile(r"(?:(us|ms)_per_[a-z]+|(percent)_for_\w+)")
 DEFAULT = re.compile(r" ?\[default: (.*)\]$")
 
 
@@ -90,7 +115,12 @@ def file_keys(kind: str) -> list[FileKey]:
 
 
 def unit_of_key(key: str) -> str:
-    """The unit at the end of a key, empty where there is none."""
+    """The unit at the end of a key or of a column, empty where there is none.
+
+    The time of one of many is in the unit that its name begins with, `ms_per_speed`.
+    """
+    if start := UNITS_AT_START.fullmatch(key):
+        return UNITS[start[1] or start[2]]
     units = (unit for end, unit in UNITS.items() if f"_{key}".endswith(f"_{end}"))
     return next(units, "")
 

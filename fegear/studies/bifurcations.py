@@ -15,6 +15,7 @@ from fegear.files.records import Records
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.axes import axis_setting
+from fegear.studies.columns import meanings
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import (
@@ -69,18 +70,6 @@ if TYPE_CHECKING:
 
 MAX_VALUES = 10_000
 MAX_ROWS = 1_000_000  # of the table, some 100 bytes each
-LEGEND = {
-    "direction": "of the parameter, up or down",
-    "mesh, section": "counted from 1",
-    "dte_m, dte_rate_m_per_s": "dynamic transmission error and its rate at the start "
-    "of successive common periods of all meshes",
-    "motion": "periodic, quasi-periodic, chaotic, or not converged: a transient, or "
-    "periodic after more periods than were searched",
-    "period_multiple": "common periods of all meshes after which the motion repeats, 0 "
-    "where it does not",
-    "lyapunov_per_period, lyapunov_stderr_per_period": "largest Lyapunov exponent per "
-    "period of the first mesh and its standard error, 0 where the motion repeats",
-}
 COLUMNS = (
     *("direction", "mesh", "section", "dte_m", "dte_rate_m_per_s", "motion"),
     *("period_multiple", "lyapunov_per_period", "lyapunov_stderr_per_period"),
@@ -304,7 +293,8 @@ class BifurcationsResult(StudyResult):
     def table(self) -> Table:
         """A row for each value, mesh and point of its section."""
         names = (self.study.over.name, *COLUMNS)
-        return Table(names, self._rows, {**self.facts.header, **LEGEND})
+        legend = meanings("bifurcations", *COLUMNS)
+        return Table(names, self._rows, {**self.facts.header, **legend})
 
     def _rows(self) -> Iterator[list[object]]:
         for branch in self.branches:

@@ -20,6 +20,7 @@ from fegear.studies.axes import (
     written_limits,
     written_limits_axis,
 )
+from fegear.studies.columns import meanings
 from fegear.studies.page import Page, number, pluralize
 from fegear.studies.study import (
     Draw,
@@ -68,17 +69,10 @@ COLUMNS = (
     *(MESH_FREQUENCY, "mesh", "dte_rms_m", "dte_peak_m"),
     *("stable", "floquet_max", "kind", "period_multiple"),
 )
-LEGEND = {
-    "branch, index": "counted from 1, points in the order of the branch",
-    MESH_FREQUENCY: "of the first mesh, in all rows",
-    "mesh": "counted from 1",
-    "dte_rms_m": "dynamic transmission error without its mean",
-    "stable": "1 or 0; 0 in a fold and where the branch is vertical",
-    "floquet_max": "modulus of the largest Floquet multiplier",
-    "kind": "fold, period doubling, branch point or torus, as shooting locates them "
-    "where it can; else empty",
-    "period_multiple": "common periods of all meshes after which the motion repeats",
-}
+LEGEND = (
+    *("branch", "index", MESH_FREQUENCY, "mesh", "dte_rms_m"),
+    *("stable", "floquet_max", "kind", "period_multiple"),
+)
 
 
 FINDING = SettingsGroup(
@@ -321,7 +315,8 @@ class BranchesResult(StudyResult):
         """A row for each point and mesh."""
         over = () if self._over_speed else (self.study.parameter,)
         names = "branch", "index", *over, *COLUMNS
-        return Table(names, self._rows, {**self.facts.header, **LEGEND})
+        legend = meanings("branches", *LEGEND)
+        return Table(names, self._rows, {**self.facts.header, **legend})
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         for place, branch in enumerate(self.branches, start=1):

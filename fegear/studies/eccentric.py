@@ -26,6 +26,7 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.statics.choices import RESOLUTION
 from fegear.statics.plausibility import check_warnings, plausibility_warnings
+from fegear.studies.columns import meanings
 from fegear.studies.page import Page, number
 from fegear.studies.study import (
     Draw,
@@ -54,13 +55,7 @@ LEGEND = {
     "base curves": "of the flanks that drive; those of the other flanks are their "
     "mirror images about the x axis",
 }
-OF_CONTACT = {
-    "transmission_error_um": "approach of the flanks along the line of action under "
-    "the load, which lets the driver turn by driver_error_urad",
-    "contact_torque_ratio": "of moments about both bearings of the contact forces on "
-    "the flanks as they are meshed",
-    "tip corners": "no contact outside of the path of contact",
-}
+OF_CONTACT = "transmission_error_um", "contact_torque_ratio"
 CONTACT = {"contact": "Write the contact over the turn to this CSV file."}
 FILM = {"animate": ("Film of a turn of the driven wheel, .gif or .mp4.", FILMS)}
 
@@ -298,7 +293,9 @@ class EccentricResult(StudyResult):
             "resolution": study.meshing[1],
             "plane": STEEL.plane,
         }
-        header = {**self.gearing.header, **settings, **OF_CONTACT}
+        legend = meanings("eccentric", *OF_CONTACT, table="contact")
+        corners = {"tip corners": "no contact outside of the path of contact"}
+        header = {**self.gearing.header, **settings, **legend, **corners}
         return {"contact": Table.of(self.columns, header)}
 
     def write(self, path: str | Path) -> None:

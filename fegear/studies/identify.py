@@ -23,6 +23,7 @@ from fegear.statics.identify import (
     stiffness_model,
 )
 from fegear.statics.solving import StaticsSettings
+from fegear.studies.columns import meanings
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.study import (
     Draw,
@@ -225,7 +226,7 @@ class IdentificationResult(StudyResult):
             rows.append({"set": kind} | row)
         header = {
             "gear set": values["gear_set"],
-            "misfit": "sum of squares of value - measured over its standard deviation",
+            **meanings("identify", "misfit"),
             **self.study.gear_set.entries,
         }
         return Table(list(rows[0]), lambda: [[*row.values()] for row in rows], header)

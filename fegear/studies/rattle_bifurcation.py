@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import MISSING, dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -13,6 +13,7 @@ from fegear.files.speeds import limits_of
 from fegear.rattle.bifurcation import BifurcationDiagram, OrbitSearch, find_bifurcations
 from fegear.rattle.existence import Plane, find_existence, plane_of
 from fegear.rattle.machines import NamedMachine, header_of, parameters, unit_name
+from fegear.studies.columns import meanings
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Page, heading, pluralize
 from fegear.studies.study import (
@@ -41,18 +42,8 @@ FIGURES = {  # by the names of options, and of those that have none
     "ripple": "ripple",
     "phase": "ripple_phase",
 }
-BRANCHES = {
-    "branch, index": "from 1, points in the order of the branch; branch 0: long runs",
-    "liftoff": "from the upper flank, counted from 1",
-    "stable": "1 or 0; empty of long runs",
-    "largest_multiplier": "modulus, of a small change over a period",
-    "kind": "fold, period doubling or grazing; else empty",
-}
-CURVES = {
-    "curve, index": "counted from 1, points in the order of the curve",
-    "bifurcation": "fold, period doubling or grazing, of the motion of that name",
-    "kind": "grazing fold, or grazing, where the curve meets another; else empty",
-}
+BRANCHES = "branch", "index", "liftoff", "stable", "largest_multiplier", "kind"
+CURVES = "curve", "index", "bifurcation", "kind"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,6 +211,9 @@ class OverFigures(StudyResult):
     def header(self) -> dict[str, str]:
         return {"machine": self.named.name, **header_of(self.fixed)}
 
+    def legend(self, columns: Sequence[str]) -> dict[str, str]:
+        return meanings("rattle bifurcation", *columns)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BifurcationResult(OverFigures):
@@ -236,7 +230,7 @@ class BifurcationResult(OverFigures):
             *("branch", "name", "index", *self.columns, "liftoff", "time_turns"),
             *("speed_rad_per_turn", "stable", "largest_multiplier", "kind"),
         )
-        return Table(names, self._rows, {**self.header, **BRANCHES})
+        return Table(names, self._rows, self.header | self.legend(BRANCHES))
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         for number, branch in enumerate(self.diagram.branches, start=1):
@@ -325,7 +319,7 @@ class ExistenceResult(OverFigures):
             *("curve", "name", "bifurcation", "index", *self.columns),
             *("time_turns", "speed_rad_per_turn", "kind"),
         )
-        return Table(names, self._rows, {**self.header, **CURVES})
+        return Table(names, self._rows, self.header | self.legend(CURVES))
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         for number, curve in enumerate(self.curves, start=1):

@@ -11,6 +11,7 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.rattle.machines import NamedMachine, header_of, parameters
+from fegear.studies.columns import meanings
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
@@ -31,12 +32,7 @@ from lumped.rattle.orbits import Orbit, find_orbits
 from lumped.rattle.return_map import DEFAULT_RETURNS
 
 SADDLE = "saddle"  # of the keys of tasks
-LEGEND = {
-    "curve": "from 1; motion: of the saddle, or the grazing curve",
-    "returns_before": "of a grazing curve to the lift-off that grazes",
-    "branch": "+1 or -1, on which side of the saddle it starts",
-    "length": "speeds over 2 pi damping, times in turns; NaN parts pieces at jumps",
-}
+LEGEND = "curve", "motion", "returns_before", "branch", "length"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,7 +183,8 @@ class ManifoldsResult(StudyResult):
         )
         named = self.named
         fixed = header_of(parameters(named.machine))
-        return Table(names, self._rows, {"machine": named.name, **fixed, **LEGEND})
+        legend = meanings("rattle manifold", *LEGEND)
+        return Table(names, self._rows, {"machine": named.name, **fixed, **legend})
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         curves = [

@@ -24,12 +24,12 @@ from fegear.files.output import path_of
 from fegear.files.values import PACKAGES, Decoder, Encoder, class_of, name_of_class
 from fegear.files.version import package_version
 from fegear.studies import STUDIES, home_of
+from fegear.studies.columns import MAIN, column_meaning, unit_of_column
 from fegear.studies.page import ColumnTable, Page, RowTable
 from fegear.studies.study import StudyResult
 from fegear.studies.table import Table
 
 FORMAT = "fegear result 1"
-MAIN = "table"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +72,7 @@ def save(result: StudyResult, path: str | Path) -> None:
         raise InputError(f"{target}: the name of a saved result ends with .nc")
     instance: Any = result
     encoder, variables = Encoder(_packages()), dict[str, Variable]()
+    command = result.study.command
     try:
         tree = {
             "class": name_of_class(_class_of_result(result), _packages()),
@@ -81,7 +82,7 @@ def save(result: StudyResult, path: str | Path) -> None:
             "summary": encoder.plain(dict(result.summary)),
             "page": [encoder.plain(_plain_part(part)) for part in result.page()],
             "tables": {
-                name: _plain_table(name, table, encoder, variables)
+                name: _plain_table(command, name, table, encoder, variables)
                 for name, table in _tables(result)
             },
             "shared": encoder.shared,
@@ -94,7 +95,7 @@ def save(result: StudyResult, path: str | Path) -> None:
     attributes = {
         "format": FORMAT,
         "made_with": f"fegear {package_version()}",
-        "command": result.study.command,
+        "command": command,
         "result": json.dumps(tree, allow_nan=False),
     }
     write_netcdf(target, attributes, variables)
@@ -179,7 +180,11 @@ def _tables(result: StudyResult) -> Iterator[tuple[str, Table]]:
 
 
 def _plain_table(
-    name: str, table: Table, encoder: Encoder, variables: dict[str, Variable]
+    command: str,
+    name: str,
+    table: Table,
+    encoder: Encoder,
+    variables: dict[str, Variable],
 ) -> dict[str, Any]:
     """Columns of numbers become variables, others plain items."""
     rows = [tuple(row) for row in table.rows()]
@@ -189,13 +194,28 @@ def _plain_table(
         kinds = set(map(type, cells))
         if kinds in ({float}, {int}):
             called = key if name == MAIN else f"{name}.{key}"
-            meaning = {"long_name": table.header[key]} if key in table.header else {}
             dimension = "row" if name == MAIN else f"{name}_row"
-            variables[called] = Variable(np.array(cells), dimension, meaning)
+            described = _attributes(command, name, key, table.header)
+            variables[called] = Variable(np.array(cells), dimension, described)
             columns[key] = {"variable": called}
         else:
             columns[key] = {"items": encoder.plain(cells)}
     return {"columns": columns, "header": encoder.plain(dict(table.header))}
+
+
+def _attributes(
+    command: str, table: str, key: str, header: Mapping[str, str]
+) -> dict[str, str]:
+    """Meaning and unit of a column by the conventions CF, which name no unit 1.
+
+    The meaning of a column that is not declared may be in the header.
+    """
+    try:
+        meaning = column_meaning(command, key, table)
+    except KeyError:
+        meaning = header.get(key, "")
+    described = {"long_name": meaning} if meaning else {}
+    return described | {"units": unit_of_column(key) or "1"}
 
 
 def _table(plain: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Table:

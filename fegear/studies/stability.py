@@ -13,6 +13,7 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.studies.axes import axis_setting
+from fegear.studies.columns import meanings
 from fegear.studies.headings import friction_in_words
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.study import (
@@ -57,13 +58,7 @@ if TYPE_CHECKING:
 
 MAX_CELLS = 4_000_000
 MAX_SHOWN = 12  # intervals on the screen
-LEGEND = {
-    MESH_FREQUENCY: "of the first mesh",
-    "floquet_max": "modulus of the largest Floquet multiplier over the common period "
-    "of all meshes; above 1 vibration grows until contact is lost",
-    "kind": "modes whose frequencies meet a multiple of the mesh frequency where "
-    "vibration grows, numbered by the frequencies of modes that strain a mesh",
-}
+LEGEND = MESH_FREQUENCY, "floquet_max", "kind"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,7 +221,9 @@ class StabilityResult(StudyResult):
     def table(self) -> Table:
         """A row for each cell of the chart."""
         names = MESH_FREQUENCY, self.study.over.name, "floquet_max", "kind"
-        return Table(names, self._rows, {**self.facts.header, **LEGEND})
+        return Table(
+            names, self._rows, {**self.facts.header, **meanings("stability", *LEGEND)}
+        )
 
     def _rows(self) -> Iterator[tuple[float, float, float, str]]:
         speeds = self.study.rising

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from typing import Literal
 
 from fegear.files.errors import InputError
+from fegear.studies.columns import meanings
 from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import PLOT, Draw, Job, Study, Task, display_name, setting
 from fegear.studies.table import Table
@@ -38,7 +39,6 @@ from fegear.train.lumped_models import (
 from lumped.common.workers import Stopped
 from lumped.figures.waterfall import (
     COLUMNS,
-    LEGEND,
     SpectraOverSpeed,
     draw_waterfall,
     spectra_over_speed,
@@ -53,6 +53,7 @@ MORE = {
     "spectra": "Write the lines of the spectra of all motions to this CSV file, as "
     "amplitudes of the dynamic transmission error [m]."
 }
+LEGEND = "mesh_frequency_Hz", "order", "amplitude_m"  # of the spectra
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,7 +215,8 @@ class SweepResult(ResponsesResult):
     @property
     def more_tables(self) -> dict[str, Table]:
         rows = partial(spectra_rows, self.spectra)
-        return {"spectra": Table(COLUMNS, rows, {**self.facts.header, **LEGEND})}
+        legend = meanings("sweep", *LEGEND, table="spectra")
+        return {"spectra": Table(COLUMNS, rows, {**self.facts.header, **legend})}
 
     @property
     def figures(self) -> dict[str, Draw]:

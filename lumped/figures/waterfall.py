@@ -34,12 +34,6 @@ COLUMNS = (
     *("torque_Nm", "direction", "mesh_frequency_Hz", "mesh"),
     *("frequency_Hz", "order", "amplitude_m"),
 )
-LEGEND = {
-    "mesh_frequency_Hz": "of the first mesh",
-    "order": "frequency over that of the mesh",
-    "amplitude_m": "of the dynamic transmission error, without its mean; lines below "
-    f"{MIN_RELATIVE_AMPLITUDE:g} of the largest are left out",
-}
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,10 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from declared_columns import require_declared
 from quick_sets import measure_quickly
 
+import validation.studies  # noqa: F401  # registers its columns
 from fegear.gearset.inertia import body_inertia
 from lumped.train.truncation import MAX_ERROR
 from validation.random_sets import generator, measuring
@@ -30,6 +32,7 @@ from validation.random_sets.measuring import (
 from validation.random_sets.runs import FULL, SetRun, compared_sets, make_sets
 from validation.random_sets.verdicts import evaluate
 from validation.report import report_values, write_report
+from validation.report.random_sets import quantities
 
 SOURCES = REFERENCE, REDUCED, MODEL_1, WITHOUT, COUPLED_UP, COUPLED_DOWN, REFERENCE_DOWN
 GENTLE = 0  # the number of a set that takes little time
@@ -98,6 +101,11 @@ def set_with(coupled, down=None, reference_down=1e-6, periods=1, **others):
         natural_fe=[[901.0, 0.9]],
     )
     return replace(measured, **others)
+
+
+def test_columns_are_declared():
+    names = {"set", "verdict", *quantities(set_with(curve()))}
+    require_declared("validate", names, "random-sets")
 
 
 def curve(*errors):

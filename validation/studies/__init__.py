@@ -3,9 +3,11 @@
 from fegear.files.keys import register_file
 from fegear.files.templates import register_template
 from fegear.studies import register
+from fegear.studies.columns import register_columns
 
 register_file("case", "validation.study.cases", "Case")
 register_template("case", "validation")
+register_columns("validation", "columns.toml")
 
 register(
     {

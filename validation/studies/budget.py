@@ -14,6 +14,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import make_directory
 from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
+from fegear.studies.columns import meanings
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import ColumnTable, Page, number
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
@@ -148,8 +149,7 @@ class AblationResult(StudyResult):
             "gear set": self.gear_set,
             "torque_Nm": repr(self.torque),
             **self.study.gear_set.entries,
-            "largest_error": "against the finite elements, in the unit",
-            "change_to_coupled": "of the error, in the unit",
+            **meanings("ablation", "largest_error", "change_to_coupled"),
         }
         return Table(names, lambda: rows, header)
 

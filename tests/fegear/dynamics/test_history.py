@@ -26,6 +26,7 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.lumped_train import train_of
 from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.studies.columns import column_meaning
 from lumped import LumpedSystem
 from lumped.steady.steady_state import steady_state
 
@@ -49,6 +50,12 @@ def recorded(stepper, frequency, roots=None):
 def pair(case_of):
     """Table of the plain pair by frequency."""
     return cache(lambda frequency: recorded(case_of().stepper(), frequency))
+
+
+def require_known(columns):
+    """Require that the columns are declared; KeyError for one that is not."""
+    for name in columns:
+        assert column_meaning("dynamics", name, "history")
 
 
 def parsed(text: str) -> tuple[dict[str, str], list[str], list[list[str]]]:
@@ -167,6 +174,7 @@ def test_back_side_contacts_have_columns_of_their_own(case_of):
         peaks = [columns[name.replace("load_N", "pressure_Pa")] for name in names]
         np.testing.assert_array_equal(np.max(peaks, axis=0) > 0.0, sums[kind] > 0.0)
     assert sums["back"].max() > 0.0
+    require_known(columns)
     force = columns["mesh1_force_N"]
     assert force.min() < 0.0
     np.testing.assert_allclose(
@@ -204,6 +212,7 @@ def test_gears_on_bearings_have_translations(case_of):
     stepper = replace(case, reference=reference).stepper()
     roots = {1: root_influence(CyclicSector(gear_set.gears[1].geometry, STEEL))}
     columns = recorded(stepper, FAST, roots).columns
+    require_known(columns)
     for row, mesh in zip(reference.modes.coordinates.mesh_rows, (1, 2), strict=True):
         places = reference.modes.coordinates.indices
         deflection = 0.0

@@ -20,6 +20,7 @@ import pytest
 import shown_results
 from case_files import case_text
 from cli_commands import printed
+from declared_columns import declared, require_declared
 from drawn_figures import axis_labels, saved_figures
 from quick_benchmarks import answer_at_once
 from shown_results import what_is_shown
@@ -48,6 +49,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from lumped.common.csv_text import parse_csv
 from lumped.figures.drawing import panels
 
 
@@ -509,6 +511,39 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     if files and ".csv" in study.endings and not study.folder:
         assert path.read_text("utf-8") == result.table.csv()
     assert {len(row) for row in result.table.rows()} == {len(result.table.names)}
+    require_columns_of_example(result)
+
+
+# declared columns that tables of the examples do not have
+NOT_IN_EXAMPLE = {
+    "branches": {"{parameter}"},  # in place of the speed
+    "motion": {"mesh{n}_friction_power_W"},  # without friction
+    "rattle bifurcation": {"curve", "bifurcation"},  # over two parameters
+    "reproduce": {"number", "title", "missing"},  # of a list
+}
+CHOSEN_PARAMETERS = {
+    "map": {"mesh.2.phase", "torque_Nm"},
+    "stability": {"friction"},
+    "bifurcations": {"damping_ratio"},
+    "rattle bifurcation": {"eccentricity_rad"},
+}
+
+
+def require_columns_of_example(result: Any) -> None:
+    """Columns are declared; benchmarks are stubs, see `test_columns`."""
+    command = result.study.command
+    if command.startswith("bench "):
+        return
+    missing = NOT_IN_EXAMPLE.get(command, ())
+    chosen = CHOSEN_PARAMETERS.get(command, ())
+    require_declared(command, result.table.names, "table", missing, chosen)
+    for name, table in result.more_tables.items():
+        require_declared(command, table.names, name)
+    for path in Path(getattr(result.study, "directory", "none")).glob("tables/*.csv"):
+        text = path.read_text("utf-8")  # empty without rows
+        if text and declared(command, path.stem):  # no curves of a picture
+            names = parse_csv(text, path.name).names
+            require_declared(command, names, path.stem)
 
 
 @pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])

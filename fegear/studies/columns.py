@@ -1,0 +1,123 @@
+"""What the columns of tables mean, from the files that declare each of them once.
+
+>>> from fegear.studies.columns import column_meaning
+>>> column_meaning("stiffness", "pair2_load_share")
+'part of the mesh force that the tooth pair carries, 0 to 1'
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib import resources
+
+from fegear.files.keys import unit_of_key
+
+MAIN = "table"  # name of the table that every study has
+# by package, the name of its file; see `register_columns`
+COLUMN_FILES = {"fegear.studies": "columns.toml"}
+PLACEHOLDERS = {r"\{n\}": r"-?\d+", r"\{gear\}": ".+", r"\{parameter\}": ".+"}
+PARAMETER = "{parameter}"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table.
+
+    name : may contain `{n}` for a number and `{gear}` for the name of a gear, or be
+        `{parameter}`, the name of one that the user chose
+    unit : empty for text and what has no dimension, and of `{parameter}`, whose unit is
+        that of its name
+    commands : that write it
+    table : `table`, or the name of another table of the result
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    commands: tuple[str, ...]
+    table: str = MAIN
+
+    def stands_for(self, name: str) -> bool:
+        """Whether a name in a table is this column's."""
+        return self._pattern.fullmatch(name) is not None
+
+    @cached_property
+    def _pattern(self) -> re.Pattern[str]:
+        pattern = re.escape(self.name)
+        for placeholder, allowed in PLACEHOLDERS.items():
+            pattern = pattern.replace(placeholder, allowed)
+        return re.compile(pattern)
+
+
+def register_columns(package: str, file: str) -> None:
+    """Add the columns of another package, declared as in `columns.toml`."""
+    COLUMN_FILES[package] = file
+    columns.cache_clear()
+    _columns_of.cache_clear()
+
+
+@cache
+def columns() -> tuple[Column, ...]:
+    """Columns of all tables, in the order of the files."""
+    return tuple(
+        column
+        for package, file in COLUMN_FILES.items()
+        for column in _declared(package, file)
+    )
+
+
+def find_column(command: str, name: str, table: str = MAIN) -> Column:
+    """The declared column of a name in a table of a command.
+
+    A name as it is declared comes before one with a placeholder, and `{parameter}`
+    last. Raises KeyError where there is none.
+    """
+    for column in _columns_of(command, table):
+        if column.stands_for(name):
+            return column
+    raise KeyError(f"{command}, {table}: column {name} is not declared")
+
+
+def column_meaning(command: str, name: str, table: str = MAIN) -> str:
+    """What a column of a command's table means; KeyError where it is not declared."""
+    return find_column(command, name, table).meaning
+
+
+def meanings(command: str, *names: str, table: str = MAIN) -> dict[str, str]:
+    """Meanings by column, for the header of a command's table."""
+    return {name: column_meaning(command, name, table) for name in names}
+
+
+def unit_of_column(name: str) -> str:
+    """The unit at the end of a name, of a key of a gear set that of its last part."""
+    return unit_of_key(name.rpartition(".")[2])
+
+
+def _declared(package: str, file: str) -> Iterator[Column]:
+    text = (resources.files(package) / file).read_text("utf-8")
+    for group in tomllib.loads(text)["columns"]:
+        for table, commands in _tables(group["commands"]).items():
+            for name, meaning in group["meaning"].items():
+                yield Column(
+                    name, unit_of_column(name), meaning, tuple(commands), table
+                )
+
+
+def _tables(entries: Sequence[str]) -> dict[str, list[str]]:
+    """Commands by table, from entries such as `sweep` and `sweep: spectra`."""
+    commands: dict[str, list[str]] = {}
+    for entry in entries:
+        command, _, table = entry.partition(": ")
+        commands.setdefault(table or MAIN, []).append(command)
+    return commands
+
+
+@cache
+def _columns_of(command: str, table: str) -> tuple[Column, ...]:
+    """Columns of a table, those that stand for more names later."""
+    chosen = (c for c in columns() if command in c.commands and c.table == table)
+    return tuple(sorted(chosen, key=lambda c: (c.name == PARAMETER, "{" in c.name)))
