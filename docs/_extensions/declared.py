@@ -82,11 +82,20 @@ def _key_row(key: FileKey) -> Sequence[str]:
 
 
 def column_tables(_: str) -> Lines:
-    """The columns of all tables that commands write."""
-    from fegear.studies.columns import columns
+    """The columns of all tables, a section for each table of a command."""
+    import validation.studies  # noqa: F401  its tables, too
+    from fegear.studies.columns import MAIN, columns
 
-    rows = ((f"`{c.name}`", c.unit, c.meaning) for c in columns())
-    yield from _table(("Column", "Unit", "Meaning"), rows)
+    tables: dict[tuple[str, str], list[Sequence[str]]] = {}
+    for column in columns():
+        row = f"`{column.name}`", column.unit, column.meaning
+        for command in column.commands:
+            tables.setdefault((command, column.table), []).append(row)
+    order = list(STUDIES)
+    for command, table in sorted(tables, key=lambda key: order.index(key[0])):
+        other = "" if table == MAIN else f": {table}"
+        yield from (f"## fegear {command}{other}", "")
+        yield from _table(("Column", "Unit", "Meaning"), tables[command, table])
 
 
 def code_sections(kind: str) -> Lines:
