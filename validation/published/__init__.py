@@ -1,0 +1,16 @@
+"""Published values of spur gears, and those of other programs, beside ours.
+
+`published_cases` computes every case; `markdown` and `draw` show them.
+"""
+
+from validation.published.cases import PublishedCase, Row, case_names, published_cases
+from validation.published.showing import draw, markdown
+
+__all__ = [
+    "PublishedCase",
+    "Row",
+    "case_names",
+    "draw",
+    "markdown",
+    "published_cases",
+]
