@@ -132,7 +132,9 @@ def _own_rows(data: Mapping[str, Any]) -> Iterator[Row]:
         yield _row(value, value["published"], QUANTITIES[value["ours"]](subject))
 
 
-def _row(value: Mapping[str, Any], published: float, ours: float, name: str = "") -> Row:
+def _row(
+    value: Mapping[str, Any], published: float, ours: float, name: str = ""
+) -> Row:
     band = value.get("band")
     return Row(
         quantity=value["quantity"],

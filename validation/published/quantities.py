@@ -8,14 +8,14 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from fegear.elasticity.material import Plane
-from fegear.gearset.model import Gear
 from fegear.gearset.lumped_train import train_of
+from fegear.gearset.model import Gear
 from lumped.train.modes import natural_modes
 from validation.oracles import hertz, iso6336, potential_energy, ring
 from validation.published import rack_cut_beam
 from validation.published.subject import Subject
 
-MM, UM, MPA = 1e-3, 1e-6, 1e-6
+MPA = 1e-6
 PER_ISO_UNIT = 1.0 / iso6336.SI_PER_ISO_UNIT
 
 
@@ -36,6 +36,11 @@ def hertz_pressure_fe(subject: Subject) -> float:
     """The largest at the pitch point by finite elements, plane strain [MPa]."""
     cycle = subject.at(0.0, "strain")
     return MPA * float(cycle.pressure[0, 0, cycle.teeth == 0][0])
+
+
+def hertz_pressure_fe_one_pair(subject: Subject) -> float:
+    """The same of one pair that carries the whole load [MPa]."""
+    return MPA * float(subject.one_pair("strain").pressure[0, 0, 0])
 
 
 def contact_stress_number(subject: Subject) -> float:
@@ -230,11 +235,12 @@ def natural_frequency(subject: Subject) -> float:
 QUANTITIES: Mapping[str, Callable[[Subject], float]] = {
     function.__name__: function
     for function in (
-        *(contact_ratio, hertz_pressure, hertz_pressure_fe, contact_stress_number),
+        *(contact_ratio, hertz_pressure, hertz_pressure_fe),
+        *(hertz_pressure_fe_one_pair, contact_stress_number),
         *(hertz_stiffness, loss_factor_ohlendorf, loss_factor_rigid, loss_factor_fe),
         *(iso_theoretical, iso_single, iso_blank_factor, iso_mesh),
         *(transverse_contact_ratio, single_stiffness_fe, mesh_stiffness_fe),
-        single_stiffness_fe_no_twist,
+        *(single_stiffness_fe_no_twist,),
         *(start_stiffness_rack_cut, mean_stiffness_rack_cut),
         *(start_stiffness_energy, mean_stiffness_energy),
         *(start_stiffness_fe, mean_stiffness_fe, natural_frequency),

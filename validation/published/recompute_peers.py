@@ -112,8 +112,11 @@ def base_radii(pair: Numbers) -> list[float]:
     return [0.5 * pair["module_mm"] * z * math.cos(ALPHA) for z in pair["teeth"]]
 
 
-def gearpie_values(pair: Numbers) -> Numbers:
-    """Contact ratio, Hertz pressure at the pitch point and both loss factors."""
+def gearpie_values(pair: Numbers, points: int = GEARPIE_POINTS) -> Numbers:
+    """Contact ratio, Hertz pressure at the pitch point and both loss factors.
+
+    points : along the path of contact
+    """
     z1, z2 = pair["teeth"]
     m, (x1, x2) = pair["module_mm"], pair["profile_shift"]
     rb1, rb2 = base_radii(pair)
@@ -130,7 +133,7 @@ def gearpie_values(pair: Numbers) -> Numbers:
     radius = 1.0 / (1.0 / pitch_point + 1.0 / (length - pitch_point))
     at_pitch = force / pair["face_width_mm"]
     half_sum = math.pi * (1.0 / z1 + 1.0 / z2)
-    s1 = np.linspace(start, end, GEARPIE_POINTS)[:-1]
+    s1 = np.linspace(start, end, points)[:-1]
     pairs = sum(
         ((s1 + k * pb >= start) & (s1 + k * pb < end)).astype(int) for k in range(-2, 3)
     )
@@ -175,7 +178,10 @@ def main() -> None:
         "[versions]\n" + "".join(f'{name} = "{version(name)}"\n' for name in packages),
     ]
     for pair in draw_pairs():
-        parts += [table("[[pair]]", pair), table("[pair.gearpie]", gearpie_values(pair))]
+        parts += [
+            table("[[pair]]", pair),
+            table("[pair.gearpie]", gearpie_values(pair)),
+        ]
         if not any(pair["profile_shift"]):
             parts.append(table("[pair.ross]", ross_values(pair)))
         parts.append(table("[pair.opentorsion]", opentorsion_values(pair)))

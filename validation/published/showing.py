@@ -10,6 +10,7 @@ from lumped.figures.drawing import panels
 from validation.published.cases import PublishedCase, Row
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 LINEAR_TO = 2.0  # per cent, of the axis of the figure
@@ -100,7 +101,7 @@ def draw(cases: Sequence[PublishedCase]) -> Figure:
     return figure
 
 
-def _draw_case(panel, case: PublishedCase, groups: list[list[Row]]) -> None:  # type: ignore[no-untyped-def]
+def _draw_case(panel: Axes, case: PublishedCase, groups: list[list[Row]]) -> None:
     panel.set_title(case.title, fontsize=9, loc="left")
     panel.axvspan(-LINEAR_TO, LINEAR_TO, color="0.92", zorder=0)
     for place, rows in enumerate(groups):

@@ -89,9 +89,9 @@ class Subject:
             solved.problem, solved.cycle.torque, position - math.floor(position)
         )
 
-    def one_pair(self) -> ContactCycle:
+    def one_pair(self, plane: Plane = "stress") -> ContactCycle:
         """Contact of one pair at the pitch point that carries all the load."""
-        return solve_pair_alone(self.solved().problem, self.torque, 0.0)
+        return solve_pair_alone(self.solved(plane).problem, self.torque, 0.0)
 
 
 def _analytic(gear: Gear) -> AnalyticGear:
