@@ -3,12 +3,17 @@
 `published_cases` computes every case; `markdown` and `draw` show them.
 """
 
-from validation.published.cases import PublishedCase, Row, case_names, published_cases
+from validation.published.cases import (
+    PublishedCase,
+    PublishedRow,
+    case_names,
+    published_cases,
+)
 from validation.published.showing import draw, markdown
 
 __all__ = [
     "PublishedCase",
-    "Row",
+    "PublishedRow",
     "case_names",
     "draw",
     "markdown",

@@ -11,17 +11,20 @@ from pathlib import Path
 from typing import Any
 
 from fegear.gearset.read import make_gear_set
+from validation.published.loaded_pair import LoadedPair
 from validation.published.quantities import QUANTITIES
-from validation.published.subject import Subject
 
 FOLDER = Path(__file__).parent
-CASES = "iso_tr_6336_30", "ross_pair", "fzg_c14", "nrel_stage", "random_pairs"
+CASES = (
+    *("iso_tr_6336_30", "ross_pair", "fzg_c14", "fzg_c14_report", "nrel_stage"),
+    "random_pairs",
+)
 MAX_UNEXPLAINED = 2.0  # per cent
 PAIR_NAME = "pair {}"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class PublishedRow:
     """A published value beside ours.
 
     subject : which pair, of cases with several
@@ -84,7 +87,7 @@ class PublishedCase:
     title: str
     source: str
     inputs: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[PublishedRow, ...]
 
 
 def case_names() -> tuple[str, ...]:
@@ -120,23 +123,23 @@ def read_case(name: str) -> dict[str, Any]:
     return tomllib.loads((FOLDER / f"{name}.toml").read_text("utf-8"))
 
 
-def subject_of(name: str, edits: Mapping[str, Any] | None = None) -> Subject:
+def pair_of(name: str, edits: Mapping[str, Any] | None = None) -> LoadedPair:
     """The pair of a case, with edits of its gear set such as `gear.1.hub_radius_mm`."""
     data = read_case(name)
-    return Subject(make_gear_set(data["gear_set"], edits), data.get("inputs", {}))
+    return LoadedPair(make_gear_set(data["gear_set"], edits), data.get("inputs", {}))
 
 
-def _own_rows(data: Mapping[str, Any]) -> Iterator[Row]:
-    subject = Subject(make_gear_set(data["gear_set"]), data.get("inputs", {}))
+def _own_rows(data: Mapping[str, Any]) -> Iterator[PublishedRow]:
+    subject = LoadedPair(make_gear_set(data["gear_set"]), data.get("inputs", {}))
     for value in data["value"]:
         yield _row(value, value["published"], QUANTITIES[value["ours"]](subject))
 
 
 def _row(
     value: Mapping[str, Any], published: float, ours: float, name: str = ""
-) -> Row:
+) -> PublishedRow:
     band = value.get("band")
-    return Row(
+    return PublishedRow(
         quantity=value["quantity"],
         unit=value["unit"],
         definition=value["definition"],
@@ -151,27 +154,27 @@ def _row(
     )
 
 
-def _peer_rows(data: Mapping[str, Any]) -> Iterator[Row]:
+def _peer_rows(data: Mapping[str, Any]) -> Iterator[PublishedRow]:
     """A row for every pair that the other program has a value of."""
     pairs = read_case("peers")["pair"]
-    subjects = [pair_subject(pair, data["inputs"]) for pair in pairs]
+    loaded = [peer_pair(pair, data["inputs"]) for pair in pairs]
     for value in data["value"]:
         program, key = value["peer"].split(".")
-        for number, (pair, subject) in enumerate(zip(pairs, subjects, strict=True), 1):
+        for number, (pair, subject) in enumerate(zip(pairs, loaded, strict=True), 1):
             if program in pair:
                 ours = QUANTITIES[value["ours"]](subject)
                 name = PAIR_NAME.format(number)
                 yield _of_pair(_row(value, pair[program][key], ours, name))
 
 
-def _of_pair(row: Row) -> Row:
+def _of_pair(row: PublishedRow) -> PublishedRow:
     """An explanation of all pairs is that of those beyond 2 % alone."""
     if row.is_explained and abs(row.per_cent) <= MAX_UNEXPLAINED:
         return replace(row, explanation="", tolerance=MAX_UNEXPLAINED / 100.0)
     return row
 
 
-def pair_subject(pair: Mapping[str, Any], inputs: Mapping[str, Any]) -> Subject:
+def peer_pair(pair: Mapping[str, Any], inputs: Mapping[str, Any]) -> LoadedPair:
     """A pair of `peers.toml`, with the rack of ROSS."""
     m = pair["module_mm"]
     gears = [
@@ -195,6 +198,6 @@ def pair_subject(pair: Mapping[str, Any], inputs: Mapping[str, Any]) -> Subject:
         "mean_stiffness_N_per_m": float(pair["mesh_stiffness_N_per_m"]),
     }
     load = {"gear": "pinion", "torques_Nm": [float(pair["torque_Nm"])]}
-    return Subject(
+    return LoadedPair(
         make_gear_set({"name": "pair", "gear": gears, "mesh": [mesh], "load": load})
     )

@@ -30,7 +30,7 @@ POINTS = 1000  # of the fillet, and of the flank
 
 
 def tooth_compliance(gear: Gear, pressure_angle: float, width: float) -> float:
-    """Of one tooth and its body at a pressure angle of its involute [m/N]."""
+    """Compliance of a tooth and its body, loaded at a pressure angle [m/N]."""
     teeth, E = gear.geometry, gear.young_modulus
     rb = teeth.base_radius
     outline = _outline(teeth, rb * math.tan(pressure_angle))
@@ -70,7 +70,7 @@ def root_half_angle(teeth: SpurGear) -> float:
 
 
 def pair_stiffness(gears: tuple[Gear, Gear], advance: float, width: float) -> float:
-    """Of one pair whose driver has advanced from the start of contact [N/m].
+    """Stiffness of one pair whose driver has advanced from the start of contact [N/m].
 
     advance : of the pressure angle of the driver [rad]
     """
@@ -90,7 +90,7 @@ def pair_stiffness(gears: tuple[Gear, Gear], advance: float, width: float) -> fl
 def mesh_stiffness(
     gears: tuple[Gear, Gear], contact_ratio: float, position: float, width: float
 ) -> float:
-    """Of all pairs at a position from 0 to below 1 pitch after the start [N/m]."""
+    """Stiffness of all pairs, 0 to below 1 pitch after the start [N/m]."""
     driver = gears[0].geometry
     start = math.atan(driver.form_roll_length / driver.base_radius)
     pitch = (_tip_angle(driver) - start) / contact_ratio

@@ -6,9 +6,8 @@ It runs in an environment of its own, which has the programs and not fegear:
     python validation/published/recompute_peers.py
 
 GEARpie (github.com/cfernandesFEUP/GEARpie) is no package: its formulas for geometry,
-rigid load sharing, Hertz pressure and loss factors are repeated here as its classes
-MAAG, LINES, OPERATION and HERTZ state them, for spur gears without addendum reduction.
-Pinions and wheels are in pairs (pinion, wheel); lengths in millimetres.
+rigid load sharing, Hertz pressure and loss factors are repeated here from its classes,
+for spur gears without addendum reduction. Pinions and wheels are in pairs (pinion, wheel); lengths in millimetres.
 """
 
 from __future__ import annotations
@@ -62,7 +61,7 @@ def draw_pair(rng: np.random.Generator, shifted: bool) -> Numbers:
 
 
 def disc_inertia(radius: float, hub: float, width: float) -> float:
-    """Of a disc with a bore [kg m2], from millimetres."""
+    """Inertia of a disc with a bore [kg m2], from millimetres."""
     return 0.5 * math.pi * DENSITY * width * (radius**4 - hub**4) * 1e-15
 
 
@@ -148,7 +147,7 @@ def gearpie_values(pair: Numbers, points: int = GEARPIE_POINTS) -> Numbers:
 
 
 def working_pressure_angle(pair: Numbers) -> float:
-    """Of teeth without backlash [rad]."""
+    """Operating pressure angle of teeth without backlash [rad]."""
     from scipy.optimize import brentq
 
     def involute(angle: float) -> float:

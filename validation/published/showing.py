@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from lumped.figures.drawing import panels
-from validation.published.cases import PublishedCase, Row
+from validation.published.cases import PublishedCase, PublishedRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,13 +35,11 @@ def _parts(case: PublishedCase) -> Iterator[str]:
         yield _table(SUMMARY, map(_summary_cells, _by_quantity(case.rows)))
     else:
         yield _table(HEAD, map(_cells, case.rows))
-    notes = dict.fromkeys(
-        f"- {row.quantity} ({row.method}): {text}"
-        for row in case.rows
-        for text in (row.definition, row.note)
-        if text
-    )
-    yield "\n".join(notes)
+    definitions = {row.quantity: row.definition for row in reversed(case.rows)}
+    quantities = dict.fromkeys(row.quantity for row in case.rows)
+    lines = [f"- {name}: {definitions[name]}" for name in quantities]
+    noted = ((f"{row.quantity}, {row.method}", row.note) for row in case.rows)
+    yield "\n".join(lines + [f"- {name}: {note}" for name, note in noted if note])
 
 
 def pair_table(case: PublishedCase) -> str:
@@ -55,17 +53,17 @@ def _table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(cells) + " |" for cells in rows)
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: PublishedRow) -> tuple[str, ...]:
     numbers = f"{row.published:.7g}", f"{row.ours:.7g}", _per_cent(row.per_cent)
     return row.quantity, row.method, row.unit, *numbers, row.explanation
 
 
-def _by_quantity(rows: Sequence[Row]) -> list[list[Row]]:
+def _by_quantity(rows: Sequence[PublishedRow]) -> list[list[PublishedRow]]:
     grouped = groupby(rows, key=lambda row: (row.quantity, row.method))
     return [list(group) for _, group in grouped]
 
 
-def _summary_cells(rows: Sequence[Row]) -> tuple[str, ...]:
+def _summary_cells(rows: Sequence[PublishedRow]) -> tuple[str, ...]:
     deviations = [row.per_cent for row in rows]
     ends = f"{_per_cent(min(deviations))} to {_per_cent(max(deviations))}"
     explanations = dict.fromkeys(row.explanation for row in rows if row.is_explained)
@@ -101,7 +99,9 @@ def draw(cases: Sequence[PublishedCase]) -> Figure:
     return figure
 
 
-def _draw_case(panel: Axes, case: PublishedCase, groups: list[list[Row]]) -> None:
+def _draw_case(
+    panel: Axes, case: PublishedCase, groups: list[list[PublishedRow]]
+) -> None:
     panel.set_title(case.title, fontsize=9, loc="left")
     panel.axvspan(-LINEAR_TO, LINEAR_TO, color="0.92", zorder=0)
     for place, rows in enumerate(groups):

@@ -11,16 +11,16 @@ from validation.published import draw, markdown
 from validation.published.cases import (
     CASES,
     MAX_UNEXPLAINED,
-    Row,
+    PublishedRow,
+    pair_of,
     published_case,
     read_case,
-    subject_of,
 )
 from validation.published.quantities import QUANTITIES, single_stiffness_fe
 from validation.published.recompute_peers import draw_pairs, gearpie_values
 from validation.published.showing import pair_table
 
-ROW = Row(
+ROW = PublishedRow(
     quantity="length",
     unit="m",
     definition="",
@@ -108,7 +108,7 @@ def test_the_bore_decides_the_stiffness_of_example_1(part, per_cent):
         "gear.1.hub_radius_mm": round(part * 65.96, 2),
         "gear.2.hub_radius_mm": round(part * 448.8, 2),
     }
-    stiffness = single_stiffness_fe(subject_of("iso_tr_6336_30", edits))
+    stiffness = single_stiffness_fe(pair_of("iso_tr_6336_30", edits))
     assert 100.0 * (stiffness / 12.37047 - 1.0) == pytest.approx(per_cent, abs=1.0)
 
 

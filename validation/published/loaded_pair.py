@@ -23,7 +23,7 @@ GEOMETRY = (
 
 
 @dataclass(frozen=True, eq=False)
-class Subject:
+class LoadedPair:
     """Two gears and their torque; the driver is the pinion.
 
     inputs : numbers of the source that a gear set has no key for
