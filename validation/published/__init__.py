@@ -9,7 +9,7 @@ from validation.published.cases import (
     case_names,
     published_cases,
 )
-from validation.published.showing import draw, markdown
+from validation.published.showing import draw, markdown, pair_table
 
 __all__ = [
     "PublishedCase",
@@ -17,5 +17,6 @@ __all__ = [
     "case_names",
     "draw",
     "markdown",
+    "pair_table",
     "published_cases",
 ]

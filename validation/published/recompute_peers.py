@@ -7,7 +7,8 @@ It runs in an environment of its own, which has the programs and not fegear:
 
 GEARpie (github.com/cfernandesFEUP/GEARpie) is no package: its formulas for geometry,
 rigid load sharing, Hertz pressure and loss factors are repeated here from its classes,
-for spur gears without addendum reduction. Pinions and wheels are in pairs (pinion, wheel); lengths in millimetres.
+for spur gears without addendum reduction. Pinions and wheels are in pairs (pinion,
+wheel); lengths in millimetres.
 """
 
 from __future__ import annotations

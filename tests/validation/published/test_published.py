@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from validation.published import draw, markdown
+from validation.published import draw, markdown, pair_table
 from validation.published.cases import (
     CASES,
     MAX_UNEXPLAINED,
@@ -18,7 +18,6 @@ from validation.published.cases import (
 )
 from validation.published.quantities import QUANTITIES, single_stiffness_fe
 from validation.published.recompute_peers import draw_pairs, gearpie_values
-from validation.published.showing import pair_table
 
 ROW = PublishedRow(
     quantity="length",
