@@ -22,13 +22,23 @@ def markdown(cases: Sequence[PublishedCase]) -> str:
     """Title, source, assumptions and table of each case.
 
     A case of several pairs has a line for each quantity, with the smallest and the
-    largest deviation.
+    largest deviation. Titles are bold, as the output of a notebook has no headings.
+
+    Parameters
+    ----------
+    cases : sequence of PublishedCase
+        Cases in the order of the text.
+
+    Returns
+    -------
+    str
+        Markdown, with tables of the GitHub dialect.
     """
     return "\n\n".join(part for case in cases for part in _parts(case)) + "\n"
 
 
 def _parts(case: PublishedCase) -> Iterator[str]:
-    yield f"## {case.title}"
+    yield f"**{case.title}**"
     yield f"Source: {case.source}"
     yield "\n".join(f"- {line}" for line in case.inputs)
     if any(row.subject for row in case.rows):
