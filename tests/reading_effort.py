@@ -53,6 +53,7 @@ CAPITALS = {
     *(
         "MEMORYSTATUSEX",
         "PCHIP",
+        "ROSS",
         "TOML",
         "FILE",
         "MODULE",

@@ -24,11 +24,11 @@ FULL_SPECIFIC_LOAD = 100e3  # Ft KA / b [N/m], below which c' falls, clause 9.3.
 
 
 def theoretical_single_stiffness(
-    teeth: tuple[int, int], profile_shifts: tuple[float, float] = (0.0, 0.0)
+    teeth: tuple[float, float], profile_shifts: tuple[float, float] = (0.0, 0.0)
 ) -> float:
     """c'_th = 1/q' [N/(mm um)], clause 9.3.1, the series for q'.
 
-    teeth : pinion, wheel; for spur gears z_n = z
+    teeth : z_n of pinion and wheel, for spur gears z
     profile_shifts : x1, x2; the standard asks x1 >= x2 and -0.5 <= x1 + x2 <= 2
     """
     if min(teeth) <= 0:
