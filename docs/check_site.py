@@ -36,6 +36,8 @@ class PageParser(HTMLParser):
 def read_pages(site: Path) -> dict[Path, PageParser]:
     pages = {}
     for path in sorted(site.rglob("*.html")):
+        if "_static" in path.parts:  # templates of the theme
+            continue
         pages[path.resolve()] = parser = PageParser()
         parser.feed(path.read_text("utf-8"))
     return pages
