@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINEAR_TO = 2.0  # per cent, of the axis of the figure
-HEAD = "quantity", "method", "unit", "published", "ours", "deviation [%]", "explanation"
-SUMMARY = "quantity", "method", "pairs", "deviations [%]", "explanation"
+HEAD = "quantity", "method", "unit", "published", "ours", "deviation [%]"
+SUMMARY = "quantity", "method", "pairs", "deviations [%]"
 
 
 def markdown(cases: Sequence[PublishedCase]) -> str:
@@ -41,10 +41,16 @@ def _parts(case: PublishedCase) -> Iterator[str]:
     yield f"**{case.title}**"
     yield f"Source: {case.source}"
     yield "\n".join(f"- {line}" for line in case.inputs)
+    groups = _by_quantity(case.rows)
+    explanations = [text for group in groups if (text := _explanation(group))]
+    numbers = {text: n for n, text in enumerate(dict.fromkeys(explanations), 1)}
+    marks = [_mark(numbers.get(_explanation(group))) for group in groups]
     if any(row.subject for row in case.rows):
-        yield _table(SUMMARY, map(_summary_cells, _by_quantity(case.rows)))
+        cells = map(_summary_cells, groups)
+        yield _table(SUMMARY, _marked(cells, marks))
     else:
-        yield _table(HEAD, map(_cells, case.rows))
+        yield _table(HEAD, _marked((_cells(row) for (row,) in groups), marks))
+    yield "\n".join(f"{number}. {text}" for text, number in numbers.items())
     definitions = {row.quantity: row.definition for row in reversed(case.rows)}
     quantities = dict.fromkeys(row.quantity for row in case.rows)
     lines = [f"- {name}: {definitions[name]}" for name in quantities]
@@ -52,10 +58,26 @@ def _parts(case: PublishedCase) -> Iterator[str]:
     yield "\n".join(lines + [f"- {name}: {note}" for name, note in noted if note])
 
 
+def _explanation(rows: Sequence[PublishedRow]) -> str:
+    """Why deviations are large, empty where they are not."""
+    return " ".join(dict.fromkeys(row.explanation for row in rows if row.is_explained))
+
+
+def _mark(number: int | None) -> str:
+    """The number of an explanation below the table."""
+    return f" ({number})" if number else ""
+
+
+def _marked(
+    lines: Iterable[Sequence[str]], marks: Sequence[str]
+) -> Iterator[tuple[str, ...]]:
+    for (*cells, deviation), mark in zip(lines, marks, strict=True):
+        yield *cells, f"{deviation}{mark}"
+
+
 def pair_table(case: PublishedCase) -> str:
     """Every row of a case of several pairs, as a markdown table."""
-    head = "pair", *HEAD[:-1]
-    return _table(head, ((row.subject, *_cells(row)[:-1]) for row in case.rows))
+    return _table(("pair", *HEAD), ((row.subject, *_cells(row)) for row in case.rows))
 
 
 def _table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
@@ -65,7 +87,7 @@ def _table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
 
 def _cells(row: PublishedRow) -> tuple[str, ...]:
     numbers = f"{row.published:.7g}", f"{row.ours:.7g}", _per_cent(row.per_cent)
-    return row.quantity, row.method, row.unit, *numbers, row.explanation
+    return row.quantity, row.method, row.unit, *numbers
 
 
 def _by_quantity(rows: Sequence[PublishedRow]) -> list[list[PublishedRow]]:
@@ -76,9 +98,7 @@ def _by_quantity(rows: Sequence[PublishedRow]) -> list[list[PublishedRow]]:
 def _summary_cells(rows: Sequence[PublishedRow]) -> tuple[str, ...]:
     deviations = [row.per_cent for row in rows]
     ends = f"{_per_cent(min(deviations))} to {_per_cent(max(deviations))}"
-    explanations = dict.fromkeys(row.explanation for row in rows if row.is_explained)
-    first = rows[0]
-    return first.quantity, first.method, str(len(rows)), ends, " ".join(explanations)
+    return rows[0].quantity, rows[0].method, str(len(rows)), ends
 
 
 def _per_cent(value: float) -> str:
