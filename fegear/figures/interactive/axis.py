@@ -113,8 +113,8 @@ def _first_sharing(panel: Panel, panels: Sequence[Panel], key: str) -> Panel | N
     """The first panel whose axis zooms with that of a panel; None for itself."""
     axes = panel.axes
     shared = axes.get_shared_x_axes() if key == "x" else axes.get_shared_y_axes()
-    first = next(other for other in panels if shared.joined(axes, other.axes))
-    return None if first is panel else first
+    earlier = panels[: panel.number - 1]
+    return next((other for other in earlier if shared.joined(axes, other.axes)), None)
 
 
 def twin_host(panel: Panel, panels: Sequence[Panel]) -> Panel | None:

@@ -135,6 +135,8 @@ def _owner(bar: Any, panels: Sequence[Panel]) -> Panel:
 def _converted(picture: Picture) -> Elements:
     elements = Elements()
     found = groups(picture.legends, picture.panels)
+    if picture.title:
+        elements.annotations.append(_figure_title())
     for _, panel, _ in panel_titles(picture):
         elements.annotations.append(_panel_title(panel))
     for panel in picture.panels:
@@ -201,6 +203,13 @@ def _converters() -> Iterator[tuple[Any, Callable[[Elements, Panel, Any], None]]
     yield image.AxesImage, add_image
 
 
+def _figure_title() -> Element:
+    return {
+        **{"xref": "paper", "yref": "paper", "text": "", "showarrow": False},
+        **{"x": 0.5, "y": 1.0, "xanchor": "center", "yanchor": "top", "xshift": 0},
+    }
+
+
 def _panel_title(panel: Panel) -> Element:
     return {
         **{"xref": f"{panel.x} domain", "yref": f"{panel.y} domain", "text": ""},
@@ -226,10 +235,6 @@ def _layout(picture: Picture, elements: Elements) -> Element:
         **{"paper_bgcolor": "white", "plot_bgcolor": "white", "hovermode": "closest"},
         **{"font": {"family": FONT, "size": 12, "color": INK}, "autosize": True},
         **{"template": None, "dragmode": "zoom", "uirevision": "fegear"},
-        "title": {
-            **{"x": 0.5, "xanchor": "center", "yref": "container", "y": 1.0},
-            **{"yanchor": "top", "pad": {"t": 8}},
-        },
         "hoverlabel": {"align": "left", "namelength": -1},
     }
     for panel in picture.panels:

@@ -52,7 +52,7 @@ def _colors(
     return {
         **{"type": "image", "source": _png(pixels), "colormodel": "rgba256"},
         **{"x0": left + 0.5 * dx, "dx": dx, "y0": first + 0.5 * dy, "dy": dy},
-        **{"xaxis": panel.x, "yaxis": panel.y, "showlegend": False},
+        **{"xaxis": panel.x, "yaxis": panel.y},
         "hovertemplate": hover_text(panel, ""),
     }
 

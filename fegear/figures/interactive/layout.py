@@ -108,19 +108,25 @@ def legend_rows(labels: Sequence[str], width: float) -> int:
     return rows
 
 
-def set_title(layout: Element, text: str, kind: str, width: float) -> float:
-    """Set the title of the figure; its height [pixels]."""
-    marked = markup(text, int(width / (0.52 * TITLE_SIZE[kind])))
-    layout["title.text"] = marked
-    layout["title.font.size"] = TITLE_SIZE[kind]
+def title_text(text: str, kind: str, width: float) -> tuple[str, float]:
+    """Title of the figure in lines for a width [pixels], and their height [pixels]."""
+    marked = markup(text, int(width / (0.53 * TITLE_SIZE[kind])))
     lines = line_count(marked)
-    return (1.27 * TITLE_SIZE[kind]) * lines + (GAP if lines else 0.0)
+    return marked, 1.3 * TITLE_SIZE[kind] * lines + (1.5 * GAP if lines else 0.0)
+
+
+def title_of_figure(picture: Picture, marked: str, kind: str, top: float) -> Element:
+    """The title as the first annotation; top : pixels from it to the panels."""
+    if not picture.title:
+        return {}
+    style = {"text": marked, "font.size": TITLE_SIZE[kind], "yshift": top - GAP}
+    return {f"annotations[0].{key}": value for key, value in style.items()}
 
 
 def panel_titles(picture: Picture) -> Iterator[tuple[int, Panel, str]]:
     """Number among the annotations, panel and text of every title of a panel."""
     titled = [panel for panel in picture.panels if panel.axes.get_title()]
-    for number, panel in enumerate(titled):
+    for number, panel in enumerate(titled, 1 if picture.title else 0):
         yield number, panel, panel.axes.get_title()
 
 

@@ -64,4 +64,4 @@ def references(panel: Panel, transform: Any) -> dict[str, str]:
 
 def layer(zorder: float) -> str:
     """Layer of a shape beside traces."""
-    return "above" if zorder > LINE_ZORDER else "between"
+    return "above" if zorder > LINE_ZORDER else "below"

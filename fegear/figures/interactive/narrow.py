@@ -18,7 +18,8 @@ from fegear.figures.interactive.layout import (
     legend_rows,
     panel_titles,
     rounded,
-    set_title,
+    title_of_figure,
+    title_text,
     wrapped,
 )
 from fegear.figures.interactive.legends import ShownLegend
@@ -46,7 +47,8 @@ class _Stack:
     def __init__(self, picture: Picture, frames: dict[Panel, Frame]) -> None:
         self.picture, self.frames = picture, frames
         self.layout: Element = {}
-        self.down = GAP + set_title(self.layout, picture.title, "narrow", WIDTH - 20.0)
+        self.title, height = title_text(picture.title, "narrow", WIDTH - 2.0 * GAP)
+        self.down = GAP + height
         self.heights = {panel: 0.0 for panel in picture.panels}
         self.spans: dict[Panel, tuple[float, float]] = {}
         self.below: list[tuple[str, float]] = []  # of keys of y, from the top
@@ -159,6 +161,9 @@ class _Stack:
             domain = [(bottom - end) / (bottom - top), (bottom - start) / (bottom - top)]
             self.layout[f"yaxis{panel.ending}.domain"] = domain
             self.layout[f"xaxis{panel.ending}.domain"] = [0.0, 1.0]
+        self.layout |= title_of_figure(self.picture, self.title, "narrow", top)
+        if self.picture.title:  # to the middle of the page
+            self.layout["annotations[0].xshift"] = 0.5 * (self.right - self.left)
         self.layout |= {key: 1.0 - down / self.down for key, down in self.below}
         self.layout |= {
             **{"margin.l": self.left, "margin.r": self.right, "margin.t": top},

@@ -17,7 +17,8 @@ from fegear.figures.interactive.layout import (
     legend_rows,
     panel_titles,
     rounded,
-    set_title,
+    title_of_figure,
+    title_text,
 )
 from fegear.figures.interactive.legends import ShownLegend
 from fegear.figures.interactive.styles import PIXELS_PER_INCH
@@ -34,10 +35,11 @@ def wide_layout(picture: Picture, frames: dict[Panel, Frame]) -> Element:
     corners = np.array(list(boxes.values()))
     low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
     layout: Element = {}
-    title = set_title(layout, picture.title, "wide", 1.15 * size[0])
+    title, height = title_text(picture.title, "wide", 1.15 * size[0])
     sides = _margins(picture, frames, size, low, high)
     layout |= {f"margin.{side}": length for side, length in sides.items()}
-    layout["margin.t"] += title
+    layout["margin.t"] += height
+    layout |= title_of_figure(picture, title, "wide", layout["margin.t"])
     inner = size[1] * (high[1] - low[1])
     layout["height"] = round(inner + layout["margin.t"] + layout["margin.b"])
     domains = {panel: (box - low) / (high - low) for panel, box in boxes.items()}
@@ -50,7 +52,7 @@ def wide_layout(picture: Picture, frames: dict[Panel, Frame]) -> Element:
         layout[f"annotations[{number}].text"] = markup(text)
     _place_bars(layout, picture, low, high)
     for shown in picture.legends:
-        _place_legend(layout, picture, shown, domains)
+        _place_legend(layout, shown, domains, height)
     return rounded(layout)
 
 
@@ -104,25 +106,24 @@ def _place_bars(layout: Element, picture: Picture, low: Array, high: Array) -> N
 
 
 def _place_legend(
-    layout: Element,
-    picture: Picture,
-    shown: ShownLegend,
-    domains: dict[Panel, Array],
+    layout: Element, shown: ShownLegend, domains: dict[Panel, Array], height: float
 ) -> None:
+    """height : of the title [pixels]."""
     place: Element
     if shown.panel is None:
-        place = _beside_panels(shown, layout)
+        place = _beside_panels(shown, layout["height"], height)
     else:
         place = _in_panel(shown, domains[shown.panel])
     place |= {"font.size": LEGEND_FONT, "maxheight": 1.0}
     layout |= {f"{shown.name}.{key}": value for key, value in place.items()}
 
 
-def _beside_panels(shown: ShownLegend, layout: Element) -> Element:
+def _beside_panels(
+    shown: ShownLegend, height: float, title_height: float
+) -> Element:
     """Above or below all panels, over the width of the figure."""
     is_above = _is_above(shown)
-    title = layout["title.text"].count("<br>") + 1 if layout["title.text"] else 0
-    down = (GAP + 20.0 * title) / layout["height"]
+    down = title_height / height
     return {
         **{"orientation": "h", "xref": "container", "yref": "container"},
         **{"x": 0.5, "xanchor": "center", "y": 1.0 - down if is_above else 0.0},
