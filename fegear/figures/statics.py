@@ -13,6 +13,7 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.files.output import INTERACTIVE
 from fegear.files.printable import printable
 from lumped.figures.drawing import draw_title, panels
 
@@ -36,8 +37,13 @@ def save_figure(
     Dates and versions are left out so that equal input gives equal files.
     """
     draw_words_as_they_are(figure)
-    ending = path.suffix if isinstance(path, Path) else ""
-    kind = ending.lower().removeprefix(".") or "png"
+    ending = path.suffix.lower() if isinstance(path, Path) else ""
+    if isinstance(path, Path) and ending == INTERACTIVE:
+        from fegear.figures.interactive import interactive_page
+
+        path.write_text(interactive_page(figure), "utf-8")
+        return
+    kind = ending.removeprefix(".") or "png"
     unused = {"png": "Software", "pdf": "CreationDate", "svg": "Date"}[kind]
     from matplotlib import rc_context
 

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 INK = "#222222"
 GRID = "rgba(0,0,0,0.12)"
-FONT = {"size": 11.5, "color": INK}
+FONT = {"size": 11, "color": INK}
 SCALES = ("linear", "log")
-LABEL_GAP = 6  # pixels from the numbers of an axis to its label
+LABEL_GAP = 3  # pixels from the numbers of an axis to its label
 DECADES_OF_DIGITS = 2.5  # decades up to which digits are numbered within each
 
 
@@ -56,7 +56,7 @@ def _axis(axes: Axes, key: str) -> Element:
         **{"ticks": "outside", "ticklen": 4, "tickcolor": INK, "automargin": False},
         "exponentformat": "power",
         "showticklabels": _has_numbers(axis),
-        "title": {"text": "", "standoff": LABEL_GAP, "font": {"size": 12.5}},
+        "title": {"text": "", "standoff": LABEL_GAP, "font": {"size": 12}},
         "side": _side(axis, key),
         "visible": bool(axes.axison and axis.get_visible()),
     }
@@ -143,6 +143,7 @@ def _keep_aspect(panel: Panel, x: Element, y: Element) -> None:
     """A unit along y as long as along x, or another ratio."""
     aspect = panel.axes.get_aspect()
     if aspect == "auto":
+        y["scaleanchor"] = False  # which an image of plotly would set
         return
     y |= {"scaleanchor": panel.x, "scaleratio": float(aspect)}
     box = panel.axes.get_adjustable() == "box"

@@ -36,13 +36,13 @@ from fegear.figures.interactive.patches import add_arrow, add_patch
 from fegear.figures.interactive.secondary import secondary_axes
 from fegear.figures.interactive.wide import wide_layout
 from fegear.files.errors import InputError
+from fegear.files.output import PLOTLY_NEEDED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from plotly.graph_objects import Figure as PlotlyFigure
 
-NEEDED = "interactive figures need plotly: pip install 'fegear[interactive]'"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 
 
@@ -51,7 +51,7 @@ def require_plotly() -> Any:
     try:
         from plotly import graph_objects
     except ImportError:
-        raise InputError(NEEDED) from None
+        raise InputError(PLOTLY_NEEDED) from None
     return graph_objects
 
 

@@ -4,17 +4,26 @@
   const figure = FIGURE;
   const config = { responsive: true, displaylogo: false };
 
-  function variant(place) {
-    const meta = figure.layout.meta;
-    return place.clientWidth < meta.breakpoint ? "narrow" : "wide";
+  // the layout with what differs by width, from attributes by their paths
+  function layoutOf(kind) {
+    const layout = structuredClone(figure.layout);
+    Object.entries(figure.layout.meta[kind]).forEach(([path, value]) => {
+      const keys = path.replace(/\[(\d+)\]/g, ".$1").split(".");
+      const last = keys.pop();
+      const part = keys.reduce((node, key) => (node[key] ??= {}), layout);
+      part[last] = value;
+    });
+    return layout;
   }
 
   function fit(place) {
-    const next = variant(place);
-    if (place.clientWidth > 0 && place.dataset.layout !== next) {
-      place.dataset.layout = next;
-      Plotly.relayout(place, figure.layout.meta[next]);
-    }
+    const kind =
+      place.clientWidth < figure.layout.meta.breakpoint ? "narrow" : "wide";
+    if (place.clientWidth === 0 || place.dataset.layout === kind) return;
+    place.dataset.layout = kind;
+    // drawn anew: margins of legends that were elsewhere would remain
+    Plotly.newPlot(place, structuredClone(figure.data), layoutOf(kind), config);
+    place.on("plotly_restyle", () => hideShapes(place));
   }
 
   // lines across a panel are not traces: plotly does not hide them with their entry
@@ -34,13 +43,8 @@
 
   function draw(place) {
     place.replaceChildren();
-    place.dataset.layout = "wide";
-    const { data, layout } = structuredClone(figure);
-    Plotly.newPlot(place, data, layout, config).then(() => {
-      fit(place);
-      place.on("plotly_restyle", () => hideShapes(place));
-      new ResizeObserver(() => fit(place)).observe(place);
-    });
+    place.dataset.layout = "";
+    new ResizeObserver(() => fit(place)).observe(place);
   }
 
   function drawAll() {

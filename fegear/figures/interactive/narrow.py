@@ -129,7 +129,7 @@ class _Stack:
                 self.layout |= {
                     **{f"{key}.orientation": "h", f"{key}.x": 0.5, f"{key}.len": 1.0},
                     **{f"{key}.xanchor": "center", f"{key}.yanchor": "top"},
-                    **{f"{key}.yref": "container", f"{key}.title.side": "bottom"},
+                    **{f"{key}.yref": "paper", f"{key}.title.side": "bottom"},
                 }
                 self.below.append((f"{key}.y", self.down))
                 self.down += BAR_HEIGHT
@@ -142,13 +142,13 @@ class _Stack:
     def _put_legend(self, shown: ShownLegend) -> None:
         name = shown.name
         self.layout |= {
-            **{f"{name}.orientation": "h", f"{name}.xref": "container"},
-            **{f"{name}.yref": "container", f"{name}.x": 0.5},
+            **{f"{name}.orientation": "h", f"{name}.xref": "paper"},
+            **{f"{name}.yref": "paper", f"{name}.x": 0.5},
             **{f"{name}.xanchor": "center", f"{name}.yanchor": "top"},
             **{f"{name}.font.size": LEGEND_FONT, f"{name}.maxheight": 1.0},
         }
         self.below.append((f"{name}.y", self.down))
-        rows = legend_rows(shown.labels, WIDTH - GAP)
+        rows = legend_rows(shown.labels, self.width)
         breaks = max(label.count("\n") for label in shown.labels) if shown.labels else 0
         self.down += ENTRY_LINE * rows * (1.0 + 0.75 * breaks) + GAP
 
@@ -164,7 +164,8 @@ class _Stack:
         self.layout |= title_of_figure(self.picture, self.title, "narrow", top)
         if self.picture.title:  # to the middle of the page
             self.layout["annotations[0].xshift"] = 0.5 * (self.right - self.left)
-        self.layout |= {key: 1.0 - down / self.down for key, down in self.below}
+        span = bottom - top
+        self.layout |= {key: (bottom - down) / span for key, down in self.below}
         self.layout |= {
             **{"margin.l": self.left, "margin.r": self.right, "margin.t": top},
             **{"margin.b": self.down - bottom, "height": round(self.down)},

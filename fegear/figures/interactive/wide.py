@@ -25,6 +25,7 @@ from fegear.figures.interactive.styles import PIXELS_PER_INCH
 from fegear.figures.interactive.texts import markup
 
 LEGEND_FONT = 11.0  # pixels
+STRETCH = 1.1  # of heights, as numbers and labels of plotly take more room
 NEAR = 0.38  # part of a panel from its edge, where a legend is at that edge
 
 
@@ -40,7 +41,7 @@ def wide_layout(picture: Picture, frames: dict[Panel, Frame]) -> Element:
     layout |= {f"margin.{side}": length for side, length in sides.items()}
     layout["margin.t"] += height
     layout |= title_of_figure(picture, title, "wide", layout["margin.t"])
-    inner = size[1] * (high[1] - low[1])
+    inner = STRETCH * size[1] * (high[1] - low[1])
     layout["height"] = round(inner + layout["margin.t"] + layout["margin.b"])
     domains = {panel: (box - low) / (high - low) for panel, box in boxes.items()}
     for panel, domain in domains.items():
@@ -64,9 +65,11 @@ def _margins(
     at_bottom = [p for p in picture.panels if box_of(p.axes)[1] < low[1] + 0.01]
     top = GAP + max(frames[panel].top for panel in at_top)
     bottom = GAP + max(frames[panel].bottom for panel in at_bottom)
-    for shown in _of_figure(picture):
+    for shown in picture.legends:
         rows = legend_rows(shown.labels, size[0]) * ENTRY_LINE
-        if _is_above(shown):
+        if shown.panel is not None:
+            top += rows + GAP if _is_above_panel(shown) else 0.0
+        elif _is_above(shown):
             top += rows
         else:
             bottom += rows
@@ -76,8 +79,10 @@ def _margins(
     }
 
 
-def _of_figure(picture: Picture) -> list[ShownLegend]:
-    return [shown for shown in picture.legends if shown.panel is None]
+def _is_above_panel(shown: ShownLegend) -> bool:
+    """Whether a legend is on top of its panel."""
+    assert shown.panel is not None
+    return bool(shown.legend.get_window_extent().y0 >= shown.panel.axes.bbox.y1)
 
 
 def _is_above(shown: ShownLegend) -> bool:
