@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def page_html(page: Page, figure: Figure | None = None, dots_per_inch: int = 130) -> str:
+def page_html(
+    page: Page, figure: Figure | None = None, dots_per_inch: int = 130
+) -> str:
     """The page of a result: a paragraph for each line, its tables, and a figure.
 
     The figure is interactive where plotly is installed, else a picture. All of it is

@@ -50,10 +50,20 @@ def _axis(axes: Axes, key: str) -> Element:
     if scale == "log":
         limits = [math.log10(limit) for limit in limits]
     style = {
-        **{"type": scale, "range": limits, "tickfont": FONT},
-        **{"showgrid": _has_grid(axis), "gridcolor": GRID, "zeroline": False},
-        **{"showline": True, "linecolor": INK, "linewidth": 1, "mirror": _mirror(axes)},
-        **{"ticks": "outside", "ticklen": 4, "tickcolor": INK, "automargin": False},
+        "type": scale,
+        "range": limits,
+        "tickfont": FONT,
+        "showgrid": _has_grid(axis),
+        "gridcolor": GRID,
+        "zeroline": False,
+        "showline": True,
+        "linecolor": INK,
+        "linewidth": 1,
+        "mirror": _mirror(axes),
+        "ticks": "outside",
+        "ticklen": 4,
+        "tickcolor": INK,
+        "automargin": False,
         "exponentformat": "power",
         "showticklabels": _has_numbers(axis),
         "title": {"text": "", "standoff": LABEL_GAP, "font": {"size": 12}},
@@ -88,8 +98,13 @@ def _has_numbers(axis: Any) -> bool:
 
 
 def _ticks(axis: Any, limits: list[float]) -> Element:
-    from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, LogLocator
-    from matplotlib.ticker import NullLocator
+    from matplotlib.ticker import (
+        FixedFormatter,
+        FixedLocator,
+        FuncFormatter,
+        LogLocator,
+        NullLocator,
+    )
 
     locator, formatter = axis.get_major_locator(), axis.get_major_formatter()
     if isinstance(locator, NullLocator):
@@ -104,7 +119,10 @@ def _ticks(axis: Any, limits: list[float]) -> Element:
         return {"tickmode": "array", "tickvals": places, "ticktext": marked}
     if getattr(locator, "_integer", False):
         return {"tickformat": "d"}
-    if isinstance(locator, LogLocator) and abs(limits[1] - limits[0]) < DECADES_OF_DIGITS:
+    if (
+        isinstance(locator, LogLocator)
+        and abs(limits[1] - limits[0]) < DECADES_OF_DIGITS
+    ):
         return {"dtick": "D2"}
     return {"dtick": 1} if isinstance(locator, LogLocator) else {}
 

@@ -136,7 +136,11 @@ def add_contours(elements: Elements, panel: Panel, contours: ContourSet) -> None
 
 
 def _add_isoline(
-    elements: Elements, panel: Panel, contours: ContourSet, index: int, parts: list[Array]
+    elements: Elements,
+    panel: Panel,
+    contours: ContourSet,
+    index: int,
+    parts: list[Array],
 ) -> None:
     color, width, dashes = _stroke(contours, index)
     style = {"color": color, "width": width, "dash": dashes}
@@ -148,7 +152,11 @@ def _add_isoline(
 
 
 def _add_band(
-    elements: Elements, panel: Panel, contours: ContourSet, index: int, parts: list[Array]
+    elements: Elements,
+    panel: Panel,
+    contours: ContourSet,
+    index: int,
+    parts: list[Array],
 ) -> None:
     low, high = contours.levels[index : index + 2]
     face = css(_of(contours.get_facecolor(), index, (0.0, 0.0, 0.0, 0.0)))

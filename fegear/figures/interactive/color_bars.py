@@ -35,13 +35,23 @@ def color_axis(bar: Colorbar) -> Element:
     ]
     label = bar.ax.get_ylabel() or bar.ax.get_xlabel()
     return {
-        **{"cmin": 0.0, "cmax": 1.0, "colorscale": _scale(bar)},
+        "cmin": 0.0,
+        "cmax": 1.0,
+        "colorscale": _scale(bar),
         "colorbar": {
-            **{"tickmode": "array", "tickvals": [place for place, _ in ticks]},
-            **{"ticktext": [text for _, text in ticks], "thickness": THICKNESS},
-            **{"title": {"text": markup(label), "side": "right"}, "ticks": "outside"},
-            **{"lenmode": "fraction", "xanchor": "left", "yanchor": "middle"},
-            **{"xpad": 0, "ypad": 0, "outlinewidth": 1, "ticklen": 4},
+            "tickmode": "array",
+            "tickvals": [place for place, _ in ticks],
+            "ticktext": [text for _, text in ticks],
+            "thickness": THICKNESS,
+            "title": {"text": markup(label), "side": "right"},
+            "ticks": "outside",
+            "lenmode": "fraction",
+            "xanchor": "left",
+            "yanchor": "middle",
+            "xpad": 0,
+            "ypad": 0,
+            "outlinewidth": 1,
+            "ticklen": 4,
         },
     }
 

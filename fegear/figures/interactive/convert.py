@@ -102,12 +102,14 @@ def to_plotly(figure: Figure) -> PlotlyFigure:
 
 
 def _refuse_others(figure: Figure) -> None:
-    """TypeError for what belongs to the figure and to no panel, but title and legend."""
+    """TypeError for artists of the figure itself but its title and legends."""
     title = figure._suptitle  # type: ignore[attr-defined]
     texts = [text for text in figure.texts if text is not title and text.get_text()]
     others = [*texts, *figure.lines, *figure.patches, *figure.images, *figure.subfigs]
     if others:
-        raise TypeError(f"no interactive form of {type(others[0]).__name__} of a figure")
+        raise TypeError(
+            f"no interactive form of {type(others[0]).__name__} of a figure"
+        )
 
 
 def _panels(figure: Figure) -> tuple[list[Panel], list[Any]]:
@@ -205,16 +207,30 @@ def _converters() -> Iterator[tuple[Any, Callable[[Elements, Panel, Any], None]]
 
 def _figure_title() -> Element:
     return {
-        **{"xref": "paper", "yref": "paper", "text": "", "showarrow": False},
-        **{"x": 0.5, "y": 1.0, "xanchor": "center", "yanchor": "top", "xshift": 0},
+        "xref": "paper",
+        "yref": "paper",
+        "text": "",
+        "showarrow": False,
+        "x": 0.5,
+        "y": 1.0,
+        "xanchor": "center",
+        "yanchor": "top",
+        "xshift": 0,
     }
 
 
 def _panel_title(panel: Panel) -> Element:
     return {
-        **{"xref": f"{panel.x} domain", "yref": f"{panel.y} domain", "text": ""},
-        **{"x": 0.5, "y": 1.0, "xanchor": "center", "yanchor": "bottom"},
-        **{"showarrow": False, "font": {"size": 12.5}, "yshift": 2},
+        "xref": f"{panel.x} domain",
+        "yref": f"{panel.y} domain",
+        "text": "",
+        "x": 0.5,
+        "y": 1.0,
+        "xanchor": "center",
+        "yanchor": "bottom",
+        "showarrow": False,
+        "font": {"size": 12.5},
+        "yshift": 2,
     }
 
 
@@ -222,8 +238,14 @@ def _bar_trace(panel: Panel, number: int) -> Element:
     """A trace without points that a colour bar can belong to."""
     axis = f"coloraxis{number if number > 1 else ''}"
     return {
-        **{"type": "scatter", "x": [None], "y": [None], "mode": "markers"},
-        **{"xaxis": panel.x, "yaxis": panel.y, "showlegend": False, "hoverinfo": "skip"},
+        "type": "scatter",
+        "x": [None],
+        "y": [None],
+        "mode": "markers",
+        "xaxis": panel.x,
+        "yaxis": panel.y,
+        "showlegend": False,
+        "hoverinfo": "skip",
         "marker": {"color": [0.0], "coloraxis": axis},
     }
 
@@ -231,10 +253,16 @@ def _bar_trace(panel: Panel, number: int) -> Element:
 def _layout(picture: Picture, elements: Elements) -> Element:
     """What is the same on wide and on narrow screens."""
     layout: Element = {
-        **{"shapes": elements.shapes, "annotations": elements.annotations},
-        **{"paper_bgcolor": "white", "plot_bgcolor": "white", "hovermode": "closest"},
-        **{"font": {"family": FONT, "size": 12, "color": INK}, "autosize": True},
-        **{"template": None, "dragmode": "zoom", "uirevision": "fegear"},
+        "shapes": elements.shapes,
+        "annotations": elements.annotations,
+        "paper_bgcolor": "white",
+        "plot_bgcolor": "white",
+        "hovermode": "closest",
+        "font": {"family": FONT, "size": 12, "color": INK},
+        "autosize": True,
+        "template": None,
+        "dragmode": "zoom",
+        "uirevision": "fegear",
         "hoverlabel": {"align": "left", "namelength": -1},
     }
     for panel in picture.panels:
@@ -252,9 +280,12 @@ def _legend_style(shown: Any) -> Element:
 
     is_framed = shown.panel is not None and shown.legend.get_frame_on()
     style: Element = {
-        **{"bgcolor": "rgba(255,255,255,0.8)", "itemsizing": "trace"},
-        **{"borderwidth": 1 if is_framed else 0, "bordercolor": "#cccccc"},
-        **{"tracegroupgap": 0, "itemdoubleclick": "toggleothers"},
+        "bgcolor": "rgba(255,255,255,0.8)",
+        "itemsizing": "trace",
+        "borderwidth": 1 if is_framed else 0,
+        "bordercolor": "#cccccc",
+        "tracegroupgap": 0,
+        "itemdoubleclick": "toggleothers",
     }
     face = shown.legend.get_frame().get_facecolor()
     if tuple(face[:3]) != (1.0, 1.0, 1.0) and shown.legend.get_frame_on():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -73,7 +74,7 @@ def _parts(path: Path) -> list[Array]:
         return [vertices]
     starts = [*np.flatnonzero(path.codes == path.MOVETO), len(vertices)]
     parts = []
-    for start, end in zip(starts[:-1], starts[1:], strict=True):
+    for start, end in pairwise(starts):
         part, codes = vertices[start:end].copy(), path.codes[start:end]
         part[codes == path.CLOSEPOLY] = part[0]
         parts.append(part[codes != path.STOP])

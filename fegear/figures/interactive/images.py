@@ -35,7 +35,9 @@ def add_image(elements: Elements, panel: Panel, image: AxesImage) -> None:
     first, last = (high, low) if image.origin == "upper" else (low, high)
     if values.ndim == 3:
         corners = (left, right), (first, last)
-        elements.traces.append(_colors(panel, image.to_rgba(values, bytes=True), corners))
+        elements.traces.append(
+            _colors(panel, image.to_rgba(values, bytes=True), corners)
+        )
         return
     rows, columns = values.shape
     x, y = np.linspace(left, right, columns + 1), np.linspace(first, last, rows + 1)
@@ -50,9 +52,15 @@ def _colors(
     rows, columns = pixels.shape[:2]
     dx, dy = (right - left) / columns, (last - first) / rows
     return {
-        **{"type": "image", "source": _png(pixels), "colormodel": "rgba256"},
-        **{"x0": left + 0.5 * dx, "dx": dx, "y0": first + 0.5 * dy, "dy": dy},
-        **{"xaxis": panel.x, "yaxis": panel.y},
+        "type": "image",
+        "source": _png(pixels),
+        "colormodel": "rgba256",
+        "x0": left + 0.5 * dx,
+        "dx": dx,
+        "y0": first + 0.5 * dy,
+        "dy": dy,
+        "xaxis": panel.x,
+        "yaxis": panel.y,
         "hovertemplate": hover_text(panel, ""),
     }
 
@@ -91,11 +99,19 @@ def _heat_map(
     name = one_line(bar.ax.get_ylabel() or bar.ax.get_xlabel()) if bar else "value"
     more = f"{name}: %{{customdata:.5g}}"
     return {
-        **{"type": "heatmap", "x": x, "y": y, "customdata": data},
+        "type": "heatmap",
+        "x": x,
+        "y": y,
+        "customdata": data,
         "z": np.ma.filled(np.ma.clip(np.ma.asarray(colors, float), 0.0, 1.0), np.nan),
-        **{"zmin": 0.0, "zmax": 1.0, "colorscale": color_scale(mappable.cmap)},
-        **{"xaxis": panel.x, "yaxis": panel.y, "showscale": False},
-        **{"name": one_line(label_of(mappable)), "showlegend": False},
+        "zmin": 0.0,
+        "zmax": 1.0,
+        "colorscale": color_scale(mappable.cmap),
+        "xaxis": panel.x,
+        "yaxis": panel.y,
+        "showscale": False,
+        "name": one_line(label_of(mappable)),
+        "showlegend": False,
         "hovertemplate": hover_text(panel, label_of(mappable), more),
         "hoverongaps": False,
     }
@@ -108,5 +124,3 @@ def color_scale(cmap: Any) -> list[tuple[float, str]]:
     edges = [i / count for i in range(count + 1)]
     steps = zip(edges[:-1], edges[1:], colors, strict=True)
     return [(edge, color) for low, high, color in steps for edge in (low, high)]
-
-

@@ -66,9 +66,15 @@ def entries(shown: ShownLegend, anchor: Panel) -> Iterator[Element]:
     """A trace without points for each entry of a legend."""
     for handle, label in zip(shown.legend.legend_handles, shown.labels, strict=True):
         yield {
-            **{"type": "scatter", "x": [None], "y": [None], "hoverinfo": "skip"},
-            **{"xaxis": anchor.x, "yaxis": anchor.y, "showlegend": True},
-            **{"name": markup(label), "legendgroup": group_of(label)},
+            "type": "scatter",
+            "x": [None],
+            "y": [None],
+            "hoverinfo": "skip",
+            "xaxis": anchor.x,
+            "yaxis": anchor.y,
+            "showlegend": True,
+            "name": markup(label),
+            "legendgroup": group_of(label),
             "legend": shown.name,
             **sample(handle),
         }
@@ -85,7 +91,10 @@ def sample(handle: Any) -> Element:
     if isinstance(handle, Patch):
         return _patch_sample(handle)
     if isinstance(handle, LineCollection):
-        style = {"color": css(handle.get_color()[0]), "width": pixels(handle.get_linewidth()[0])}
+        style = {
+            "color": css(handle.get_color()[0]),
+            "width": pixels(handle.get_linewidth()[0]),
+        }
         return {"mode": "lines", "line": style}
     if isinstance(handle, PathCollection):
         face = css(handle.get_facecolor()[0])
@@ -115,7 +124,9 @@ def _patch_sample(handle: Any) -> Element:
 def groups(shown: Sequence[ShownLegend], panels: Sequence[Panel]) -> Groups:
     """Which entry hides an artist, by its label, else by its colour."""
     labels = {label for one in shown for label in one.labels}
-    drawn = {label_of(artist) for panel in panels for artist in panel.axes.get_children()}
+    drawn = {
+        label_of(artist) for panel in panels for artist in panel.axes.get_children()
+    }
     by_color: dict[str, set[str]] = {}
     for one in shown:
         for handle, label in zip(one.legend.legend_handles, one.labels, strict=True):
@@ -146,7 +157,9 @@ def main_color(artist: Any) -> str:
     from matplotlib.patches import Patch
 
     if isinstance(artist, Line2D):
-        is_marked = line_style(artist) is None and artist.get_markerfacecolor() != "none"
+        is_marked = (
+            line_style(artist) is None and artist.get_markerfacecolor() != "none"
+        )
         return opaque(artist.get_markerfacecolor() if is_marked else artist.get_color())
     if isinstance(artist, Patch):
         return opaque(artist.get_facecolor())

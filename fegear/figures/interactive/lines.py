@@ -47,7 +47,10 @@ def _spanning(panel: Panel, line: Line2D) -> Element:
     (x0, y0), (x1, y1) = np.asarray(line.get_xydata(), float).tolist()
     corners = {"x0": x0, "y0": y0, "x1": x1, "y1": y1}
     return {
-        **{"type": "line", "line": style, "name": markup(label_of(line)), **corners},
+        "type": "line",
+        "line": style,
+        "name": markup(label_of(line)),
+        **corners,
         **references(panel, line.get_transform()),
         "layer": layer(line.get_zorder()),
     }

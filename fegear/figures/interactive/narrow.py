@@ -49,7 +49,7 @@ class _Stack:
         self.layout: Element = {}
         self.title, height = title_text(picture.title, "narrow", WIDTH - 2.0 * GAP)
         self.down = GAP + height
-        self.heights = {panel: 0.0 for panel in picture.panels}
+        self.heights = dict.fromkeys(picture.panels, 0.0)
         self.spans: dict[Panel, tuple[float, float]] = {}
         self.below: list[tuple[str, float]] = []  # of keys of y, from the top
 
@@ -82,7 +82,9 @@ class _Stack:
         return self._frame(panel).left + LABEL_LINE * max(0, extra)
 
     def _y_label(self, panel: Panel) -> str:
-        return wrapped(panel.axes.get_ylabel(), int(1.1 * self._height(panel, 300.0) / LETTER))
+        return wrapped(
+            panel.axes.get_ylabel(), int(1.1 * self._height(panel, 300.0) / LETTER)
+        )
 
     def _height(self, panel: Panel, width: float) -> float:
         """Height of a panel; more where each tick has a name."""
@@ -119,7 +121,9 @@ class _Stack:
             if titled is panel:
                 marked = wrapped(text, int((self.width + 0.6 * self.left) / LETTER))
                 self.layout[f"annotations[{number}].text"] = marked
-                return LABEL_LINE * max(0, line_count(marked) - line_count(markup(text)))
+                return LABEL_LINE * max(
+                    0, line_count(marked) - line_count(markup(text))
+                )
         return 0.0
 
     def _put_bars(self, panel: Panel) -> None:
@@ -127,9 +131,13 @@ class _Stack:
             if owner is panel:
                 key = f"coloraxis{number if number > 1 else ''}.colorbar"
                 self.layout |= {
-                    **{f"{key}.orientation": "h", f"{key}.x": 0.5, f"{key}.len": 1.0},
-                    **{f"{key}.xanchor": "center", f"{key}.yanchor": "top"},
-                    **{f"{key}.yref": "paper", f"{key}.title.side": "bottom"},
+                    f"{key}.orientation": "h",
+                    f"{key}.x": 0.5,
+                    f"{key}.len": 1.0,
+                    f"{key}.xanchor": "center",
+                    f"{key}.yanchor": "top",
+                    f"{key}.yref": "paper",
+                    f"{key}.title.side": "bottom",
                 }
                 self.below.append((f"{key}.y", self.down))
                 self.down += BAR_HEIGHT
@@ -142,10 +150,14 @@ class _Stack:
     def _put_legend(self, shown: ShownLegend) -> None:
         name = shown.name
         self.layout |= {
-            **{f"{name}.orientation": "h", f"{name}.xref": "paper"},
-            **{f"{name}.yref": "paper", f"{name}.x": 0.5},
-            **{f"{name}.xanchor": "center", f"{name}.yanchor": "top"},
-            **{f"{name}.font.size": LEGEND_FONT, f"{name}.maxheight": 1.0},
+            f"{name}.orientation": "h",
+            f"{name}.xref": "paper",
+            f"{name}.yref": "paper",
+            f"{name}.x": 0.5,
+            f"{name}.xanchor": "center",
+            f"{name}.yanchor": "top",
+            f"{name}.font.size": LEGEND_FONT,
+            f"{name}.maxheight": 1.0,
         }
         self.below.append((f"{name}.y", self.down))
         rows = legend_rows(shown.labels, self.width)
@@ -158,7 +170,10 @@ class _Stack:
         bottom = max(end for _, end in self.spans.values())
         for panel in self.picture.panels:
             start, end = self.spans.get(panel) or self._inset_span(panel)
-            domain = [(bottom - end) / (bottom - top), (bottom - start) / (bottom - top)]
+            domain = [
+                (bottom - end) / (bottom - top),
+                (bottom - start) / (bottom - top),
+            ]
             self.layout[f"yaxis{panel.ending}.domain"] = domain
             self.layout[f"xaxis{panel.ending}.domain"] = [0.0, 1.0]
         self.layout |= title_of_figure(self.picture, self.title, "narrow", top)
@@ -167,8 +182,11 @@ class _Stack:
         span = bottom - top
         self.layout |= {key: (bottom - down) / span for key, down in self.below}
         self.layout |= {
-            **{"margin.l": self.left, "margin.r": self.right, "margin.t": top},
-            **{"margin.b": self.down - bottom, "height": round(self.down)},
+            "margin.l": self.left,
+            "margin.r": self.right,
+            "margin.t": top,
+            "margin.b": self.down - bottom,
+            "height": round(self.down),
         }
 
     def _inset_span(self, panel: Panel) -> tuple[float, float]:

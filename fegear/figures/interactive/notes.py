@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 
 X_ANCHORS = {"left": "left", "center": "center", "right": "right"}
 Y_ANCHORS = {
-    **{"top": "top", "center": "middle", "bottom": "bottom"},
-    **{"baseline": "bottom", "center_baseline": "middle"},
+    "top": "top",
+    "center": "middle",
+    "bottom": "bottom",
+    "baseline": "bottom",
+    "center_baseline": "middle",
 }
 FONT_SCALE = 0.95  # of plotly's letters, which are wider, over those of matplotlib
 HEAD_SIZE = 1.0
@@ -62,12 +65,21 @@ def _point_transform(panel: Panel, note: Annotation) -> Any:
 def _placed(panel: Panel, transform: Any, point: Any) -> Element:
     """Coordinates of an annotation, which are exponents on a logarithmic axis."""
     refs = references(panel, transform)
-    if in_data(panel, transform) == (False, False) and transform != panel.axes.transAxes:
-        axes_point = panel.axes.transAxes.inverted().transform(transform.transform(point))
+    if (
+        in_data(panel, transform) == (False, False)
+        and transform != panel.axes.transAxes
+    ):
+        axes_point = panel.axes.transAxes.inverted().transform(
+            transform.transform(point)
+        )
         return {"x": float(axes_point[0]), "y": float(axes_point[1]), **refs}
     x, y = (float(part) for part in point)
     for_x = _axis_value(panel.axes.get_xscale(), x, refs["xref"])
-    return {"x": for_x, "y": _axis_value(panel.axes.get_yscale(), y, refs["yref"]), **refs}
+    return {
+        "x": for_x,
+        "y": _axis_value(panel.axes.get_yscale(), y, refs["yref"]),
+        **refs,
+    }
 
 
 def _axis_value(scale: str, value: float, reference: str) -> float:
@@ -114,8 +126,12 @@ def _arrow(panel: Panel, note: Annotation, arrow: Any) -> Element:
     ax, ay = (_axis_value(s, float(v), "") for s, v in zip(scales, start, strict=True))
     style = str(note.arrowprops.get("arrowstyle", "-|>"))  # type: ignore[union-attr]
     return {
-        **{"text": "", "showarrow": True, "ax": ax, "ay": ay},
-        **{"axref": panel.x, "ayref": panel.y},
+        "text": "",
+        "showarrow": True,
+        "ax": ax,
+        "ay": ay,
+        "axref": panel.x,
+        "ayref": panel.y,
         "arrowcolor": css(arrow.get_edgecolor()),
         "arrowwidth": max(pixels(arrow.get_linewidth()), 0.5),
         "arrowhead": 2 if "|>" in style else 3 if ">" in style else 0,

@@ -40,9 +40,7 @@ def interactive_page(figure: Figure, library: str | None = None) -> str:
     """
     part = interactive_part(figure)
     title = " ".join(figure.get_suptitle().split()) or "fegear"
-    return PAGE.format(
-        title=escape(title), library=library_tag(library), figure=part
-    )
+    return PAGE.format(title=escape(title), library=library_tag(library), figure=part)
 
 
 def library_tag(url: str | None = None) -> str:

@@ -42,7 +42,10 @@ def area(panel: Panel, artist: Any, parts: list[Array], **style: Any) -> Element
     """A filled trace, which says its name and nothing of its points."""
     x, y = joined(parts)
     named = bool(label_of(artist))
-    hover: dict[str, Any] = {"hoveron": "fills", "hoverinfo": "name" if named else "skip"}
+    hover: dict[str, Any] = {
+        "hoveron": "fills",
+        "hoverinfo": "name" if named else "skip",
+    }
     shape = {"mode": "lines", "fill": "toself", **hover, "hovertemplate": None}
     return trace(panel, artist, x, y, **shape, **style)
 
@@ -74,20 +77,31 @@ def edge_style(color: Any, width: float, style: Any) -> dict[str, Any]:
 def hatch_pattern(hatch: str, color: Any, face: str) -> dict[str, Any]:
     """Pattern in place of a fill."""
     sign = next((letter for letter in hatch if letter in HATCHES), "/")
-    return {"shape": sign, "fgcolor": css(color), "bgcolor": face, "size": 8, "solidity": 0.2}
+    return {
+        "shape": sign,
+        "fgcolor": css(color),
+        "bgcolor": face,
+        "size": 8,
+        "solidity": 0.2,
+    }
 
 
 def _band(panel: Panel, patch: Any) -> Element:
     style = patch_style(patch)
     x, y = patch.get_xy()
     corners = {
-        **{"x0": x, "x1": x + patch.get_width()},
-        **{"y0": y, "y1": y + patch.get_height()},
+        "x0": x,
+        "x1": x + patch.get_width(),
+        "y0": y,
+        "y1": y + patch.get_height(),
     }
     return {
-        **{"type": "rect", "fillcolor": style["fillcolor"], "line": style["line"]},
+        "type": "rect",
+        "fillcolor": style["fillcolor"],
+        "line": style["line"],
         **{key: float(value) for key, value in corners.items()},
-        **{"name": markup(label_of(patch)), "layer": layer(patch.get_zorder())},
+        "name": markup(label_of(patch)),
+        "layer": layer(patch.get_zorder()),
         **references(panel, patch.get_transform()),
     }
 

@@ -12,7 +12,9 @@ from fegear.figures.interactive.elements import Element
 from fegear.figures.interactive.texts import markup, number_markup
 
 
-def secondary_axes(traces: list[Element], panels: Sequence[Panel]) -> dict[str, Element]:
+def secondary_axes(
+    traces: list[Element], panels: Sequence[Panel]
+) -> dict[str, Element]:
     """Axes by name; each needs a trace, which has no points, to be shown."""
     from matplotlib.axes._secondary_axes import SecondaryAxis
 
@@ -23,7 +25,11 @@ def secondary_axes(traces: list[Element], panels: Sequence[Panel]) -> dict[str, 
                 number = len(panels) + len(found) + 1
                 key = child._orientation  # type: ignore[attr-defined]
                 found[f"{key}axis{number}"] = _axis(panel, child, key)
-                ends = {"xaxis": panel.x, "yaxis": panel.y, f"{key}axis": f"{key}{number}"}
+                ends = {
+                    "xaxis": panel.x,
+                    "yaxis": panel.y,
+                    f"{key}axis": f"{key}{number}",
+                }
                 point: Element = {"type": "scatter", "x": [None], "y": [None]}
                 traces.append(point | ends | {"showlegend": False, "hoverinfo": "skip"})
     return found
@@ -43,11 +49,15 @@ def _axis(panel: Panel, child: Any, key: str) -> Element:
     label = child.get_xlabel() if is_x else child.get_ylabel()
     side = child._loc  # type: ignore[attr-defined]
     return {
-        **{"overlaying": panel.x if is_x else panel.y, "showgrid": False},
-        **{"matches": panel.x if is_x else panel.y, "tickmode": "array"},
+        "overlaying": panel.x if is_x else panel.y,
+        "showgrid": False,
+        "matches": panel.x if is_x else panel.y,
+        "tickmode": "array",
         "tickvals": from_screen(panel, screen)[:, column].tolist(),
         "ticktext": [number_markup(text) for text in texts],
         "side": side if isinstance(side, str) else ("top" if is_x else "right"),
         "anchor": panel.y if is_x else panel.x,
-        **{"title": {"text": markup(label)}, "ticks": "outside", "zeroline": False},
+        "title": {"text": markup(label)},
+        "ticks": "outside",
+        "zeroline": False,
     }

@@ -12,23 +12,50 @@ PIXELS_PER_INCH = 96.0
 PIXELS_PER_POINT = PIXELS_PER_INCH / 72.0
 CLEAR = "rgba(0,0,0,0)"
 SYMBOLS = {
-    **{"o": "circle", ".": "circle", ",": "circle", "s": "square", "D": "diamond"},
-    **{"d": "diamond-tall", "^": "triangle-up", "v": "triangle-down"},
-    **{"<": "triangle-left", ">": "triangle-right", "P": "cross", "X": "x"},
-    **{"*": "star", "p": "pentagon", "h": "hexagon", "H": "hexagon2", "8": "octagon"},
-    **{"x": "x-thin", "+": "cross-thin", "|": "line-ns", "_": "line-ew"},
-    **{"1": "y-down", "2": "y-up", "3": "y-left", "4": "y-right"},
+    "o": "circle",
+    ".": "circle",
+    ",": "circle",
+    "s": "square",
+    "D": "diamond",
+    "d": "diamond-tall",
+    "^": "triangle-up",
+    "v": "triangle-down",
+    "<": "triangle-left",
+    ">": "triangle-right",
+    "P": "cross",
+    "X": "x",
+    "*": "star",
+    "p": "pentagon",
+    "h": "hexagon",
+    "H": "hexagon2",
+    "8": "octagon",
+    "x": "x-thin",
+    "+": "cross-thin",
+    "|": "line-ns",
+    "_": "line-ew",
+    "1": "y-down",
+    "2": "y-up",
+    "3": "y-left",
+    "4": "y-right",
 }
 STROKES = frozenset("x+|_1234")  # markers without an area
 SIZES = {".": 0.5, ",": 0.0, "d": 1.0}  # over the size that matplotlib states
 STEPS = {
-    **{"steps": "vh", "steps-pre": "vh", "steps-mid": "hvh", "steps-post": "hv"},
+    "steps": "vh",
+    "steps-pre": "vh",
+    "steps-mid": "hvh",
+    "steps-post": "hv",
     "default": "linear",
 }
 DASHES: dict[str, tuple[float, ...]] = {
-    **{"-": (), "solid": (), "--": (3.7, 1.6), "dashed": (3.7, 1.6)},
-    **{"-.": (6.4, 1.6, 1.0, 1.6), "dashdot": (6.4, 1.6, 1.0, 1.6)},
-    **{":": (1.0, 1.65), "dotted": (1.0, 1.65)},
+    "-": (),
+    "solid": (),
+    "--": (3.7, 1.6),
+    "dashed": (3.7, 1.6),
+    "-.": (6.4, 1.6, 1.0, 1.6),
+    "dashdot": (6.4, 1.6, 1.0, 1.6),
+    ":": (1.0, 1.65),
+    "dotted": (1.0, 1.65),
 }
 INVISIBLE_STYLES = ("None", "none", " ", "")
 

@@ -8,6 +8,7 @@ from textwrap import wrap
 
 from fegear.files.printable import printable
 
+TIMES, MINUS = "\N{MULTIPLICATION SIGN}", "\N{MINUS SIGN}"
 POWER = re.compile(r"\$\\mathdefault\{(.*)\}\$")  # a number of a logarithmic axis
 EXPONENT = re.compile(r"\^\{(.*?)\}")
 
@@ -30,8 +31,8 @@ def number_markup(text: str) -> str:
     match = POWER.fullmatch(text)
     if match is None:
         return markup(text)
-    plain = match[1].replace(r"\times", "×")
-    return EXPONENT.sub(r"<sup>\1</sup>", plain).replace("-", "−")
+    plain = match[1].replace(r"\times", TIMES)
+    return EXPONENT.sub(r"<sup>\1</sup>", plain).replace("-", MINUS)
 
 
 def one_line(text: str) -> str:

@@ -32,7 +32,9 @@ NEAR = 0.38  # part of a panel from its edge, where a legend is at that edge
 def wide_layout(picture: Picture, frames: dict[Panel, Frame]) -> Element:
     """What a layout has on a wide screen, by paths of its attributes."""
     size = PIXELS_PER_INCH * picture.figure.get_size_inches()
-    boxes = {panel: np.array(box_of(panel.axes)).reshape(2, 2) for panel in picture.panels}
+    boxes = {
+        panel: np.array(box_of(panel.axes)).reshape(2, 2) for panel in picture.panels
+    }
     corners = np.array(list(boxes.values()))
     low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
     layout: Element = {}
@@ -74,8 +76,10 @@ def _margins(
         else:
             bottom += rows
     return {
-        **{"l": size[0] * low[0], "r": max(size[0] * (1.0 - high[0]), GAP)},
-        **{"t": top, "b": bottom},
+        "l": size[0] * low[0],
+        "r": max(size[0] * (1.0 - high[0]), GAP),
+        "t": top,
+        "b": bottom,
     }
 
 
@@ -98,13 +102,18 @@ def _place_bars(layout: Element, picture: Picture, low: Array, high: Array) -> N
         key = f"coloraxis{number if number > 1 else ''}.colorbar"
         x, y = (np.array([box.x0, 0.5 * (box.y0 + box.y1)]) - low) / (high - low)
         is_vertical = bar.orientation == "vertical"
-        length = (box.height if is_vertical else box.width) / (high - low)[int(is_vertical)]
+        length = (box.height if is_vertical else box.width) / (high - low)[
+            int(is_vertical)
+        ]
         if not is_vertical:
             x = (0.5 * (box.x0 + box.x1) - low[0]) / (high - low)[0]
         layout |= {
-            **{f"{key}.x": x, f"{key}.y": y, f"{key}.len": length},
+            f"{key}.x": x,
+            f"{key}.y": y,
+            f"{key}.len": length,
             f"{key}.xanchor": "left" if is_vertical else "center",
-            **{f"{key}.yref": "paper", f"{key}.yanchor": "middle"},
+            f"{key}.yref": "paper",
+            f"{key}.yanchor": "middle",
             f"{key}.orientation": "v" if is_vertical else "h",
             f"{key}.title.side": "right" if is_vertical else "bottom",
         }
@@ -123,15 +132,17 @@ def _place_legend(
     layout |= {f"{shown.name}.{key}": value for key, value in place.items()}
 
 
-def _beside_panels(
-    shown: ShownLegend, height: float, title_height: float
-) -> Element:
+def _beside_panels(shown: ShownLegend, height: float, title_height: float) -> Element:
     """Above or below all panels, over the width of the figure."""
     is_above = _is_above(shown)
     down = title_height / height
     return {
-        **{"orientation": "h", "xref": "container", "yref": "container"},
-        **{"x": 0.5, "xanchor": "center", "y": 1.0 - down if is_above else 0.0},
+        "orientation": "h",
+        "xref": "container",
+        "yref": "container",
+        "x": 0.5,
+        "xanchor": "center",
+        "y": 1.0 - down if is_above else 0.0,
         "yanchor": "top" if is_above else "bottom",
     }
 
@@ -147,14 +158,17 @@ def _in_panel(shown: ShownLegend, domain: Array) -> Element:
     low, high = domain
     return {
         "orientation": "h" if shown.legend._ncols > 1 else "v",  # type: ignore[attr-defined]
-        **{"xref": "paper", "yref": "paper"},
-        **{"x": low[0] + x * (high - low)[0], "xanchor": x_anchor},
-        **{"y": low[1] + y * (high - low)[1], "yanchor": y_anchor},
+        "xref": "paper",
+        "yref": "paper",
+        "x": low[0] + x * (high - low)[0],
+        "xanchor": x_anchor,
+        "y": low[1] + y * (high - low)[1],
+        "yanchor": y_anchor,
     }
 
 
 def _held(ends: Array, anchors: tuple[str, str, str]) -> tuple[float, str]:
-    """Coordinate of a legend along an axis of its panel, and which of its ends it is."""
+    """Coordinate of a legend along an axis of its panel, and its end that is there."""
     low, high = ends
     middle = 0.5 * (low + high)
     if low >= 1.0 or (0.0 <= middle < NEAR and high < 1.0):
