@@ -20,7 +20,14 @@ from fegear.figures.interactive.elements import (
     trace,
 )
 from fegear.figures.interactive.patches import area, closed, hatch_pattern
-from fegear.figures.interactive.styles import CLEAR, SYMBOLS, css, pixels, scaled_dash
+from fegear.figures.interactive.styles import (
+    CLEAR,
+    SYMBOLS,
+    css,
+    css_list,
+    pixels,
+    scaled_dash,
+)
 from fegear.figures.interactive.texts import markup, one_line
 
 if TYPE_CHECKING:
@@ -40,9 +47,9 @@ def add_scatter(elements: Elements, panel: Panel, points: PathCollection) -> Non
     marker = {
         "symbol": _symbol(points.get_paths()[0]),
         "size": _one_or_all([pixels(size) for size in sizes], x.size),
-        "color": _one_or_all([css(color) for color in faces], x.size, CLEAR),
+        "color": _one_or_all(css_list(faces), x.size, CLEAR),
         "line": {
-            "color": _one_or_all([css(color) for color in edges], x.size, CLEAR),
+            "color": _one_or_all(css_list(edges), x.size, CLEAR),
             "width": _one_or_all(widths, x.size, 0.0),
         },
     }

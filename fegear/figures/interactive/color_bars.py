@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.colorbar import Colorbar
 
 THICKNESS = 14  # pixels
+FONT, TICK_FONT = {"size": 12}, {"size": 11}
 
 
 def color_bar_of(axes: Axes) -> Colorbar | None:
@@ -43,8 +44,9 @@ def color_axis(bar: Colorbar) -> Element:
             "tickvals": [place for place, _ in ticks],
             "ticktext": [text for _, text in ticks],
             "thickness": THICKNESS,
-            "title": {"text": markup(label), "side": "right"},
+            "title": {"text": markup(label), "side": "right", "font": FONT},
             "ticks": "outside",
+            "tickfont": TICK_FONT,
             "lenmode": "fraction",
             "xanchor": "left",
             "yanchor": "middle",
@@ -79,6 +81,6 @@ def _cells(bar: Colorbar) -> tuple[np.ndarray, list[str]]:
     if solids is None:  # of contour lines
         raise TypeError("no interactive form of a colour bar of lines")
     corners = solids.get_coordinates()
-    edges = corners[:, 0, 1] if bar.orientation == "vertical" else corners[0, :, 0]
+    edges = corners[:, 0, 1 if bar.orientation == "vertical" else 0]
     colors = bar.cmap(bar.norm(solids.get_array().ravel()))
     return edges, [css(color) for color in colors]

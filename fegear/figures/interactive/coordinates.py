@@ -44,7 +44,7 @@ def in_data(panel: Panel, transform: Any) -> tuple[bool, bool]:
 
 def data_points(panel: Panel, transform: Any, points: Any) -> Array:
     """Points (n, 2) as data; those of a part of the panel by its limits now."""
-    data = np.ma.filled(np.ma.asarray(points, dtype=float), np.nan)
+    data: Any = np.ma.filled(np.ma.asarray(points, dtype=float), np.nan)
     if transform == panel.axes.transData:
         return data
     return from_screen(panel, np.asarray(transform.transform(data), float))
@@ -70,12 +70,13 @@ def _is_straight(path: Path) -> bool:
 def _parts(path: Path) -> list[Array]:
     """Parts of a path of straight pieces; a closed one ends where it begins."""
     vertices = np.asarray(path.vertices, float)
+    every: Any = path.codes
     if path.codes is None:
         return [vertices]
     starts = [*np.flatnonzero(path.codes == path.MOVETO), len(vertices)]
     parts = []
     for start, end in pairwise(starts):
-        part, codes = vertices[start:end].copy(), path.codes[start:end]
+        part, codes = vertices[start:end].copy(), every[start:end]
         part[codes == path.CLOSEPOLY] = part[0]
         parts.append(part[codes != path.STOP])
     return parts
@@ -85,7 +86,7 @@ def _flattened(panel: Panel, transform: Any, path: Path) -> list[Array]:
     from matplotlib.transforms import Affine2D
 
     fine = Affine2D().scale(CURVE_REFINEMENT)
-    polygons = path.transformed(transform + fine).to_polygons(closed_only=False)
+    polygons: Any = path.transformed(transform + fine).to_polygons(closed_only=False)
     return [from_screen(panel, part / CURVE_REFINEMENT) for part in polygons]
 
 

@@ -28,7 +28,7 @@ COLOR_COUNT = 256  # of a continuous colour map
 
 def add_image(elements: Elements, panel: Panel, image: AxesImage) -> None:
     """Colours as a picture, numbers as a heat map in the same colours."""
-    values = np.ma.asarray(image.get_array())
+    values: Any = np.ma.asarray(image.get_array())
     if in_data(panel, image.get_transform()) != (True, True):
         raise TypeError("no interactive form of an image that is not in data")
     left, right, low, high = image.get_extent()
@@ -79,7 +79,7 @@ def add_mesh(elements: Elements, panel: Panel, mesh: QuadMesh) -> None:
     x, y = corners[0, :, 0], corners[:, 0, 1]
     if not (np.all(corners[..., 0] == x) and np.all(corners[..., 1] == y[:, None])):
         raise TypeError("no interactive form of a mesh of colours that is not straight")
-    values = np.ma.asarray(mesh.get_array()).reshape(y.size - 1, -1)
+    values: Any = np.ma.asarray(mesh.get_array()).reshape(y.size - 1, -1)
     if values.shape[1] != x.size - 1:
         raise TypeError("no interactive form of a mesh whose colours are interpolated")
     elements.traces.append(_heat_map(panel, mesh, x, y, values))

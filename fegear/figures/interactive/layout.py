@@ -62,26 +62,22 @@ class Picture:
 
 
 def measure_frames(figure: Figure, panels: Sequence[Panel]) -> dict[Panel, Frame]:
-    """Frames of panels as they are without legends; the figure is drawn once more.
-
-    Positions are afterwards those of the picture, with its legends.
-    """
+    """Frames of panels without legends; the figure is drawn for its positions."""
     from matplotlib.legend import Legend
 
     legends = [artist for artist in figure.findobj(Legend) if artist.get_in_layout()]
+    figure.draw_without_rendering()
     for legend in legends:
         legend.set_in_layout(False)
-    figure.draw_without_rendering()
     frames = {panel: _frame(panel.axes) for panel in panels}
     for legend in legends:
         legend.set_in_layout(True)
-    figure.draw_without_rendering()
     return frames
 
 
 def _frame(axes: Axes) -> Frame:
     root: Any = axes.get_figure(root=True)
-    inner, outer = axes.bbox, axes.get_tightbbox()
+    inner, outer = axes.bbox, axes.get_tightbbox(for_layout_only=True)
     if outer is None:
         return Frame(0.0, 0.0, 0.0, 0.0)
     inches = (

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
+MAX_LETTERS = 46  # of a line of an entry
 SWATCH = 13  # pixels, size of the sample of an area
 
 
@@ -73,7 +74,7 @@ def entries(shown: ShownLegend, anchor: Panel) -> Iterator[Element]:
             "xaxis": anchor.x,
             "yaxis": anchor.y,
             "showlegend": True,
-            "name": markup(label),
+            "name": markup(label, MAX_LETTERS),
             "legendgroup": group_of(label),
             "legend": shown.name,
             **sample(handle),
@@ -137,7 +138,7 @@ def groups(shown: Sequence[ShownLegend], panels: Sequence[Panel]) -> Groups:
 
 
 class Groups(NamedTuple):
-    """labels : of all entries; by_color : of those that stand for artists without one."""
+    """labels : of all entries; by_color : of those for artists without a label."""
 
     labels: frozenset[str]
     by_color: dict[str, str]

@@ -24,7 +24,7 @@ def add_line(elements: Elements, panel: Panel, line: Line2D) -> None:
     joins, marks = line_style(line), marker_style(line)
     if joins is None and marks is None:
         return
-    if marks is None and line.get_xydata().shape == (2, 2) and _spans(panel, line):
+    if marks is None and np.shape(line.get_xydata()) == (2, 2) and _spans(panel, line):
         elements.shapes.append(_spanning(panel, line))
         return
     x, y = data_points(panel, line.get_transform(), line.get_xydata()).T

@@ -47,7 +47,7 @@ def _axis(panel: Panel, child: Any, key: str) -> Element:
     screen[:, 1 - column] = panel.axes.bbox.get_points()[0, 1 - column]
     texts = axis.get_major_formatter().format_ticks(places)
     label = child.get_xlabel() if is_x else child.get_ylabel()
-    side = child._loc  # type: ignore[attr-defined]
+    side = child._loc
     return {
         "overlaying": panel.x if is_x else panel.y,
         "showgrid": False,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
@@ -70,6 +72,13 @@ def css(color: Any, alpha: float | None = None) -> str:
     red, green, blue, opacity = to_rgba(color, alpha)
     channels = ",".join(str(round(255 * part)) for part in (red, green, blue))
     return f"rgb({channels})" if opacity == 1.0 else f"rgba({channels},{opacity:.4g})"
+
+
+def css_list(colors: Any) -> list[str]:
+    """Colours (n, 4) for plotly; many of them are often equal."""
+    rows = [tuple(row) for row in np.asarray(colors, float).round(6).tolist()]
+    texts = {row: css(row) for row in dict.fromkeys(rows)}
+    return [texts[row] for row in rows]
 
 
 def opaque(color: Any) -> str:
