@@ -16,7 +16,7 @@ def check_figure(figure: Figure, shown: Any) -> None:
         if axes.get_visible() and not hasattr(axes, "_colorbar"):
             for line in axes.lines:
                 assert _is_drawn(line, shown), line
-    entries = sum(bool(trace.showlegend) for trace in shown.data)
+    entries = sum("showlegend" in t and bool(t.showlegend) for t in shown.data)
     assert entries == sum(len(legend.get_texts()) for legend in _legends(figure))
     scales = {
         scale

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,15 +30,10 @@ from fegear.figures.interactive.styles import (
 )
 from fegear.figures.interactive.texts import markup, one_line
 
-if TYPE_CHECKING:
-    from matplotlib.collections import Collection, LineCollection, PathCollection
-    from matplotlib.contour import ContourSet
-    from matplotlib.path import Path
-
 CIRCLE_SIZE = 1.0  # width of a scattered circle over the root of its size
 
 
-def add_scatter(elements: Elements, panel: Panel, points: PathCollection) -> None:
+def add_scatter(elements: Elements, panel: Panel, points: Any) -> None:
     """Markers with sizes and colours of their own, and the values of the colours."""
     x, y = data_points(panel, points.get_offset_transform(), points.get_offsets()).T
     sizes = np.sqrt(points.get_sizes())
@@ -59,20 +54,20 @@ def add_scatter(elements: Elements, panel: Panel, points: PathCollection) -> Non
         bar = getattr(points, "colorbar", None)
         name = one_line(bar.ax.get_ylabel() or bar.ax.get_xlabel()) if bar else "value"
         text = hover_text(panel, label_of(points), f"{name}: %{{customdata:.5g}}")
-        data = np.ma.filled(np.ma.asarray(values, float), np.nan)
+        data: Any = np.ma.filled(np.ma.asarray(values, float), np.nan)
         more = {"customdata": data, "hovertemplate": text}
     elements.traces.append(
         trace(panel, points, x, y, mode="markers", marker=marker, **more)
     )
 
 
-def _symbol(path: Path) -> str:
+def _symbol(path: Any) -> str:
     """Symbol of a marker by its outline."""
     from matplotlib.markers import MarkerStyle
 
     for marker, symbol in SYMBOLS.items():
         style = MarkerStyle(marker)
-        shape = style.get_path().transformed(style.get_transform())
+        shape: Any = style.get_path().transformed(style.get_transform())
         if shape.vertices.shape == path.vertices.shape and np.allclose(
             shape.vertices, path.vertices
         ):
@@ -92,8 +87,9 @@ def _of(values: Any, index: int, default: Any) -> Any:
     return values[index % len(values)] if len(values) else default
 
 
-def add_lines(elements: Elements, panel: Panel, lines: LineCollection) -> None:
+def add_lines(elements: Elements, panel: Panel, lines: Any) -> None:
     """A trace for each look of the lines."""
+    _refuse_offsets(lines)
     groups: dict[tuple[str, float, str], list[Array]] = {}
     for index, path in enumerate(lines.get_paths()):
         look = _stroke(lines, index)
@@ -104,7 +100,13 @@ def add_lines(elements: Elements, panel: Panel, lines: LineCollection) -> None:
         elements.traces.append(trace(panel, lines, x, y, mode="lines", line=style))
 
 
-def _stroke(collection: Collection, index: int) -> tuple[str, float, str]:
+def _refuse_offsets(collection: Any) -> None:
+    """TypeError for shapes that are repeated at places, as arrows of a field."""
+    if np.any(collection.get_offsets()):
+        raise TypeError(f"no interactive form of {type(collection).__name__}")
+
+
+def _stroke(collection: Any, index: int) -> tuple[str, float, str]:
     """Colour, width and dashes of the line of a member."""
     color = css(_of(collection.get_edgecolor(), index, (0.0, 0.0, 0.0, 0.0)))
     width = float(_of(collection.get_linewidth(), index, 1.0))
@@ -112,8 +114,9 @@ def _stroke(collection: Collection, index: int) -> tuple[str, float, str]:
     return color, pixels(width), scaled_dash(lengths)
 
 
-def add_areas(elements: Elements, panel: Panel, areas: Collection) -> None:
+def add_areas(elements: Elements, panel: Panel, areas: Any) -> None:
     """A trace for each look of the areas."""
+    _refuse_offsets(areas)
     groups: dict[tuple[str, str, float, str], list[Array]] = {}
     for index, path in enumerate(areas.get_paths()):
         face = css(_of(areas.get_facecolor(), index, (0.0, 0.0, 0.0, 0.0)))
@@ -129,7 +132,7 @@ def add_areas(elements: Elements, panel: Panel, areas: Collection) -> None:
         elements.traces.append(area(panel, areas, parts, **style))
 
 
-def add_contours(elements: Elements, panel: Panel, contours: ContourSet) -> None:
+def add_contours(elements: Elements, panel: Panel, contours: Any) -> None:
     """A trace for each level, named by it."""
     for index, path in enumerate(contours.get_paths()):
         parts = outlines(panel, contours.get_transform(), path)
@@ -145,7 +148,7 @@ def add_contours(elements: Elements, panel: Panel, contours: ContourSet) -> None
 def _add_isoline(
     elements: Elements,
     panel: Panel,
-    contours: ContourSet,
+    contours: Any,
     index: int,
     parts: list[Array],
 ) -> None:
@@ -161,7 +164,7 @@ def _add_isoline(
 def _add_band(
     elements: Elements,
     panel: Panel,
-    contours: ContourSet,
+    contours: Any,
     index: int,
     parts: list[Array],
 ) -> None:

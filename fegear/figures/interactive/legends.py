@@ -92,10 +92,8 @@ def sample(handle: Any) -> Element:
     if isinstance(handle, Patch):
         return _patch_sample(handle)
     if isinstance(handle, LineCollection):
-        style = {
-            "color": css(handle.get_color()[0]),
-            "width": pixels(handle.get_linewidth()[0]),
-        }
+        widths: Any = handle.get_linewidth()
+        style = {"color": css(handle.get_color()[0]), "width": pixels(widths[0])}
         return {"mode": "lines", "line": style}
     if isinstance(handle, PathCollection):
         face = css(handle.get_facecolor()[0])

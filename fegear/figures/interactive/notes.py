@@ -89,13 +89,14 @@ def _axis_value(scale: str, value: float, reference: str) -> float:
 
 def _shift(panel: Panel, note: Annotation, point: Any) -> tuple[float, float]:
     """Pixels from the point of an annotation, in pixels of matplotlib, to its text."""
+    root: Any = panel.axes.get_figure(root=True)
     text = np.asarray(note.get_transform().transform(note.get_position()), float)
-    per_pixel = 72.0 / float(panel.axes.get_figure(root=True).dpi) * PIXELS_PER_POINT
+    per_pixel = 72.0 / root.dpi * PIXELS_PER_POINT
     x, y = per_pixel * (text - point)
     return round(float(x), 2), round(float(y), 2)
 
 
-def text_style(text: Text) -> Element:
+def text_style(text: Any) -> Element:
     """Letters, and where they are about their place."""
     style: Element = {
         "text": markup(text.get_text()),

@@ -22,8 +22,9 @@ def markup(text: str, letters: int | None = None) -> str:
 
 
 def _escaped(line: str) -> str:
-    # braces after a per cent sign would be filled with values in a hover text
-    return escape(line, quote=False).replace("{", "&#123;")
+    # braces after a per cent sign would be filled with values in a hover text, and
+    # between dollar signs is mathematics
+    return escape(line, quote=False).replace("{", "&#123;").replace("$", "&#36;")
 
 
 def number_markup(text: str) -> str:

@@ -44,7 +44,7 @@ def test_scales_limits_and_text():
     assert layout.yaxis2.range[0] > layout.yaxis2.range[1]
     assert layout.xaxis2.matches == "x"
     assert layout.annotations[0].text == "lines &lt;b&gt; &amp; %&#123;x}"
-    assert layout.legend.title.text == "dotted: &lt;mean&gt; &amp; $x$"
+    assert layout.legend.title.text == "dotted: &lt;mean&gt; &amp; &#36;x&#36;"
     (steps,) = (t for t in shown.data if t.name == "steps" and t.x[0] is not None)
     assert steps.line.shape == "hv"
     assert "time [s]: %{x}" in steps.hovertemplate
@@ -53,7 +53,7 @@ def test_scales_limits_and_text():
 
 def test_what_is_unknown_is_refused():
     axes = Figure().subplots()
-    axes.quiver([0.0], [0.0], [1.0], [1.0])
+    axes.quiver([0.5], [0.5], [1.0], [1.0])
     with pytest.raises(TypeError, match=r"^no interactive form of Quiver$"):
         to_plotly(axes.figure)
     axes = Figure().subplots()
