@@ -37,7 +37,7 @@ def _is_drawn(line: Line2D, shown: Any) -> bool:
         return True
     x, y = (np.asarray(values, float) for values in line.get_data(orig=False))
     for trace in shown.data:
-        if trace.x is not None and len(trace.x) == x.size:
+        if trace.type == "scatter" and len(trace.x) == x.size:
             pair = np.array(trace.x, float), np.array(trace.y, float)
             if all(map(_equal, pair, (x, y))):
                 return True

@@ -123,7 +123,7 @@ def _ticks(axis: Any, limits: list[float]) -> Element:
         isinstance(locator, LogLocator)
         and abs(limits[1] - limits[0]) < DECADES_OF_DIGITS
     ):
-        return {"dtick": "D2"}
+        return {"dtick": "D1" if abs(limits[1] - limits[0]) < 1.0 else "D2"}
     return {"dtick": 1} if isinstance(locator, LogLocator) else {}
 
 

@@ -17,13 +17,12 @@ DRAWN = """() => {
     const box = part.getBoundingClientRect();
     return box.left >= -1 && box.right <= innerWidth + 1;
   };
-  const texts = [...frame.querySelectorAll(".xtitle, .ytitle, .legendtext")];
+  const texts = [...frame.querySelectorAll(".xtitle, .ytitle, [class^=legend][class$=text]")];
   return {
     layout: frame.dataset.layout,
     wide: document.documentElement.scrollWidth - innerWidth,
     traces: frame.querySelectorAll(".trace.scatter").length,
     outside: texts.filter((text) => !inside(text)).map((text) => text.textContent),
-    heights: [...frame.querySelectorAll(".xy > rect, .plot")].length,
     size: frame.getBoundingClientRect().toJSON(),
   };
 }"""
@@ -83,8 +82,8 @@ def test_a_figure_is_drawn_and_fits_the_screen(page, tmp_path, draw):
 def test_an_entry_hides_the_line_across_a_panel(page, tmp_path):
     open_figure(page, tmp_path / "figure.html", lines())
     before = page.evaluate(SHAPES)
-    page.locator(".legendtext", has_text="across").locator("..").locator(
-        ".legendtoggle"
+    page.locator(".legend2text", has_text="across").locator("..").locator(
+        ".legend2toggle"
     ).click()
     page.wait_for_function(f"({SHAPES})() === {before - 1}")
     assert page.complaints == []
