@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from lumped.train.table import MeshTable
 
 SHOWN_PITCHES = 8
+# Text of a number by a formatter of matplotlib
+POWER_OF_TEN = re.compile(r"\$\\mathdefault\{[-\d.]*(\\times)?(10\^\{[-\d.]+\})?\}\$")
 PAIR_COLORS = ("tab:orange", "tab:red", "tab:brown", "tab:pink", "tab:olive")
 DARKEST, LIGHTEST = 0.0, 0.85  # of the colours of torques
 
@@ -53,11 +56,15 @@ def save_figure(
 
 
 def draw_words_as_they_are(figure: Figure) -> None:
-    """No mathematics in names with dollar signs, and nothing that steers a reader."""
+    """No mathematics in names with dollar signs, and nothing that steers a reader.
+
+    Numbers of logarithmic axes, which a figure has that was drawn before, stay powers.
+    """
     from matplotlib.text import Text
 
     for text in figure.findobj(Text):
-        if content := text.get_text():
+        content = text.get_text()
+        if content and POWER_OF_TEN.fullmatch(content) is None:
             text.set_text(printable(content))
             text.set_parse_math(False)
 

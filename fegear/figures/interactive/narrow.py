@@ -161,7 +161,7 @@ class _Stack:
         }
         self.below.append((f"{name}.y", self.down))
         rows = legend_rows(shown.labels, self.width)
-        breaks = max(label.count("\n") for label in shown.labels) if shown.labels else 0
+        breaks = max((label.count("\n") for label in shown.labels), default=0)
         self.down += ENTRY_LINE * rows * (1.0 + 0.75 * breaks) + GAP
 
     def _finish(self) -> None:

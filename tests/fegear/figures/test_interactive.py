@@ -137,6 +137,15 @@ def test_a_notebook_has_plotly_once_or_from_a_url():
         assert '<img alt="figure" src="data:image/png;base64,' in part
 
 
+def test_a_figure_that_was_drawn_before_gives_the_same_page(tmp_path):
+    figure = lines()
+    before = interactive_page(figure, "plotly.min.js")
+    statics.save_figure(figure, tmp_path / "x.png")
+    assert interactive_page(figure, "plotly.min.js") == before
+    statics.save_figure(figure, tmp_path / "y.png")
+    assert (tmp_path / "x.png").read_bytes() == (tmp_path / "y.png").read_bytes()
+
+
 def test_devices_take_png_as_before(tmp_path):
     path = tmp_path / "x.png"
     statics.save_figure(lines(), path)

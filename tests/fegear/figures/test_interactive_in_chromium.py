@@ -17,7 +17,8 @@ DRAWN = """() => {
     const box = part.getBoundingClientRect();
     return box.left >= -1 && box.right <= innerWidth + 1;
   };
-  const texts = [...frame.querySelectorAll(".xtitle, .ytitle, [class^=legend][class$=text]")];
+  const names = ".xtitle, .ytitle, [class^=legend][class$=text]";
+  const texts = [...frame.querySelectorAll(names)];
   return {
     layout: frame.dataset.layout,
     wide: document.documentElement.scrollWidth - innerWidth,
