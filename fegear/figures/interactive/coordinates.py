@@ -24,7 +24,7 @@ class Panel(NamedTuple):
 
     @property
     def ending(self) -> str:
-        """Of the names of the axes, nothing for the first."""
+        """Ending of the names of the axes; empty for the first panel."""
         return "" if self.number == 1 else str(self.number)
 
     @property

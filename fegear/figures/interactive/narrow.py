@@ -31,6 +31,7 @@ MIN_HEIGHT, MAX_HEIGHT = 150.0, 320.0  # pixels, of a panel
 MAX_EQUAL_HEIGHT = 420.0  # pixels, of one whose axes have equal units
 TEXT_LINE = 15.0  # pixels, of a named tick
 BAR_HEIGHT = 66.0  # pixels, of a horizontal colour bar with its numbers and label
+TITLE_LETTER = 7.0  # pixels, of a letter of the title of a panel
 LEGEND_FONT = 11.0  # pixels
 
 
@@ -102,7 +103,7 @@ class _Stack:
 
     def _put_panel(self, panel: Panel) -> None:
         frame, ending = self._frame(panel), panel.ending
-        letters = int(self.width / (0.9 * LETTER))
+        letters = int(self.width / LETTER)
         x_label = wrapped(panel.axes.get_xlabel(), letters)
         extra = line_count(x_label) - line_count(markup(panel.axes.get_xlabel()))
         self.down += frame.top + self._put_title(panel)
@@ -119,7 +120,9 @@ class _Stack:
         """Set the title of a panel; pixels that it takes more than in the picture."""
         for number, titled, text in panel_titles(self.picture):
             if titled is panel:
-                marked = wrapped(text, int((self.width + 0.6 * self.left) / LETTER))
+                marked = wrapped(
+                    text, int((self.width + 0.3 * self.left) / TITLE_LETTER)
+                )
                 self.layout[f"annotations[{number}].text"] = marked
                 return LABEL_LINE * max(
                     0, line_count(marked) - line_count(markup(text))
@@ -162,7 +165,7 @@ class _Stack:
         self.below.append((f"{name}.y", self.down))
         rows = legend_rows(shown.labels, self.width)
         breaks = max((label.count("\n") for label in shown.labels), default=0)
-        self.down += ENTRY_LINE * rows * (1.0 + 0.75 * breaks) + GAP
+        self.down += ENTRY_LINE * rows * (1.0 + 0.75 * breaks) + 2.0 * GAP
 
     def _finish(self) -> None:
         """Pixels from the top become parts of the panels' height."""
