@@ -17,8 +17,8 @@ from fegear.figures.interactive.coordinates import Panel
 from fegear.figures.interactive.elements import Element, Elements
 from fegear.figures.interactive.images import add_image, add_mesh
 from fegear.figures.interactive.layout import (
-    BREAKPOINT,
     Picture,
+    breakpoint_of,
     measure_frames,
     panel_titles,
 )
@@ -34,6 +34,7 @@ from fegear.figures.interactive.narrow import narrow_layout
 from fegear.figures.interactive.notes import add_annotation, add_text
 from fegear.figures.interactive.patches import add_arrow, add_patch
 from fegear.figures.interactive.secondary import secondary_axes
+from fegear.figures.interactive.styles import PIXELS_PER_INCH
 from fegear.figures.interactive.wide import wide_layout
 from fegear.files.errors import InputError
 from fegear.files.output import PLOTLY_NEEDED
@@ -94,7 +95,7 @@ def to_plotly(figure: Figure) -> PlotlyFigure:
         "wide": wide_layout(picture, frames),
         "narrow": narrow_layout(picture, frames),
     }
-    layout["meta"] = {"breakpoint": BREAKPOINT, **variants}
+    layout["meta"] = {"breakpoint": breakpoint_of(picture), **variants}
     drawn = graph_objects.Figure({"data": elements.traces, "layout": layout})
     for path, value in variants["wide"].items():
         drawn.layout[path] = value
@@ -220,6 +221,10 @@ def _figure_title() -> Element:
 
 
 def _panel_title(panel: Panel) -> Element:
+    # above what else is on top of the panel, as in the picture
+    root: Any = panel.axes.get_figure(root=True)
+    gap = panel.axes.title.get_window_extent().y0 - panel.axes.bbox.y1
+    shift = max(2.0, round(PIXELS_PER_INCH / root.dpi * float(gap), 1))
     return {
         "xref": f"{panel.x} domain",
         "yref": f"{panel.y} domain",
@@ -230,7 +235,7 @@ def _panel_title(panel: Panel) -> Element:
         "yanchor": "bottom",
         "showarrow": False,
         "font": {"size": 12.5},
-        "yshift": 2,
+        "yshift": shift,
     }
 
 

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.colorbar import Colorbar
     from matplotlib.figure import Figure
 
-BREAKPOINT = 720  # pixels, width below which panels are below each other
+BREAKPOINT = 720.0  # pixels, width below which panels are below each other
+MIN_SCALE = 0.6  # of the gaps between columns, which shrink with the width
 TITLE_LINE, ENTRY_LINE, LABEL_LINE = 19.0, 20.0, 15.0  # pixels, height of a line
 TITLE_SIZE = {"wide": 15, "narrow": 13}  # pixels
 GAP = 10.0  # pixels between parts
@@ -59,6 +60,15 @@ class Picture:
     def hosts(self) -> list[Panel]:
         """Panels with a frame of their own."""
         return [panel for panel in self.panels if twin_host(panel, self.panels) is None]
+
+
+def breakpoint_of(picture: Picture) -> int:
+    """Width of the page [pixels] below which panels are below each other."""
+    columns = {round(box_of(panel.axes)[0], 2) for panel in picture.hosts}
+    if len(columns) == 1:
+        return round(BREAKPOINT)
+    width = PIXELS_PER_INCH * picture.figure.get_figwidth()
+    return round(max(BREAKPOINT, MIN_SCALE * width))
 
 
 def measure_frames(figure: Figure, panels: Sequence[Panel]) -> dict[Panel, Frame]:
