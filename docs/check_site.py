@@ -66,13 +66,12 @@ def broken_links(pages: dict[Path, PageParser]) -> Iterator[str]:
 
 def declared_names() -> Iterator[tuple[str, str]]:
     """What must be found: the page's folder or name, and the words."""
-    from fegear.studies.columns import columns
-
     import fegear
     import lumped
     from fegear.files.codes import codes
     from fegear.files.keys import FILE_KINDS, file_keys
     from fegear.studies import STUDIES
+    from fegear.studies.columns import columns
 
     yield from (("reference/commands", f"fegear {name}") for name in STUDIES)
     for kind in FILE_KINDS:

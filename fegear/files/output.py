@@ -29,7 +29,11 @@ except ImportError:  # on Windows, where a file that is open cannot be removed
 # Name of a file that is being written; some letters follow
 TEMPORARY_PREFIX = ".fegear-{process}-"
 TEMPORARY_NAME = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
-PICTURES = (".png", ".pdf", ".svg")  # endings of names
+INTERACTIVE = ".html"  # ending of a picture that a reader zooms into
+PICTURES = (".png", ".pdf", ".svg", INTERACTIVE)  # endings of names
+# for a help text, after what is drawn
+INTO_PICTURE = f"into this file, {', '.join(PICTURES[:-1])} or {PICTURES[-1]}"
+PLOTLY_NEEDED = "an interactive figure needs plotly: pip install 'fegear[interactive]'"
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
 
 
@@ -76,10 +80,23 @@ def path_of(path: object) -> Path:
 
 
 def require_picture(path: Path) -> None:
-    """A file whose ending says what kind of picture it is, or a device."""
-    if path.suffix.lower() not in PICTURES and not is_device(path):
+    """A file whose ending says what kind of picture it is, or a device.
+
+    Raises InputError otherwise, and for an interactive one without plotly.
+    """
+    kind = path.suffix.lower()
+    if kind not in PICTURES and not is_device(path):
         allowed = ", ".join(PICTURES)
         raise InputError(f"{path}: a picture's name must end in {allowed}")
+    if kind == INTERACTIVE and not has_plotly():
+        raise InputError(f"{path}: {PLOTLY_NEEDED}")
+
+
+def has_plotly() -> bool:
+    """Whether plotly is installed, which draws interactive figures."""
+    from importlib.util import find_spec
+
+    return find_spec("plotly") is not None
 
 
 def make_directory(path: str | os.PathLike[str]) -> Path:

@@ -27,7 +27,7 @@ from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.files.errors import InputError
-from fegear.files.output import write_text, write_whole
+from fegear.files.output import require_picture, write_text, write_whole
 from fegear.files.timing import recorded_stages, stage
 from fegear.files.version import package_version
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
@@ -49,7 +49,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 POSITIONS_PER_CHUNK = 2048  # positions solved between two reports of progress
 MAX_ROWS = 1_000_000  # of a table
-PICTURES = (".png", ".pdf", ".svg")
 DOTS_PER_INCH = 130  # of a picture in a notebook
 
 
@@ -265,7 +264,7 @@ class StaticsResult(Result):
         Parameters
         ----------
         path : str or path-like
-            Picture, with the ending ``.png``, ``.pdf`` or ``.svg``.
+            Picture, with the ending ``.png``, ``.pdf``, ``.svg`` or ``.html``.
 
         Raises
         ------
@@ -275,8 +274,7 @@ class StaticsResult(Result):
         from fegear.figures.statics import save_figure
 
         file = Path(path)
-        if file.suffix.lower() not in PICTURES:
-            raise InputError(f"path = {path}; allowed endings {', '.join(PICTURES)}")
+        require_picture(file)
         figure = self._figure()
         write_whole(file, lambda place: save_figure(figure, place))
 
@@ -288,11 +286,10 @@ class StaticsResult(Result):
     def _repr_html_(self) -> str:
         """Means over the mesh cycle, evidence and figure, in a notebook."""
         # as the study of the same table shows them
-        from fegear.studies.notebook import figure_png, page_html
+        from fegear.studies.notebook import page_html
         from fegear.studies.stiffness import page_of_table
 
-        picture = figure_png(self._figure(), DOTS_PER_INCH)
-        return page_html(page_of_table(self), picture)
+        return page_html(page_of_table(self), self._figure(), DOTS_PER_INCH)
 
     @property
     def reciprocity_error(self) -> float:

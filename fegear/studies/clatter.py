@@ -15,6 +15,7 @@ import numpy as np
 from fegear.clatter.gearboxes import NamedGearbox, load_gearbox
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
+from fegear.files.output import INTO_PICTURE
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.study import (
     PLOT,
@@ -75,7 +76,7 @@ class Clatter(
     resumes = True
     pictures = PLOT | {
         "attractor": "Draw phase and speed of the impacts of the wheel's teeth "
-        "into this file, .png, .pdf or .svg."
+        f"{INTO_PICTURE}."
     }
 
     gearbox: str = argument(

@@ -8,6 +8,7 @@ from html import escape
 from io import BytesIO
 from typing import TYPE_CHECKING
 
+from fegear.files.output import has_plotly
 from fegear.files.printable import printable
 from fegear.studies.page import ColumnTable, Page, RowTable
 
@@ -15,16 +16,29 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def page_html(page: Page, picture: bytes | None = None) -> str:
-    """The page of a result: a paragraph for each line, its tables, and a picture.
+def page_html(
+    page: Page, figure: Figure | None = None, dots_per_inch: int = 130
+) -> str:
+    """The page of a result: a paragraph for each line, its tables, and a figure.
 
-    The picture, a PNG file, is part of the HTML: a notebook shows that alone.
+    The figure is interactive where plotly is installed, else a picture. All of it is
+    part of the HTML: a notebook shows that alone.
     """
     parts = [_part(part) for part in page]
-    if picture is not None:
-        content = b64encode(picture).decode("ascii")
-        parts.append(f'<img alt="figure" src="data:image/png;base64,{content}">')
+    if figure is not None:
+        parts.append(figure_html(figure, dots_per_inch))
     return "\n".join(parts)
+
+
+def figure_html(figure: Figure, dots_per_inch: int) -> str:
+    """A figure as part of a page."""
+    picture = figure_png(figure, dots_per_inch)
+    if has_plotly():
+        from fegear.figures.interactive import notebook_part
+
+        return notebook_part(figure, picture)
+    content = b64encode(picture).decode("ascii")
+    return f'<img alt="figure" src="data:image/png;base64,{content}">'
 
 
 def figure_png(figure: Figure, dots_per_inch: int) -> bytes:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fegear.files.keys import UNITS
-from fegear.files.output import PICTURES
+from fegear.files.output import INTO_PICTURE, PICTURES
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.draw import gear_set_figure
 from fegear.gearset.model import GearSet
@@ -66,7 +66,7 @@ class DerivedGeometry(Study, command="show", example="show liu-idler --plot idle
     """Derived geometry of a gear set, and what was inferred."""
 
     pictures = NO_PICTURES
-    output = "Draw the gears into this file, .png, .pdf or .svg."
+    output = f"Draw the gears {INTO_PICTURE}."
     output_names = "--plot", "-o"
     endings = PICTURES
 

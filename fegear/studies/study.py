@@ -32,6 +32,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
 
 from fegear.files.errors import InputError
+from fegear.files.output import INTO_PICTURE
 from fegear.result import Result
 from lumped.common.docstrings import set_lazy_docstring
 from lumped.common.options import Range, allowed_of, help_of
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
 TABLES = (".csv", ".txt", "")  # endings of names
-PLOT = {"plot": "Draw the results into this file, .png, .pdf or .svg."}
+PLOT = {"plot": f"Draw the results {INTO_PICTURE}."}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -770,7 +771,7 @@ class StudyResult(Result):
         Parameters
         ----------
         path : str or Path
-            Picture, with the ending ``.png``, ``.pdf`` or ``.svg``.
+            Picture, with the ending ``.png``, ``.pdf``, ``.svg`` or ``.html``.
         name : str, optional
             Name of the picture, one of `figures`.
 
@@ -796,13 +797,17 @@ class StudyResult(Result):
         """The page of the result in a notebook, with its figure."""
         from fegear.studies.notebook import page_html
 
-        return page_html(self.page(), self._repr_png_())
+        return page_html(self.page(), self._first_figure(), self.dots_per_inch)
 
     def _repr_png_(self) -> bytes | None:
         """The first figure that can be drawn, None where there is none."""
         from fegear.studies.notebook import figure_png
 
+        figure = self._first_figure()
+        return None if figure is None else figure_png(figure, self.dots_per_inch)
+
+    def _first_figure(self) -> Figure | None:
         for draw in self.figures.values():
             with suppress(InputError):  # of a figure that these settings do not give
-                return figure_png(draw(), self.dots_per_inch)
+                return draw()
         return None

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from typing import Literal
 
 from fegear.files.errors import InputError
+from fegear.files.output import INTO_PICTURE
 from fegear.studies.columns import meanings
 from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import PLOT, Draw, Job, Study, Task, display_name, setting
@@ -92,9 +93,8 @@ class Sweep(
     partial = True
     more_tables = MORE
     pictures = PLOT | {
-        "waterfall": "Draw the spectra over speed into this file, .png, .pdf or "
-        ".svg: a Campbell diagram, and harmonics of the mesh "
-        "frequency."
+        "waterfall": f"Draw the spectra over speed {INTO_PICTURE}: "
+        "a Campbell diagram, and harmonics of the mesh frequency."
     }
 
     torque: tuple[float, ...] = torques_setting()

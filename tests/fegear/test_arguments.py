@@ -137,7 +137,7 @@ def test_paths_are_taken_where_texts_are(tmp_path):
 
 def test_files_that_results_cannot_write(tmp_path):
     result = fegear.run(fegear.Sweep(gear_set="liu-pair", **ONE))
-    endings = r"a picture's name must end in \.png, \.pdf, \.svg$"
+    endings = r"a picture's name must end in \.png, \.pdf, \.svg, \.html$"
     for name in ("x.jpg", "x"):
         with pytest.raises(fegear.InputError, match=rf"{name}: {endings}"):
             result.draw(tmp_path / name)

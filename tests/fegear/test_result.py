@@ -86,5 +86,5 @@ def test_a_table_shows_and_draws_itself(gears, tmp_path):
     for stiffness in 1e-6 * result.table["stiffness_N_per_m"]:
         points = np.column_stack([result.table.position, stiffness])
         assert are_drawn(*figures, points)
-    with pytest.raises(fegear.InputError, match=r"allowed endings \.png"):
+    with pytest.raises(fegear.InputError, match=r"name must end in \.png"):
         result.draw(tmp_path / "table.jpg")

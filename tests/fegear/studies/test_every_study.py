@@ -22,6 +22,7 @@ from case_files import case_text
 from cli_commands import printed
 from declared_columns import declared, require_declared
 from drawn_figures import axis_labels, saved_figures
+from interactive_checks import check_figure
 from quick_benchmarks import answer_at_once
 from shown_results import what_is_shown
 from typer.testing import CliRunner
@@ -29,6 +30,7 @@ from typer.testing import CliRunner
 import fegear
 from fegear.cli import app, run
 from fegear.cli import study_group as groups
+from fegear.figures.interactive import to_plotly
 from fegear.files.codes import require_warning_code, with_code
 from fegear.files.errors import InputError
 from fegear.files.output import strict_json
@@ -500,6 +502,10 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     assert html.count("<table>") == sum(type(part) is not str for part in result.page())
     assert ('src="data:image/png;base64,' in html) == bool(result.figures)
     assert picture.startswith(b"\x89PNG") if result.figures else picture is None
+    for draw in result.figures.values():
+        with suppress(InputError):  # of a figure that these settings do not give
+            figure = draw()
+            check_figure(figure, to_plotly(figure))
     if files:
         stored = contents(path)
         assert stored
