@@ -25,6 +25,7 @@ extensions = [
     "sphinxcontrib.bibtex",
     "declared",  # reference pages from the declarations of the program
     "formulas",  # as SVG, without network
+    "interactive",  # figures of results
 ]
 exclude_patterns = ["_build", "examples", "**/.ipynb_checkpoints"]
 root_doc = "index"
