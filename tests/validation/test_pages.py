@@ -39,7 +39,7 @@ def test_svg_and_png_are_written_and_can_be_read(tmp_path):
 def test_equal_input_gives_equal_bytes(tmp_path):
     one, two = saved(tmp_path / "one"), saved(tmp_path / "two")
     assert one.inline == two.inline
-    for name in (one.svg, one.png):
+    for name in (one.svg, one.png, one.interactive):
         first, second = ((tmp_path / d / name).read_bytes() for d in ("one", "two"))
         assert first == second
 

@@ -1,4 +1,4 @@
-"""Figures on disk as SVG and PNG, and the SVG inside a page.
+"""Figures on disk as SVG, PNG and interactive pages, and the SVG inside a page.
 
 Inside a page black becomes the page's ink and white its paper, so that a figure can be
 read on light and on dark.
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fegear.figures.statics import draw_words_as_they_are
-from fegear.files.output import make_directory, write_text, write_whole
+from fegear.files.output import has_plotly, make_directory, write_text, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +31,9 @@ class SavedFigure:
     """A figure in the folder of a page.
 
     caption : what is to be seen; command : that makes it again
-    svg, png : paths relative to the page; data : names and relative paths of CSV files
+    svg, png, interactive : paths relative to the page, the last one empty where plotly
+        is not installed
+    data : names and relative paths of CSV files
     inline : the SVG element for the page itself
     """
 
@@ -40,6 +42,7 @@ class SavedFigure:
     command: str
     svg: str
     png: str
+    interactive: str
     data: tuple[tuple[str, str], ...]
     inline: str
 
@@ -52,7 +55,7 @@ def save_figure(
     command: str,
     data: tuple[tuple[str, str], ...] = (),
 ) -> SavedFigure:
-    """Write NAME.svg and NAME.png below the page's folder; equal input, equal bytes.
+    """Write NAME.svg, .png and .html below the page's folder; equal input, equal bytes.
 
     Raises InputError where they cannot be written.
     """
@@ -72,9 +75,23 @@ def save_figure(
         command=command,
         svg=f"{FOLDER}/{name}.svg",
         png=f"{FOLDER}/{name}.png",
+        interactive=_write_interactive(figure, folder, name),
         data=data,
         inline=inline_svg(svg, name, caption),
     )
+
+
+def _write_interactive(figure: Figure, folder: Path, name: str) -> str:
+    """Write NAME.html, beside one plotly.js for all figures of the folder."""
+    if not has_plotly():
+        return ""
+    from fegear.figures.interactive.page import LIBRARY, interactive_page, library_text
+
+    library = folder / LIBRARY
+    if not library.exists():
+        write_text(library, library_text())
+    write_text(folder / f"{name}.html", interactive_page(figure, LIBRARY))
+    return f"{FOLDER}/{name}.html"
 
 
 def svg_text(figure: Figure, name: str) -> str:
