@@ -18,6 +18,12 @@ import fegear
 from fegear.files.version import package_version
 
 GUIDE = Path(__file__).parents[2] / "docs" / "howto" / "python.md"
+ROOT = GUIDE.parents[2]
+PAGES = sorted(
+    path.relative_to(ROOT).as_posix()
+    for path in (ROOT / "README.md", *ROOT.glob("docs/**/*.md"))
+    if "```python\n" in path.read_text("utf-8") and path != GUIDE
+)
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 SPEEDS = 2000.0, 2100.0
 FAST = fegear.StiffnessSource(kind="rectangular")
@@ -48,6 +54,19 @@ def test_the_guide():
     for block in blocks:
         assert len(block.splitlines()) < 20
         exec(compile(block, GUIDE.name, "exec"), names)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_python_of_other_pages(page):
+    """Files that a page reads are those of commands, made here in a small size."""
+    gears = fegear.load_gear_set("liu-pair")
+    fegear.solve_mesh(gears, torques_on_driver=[100.0]).to_csv("t.csv")
+    blocks = BLOCK.findall((ROOT / page).read_text("utf-8"))
+    if any("import pandas" in block for block in blocks):
+        pytest.importorskip("pandas")
+    names: dict[str, object] = {}
+    for block in blocks:
+        exec(compile(block, page, "exec"), names)
 
 
 def test_the_guide_promises_no_more_than_runs():
