@@ -10,9 +10,8 @@ from sphinx.application import Sphinx
 
 from fegear.figures.interactive.page import LIBRARY, library_text
 
-os.environ["FEGEAR_PLOTLY_URL"] = f"../_static/{LIBRARY}"  # from pages with figures
-    f"../_static/{LIBRARY}"  # as pages with figures see it
-)
+# as pages with figures see it
+os.environ["FEGEAR_PLOTLY_URL"] = f"../_static/{LIBRARY}"
 
 
 def write_library(app: Sphinx, error: Exception | None) -> None:

@@ -207,7 +207,8 @@ class GearEntry(GearDefaults):
 
 START = (
     "Point where the relief starts: of single-tooth contact the highest (HPSTC) or the "
-    "lowest (LPSTC)."
+    "lowest (LPSTC). [default: HPSTC at the tip, LPSTC at the root, if no length or "
+    "roll angle is given]"
 )
 
 

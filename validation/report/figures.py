@@ -181,10 +181,11 @@ def draw_verdicts(result: CaseResult) -> Figure:
     axes.axvline(1.0, color="black", lw=1.0)
     axes.set_xscale("log")
     axes.set_xlim(SPAN[0] / 1.3, SPAN[1] * 1.3)
-    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set_ylim(max(len(names), 1) - 0.5, -0.5)
     axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
     axes.set_xlabel("measured over allowed; right of the line: outside")
-    figure.legend(ncols=2, **LEGEND)
+    if result.verdicts:  # else there is nothing to name
+        figure.legend(ncols=2, **LEGEND)
     return figure
 
 

@@ -225,6 +225,19 @@ class ValidationResult(StudyResult):
         ]
 
     @property
+    def without_value(self) -> list[tuple[str, str, list[str]]]:
+        """Case, model and the metrics of which it has no value, where there are any.
+
+        Peaks or jumps that only one of both has are not compared.
+        """
+        missing = [
+            (case["case"], model["model"], _metrics_without_value(case, model["model"]))
+            for case in self.values["cases"]
+            for model in case["models"]
+        ]
+        return [entry for entry in missing if entry[2]]
+
+    @property
     def complete(self) -> bool:
         return self.finished and not self._reasons
 
@@ -238,6 +251,14 @@ class ValidationResult(StudyResult):
         sets, reasons = self.values["random_sets"], list[str]()
         if self.outside:
             reasons.append(f"values outside their tolerances: {len(self.outside)}")
+        unjudged = [
+            f"{case['case']}, {model['model']}"
+            for case in self.values["cases"]
+            for model in case["models"]
+            if model["within"] + model["outside"] == 0
+        ]
+        if unjudged:
+            reasons.append(f"no value to judge: {'; '.join(unjudged)}")
         if sets.get("of") != sets.get("passed"):
             missed = sets["of"] - sets["passed"]
             reasons.append(f"random gear sets that break a promise: {missed}")
@@ -277,8 +298,19 @@ class ValidationResult(StudyResult):
         elif outside:
             yield "Outside"
             yield from (failed_line(*failure) for failure in outside)
-        else:
+        for case, model, metrics in self.without_value:
+            yield f"no value of {', '.join(metrics)}: {case}, {model}"
+        if not outside and not self._reasons:
             yield "All are within."
+
+
+def _metrics_without_value(case: Mapping[str, Any], model: str) -> list[str]:
+    return [
+        metric["metric"]
+        for metric in case["metrics"]
+        for entry in metric["models"]
+        if entry["model"] == model and entry["of"] == 0
+    ]
 
 
 def failed_line(case: str, failed: Mapping[str, Any]) -> str:

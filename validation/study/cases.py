@@ -204,7 +204,7 @@ class Case:
         Field(description="Name of the case, which files are named after."),
     ]
     title: Annotated[Text, Field(description="Heading of the report.")]
-    gear_set: Annotated[Text, Field(description="Built-in gear set, or a file.")]
+    gear_set: Annotated[Text, Field(description="Built-in gear set, or a file's path.")]
     torques_Nm: Annotated[
         Annotated[tuple[Positive, ...], Field(min_length=1)],
         Field(description="Torques on the input gear."),

@@ -45,6 +45,18 @@ def test_within_ends_with_0_and_outside_with_1(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_model_that_cannot_be_judged_fails(tmp_path):
+    """No peak in the band: a tolerance of peaks says nothing about the model."""
+    case = tmp_path / "silent.toml"
+    case.write_text(case_text(name="silent").replace("rms_distance", "peak_frequency"))
+    result = run(case, "-o", tmp_path / "report")
+    assert result.exit_code == 1
+    assert "no value of peak_frequency: silent, model-1\n" in result.stdout
+    assert "All are within." not in result.stdout
+    assert "no value to judge: silent, model-1" in result.stderr
+
+
+@pytest.mark.slow
 def test_json_is_the_report_and_names_the_csv_files(tmp_path):
     out = tmp_path / "report"
     result = run(own_case(tmp_path), "-o", out, "--json")
