@@ -14,6 +14,7 @@ from typing import Any
 
 import fegear
 from fegear.files.output import strict_json
+from fegear.studies.notebook import page_html
 
 
 def what_is_shown(result: Any) -> dict[str, Any]:
@@ -25,7 +26,7 @@ def what_is_shown(result: Any) -> dict[str, Any]:
         tables["table"] = ""
     return {
         "summary": json.loads(strict_json(result.summary)),
-        "page": result._repr_html_().partition('<img src="data:')[0],
+        "page": page_html(result.page()),
         "tables": tables,
         "pictures": {name: _digest(result, name) for name in result.figures},
     }

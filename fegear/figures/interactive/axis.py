@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from fegear.figures.interactive.coordinates import Panel
+from fegear.figures.interactive.coordinates import FigurePanel
 from fegear.figures.interactive.elements import Element
 from fegear.figures.interactive.styles import css
 from fegear.figures.interactive.texts import number_markup
@@ -23,7 +23,7 @@ LABEL_GAP = 3  # pixels from the numbers of an axis to its label
 DECADES_OF_DIGITS = 2.5  # decades up to which digits are numbered within each
 
 
-def axis_pair(panel: Panel, panels: Sequence[Panel]) -> dict[str, Element]:
+def axis_pair(panel: FigurePanel, panels: Sequence[FigurePanel]) -> dict[str, Element]:
     """Both axes of a panel, by their names in a layout."""
     axes, ending = panel.axes, panel.ending
     x, y = _axis(axes, "x"), _axis(axes, "y")
@@ -127,7 +127,9 @@ def _ticks(axis: Any, limits: list[float]) -> Element:
     return {"dtick": 1} if isinstance(locator, LogLocator) else {}
 
 
-def _first_sharing(panel: Panel, panels: Sequence[Panel], key: str) -> Panel | None:
+def _first_sharing(
+    panel: FigurePanel, panels: Sequence[FigurePanel], key: str
+) -> FigurePanel | None:
     """The first panel whose axis zooms with that of a panel; None for itself."""
     axes = panel.axes
     shared = axes.get_shared_x_axes() if key == "x" else axes.get_shared_y_axes()
@@ -135,7 +137,7 @@ def _first_sharing(panel: Panel, panels: Sequence[Panel], key: str) -> Panel | N
     return next((other for other in earlier if shared.joined(axes, other.axes)), None)
 
 
-def twin_host(panel: Panel, panels: Sequence[Panel]) -> Panel | None:
+def twin_host(panel: FigurePanel, panels: Sequence[FigurePanel]) -> FigurePanel | None:
     """The panel before it in whose frame a panel lies, as a twin does."""
     axes = panel.axes
     for other in panels[: panel.number - 1]:
@@ -147,7 +149,7 @@ def twin_host(panel: Panel, panels: Sequence[Panel]) -> Panel | None:
     return None
 
 
-def _lay_over(axes: Axes, host: Panel, x: Element, y: Element) -> None:
+def _lay_over(axes: Axes, host: FigurePanel, x: Element, y: Element) -> None:
     """Axes of a twin: one is its host's and not shown again, the other is beside it."""
     shares_x = axes.get_shared_x_axes().joined(axes, host.axes)
     hidden, shown = (x, y) if shares_x else (y, x)
@@ -157,7 +159,7 @@ def _lay_over(axes: Axes, host: Panel, x: Element, y: Element) -> None:
     x["overlaying"], y["overlaying"] = host.x, host.y
 
 
-def _keep_aspect(panel: Panel, x: Element, y: Element) -> None:
+def _keep_aspect(panel: FigurePanel, x: Element, y: Element) -> None:
     """A unit along y as long as along x, or another ratio."""
     aspect = panel.axes.get_aspect()
     if aspect == "auto":

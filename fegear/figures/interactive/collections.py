@@ -8,7 +8,7 @@ import numpy as np
 
 from fegear.figures.interactive.coordinates import (
     Array,
-    Panel,
+    FigurePanel,
     data_points,
     joined,
     outlines,
@@ -21,8 +21,8 @@ from fegear.figures.interactive.elements import (
 )
 from fegear.figures.interactive.patches import area, closed, hatch_pattern
 from fegear.figures.interactive.styles import (
-    CLEAR,
     SYMBOLS,
+    TRANSPARENT,
     css,
     css_list,
     pixels,
@@ -33,7 +33,7 @@ from fegear.figures.interactive.texts import markup, one_line
 CIRCLE_SIZE = 1.0  # width of a scattered circle over the root of its size
 
 
-def add_scatter(elements: Elements, panel: Panel, points: Any) -> None:
+def add_scatter(elements: Elements, panel: FigurePanel, points: Any) -> None:
     """Markers with sizes and colours of their own, and the values of the colours."""
     x, y = data_points(panel, points.get_offset_transform(), points.get_offsets()).T
     sizes = np.sqrt(points.get_sizes())
@@ -42,9 +42,9 @@ def add_scatter(elements: Elements, panel: Panel, points: Any) -> None:
     marker = {
         "symbol": _symbol(points.get_paths()[0]),
         "size": _one_or_all([pixels(size) for size in sizes], x.size),
-        "color": _one_or_all(css_list(faces), x.size, CLEAR),
+        "color": _one_or_all(css_list(faces), x.size, TRANSPARENT),
         "line": {
-            "color": _one_or_all(css_list(edges), x.size, CLEAR),
+            "color": _one_or_all(css_list(edges), x.size, TRANSPARENT),
             "width": _one_or_all(widths, x.size, 0.0),
         },
     }
@@ -87,7 +87,7 @@ def _of(values: Any, index: int, default: Any) -> Any:
     return values[index % len(values)] if len(values) else default
 
 
-def add_lines(elements: Elements, panel: Panel, lines: Any) -> None:
+def add_lines(elements: Elements, panel: FigurePanel, lines: Any) -> None:
     """A trace for each look of the lines."""
     _refuse_offsets(lines)
     groups: dict[tuple[str, float, str], list[Array]] = {}
@@ -114,7 +114,7 @@ def _stroke(collection: Any, index: int) -> tuple[str, float, str]:
     return color, pixels(width), scaled_dash(lengths)
 
 
-def add_areas(elements: Elements, panel: Panel, areas: Any) -> None:
+def add_areas(elements: Elements, panel: FigurePanel, areas: Any) -> None:
     """A trace for each look of the areas."""
     _refuse_offsets(areas)
     groups: dict[tuple[str, str, float, str], list[Array]] = {}
@@ -132,7 +132,7 @@ def add_areas(elements: Elements, panel: Panel, areas: Any) -> None:
         elements.traces.append(area(panel, areas, parts, **style))
 
 
-def add_contours(elements: Elements, panel: Panel, contours: Any) -> None:
+def add_contours(elements: Elements, panel: FigurePanel, contours: Any) -> None:
     """A trace for each level, named by it."""
     for index, path in enumerate(contours.get_paths()):
         parts = outlines(panel, contours.get_transform(), path)
@@ -147,7 +147,7 @@ def add_contours(elements: Elements, panel: Panel, contours: Any) -> None:
 
 def _add_isoline(
     elements: Elements,
-    panel: Panel,
+    panel: FigurePanel,
     contours: Any,
     index: int,
     parts: list[Array],
@@ -163,7 +163,7 @@ def _add_isoline(
 
 def _add_band(
     elements: Elements,
-    panel: Panel,
+    panel: FigurePanel,
     contours: Any,
     index: int,
     parts: list[Array],
@@ -176,6 +176,6 @@ def _add_band(
     if hatch:
         style["fillpattern"] = hatch_pattern(hatch, "black", face)
     band = area(panel, contours, [closed(part) for part in parts], **style)
-    if face != CLEAR and not hatch:
+    if face != TRANSPARENT and not hatch:
         band |= {"name": markup(f"{low:.5g} to {high:.5g}"), "hoverinfo": "name"}
     elements.traces.append(band)

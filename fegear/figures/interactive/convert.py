@@ -13,7 +13,7 @@ from fegear.figures.interactive.collections import (
     add_scatter,
 )
 from fegear.figures.interactive.color_bars import color_axis, color_bar_of
-from fegear.figures.interactive.coordinates import Panel
+from fegear.figures.interactive.coordinates import FigurePanel
 from fegear.figures.interactive.elements import Element, Elements
 from fegear.figures.interactive.images import add_image, add_mesh
 from fegear.figures.interactive.layout import (
@@ -113,7 +113,7 @@ def _refuse_others(figure: Figure) -> None:
         )
 
 
-def _panels(figure: Figure) -> tuple[list[Panel], list[Any]]:
+def _panels(figure: Figure) -> tuple[list[FigurePanel], list[Any]]:
     """Panels in the order of drawing, and colour bars."""
     from matplotlib.axes import Axes
 
@@ -126,10 +126,10 @@ def _panels(figure: Figure) -> tuple[list[Panel], list[Any]]:
         for child in axes.child_axes
         if isinstance(child, Axes) and child.get_visible()
     ]
-    return [Panel(axes, i) for i, axes in enumerate([*own, *insets], 1)], bars
+    return [FigurePanel(axes, i) for i, axes in enumerate([*own, *insets], 1)], bars
 
 
-def _owner(bar: Any, panels: Sequence[Panel]) -> Panel:
+def _owner(bar: Any, panels: Sequence[FigurePanel]) -> FigurePanel:
     """The panel that a colour bar explains."""
     axes = bar.mappable.axes
     return next((panel for panel in panels if panel.axes is axes), panels[-1])
@@ -167,7 +167,9 @@ def _artists(axes: Axes) -> Iterator[Any]:
             yield artist
 
 
-def _convert(elements: Elements, panel: Panel, artist: Any, found: Groups) -> None:
+def _convert(
+    elements: Elements, panel: FigurePanel, artist: Any, found: Groups
+) -> None:
     """Convert an artist; what hides it in the legend hides all that it became."""
     convert = _converter(artist)
     before = len(elements.traces), len(elements.shapes)
@@ -182,14 +184,14 @@ def _convert(elements: Elements, panel: Panel, artist: Any, found: Groups) -> No
         shape["legendgroup"] = group_of(label)
 
 
-def _converter(artist: Any) -> Callable[[Elements, Panel, Any], None]:
+def _converter(artist: Any) -> Callable[[Elements, FigurePanel, Any], None]:
     for kind, convert in _converters():
         if isinstance(artist, kind):
             return convert
     raise TypeError(f"no interactive form of {type(artist).__name__}")
 
 
-def _converters() -> Iterator[tuple[Any, Callable[[Elements, Panel, Any], None]]]:
+def _converters() -> Iterator[tuple[Any, Callable[[Elements, FigurePanel, Any], None]]]:
     """Classes of artists, special ones before what they are kinds of."""
     from matplotlib import collections, contour, image, lines, patches, text
 
@@ -220,7 +222,7 @@ def _figure_title() -> Element:
     }
 
 
-def _panel_title(panel: Panel) -> Element:
+def _panel_title(panel: FigurePanel) -> Element:
     # above what else is on top of the panel, as in the picture
     root: Any = panel.axes.get_figure(root=True)
     gap = panel.axes.title.get_window_extent().y0 - panel.axes.bbox.y1
@@ -239,7 +241,7 @@ def _panel_title(panel: Panel) -> Element:
     }
 
 
-def _bar_trace(panel: Panel, number: int) -> Element:
+def _bar_trace(panel: FigurePanel, number: int) -> Element:
     """A trace without points that a colour bar can belong to."""
     axis = f"coloraxis{number if number > 1 else ''}"
     return {

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 CURVE_REFINEMENT = 4.0  # of pixels along curves, which become polygons
 
 
-class Panel(NamedTuple):
+class FigurePanel(NamedTuple):
     """Axes of matplotlib and the number of their axes in plotly, from 1."""
 
     axes: Axes
@@ -36,13 +36,13 @@ class Panel(NamedTuple):
         return f"y{self.ending}"
 
 
-def in_data(panel: Panel, transform: Any) -> tuple[bool, bool]:
+def in_data(panel: FigurePanel, transform: Any) -> tuple[bool, bool]:
     """Whether x and y of a transform's points are data."""
     separate = transform.contains_branch_seperately(panel.axes.transData)
     return bool(separate[0]), bool(separate[1])
 
 
-def data_points(panel: Panel, transform: Any, points: Any) -> Array:
+def data_points(panel: FigurePanel, transform: Any, points: Any) -> Array:
     """Points (n, 2) as data; those of a part of the panel by its limits now."""
     data: Any = np.ma.filled(np.ma.asarray(points, dtype=float), np.nan)
     if transform == panel.axes.transData:
@@ -50,12 +50,12 @@ def data_points(panel: Panel, transform: Any, points: Any) -> Array:
     return from_screen(panel, np.asarray(transform.transform(data), float))
 
 
-def from_screen(panel: Panel, points: Array) -> Array:
+def from_screen(panel: FigurePanel, points: Array) -> Array:
     """Data (n, 2) of points in pixels of matplotlib."""
     return np.asarray(panel.axes.transData.inverted().transform(points), float)
 
 
-def outlines(panel: Panel, transform: Any, path: Path) -> list[Array]:
+def outlines(panel: FigurePanel, transform: Any, path: Path) -> list[Array]:
     """Every part (n, 2) of a path as data; curves become many straight pieces."""
     if path.codes is not None and not _is_straight(path):
         return _flattened(panel, transform, path)
@@ -82,7 +82,7 @@ def _parts(path: Path) -> list[Array]:
     return parts
 
 
-def _flattened(panel: Panel, transform: Any, path: Path) -> list[Array]:
+def _flattened(panel: FigurePanel, transform: Any, path: Path) -> list[Array]:
     from matplotlib.transforms import Affine2D
 
     fine = Affine2D().scale(CURVE_REFINEMENT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from fegear.figures.interactive.coordinates import Panel
+from fegear.figures.interactive.coordinates import FigurePanel
 from fegear.figures.interactive.texts import markup, one_line
 
 Element = dict[str, Any]
@@ -27,7 +27,7 @@ def label_of(artist: Any) -> str:
     return "" if label.startswith("_") else label
 
 
-def trace(panel: Panel, artist: Any, x: Any, y: Any, **style: Any) -> Element:
+def trace(panel: FigurePanel, artist: Any, x: Any, y: Any, **style: Any) -> Element:
     """A trace of points, which is in no legend by itself."""
     return {
         "type": "scatter",
@@ -42,7 +42,7 @@ def trace(panel: Panel, artist: Any, x: Any, y: Any, **style: Any) -> Element:
     }
 
 
-def hover_text(panel: Panel, label: str, *more: str) -> str:
+def hover_text(panel: FigurePanel, label: str, *more: str) -> str:
     """Name, x and y with the labels of the axes, which have the units."""
     names = axis_name(panel, "x"), axis_name(panel, "y")
     lines = [f"<b>{one_line(label)}</b>"] if label else []
@@ -52,7 +52,7 @@ def hover_text(panel: Panel, label: str, *more: str) -> str:
     return "<br>".join([*lines, *more]) + "<extra></extra>"
 
 
-def axis_name(panel: Panel, key: str) -> str:
+def axis_name(panel: FigurePanel, key: str) -> str:
     """Label of an axis, that of the axes that share it where it has none."""
     axes = panel.axes
     shared = axes.get_shared_x_axes() if key == "x" else axes.get_shared_y_axes()

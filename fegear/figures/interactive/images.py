@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.figures.interactive.coordinates import Array, Panel, in_data
+from fegear.figures.interactive.coordinates import Array, FigurePanel, in_data
 from fegear.figures.interactive.elements import (
     Element,
     Elements,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 COLOR_COUNT = 256  # of a continuous colour map
 
 
-def add_image(elements: Elements, panel: Panel, image: AxesImage) -> None:
+def add_image(elements: Elements, panel: FigurePanel, image: AxesImage) -> None:
     """Colours as a picture, numbers as a heat map in the same colours."""
     values: Any = np.ma.asarray(image.get_array())
     if in_data(panel, image.get_transform()) != (True, True):
@@ -45,7 +45,9 @@ def add_image(elements: Elements, panel: Panel, image: AxesImage) -> None:
 
 
 def _colors(
-    panel: Panel, pixels: NDArray[np.uint8], corners: tuple[tuple[float, float], ...]
+    panel: FigurePanel,
+    pixels: NDArray[np.uint8],
+    corners: tuple[tuple[float, float], ...],
 ) -> Element:
     """A picture; corners : left and right, then the edges of its first and last row."""
     (left, right), (first, last) = corners
@@ -73,7 +75,7 @@ def _png(pixels: NDArray[np.uint8]) -> str:
     return "data:image/png;base64," + b64encode(content.getvalue()).decode("ascii")
 
 
-def add_mesh(elements: Elements, panel: Panel, mesh: QuadMesh) -> None:
+def add_mesh(elements: Elements, panel: FigurePanel, mesh: QuadMesh) -> None:
     """A heat map; TypeError where columns and rows of the mesh are not straight."""
     corners = np.asarray(mesh.get_coordinates(), float)
     x, y = corners[0, :, 0], corners[:, 0, 1]
@@ -86,7 +88,7 @@ def add_mesh(elements: Elements, panel: Panel, mesh: QuadMesh) -> None:
 
 
 def _heat_map(
-    panel: Panel, mappable: Any, x: Array, y: Array, values: np.ma.MaskedArray
+    panel: FigurePanel, mappable: Any, x: Array, y: Array, values: np.ma.MaskedArray
 ) -> Element:
     """Cells between edges x and y; each is coloured by its norm and says its value."""
     data = np.ma.filled(values.astype(float), np.nan)

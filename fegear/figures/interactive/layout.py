@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fegear.figures.interactive.axis import twin_host
-from fegear.figures.interactive.coordinates import Panel
+from fegear.figures.interactive.coordinates import FigurePanel
 from fegear.figures.interactive.elements import Element
 from fegear.figures.interactive.legends import ShownLegend
 from fegear.figures.interactive.styles import PIXELS_PER_INCH
@@ -34,7 +34,7 @@ LETTER, KEY_WIDTH = 6.2, 46.0  # pixels, of a letter of an entry, of its sample 
 FRAME_INCHES = 0.95 * PIXELS_PER_INCH  # pixels for an inch of ticks and labels
 
 
-class Frame(NamedTuple):
+class PanelMargins(NamedTuple):
     """Pixels that ticks, labels and texts take around a panel."""
 
     left: float
@@ -48,8 +48,8 @@ class Picture:
     """What is laid out: panels, colour bars with the panel of each, and legends."""
 
     figure: Figure
-    panels: Sequence[Panel]
-    bars: Sequence[tuple[Colorbar, Panel]]
+    panels: Sequence[FigurePanel]
+    bars: Sequence[tuple[Colorbar, FigurePanel]]
     legends: Sequence[ShownLegend]
 
     @property
@@ -57,7 +57,7 @@ class Picture:
         return self.figure.get_suptitle()
 
     @property
-    def hosts(self) -> list[Panel]:
+    def hosts(self) -> list[FigurePanel]:
         """Panels with a frame of their own."""
         return [panel for panel in self.panels if twin_host(panel, self.panels) is None]
 
@@ -71,7 +71,9 @@ def breakpoint_of(picture: Picture) -> int:
     return round(max(BREAKPOINT, MIN_SCALE * width))
 
 
-def measure_frames(figure: Figure, panels: Sequence[Panel]) -> dict[Panel, Frame]:
+def measure_frames(
+    figure: Figure, panels: Sequence[FigurePanel]
+) -> dict[FigurePanel, PanelMargins]:
     """Frames of panels without legends; the figure is drawn for its positions."""
     from matplotlib.legend import Legend
 
@@ -85,16 +87,16 @@ def measure_frames(figure: Figure, panels: Sequence[Panel]) -> dict[Panel, Frame
     return frames
 
 
-def _frame(axes: Axes) -> Frame:
+def _frame(axes: Axes) -> PanelMargins:
     root: Any = axes.get_figure(root=True)
     inner, outer = axes.bbox, axes.get_tightbbox(for_layout_only=True)
     if outer is None:
-        return Frame(0.0, 0.0, 0.0, 0.0)
+        return PanelMargins(0.0, 0.0, 0.0, 0.0)
     inches = (
         *(inner.x0 - outer.x0, outer.x1 - inner.x1),
         *(outer.y1 - inner.y1, inner.y0 - outer.y0),
     )
-    return Frame(*(max(0.0, FRAME_INCHES * float(v) / root.dpi) for v in inches))
+    return PanelMargins(*(max(0.0, FRAME_INCHES * float(v) / root.dpi) for v in inches))
 
 
 def box_of(axes: Axes) -> tuple[float, float, float, float]:
@@ -129,7 +131,7 @@ def title_of_figure(picture: Picture, marked: str, kind: str, top: float) -> Ele
     return {f"annotations[0].{key}": value for key, value in style.items()}
 
 
-def panel_titles(picture: Picture) -> Iterator[tuple[int, Panel, str]]:
+def panel_titles(picture: Picture) -> Iterator[tuple[int, FigurePanel, str]]:
     """Number among the annotations, panel and text of every title of a panel."""
     titled = [panel for panel in picture.panels if panel.axes.get_title()]
     for number, panel in enumerate(titled, 1 if picture.title else 0):

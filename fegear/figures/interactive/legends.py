@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fegear.figures.interactive.coordinates import Panel
+from fegear.figures.interactive.coordinates import FigurePanel
 from fegear.figures.interactive.elements import Element, label_of
 from fegear.figures.interactive.patches import patch_style
 from fegear.figures.interactive.styles import (
@@ -30,16 +30,16 @@ class ShownLegend(NamedTuple):
 
     name: str
     legend: Legend
-    panel: Panel | None
+    panel: FigurePanel | None
 
     @property
     def labels(self) -> list[str]:
         return [text.get_text() for text in self.legend.get_texts()]
 
 
-def shown_legends(figure: Figure, panels: Sequence[Panel]) -> list[ShownLegend]:
+def shown_legends(figure: Figure, panels: Sequence[FigurePanel]) -> list[ShownLegend]:
     """Legends of the panels, then those of the figure."""
-    found: list[tuple[Any, Panel | None]] = [
+    found: list[tuple[Any, FigurePanel | None]] = [
         (legend, panel) for panel in panels for legend in _legends_in(panel)
     ]
     found += [(legend, None) for legend in figure.legends if legend.get_visible()]
@@ -49,7 +49,7 @@ def shown_legends(figure: Figure, panels: Sequence[Panel]) -> list[ShownLegend]:
     ]
 
 
-def _legends_in(panel: Panel) -> Iterator[Legend]:
+def _legends_in(panel: FigurePanel) -> Iterator[Legend]:
     from matplotlib.legend import Legend
 
     # a second legend of a panel is one of its artists
@@ -63,7 +63,7 @@ def group_of(label: str) -> str:
     return markup(label)
 
 
-def entries(shown: ShownLegend, anchor: Panel) -> Iterator[Element]:
+def entries(shown: ShownLegend, anchor: FigurePanel) -> Iterator[Element]:
     """A trace without points for each entry of a legend."""
     for handle, label in zip(shown.legend.legend_handles, shown.labels, strict=True):
         yield {
@@ -120,7 +120,7 @@ def _patch_sample(handle: Any) -> Element:
     return {"mode": "markers", "marker": marker | {"line": line}}
 
 
-def groups(shown: Sequence[ShownLegend], panels: Sequence[Panel]) -> Groups:
+def groups(shown: Sequence[ShownLegend], panels: Sequence[FigurePanel]) -> Groups:
     """Which entry hides an artist, by its label, else by its colour."""
     labels = {label for one in shown for label in one.labels}
     drawn = {

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fegear.figures.interactive.coordinates import Panel, data_points, in_data
+from fegear.figures.interactive.coordinates import FigurePanel, data_points, in_data
 from fegear.figures.interactive.elements import Element, Elements, label_of, trace
 from fegear.figures.interactive.styles import line_style, marker_style
 from fegear.figures.interactive.texts import markup
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 LINE_ZORDER = 2.0  # of lines in matplotlib; what is above it is above all traces
 
 
-def add_line(elements: Elements, panel: Panel, line: Line2D) -> None:
+def add_line(elements: Elements, panel: FigurePanel, line: Line2D) -> None:
     """A trace; a shape for a line from side to side, which stays so at each zoom."""
     if line.get_markevery() is not None:
         raise TypeError("no interactive form of a line with some of its markers")
@@ -35,13 +35,13 @@ def add_line(elements: Elements, panel: Panel, line: Line2D) -> None:
     elements.traces.append(trace(panel, line, x, y, mode=mode, **style))
 
 
-def _spans(panel: Panel, line: Line2D) -> bool:
+def _spans(panel: FigurePanel, line: Line2D) -> bool:
     """Whether x or y of a line are parts of the panel."""
     transforms = panel.axes.get_xaxis_transform(), panel.axes.get_yaxis_transform()
     return line.get_transform() in (*transforms, panel.axes.transAxes)
 
 
-def _spanning(panel: Panel, line: Line2D) -> Element:
+def _spanning(panel: FigurePanel, line: Line2D) -> Element:
     style = line_style(line) or {}
     style.pop("shape", None)
     (x0, y0), (x1, y1) = np.asarray(line.get_xydata(), float).tolist()
@@ -56,7 +56,7 @@ def _spanning(panel: Panel, line: Line2D) -> Element:
     }
 
 
-def references(panel: Panel, transform: Any) -> dict[str, str]:
+def references(panel: FigurePanel, transform: Any) -> dict[str, str]:
     """Axes or, for parts of the panel, domains that coordinates are measured in."""
     x_is_data, y_is_data = in_data(panel, transform)
     return {

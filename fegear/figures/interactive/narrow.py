@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fegear.figures.interactive.axis import twin_host
-from fegear.figures.interactive.coordinates import Panel
+from fegear.figures.interactive.coordinates import FigurePanel
 from fegear.figures.interactive.elements import Element
 from fegear.figures.interactive.layout import (
     ENTRY_LINE,
     GAP,
     LABEL_LINE,
     LETTER,
-    Frame,
+    PanelMargins,
     Picture,
     box_of,
     legend_rows,
@@ -35,7 +35,7 @@ TITLE_LETTER = 7.0  # pixels, of a letter of the title of a panel
 LEGEND_FONT = 11.0  # pixels
 
 
-def narrow_layout(picture: Picture, frames: dict[Panel, Frame]) -> Element:
+def narrow_layout(picture: Picture, frames: dict[FigurePanel, PanelMargins]) -> Element:
     """What a layout has on a narrow screen, by paths of its attributes."""
     stack = _Stack(picture, frames)
     stack.put_all()
@@ -45,13 +45,15 @@ def narrow_layout(picture: Picture, frames: dict[Panel, Frame]) -> Element:
 class _Stack:
     """Parts below each other; down : pixels from the top of the figure."""
 
-    def __init__(self, picture: Picture, frames: dict[Panel, Frame]) -> None:
+    def __init__(
+        self, picture: Picture, frames: dict[FigurePanel, PanelMargins]
+    ) -> None:
         self.picture, self.frames = picture, frames
         self.layout: Element = {}
         self.title, height = title_text(picture.title, "narrow", WIDTH - 2.0 * GAP)
         self.down = GAP + height
         self.heights = dict.fromkeys(picture.panels, 0.0)
-        self.spans: dict[Panel, tuple[float, float]] = {}
+        self.spans: dict[FigurePanel, tuple[float, float]] = {}
         self.below: list[tuple[str, float]] = []  # of keys of y, from the top
 
         hosts = picture.hosts
@@ -67,27 +69,29 @@ class _Stack:
         self._put_legends(None)
         self._finish()
 
-    def _frame(self, panel: Panel) -> Frame:
+    def _frame(self, panel: FigurePanel) -> PanelMargins:
         """Room around a panel and its twins."""
         sharing = [panel, *self._twins(panel)]
-        return Frame(*map(max, zip(*(self.frames[p] for p in sharing), strict=True)))
+        return PanelMargins(
+            *map(max, zip(*(self.frames[p] for p in sharing), strict=True))
+        )
 
-    def _twins(self, panel: Panel) -> list[Panel]:
+    def _twins(self, panel: FigurePanel) -> list[FigurePanel]:
         panels = self.picture.panels
         return [other for other in panels if twin_host(other, panels) is panel]
 
-    def _left(self, panel: Panel) -> float:
+    def _left(self, panel: FigurePanel) -> float:
         """Room for numbers and label, which may have more lines than in the picture."""
         lines = line_count(self._y_label(panel))
         extra = lines - line_count(markup(panel.axes.get_ylabel()))
         return self._frame(panel).left + LABEL_LINE * max(0, extra)
 
-    def _y_label(self, panel: Panel) -> str:
+    def _y_label(self, panel: FigurePanel) -> str:
         return wrapped(
             panel.axes.get_ylabel(), int(1.1 * self._height(panel, 300.0) / LETTER)
         )
 
-    def _height(self, panel: Panel, width: float) -> float:
+    def _height(self, panel: FigurePanel, width: float) -> float:
         """Height of a panel; more where each tick has a name."""
         axes, inch = panel.axes, PIXELS_PER_INCH
         if axes.get_aspect() != "auto":
@@ -101,7 +105,7 @@ class _Stack:
         height = min(max(width * ratio, 0.8 * drawn, MIN_HEIGHT), MAX_HEIGHT)
         return max(height, TEXT_LINE * _named_ticks(panel))
 
-    def _put_panel(self, panel: Panel) -> None:
+    def _put_panel(self, panel: FigurePanel) -> None:
         frame, ending = self._frame(panel), panel.ending
         letters = int(self.width / LETTER)
         x_label = wrapped(panel.axes.get_xlabel(), letters)
@@ -116,7 +120,7 @@ class _Stack:
         self.layout[f"xaxis{ending}.title.text"] = x_label
         self.down += height + frame.bottom + LABEL_LINE * max(0, extra) + GAP
 
-    def _put_title(self, panel: Panel) -> float:
+    def _put_title(self, panel: FigurePanel) -> float:
         """Set the title of a panel; pixels that it takes more than in the picture."""
         for number, titled, text in panel_titles(self.picture):
             if titled is panel:
@@ -129,7 +133,7 @@ class _Stack:
                 )
         return 0.0
 
-    def _put_bars(self, panel: Panel) -> None:
+    def _put_bars(self, panel: FigurePanel) -> None:
         for number, (_, owner) in enumerate(self.picture.bars, 1):
             if owner is panel:
                 key = f"coloraxis{number if number > 1 else ''}.colorbar"
@@ -145,7 +149,7 @@ class _Stack:
                 self.below.append((f"{key}.y", self.down))
                 self.down += BAR_HEIGHT
 
-    def _put_legends(self, panel: Panel | None) -> None:
+    def _put_legends(self, panel: FigurePanel | None) -> None:
         for shown in self.picture.legends:
             if shown.panel is panel:
                 self._put_legend(shown)
@@ -192,11 +196,11 @@ class _Stack:
             "height": round(self.down),
         }
 
-    def _inset_span(self, panel: Panel) -> tuple[float, float]:
+    def _inset_span(self, panel: FigurePanel) -> tuple[float, float]:
         raise TypeError("no interactive form of a panel in a panel")
 
 
-def _named_ticks(panel: Panel) -> int:
+def _named_ticks(panel: FigurePanel) -> int:
     """Number of names at the ticks of the ordinate; 0 where they are numbers."""
     from matplotlib.ticker import FixedFormatter
 
@@ -205,7 +209,7 @@ def _named_ticks(panel: Panel) -> int:
     return len(axis.get_majorticklocs()) if is_named else 0
 
 
-def _in_columns(panels: list[Panel]) -> Iterator[Panel]:
+def _in_columns(panels: list[FigurePanel]) -> Iterator[FigurePanel]:
     """Panels of a column one after the other, as numbers are on the lowest."""
     yield from sorted(
         panels, key=lambda p: (round(box_of(p.axes)[0], 2), -box_of(p.axes)[1])

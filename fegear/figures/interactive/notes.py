@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fegear.figures.interactive.coordinates import Panel, from_screen, in_data
+from fegear.figures.interactive.coordinates import FigurePanel, from_screen, in_data
 from fegear.figures.interactive.elements import Element, Elements
 from fegear.figures.interactive.lines import references
 from fegear.figures.interactive.styles import PIXELS_PER_POINT, css, pixels
@@ -27,14 +27,14 @@ FONT_SCALE = 0.95  # of plotly's letters, which are wider, over those of matplot
 HEAD_SIZE = 1.0
 
 
-def add_text(elements: Elements, panel: Panel, text: Text) -> None:
+def add_text(elements: Elements, panel: FigurePanel, text: Text) -> None:
     """A text at a place in the data or in the panel."""
     if text.get_text():
         note = _placed(panel, text.get_transform(), text.get_position())
         elements.annotations.append(note | text_style(text))
 
 
-def add_annotation(elements: Elements, panel: Panel, note: Annotation) -> None:
+def add_annotation(elements: Elements, panel: FigurePanel, note: Annotation) -> None:
     """A text beside its point, or an arrow from one place to another."""
     arrow = note.arrow_patch
     if arrow is None and not note.get_text():
@@ -49,7 +49,7 @@ def add_annotation(elements: Elements, panel: Panel, note: Annotation) -> None:
         elements.annotations.append(place | _arrow(panel, note, arrow))
 
 
-def _point_transform(panel: Panel, note: Annotation) -> Any:
+def _point_transform(panel: FigurePanel, note: Annotation) -> Any:
     """From the point of an annotation to pixels of matplotlib."""
     coordinates: Any = note.xycoords
     known = {
@@ -62,7 +62,7 @@ def _point_transform(panel: Panel, note: Annotation) -> Any:
     return transform
 
 
-def _placed(panel: Panel, transform: Any, point: Any) -> Element:
+def _placed(panel: FigurePanel, transform: Any, point: Any) -> Element:
     """Coordinates of an annotation, which are exponents on a logarithmic axis."""
     refs = references(panel, transform)
     if (
@@ -87,7 +87,7 @@ def _axis_value(scale: str, value: float, reference: str) -> float:
     return float(np.log10(value)) if is_exponent else value
 
 
-def _shift(panel: Panel, note: Annotation, point: Any) -> tuple[float, float]:
+def _shift(panel: FigurePanel, note: Annotation, point: Any) -> tuple[float, float]:
     """Pixels from the point of an annotation, in pixels of matplotlib, to its text."""
     root: Any = panel.axes.get_figure(root=True)
     text = np.asarray(note.get_transform().transform(note.get_position()), float)
@@ -119,7 +119,7 @@ def text_style(text: Any) -> Element:
     return style
 
 
-def _arrow(panel: Panel, note: Annotation, arrow: Any) -> Element:
+def _arrow(panel: FigurePanel, note: Annotation, arrow: Any) -> Element:
     """An arrow from the place of the text to the point."""
     tail = note.get_transform().transform(note.get_position())
     start = from_screen(panel, np.asarray(tail, float)[None])[0]

@@ -8,7 +8,7 @@ import numpy as np
 
 from fegear.figures.interactive.coordinates import (
     Array,
-    Panel,
+    FigurePanel,
     data_points,
     in_data,
     joined,
@@ -16,7 +16,7 @@ from fegear.figures.interactive.coordinates import (
 )
 from fegear.figures.interactive.elements import Element, Elements, label_of, trace
 from fegear.figures.interactive.lines import layer, references
-from fegear.figures.interactive.styles import CLEAR, css, dash, pixels
+from fegear.figures.interactive.styles import TRANSPARENT, css, dash, pixels
 from fegear.figures.interactive.texts import markup
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 HATCHES = "/\\x-|+."  # that plotly has
 
 
-def add_patch(elements: Elements, panel: Panel, patch: Patch) -> None:
+def add_patch(elements: Elements, panel: FigurePanel, patch: Patch) -> None:
     """A polygon; a rectangle as a shape where it goes from side to side."""
     from matplotlib.patches import Rectangle
 
@@ -38,7 +38,7 @@ def add_patch(elements: Elements, panel: Panel, patch: Patch) -> None:
     elements.traces.append(area(panel, patch, parts, **patch_style(patch)))
 
 
-def area(panel: Panel, artist: Any, parts: list[Array], **style: Any) -> Element:
+def area(panel: FigurePanel, artist: Any, parts: list[Array], **style: Any) -> Element:
     """A filled trace, which says its name and nothing of its points."""
     x, y = joined(parts)
     named = bool(label_of(artist))
@@ -57,7 +57,7 @@ def closed(part: Array) -> Array:
 
 def patch_style(patch: Patch) -> dict[str, Any]:
     """Fill and edge of a patch."""
-    face = css(patch.get_facecolor()) if patch.get_fill() else CLEAR
+    face = css(patch.get_facecolor()) if patch.get_fill() else TRANSPARENT
     edge = patch.get_edgecolor()
     line = edge_style(edge, patch.get_linewidth(), patch.get_linestyle())
     style: dict[str, Any] = {"fillcolor": face, "line": line}
@@ -86,7 +86,7 @@ def hatch_pattern(hatch: str, color: Any, face: str) -> dict[str, Any]:
     }
 
 
-def _band(panel: Panel, patch: Any) -> Element:
+def _band(panel: FigurePanel, patch: Any) -> Element:
     style = patch_style(patch)
     x, y = patch.get_xy()
     corners = {
@@ -106,7 +106,7 @@ def _band(panel: Panel, patch: Any) -> Element:
     }
 
 
-def add_arrow(elements: Elements, panel: Panel, arrow: FancyArrowPatch) -> None:
+def add_arrow(elements: Elements, panel: FigurePanel, arrow: FancyArrowPatch) -> None:
     """The line of an arrow, and its head as an area."""
     from matplotlib.transforms import IdentityTransform
 

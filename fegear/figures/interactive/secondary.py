@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from fegear.figures.interactive.coordinates import Panel, from_screen
+from fegear.figures.interactive.coordinates import FigurePanel, from_screen
 from fegear.figures.interactive.elements import Element
 from fegear.figures.interactive.texts import markup, number_markup
 
 
 def secondary_axes(
-    traces: list[Element], panels: Sequence[Panel]
+    traces: list[Element], panels: Sequence[FigurePanel]
 ) -> dict[str, Element]:
     """Axes by name; each needs a trace, which has no points, to be shown."""
     from matplotlib.axes._secondary_axes import SecondaryAxis
@@ -35,7 +35,7 @@ def secondary_axes(
     return found
 
 
-def _axis(panel: Panel, child: Any, key: str) -> Element:
+def _axis(panel: FigurePanel, child: Any, key: str) -> Element:
     """An axis on that of the panel, with the numbers of the other unit."""
     is_x = key == "x"
     axis = child.xaxis if is_x else child.yaxis

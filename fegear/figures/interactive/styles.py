@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 PIXELS_PER_INCH = 96.0
 PIXELS_PER_POINT = PIXELS_PER_INCH / 72.0
-CLEAR = "rgba(0,0,0,0)"
+TRANSPARENT = "rgba(0,0,0,0)"
 SYMBOLS = {
     "o": "circle",
     ".": "circle",
@@ -144,4 +144,6 @@ def marker_style(line: Line2D) -> dict[str, Any] | None:
 
 def clear_or_css(color: Any, alpha: float | None) -> str:
     """A colour for plotly, where "none" is one too."""
-    return CLEAR if isinstance(color, str) and color == "none" else css(color, alpha)
+    return (
+        TRANSPARENT if isinstance(color, str) and color == "none" else css(color, alpha)
+    )

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from fegear.figures.interactive.coordinates import Array, Panel
+from fegear.figures.interactive.coordinates import Array, FigurePanel
 from fegear.figures.interactive.elements import Element
 from fegear.figures.interactive.layout import (
     ENTRY_LINE,
     GAP,
-    Frame,
+    PanelMargins,
     Picture,
     box_of,
     legend_rows,
@@ -26,10 +26,10 @@ from fegear.figures.interactive.texts import markup
 
 LEGEND_FONT = 11.0  # pixels
 STRETCH = 1.1  # of heights, as numbers and labels of plotly take more room
-NEAR = 0.38  # part of a panel from its edge, where a legend is at that edge
+EDGE_PART = 0.38  # part of a panel from its edge, where a legend is at that edge
 
 
-def wide_layout(picture: Picture, frames: dict[Panel, Frame]) -> Element:
+def wide_layout(picture: Picture, frames: dict[FigurePanel, PanelMargins]) -> Element:
     """What a layout has on a wide screen, by paths of its attributes."""
     size = PIXELS_PER_INCH * picture.figure.get_size_inches()
     boxes = {
@@ -60,7 +60,11 @@ def wide_layout(picture: Picture, frames: dict[Panel, Frame]) -> Element:
 
 
 def _margins(
-    picture: Picture, frames: dict[Panel, Frame], size: Array, low: Array, high: Array
+    picture: Picture,
+    frames: dict[FigurePanel, PanelMargins],
+    size: Array,
+    low: Array,
+    high: Array,
 ) -> dict[str, float]:
     """Pixels beside all panels; those above are without the title."""
     at_top = [p for p in picture.panels if box_of(p.axes)[3] > high[1] - 0.01]
@@ -85,8 +89,9 @@ def _margins(
 
 def _is_above_panel(shown: ShownLegend) -> bool:
     """Whether a legend is on top of its panel."""
-    assert shown.panel is not None
-    return bool(shown.legend.get_window_extent().y0 >= shown.panel.axes.bbox.y1)
+    return shown.panel is not None and bool(
+        shown.legend.get_window_extent().y0 >= shown.panel.axes.bbox.y1
+    )
 
 
 def _is_above(shown: ShownLegend) -> bool:
@@ -120,14 +125,17 @@ def _place_bars(layout: Element, picture: Picture, low: Array, high: Array) -> N
 
 
 def _place_legend(
-    layout: Element, shown: ShownLegend, domains: dict[Panel, Array], height: float
+    layout: Element,
+    shown: ShownLegend,
+    domains: dict[FigurePanel, Array],
+    height: float,
 ) -> None:
     """height : of the title [pixels]."""
     place: Element
     if shown.panel is None:
         place = _beside_panels(shown, layout["height"], height)
     else:
-        place = _in_panel(shown, domains[shown.panel])
+        place = _in_panel(shown, shown.panel, domains[shown.panel])
     place |= {"font.size": LEGEND_FONT, "maxheight": 1.0}
     layout |= {f"{shown.name}.{key}": value for key, value in place.items()}
 
@@ -147,11 +155,10 @@ def _beside_panels(shown: ShownLegend, height: float, title_height: float) -> El
     }
 
 
-def _in_panel(shown: ShownLegend, domain: Array) -> Element:
+def _in_panel(shown: ShownLegend, panel: FigurePanel, domain: Array) -> Element:
     """At the place of matplotlib in or beside a panel, held by the nearest edge."""
-    assert shown.panel is not None
     box = shown.legend.get_window_extent()
-    to_axes = shown.panel.axes.transAxes.inverted()
+    to_axes = panel.axes.transAxes.inverted()
     corners = to_axes.transform([(box.x0, box.y0), (box.x1, box.y1)])
     x, x_anchor = _held(corners[:, 0], ("left", "center", "right"))
     y, y_anchor = _held(corners[:, 1], ("bottom", "middle", "top"))
@@ -171,8 +178,8 @@ def _held(ends: Array, anchors: tuple[str, str, str]) -> tuple[float, str]:
     """Coordinate of a legend along an axis of its panel, and its end that is there."""
     low, high = ends
     middle = 0.5 * (low + high)
-    if low >= 1.0 or (0.0 <= middle < NEAR and high < 1.0):
+    if low >= 1.0 or (0.0 <= middle < EDGE_PART and high < 1.0):
         return float(low), anchors[0]
-    if high <= 0.0 or 1.0 - NEAR < middle <= 1.0:
+    if high <= 0.0 or 1.0 - EDGE_PART < middle <= 1.0:
         return float(high), anchors[2]
     return float(middle), anchors[1]

@@ -219,7 +219,7 @@ def test_no_more_returns_are_advised_than_are_allowed(arguments):
     assert warning.startswith("100 % of the")
     assert warning.endswith(
         "half the damping ends transients in 4.14e+10, which --iterations cannot be: "
-        "10000000 are the most"
+        "10000000 are the most [W22]"
     )
     assert run(["rattle", command, *machine, "--iterations", "10000001"]) == 2
 

@@ -80,7 +80,7 @@ def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
     assert values["undecided_long_runs"] == 12
     (warning,) = values["warnings"]
     assert warning.startswith("12 long runs that reached no attractor are left out")
-    assert warning.endswith("at damping from 0.574167 to 0.615833")
+    assert warning.endswith("at damping from 0.574167 to 0.615833 [W24]")
     runs = [row for row in rows_of(file) if row["branch"] == "0"]
     assert [row["speed_rad_per_turn"] for row in runs] == 6 * ["4.0"]
 

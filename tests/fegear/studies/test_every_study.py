@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import MISSING, dataclass, fields, replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -711,6 +712,7 @@ def test_a_bar_moves_until_files_are_written(toy, tmp_path, monkeypatch):
         reports.append(("end", table.exists()))
 
     # the package has a function of this module's name
-    monkeypatch.setattr(sys.modules["fegear.cli.options"], "progress_bar", bar)
+    options = import_module("fegear.cli.options")
+    monkeypatch.setattr(options, "progress_bar", bar)
     assert toy("-o", table).exit_code == 0
     assert reports[-2:] == [("results", False), ("end", True)]
