@@ -39,16 +39,16 @@ class NodeConditions(NamedTuple):
 
 
 @allocating
-def solve_active(C, nodes, kind, target, active, q):
+def solve_active(C, nodes, kind, target, active, q, rate):
     """(transmission error, slope d torque / d ste) with the active nodes in contact.
 
-    nodes : NodeConditions; q is overwritten
+    nodes : NodeConditions; q and rate, its slope d q / d ste, are overwritten
     kind, target : TORQUE or STE, and its value
     """
     active_nodes = np.empty(q.size, np.int64)
     n = 0
     for i in range(q.size):
-        q[i] = 0.0
+        q[i], rate[i] = 0.0, 0.0
         if active[i]:
             active_nodes[n] = i
             n += 1
@@ -65,6 +65,7 @@ def solve_active(C, nodes, kind, target, active, q):
         slope += nodes.effective_arm[active_nodes[i]] * matrix[i, n + 1]
     d = target if kind == STE else (target + preload) / slope
     for i in range(n):
+        rate[active_nodes[i]] = matrix[i, n + 1]
         q[active_nodes[i]] = d * matrix[i, n + 1] - matrix[i, n]
     return d, slope
 
@@ -113,8 +114,8 @@ def exchange(C, nodes, q, d, active, one_only):
 
 
 @allocating
-def solve_contact(C, nodes, kind, target, active, q):
-    """(ste, slope, residual, status, sweeps); active and q are overwritten.
+def solve_contact(C, nodes, kind, target, active, q, rate):
+    """(ste, slope, residual, status, sweeps); active, q and rate are overwritten.
 
     kind, target : TORQUE or STE, and its value
 
@@ -129,7 +130,7 @@ def solve_contact(C, nodes, kind, target, active, q):
     for sweep in range(max_sweeps):
         if kind == TORQUE:
             require_contact(nodes, active)
-        d, slope = solve_active(C, nodes, kind, target, active, q)
+        d, slope = solve_active(C, nodes, kind, target, active, q, rate)
         if not math.isfinite(d):
             return d, slope, math.nan, NOT_FINITE, sweep + 1
         changed, residual = exchange(

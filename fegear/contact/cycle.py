@@ -18,7 +18,12 @@ from fegear.contact.active_set import (
     solve_contact,
 )
 from fegear.contact.compliance import fill_compliance, friction_bending
-from fegear.contact.flanks import NO_FLANK_GAP
+from fegear.contact.flanks import (
+    NO_FLANK_GAP,
+    is_relieved,
+    relief_derivatives,
+    roll_of_arc,
+)
 from fegear.contact.grid import PatchTables
 from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
 from lumped.common.compiled import allocating, compiled, compiled_part
@@ -47,18 +52,23 @@ ROW = np.dtype(
 )
 # Per (torque, position, pair).
 #   load : normal line load [N/m];  gap : ste that closes the pair [m]
+#   slope : d(load)/d(ste) of the pair, all pairs moving together [Pa]
 #   pressure : largest nodal pressure [Pa];  bending : friction-bending ratio
 #   sliding_sign, moment_arms : as in `compliance.PATCH`
 #   arc : of the load's centre, or of the closest point, on driver and driven [m]
+#   relief_rate : slopes of nodal forces times the derivatives of their gaps, by
+#       magnitude and start of tip and root relief of driver and driven [Pa]
 CELL = np.dtype(
     [
         ("load", "f8"),
+        ("slope", "f8"),
         ("gap", "f8"),
         ("pressure", "f8"),
         ("bending", "f8"),
         ("sliding_sign", "f8"),
         ("moment_arms", "f8", (4,)),
         ("arc", "f8", (2,)),
+        ("relief_rate", "f8", (2, 2, 2)),
     ],
     align=True,
 )
@@ -85,7 +95,7 @@ class Workspace(NamedTuple):
     has_nodes : (k,) whether the nodes of a patch are placed
     in_contact : (k, n) contact state, at which the next position starts
     C : (k n, k n) compliance of the active pairs [m/(N/m)]
-    q : (k n,) their nodal forces [N/m]
+    q : (k n,) their nodal forces [N/m];  rate : their slope over ste [Pa]
     """
 
     patches: NDArray[Any]
@@ -95,6 +105,7 @@ class Workspace(NamedTuple):
     in_contact: NDArray[np.bool_]
     C: NDArray[np.float64]
     q: NDArray[np.float64]
+    rate: NDArray[np.float64]
 
 
 @compiled
@@ -231,7 +242,7 @@ def solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row):
             active[row_index] = work.in_contact[active_pairs[p], i]
     conditions = NodeConditions(gap, closing, arm)
     ste, slope, residual, status, sweeps = solve_contact(
-        C, conditions, kind, target, active, q
+        C, conditions, kind, target, active, q, work.rate[:count]
     )
     for p in range(active_pairs.size):
         for i in range(size):
@@ -259,6 +270,34 @@ def store_cells(constants, work, active_pairs, cells):
         k = active_pairs[p]
         q = work.q[p * size : (p + 1) * size]
         store_pair(constants, work.patches[k], work.nodes[k], q, cells[k])
+        rate = work.rate[p * size : (p + 1) * size]
+        for i in range(size):
+            cells[k].slope += rate[i]
+        store_relief_rates(constants, work.patches[k], work.nodes[k], rate, cells[k])
+
+
+@compiled_part
+def store_relief_rates(constants, patch, nodes, rate, cell):
+    """Sums over a pair's nodes; zero for flanks without relief."""
+    slave = 1 - patch.master
+    base_radius = constants.flanks[slave].base_radius
+    factor = patch.moment_arms[slave] / base_radius  # of a gap along the normal
+    for gear in range(2):
+        flank = constants.flanks[gear]
+        if not is_relieved(flank):
+            continue
+        for i in range(rate.size):
+            arc = nodes[i].mate_arc
+            if gear == patch.master:
+                arc = patch.first_arc - i * patch.step
+            s = roll_of_arc(flank, arc)
+            tip_magnitude, tip_start = relief_derivatives(flank.tip_relief, s)
+            root_magnitude, root_start = relief_derivatives(flank.root_relief, s)
+            weight = factor * rate[i]
+            cell.relief_rate[gear, 0, 0] += weight * tip_magnitude
+            cell.relief_rate[gear, 0, 1] += weight * tip_start
+            cell.relief_rate[gear, 1, 0] += weight * root_magnitude
+            cell.relief_rate[gear, 1, 1] += weight * root_start
 
 
 @allocating

@@ -69,6 +69,17 @@ def relief_slope(relief, s):
 
 
 @compiled_part
+def relief_derivatives(relief, s):
+    """Return the derivatives of the depth with respect to magnitude and start."""
+    length = relief.end - relief.start
+    fraction = (s - relief.start) / length
+    if fraction <= 0.0:
+        return 0.0, 0.0
+    steepness = relief.power * fraction ** (relief.power - 1.0) / length
+    return fraction**relief.power, relief.magnitude * steepness * (fraction - 1.0)
+
+
+@compiled_part
 def is_relieved(flank):
     return flank.tip_relief.magnitude > 0.0 or flank.root_relief.magnitude > 0.0
 

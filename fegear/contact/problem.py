@@ -78,6 +78,11 @@ class ContactCycle:
     no_load : (t, n) the same without load [m]
     local_stiffness : (t, n) slope of force over transmission error [N/m]
     load : (t, n, k) normal force of each pair [N]
+    load_slope : (t, n, k) its slope over the transmission error, while all pairs are
+        pressed together [N/m]
+    relief_slope : (t, n, 2, 2, 2) derivatives of the transmission error with respect
+        to magnitude [m] and start roll length [m] of tip and root relief of driver and
+        driven gear, at fixed moment arms; 0 for flanks without relief
     gap : (t, n, k) transmission error that closes each pair [m]; infinite where its
         flanks do not face each other
     pressure : (t, n, k) largest contact pressure [Pa]
@@ -100,6 +105,8 @@ class ContactCycle:
     no_load: Array
     local_stiffness: Array
     load: Array
+    load_slope: Array
+    relief_slope: Array
     gap: Array
     pressure: Array
     friction_bending: Array
@@ -305,6 +312,7 @@ def solve_pairs(
         in_contact=np.zeros((pairs, size), np.bool_),
         C=np.empty((pairs * size, pairs * size)),
         q=np.zeros(pairs * size),
+        rate=np.zeros(pairs * size),
     )
     mesh, flanks, tables = kernel_inputs(problem)
     if friction_reversed:
@@ -437,20 +445,25 @@ def _collect(
     load = cells.load * width
     mu = problem.friction * cells.sliding_sign
     arm = cells.moment_arms[..., 1] - mu * cells.moment_arms[..., 3]
+    base_radius = problem.pair.driver.base_radius
+    closing = cells.moment_arms[..., 0] / base_radius
+    total_slope = (cells.slope * closing).sum(axis=2)[..., None, None, None]
     return ContactCycle(
         torque=torque,
         position=position,
         teeth=teeth,
-        base_radius=problem.pair.driver.base_radius,
+        base_radius=base_radius,
         ste=rows.ste,
         no_load=rows.no_load,
         local_stiffness=rows.slope * width,
         load=load,
+        load_slope=cells.slope * width,
+        relief_slope=cells.relief_rate.sum(axis=2) / total_slope,
         gap=np.where(cells.gap >= NO_FLANK_GAP, np.inf, cells.gap),
         pressure=cells.pressure,
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),
         arc=cells.arc,
-        closing=cells.moment_arms[..., 0] / problem.pair.driver.base_radius,
+        closing=closing,
         driven_torque=(load * arm).sum(axis=2),
         residual=rows.residual,
     )

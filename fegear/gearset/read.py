@@ -54,12 +54,24 @@ def load_gear_set(
     >>> fegear.load_gear_set("liu-pair").name
     'liu-pair'
     """
-    name = fspath(name_or_path)
+    return read_gear_set(*_text_of(fspath(name_or_path)), edits)
+
+
+def load_tables(name_or_path: str, edits: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a gear set with some values set, as in its file."""
+    text, source = _text_of(name_or_path)
+    try:
+        return edited(parsed_toml(text), edits)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+
+
+def _text_of(name: str) -> tuple[str, str]:
+    """Text of a built-in gear set or of a file, and the name of its source."""
     if name in builtin_names():
-        text = (_builtin_folder() / f"{name}.toml").read_text("utf-8")
-        return read_gear_set(text, name, edits)
+        return (_builtin_folder() / f"{name}.toml").read_text("utf-8"), name
     path = path_of(name, "gear set", builtin_names())
-    return read_gear_set_file(path, edits)
+    return read_text(path), str(path)
 
 
 def path_of(name_or_path: str, kind: str, names: Sequence[str]) -> Path:

@@ -546,7 +546,13 @@ def _solve_in_chunks(
 def _joined(cycles: list[ContactCycle]) -> ContactCycle:
     """Cycles over consecutive positions as one; pairs are matched by tooth."""
     teeth = sorted({int(k) for c in cycles for k in c.teeth}, key=lambda k: (abs(k), k))
-    empty = {"load": 0.0, "pressure": 0.0, "gap": np.inf, "friction_bending": np.nan}
+    empty = {
+        "load": 0.0,
+        "load_slope": 0.0,
+        "pressure": 0.0,
+        "gap": np.inf,
+        "friction_bending": np.nan,
+    }
     empty |= {"arc": 0.0, "closing": 1.0}
 
     def by_pair(cycle: ContactCycle, name: str) -> Array:
@@ -556,6 +562,7 @@ def _joined(cycles: list[ContactCycle]) -> ContactCycle:
         return out
 
     rows = ("ste", "no_load", "local_stiffness", "driven_torque", "residual")
+    rows += ("relief_slope",)
     joined: dict[str, Any] = {
         n: np.concatenate([getattr(c, n) for c in cycles], axis=1) for n in rows
     }

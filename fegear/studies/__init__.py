@@ -55,6 +55,11 @@ STUDIES = {
         "Identification",
         "Face width and hub radii that give measured stiffnesses.",
     ),
+    "relief": (
+        "relief",
+        "ReliefDesign",
+        "Profile relief of least transmission error over a range of torques.",
+    ),
     "render": (
         "render",
         "ContactPictures",

@@ -6,7 +6,6 @@ inertia and drag times that ratio squared. Figures are over the driver's inertia
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, asdict, dataclass, field
@@ -16,6 +15,7 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.files.output import write_text
+from fegear.files.toml import toml_value
 from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.solving import StaticsSettings, solve_mesh
@@ -281,13 +281,15 @@ class MachineOfGearsResult(StudyResult):
     @property
     def text(self) -> str:
         """Text of the machine file."""
-        quoted = "".join(f"    {_toml(inference)},\n" for inference in self.inferences)
+        quoted = "".join(
+            f"    {toml_value(inference)},\n" for inference in self.inferences
+        )
         return "\n".join(
             (
                 *(f"# {line}" for line in _lines(self.of_gears)),
                 "",
-                f"name = {_toml(self.name)}",
-                f"description = {_toml(self.description)}",
+                f"name = {toml_value(self.name)}",
+                f"description = {toml_value(self.description)}",
                 f"inferences = [\n{quoted}]",
                 "",
                 "[machine]",
@@ -325,8 +327,4 @@ class MachineOfGearsResult(StudyResult):
 
 
 def _lines(values: Mapping[str, Any]) -> Iterator[str]:
-    return (f"{key} = {_toml(value)}" for key, value in values.items())
-
-
-def _toml(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False)
+    return (f"{key} = {toml_value(value)}" for key, value in values.items())

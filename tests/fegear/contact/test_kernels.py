@@ -24,7 +24,10 @@ def separation(master, slave, line, crossings, s):
 
 @njit
 def solve_contact(C, nodes, torque, active, q):
-    return active_set.solve_contact(C, nodes, active_set.TORQUE, torque, active, q)
+    rate = np.empty_like(q)
+    return active_set.solve_contact(
+        C, nodes, active_set.TORQUE, torque, active, q, rate
+    )
 
 
 @pytest.mark.parametrize("steps", [0.0, 1.0, 2.0, 7.5])
