@@ -205,13 +205,14 @@ def find_best_relief(
     best, best_value = starts[0], np.inf
     random = np.random.default_rng(0)
     bounds = np.array(problem.bounds)
-    total = len(starts) + len(NEIGHBOURS)
+    neighbours = NEIGHBOURS[: len(starts)]
+    total = len(starts) + len(neighbours)
     for number in range(total):
         progress(number, total)
         if number < len(starts):
             start = starts[number]
         else:
-            way = NEIGHBOURS[number - len(starts)] * random.uniform(
+            way = neighbours[number - len(starts)] * random.uniform(
                 -1.0, 1.0, best.size
             )
             start = np.clip(best + way * np.ptp(bounds, axis=1), *bounds.T)

@@ -58,7 +58,13 @@ if TYPE_CHECKING:
 
 SHOWN_TORQUES = 41  # of the figure
 MAX_OVER_ERROR = 2.0  # default largest relief over the largest transmission error
-ELEMENTS = SettingsGroup(kind=StaticsSettings, exposed=expose("plane", "resolution"))
+ELEMENTS = SettingsGroup(
+    kind=StaticsSettings, exposed=expose("positions", "plane", "resolution")
+)
+MORE = {
+    "torques": "Write the peak to peak at each torque, before and after, to this CSV "
+    "file."
+}
 DESIGN: Columns = {
     "relief": lambda row: row["relief"],
     "magnitude\num": cell("magnitude_um", 4),
@@ -87,6 +93,7 @@ class ReliefDesign(
     """
 
     pictures = PLOT
+    more_tables = MORE
     output = "Write the gear set with its best relief to this TOML file."
     endings = (".toml",)
 
@@ -263,7 +270,11 @@ class ReliefResult(StudyResult):
         return objective_value(values, self.study.objective)
 
     @property
-    def table(self) -> Table:
+    def more_tables(self) -> dict[str, Table]:
+        return {"torques": self._torques}
+
+    @property
+    def _torques(self) -> Table:
         """A row for every torque."""
         names = "torque_Nm", "peak_to_peak_before_m", "peak_to_peak_after_m"
         rows = [

@@ -194,6 +194,7 @@ def swap(base: str, old: str, new: str) -> Case:
 COARSE = "--resolution coarse"
 STIFF = f"stiffness SET {COARSE} --positions 8 --json"
 COMPARE = "compare SET --json"
+RELIEF = f"relief SET {COARSE} --torque 20,30 --positions 8 --starts 1 --json"
 IDENTIFY = f"identify SET {COARSE} --json"
 MODES = "modes SET --json"
 MESH = f"mesh SET {COARSE} -o m.vtu --json"
@@ -435,6 +436,24 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--set": plus(COMPARE, "--set gear.1.teeth=21"),
         "--output": plus(COMPARE, "-o c.csv"),
         "--json": less(COMPARE, "--json"),
+    },
+    "relief": {
+        "SET": swap(RELIEF, "SET", "OTHER"),
+        "--mesh": plus(RELIEF, "--mesh 2", TRAIN),
+        "--torque": swap(RELIEF, "20,30", "20,40"),
+        "--objective": plus(RELIEF, "--objective mean"),
+        "--shape": plus(RELIEF, "--shape parabolic"),
+        "--root": plus(RELIEF, "--root"),
+        "--max-relief-um": plus(RELIEF, "--max-relief-um 1"),
+        "--starts": swap(RELIEF, "--starts 1", "--starts 2"),
+        "--positions": swap(RELIEF, "--positions 8", "--positions 12"),
+        "--plane": plus(RELIEF, "--plane strain"),
+        "--resolution": less(RELIEF, COARSE),
+        "--set": plus(RELIEF, "--set gear.1.young_modulus_GPa=150"),
+        "--output": plus(RELIEF, "-o r.toml"),
+        "--plot": plus(RELIEF, "--plot p.png"),
+        "--torques": plus(RELIEF, "--torques t.csv"),
+        "--json": less(RELIEF, "--json"),
     },
     "identify": {
         "SET": swap(IDENTIFY, "SET", "OTHER"),

@@ -1,0 +1,152 @@
+"""Derivatives of the transmission error with respect to reliefs, and best reliefs."""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fegear
+from fegear.contact.cycle import TORQUE
+from fegear.contact.problem import candidate_pairs, solve_cycle, solve_pairs
+from fegear.files.toml import toml_text
+from fegear.gearset.model import Relief
+from fegear.statics.best_relief import (
+    ReliefProblem,
+    find_best_relief,
+    peak_to_peak,
+    relief_ranges,
+    starting_designs,
+)
+from fegear.statics.solving import StaticsSettings, contact_problem
+
+COARSE = StaticsSettings(resolution="coarse")
+TORQUES = np.array([60.0, 100.0, 140.0])
+POSITIONS = np.arange(16) / 16 + 1.0 / 37.0
+TIPS = "driver_tip", "driven_tip"
+
+
+@pytest.fixture(scope="module")
+def contact():
+    return contact_problem(fegear.load_gear_set("liu-pair"), 0, COARSE)
+
+
+def relief_problem(contact, shape="linear"):
+    ranges = relief_ranges(contact, TIPS)
+    return ReliefProblem(contact, ranges, TORQUES, POSITIONS, 20e-6, shape)
+
+
+def test_a_gap_of_a_pair_counts_as_its_part_of_the_next_load(contact):
+    """Exact: the contact conditions of the loaded nodes are linear in their gaps."""
+    teeth = candidate_pairs(contact.pair, POSITIONS)
+    targets = np.full((1, POSITIONS.size), 100.0 / contact.face_width)
+    gaps = np.full((POSITIONS.size, teeth.size), 2e-6)
+
+    def solved(gaps):
+        return solve_pairs(contact, teeth, gaps, POSITIONS, TORQUE, targets)
+
+    middle, step = solved(gaps), 1e-10
+    closing = middle.cells.moment_arms[..., 0] / contact.pair.driver.base_radius
+    total = (middle.cells.slope * closing).sum(axis=2)
+    for k in range(teeth.size):
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = gaps.copy()
+            moved[:, k] += sign * step
+            ends.append(solved(moved).rows.ste)
+        difference = (ends[0] - ends[1]) / (2.0 * step)
+        share = middle.cells.slope[..., k] / total
+        assert np.abs(difference - share).max() < 1e-5
+
+
+def test_slopes_of_the_load_add_up_to_the_local_stiffness(contact):
+    cycle = solve_cycle(contact, TORQUES, POSITIONS)
+    total = (cycle.load_slope * cycle.closing).sum(axis=2)
+    np.testing.assert_allclose(total, cycle.local_stiffness, rtol=1e-12)
+
+
+def test_derivatives_of_smooth_reliefs_are_close_to_differences(contact):
+    """They leave out that relief turns the normal, an effect of 4 % here."""
+    problem = relief_problem(contact, "parabolic")
+    design = np.array([8.0, 7.0, 0.4, 0.35])
+    _, slopes = problem.ste(design)
+    for i, step in enumerate([1e-2, 1e-2, 1e-3, 1e-3]):
+        ends = [problem.ste(design + s * step * np.eye(4)[i])[0] for s in (1, -1)]
+        difference = (ends[0] - ends[1]) / (2.0 * step)
+        largest = np.abs(difference).max()
+        assert np.abs(difference - slopes[..., i]).max() < 0.06 * largest
+
+
+def test_flanks_without_relief_have_no_derivatives(contact):
+    cycle = solve_cycle(contact, TORQUES, POSITIONS)
+    assert not cycle.relief_slope.any()
+    tip = Relief(magnitude=1e-6, start_roll_length=contact.pair.pitch_point)
+    one = solve_cycle(replace(contact, driver_tip_relief=tip), TORQUES, POSITIONS)
+    assert one.relief_slope[:, :, 0, 0, 0].any()
+    assert not one.relief_slope[:, :, 1].any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("objective", ["largest", "mean"])
+def test_no_design_of_a_grid_is_better_by_one_per_cent(contact, objective):
+    problem = relief_problem(contact)
+    found = find_best_relief(problem, starting_designs(problem, 12), objective)
+    reduce = np.max if objective == "largest" else np.mean
+    grid = itertools.product(*(np.linspace(*ends, 6) for ends in problem.bounds))
+    values = [reduce(peak_to_peak(problem.ste(np.array(x))[0])) for x in grid]
+    assert found.value < 1.01 * min(values)
+    assert found.evaluations < len(values) / 5
+    assert found.value == pytest.approx(reduce(found.peak_to_peak), rel=1e-12)
+
+
+def test_designs_to_start_from_are_within_bounds_and_the_same(contact):
+    problem = relief_problem(contact)
+    designs = np.array(starting_designs(problem, 9))
+    low, high = np.array(problem.bounds).T
+    assert designs.shape == (9, 4)
+    assert ((designs >= low) & (designs <= high)).all()
+    assert (designs == np.array(starting_designs(problem, 9))).all()
+
+
+def test_the_written_gear_set_has_the_transmission_error_that_is_shown(tmp_path):
+    study = fegear.ReliefDesign(
+        torque=(80.0, 120.0),
+        starts=2,
+        elements=StaticsSettings(resolution="coarse", positions=16),
+    )
+    result = fegear.run(study)
+    result.write(tmp_path / "best.toml")
+    gears = fegear.load_gear_set(tmp_path / "best.toml")
+    elements = replace(study.elements, estimate_error=False)
+    solved = fegear.solve_mesh(gears, 0, (80.0, 120.0), elements)
+    after = [row["after_um"] for row in result.rows]
+    np.testing.assert_allclose(1e6 * peak_to_peak(solved.cycle.ste), after, rtol=1e-9)
+    assert max(after) < 0.7 * max(row["before_um"] for row in result.rows)
+
+
+WORDS = st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=8)
+PLAIN = (
+    st.booleans()
+    | st.integers(-(2**62), 2**62)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | WORDS
+)
+KEYS = WORDS.filter(bool)
+TABLES = st.recursive(
+    st.dictionaries(KEYS, PLAIN | st.lists(PLAIN, max_size=3), max_size=4),
+    lambda inner: st.dictionaries(
+        KEYS, PLAIN | inner | st.lists(inner, min_size=1, max_size=3), max_size=3
+    ),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(TABLES)
+def test_tables_come_back_from_their_text(tables):
+    assert tomllib.loads(toml_text(tables)) == tables
