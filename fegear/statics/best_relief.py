@@ -139,16 +139,18 @@ def relief_ranges(
 
 
 def starting_designs(problem: ReliefProblem, count: int) -> list[Array]:
-    """Designs from which searches start: equal reliefs of two lengths, then scattered.
+    """Designs from which searches start: equal reliefs of two lengths, then others.
 
-    The scattered ones are a Sobol sequence, always the same.
+    The others are a Sobol sequence, always the same.
     """
     from scipy.stats import qmc
 
     reliefs, bounds = len(problem.ranges), np.array(problem.bounds)
     fractions = [np.repeat([0.3, part], reliefs) for part in (0.8, 0.5)]
-    scattered = qmc.Sobol(2 * reliefs, seed=0).random_base2(max(1, count).bit_length())
-    designs = [*fractions, *scattered * np.repeat([0.7, 1.0], reliefs)]
+    sobol_designs = qmc.Sobol(2 * reliefs, seed=0).random_base2(
+        max(1, count).bit_length()
+    )
+    designs = [*fractions, *sobol_designs * np.repeat([0.7, 1.0], reliefs)]
     return [bounds[:, 0] + part * np.ptp(bounds, axis=1) for part in designs[:count]]
 
 
@@ -169,7 +171,7 @@ class BestRelief:
 
 
 def peak_to_peak(ste: Array) -> Array:
-    """Of transmission errors (t, p), at each torque."""
+    """Peak to peak of transmission errors (t, p), at each torque."""
     return np.asarray(np.ptp(ste, axis=1))
 
 
@@ -279,11 +281,11 @@ def _linear_step(
     if objective == "largest":
         weights = np.zeros_like(weights)
     weights[-1] = 1.0 if objective == "largest" else 0.0
-    found = linprog(
+    solution = linprog(
         weights,
         A_ub=np.concatenate([rows.reshape(-1, rows.shape[-1]), differences]),
         b_ub=at_most,
         bounds=[*zip(*limits, strict=True), *[(None, None)] * (2 * torques + 1)],
         method="highs",
     )
-    return found.x[:size], MICRO * float(found.fun)
+    return solution.x[:size], MICRO * float(solution.fun)

@@ -149,13 +149,13 @@ class ReliefDesign(
             else MAX_OVER_ERROR * largest,
             shape=self.shape,
         )
-        found = find_best_relief(
+        best = find_best_relief(
             problem,
             starting_designs(problem, self.starts),
             self.objective,
             partial(job.report, "searches"),
         )
-        reliefs = _reliefs(problem, found)
+        reliefs = _reliefs(problem, best)
         edits = _edits(self.mesh, reliefs, self.shape)
         tables = load_tables(self.gear_set.name, self.gear_set.overrides | edits)
         shown = torques
@@ -173,7 +173,7 @@ class ReliefDesign(
                 _ste(gears, index, shown, quick),
                 _ste(after, index, shown, quick),
             ),
-            evaluations=found.evaluations,
+            evaluations=best.evaluations,
             warnings=table_warnings(solve_mesh(after, index, torques, settings)),
             tables=tables,
         )
@@ -183,18 +183,18 @@ def _ste(gears: Any, index: int, torques: Any, settings: StaticsSettings) -> Any
     return solve_mesh(gears, index, torques, settings).cycle.ste
 
 
-def _reliefs(problem: ReliefProblem, found: BestRelief) -> list[dict[str, Any]]:
+def _reliefs(problem: ReliefProblem, best: BestRelief) -> list[dict[str, Any]]:
     """Sought reliefs with rounded sizes, and what a micrometre more would change."""
     count = len(problem.ranges)
-    ste, slopes = problem.ste(found.design)
+    ste, slopes = problem.ste(best.design)
     worst = int(np.argmax(peak_to_peak(ste)))
     ends = int(np.argmax(ste[worst])), int(np.argmin(ste[worst]))
     change = (slopes[worst, ends[0]] - slopes[worst, ends[1]]) / MICRO
     return [
         {
             "relief": f"{entry.place}_relief",
-            "magnitude_um": round(float(found.design[i]), 2),
-            "length_pitches": round(float(found.design[count + i]), 4),
+            "magnitude_um": round(float(best.design[i]), 2),
+            "length_pitches": round(float(best.design[count + i]), 4),
             "peak_to_peak_per_um": float(change[i]),
         }
         for i, entry in enumerate(problem.ranges)
@@ -232,7 +232,7 @@ def _rows(torques: Any, before: Any, after: Any) -> list[dict[str, float]]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReliefResult(StudyResult):
-    """Reliefs that were found, and what they do.
+    """Best reliefs, and what they do.
 
     reliefs : place, size and sensitivity of each
     rows : peak to peak of the transmission error at the torques, before and after

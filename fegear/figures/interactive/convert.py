@@ -119,14 +119,16 @@ def _panels(figure: Figure) -> tuple[list[FigurePanel], list[Any]]:
 
     shown = [axes for axes in figure.axes if axes.get_visible()]
     bars = [bar for axes in shown if (bar := color_bar_of(axes)) is not None]
-    own = [axes for axes in shown if color_bar_of(axes) is None]
+    main_axes = [axes for axes in shown if color_bar_of(axes) is None]
     insets = [
         child
-        for axes in own
+        for axes in main_axes
         for child in axes.child_axes
         if isinstance(child, Axes) and child.get_visible()
     ]
-    return [FigurePanel(axes, i) for i, axes in enumerate([*own, *insets], 1)], bars
+    return [
+        FigurePanel(axes, i) for i, axes in enumerate([*main_axes, *insets], 1)
+    ], bars
 
 
 def _owner(bar: Any, panels: Sequence[FigurePanel]) -> FigurePanel:
@@ -137,14 +139,14 @@ def _owner(bar: Any, panels: Sequence[FigurePanel]) -> FigurePanel:
 
 def _converted(picture: Picture) -> Elements:
     elements = Elements()
-    found = groups(picture.legends, picture.panels)
+    legend_groups = groups(picture.legends, picture.panels)
     if picture.title:
         elements.annotations.append(_figure_title())
     for _, panel, _ in panel_titles(picture):
         elements.annotations.append(_panel_title(panel))
     for panel in picture.panels:
         for artist in _artists(panel.axes):
-            _convert(elements, panel, artist, found)
+            _convert(elements, panel, artist, legend_groups)
     for number, (_, panel) in enumerate(picture.bars, 1):
         elements.traces.append(_bar_trace(panel, number))
     for shown in picture.legends:
@@ -168,13 +170,13 @@ def _artists(axes: Axes) -> Iterator[Any]:
 
 
 def _convert(
-    elements: Elements, panel: FigurePanel, artist: Any, found: Groups
+    elements: Elements, panel: FigurePanel, artist: Any, groups: Groups
 ) -> None:
     """Convert an artist; what hides it in the legend hides all that it became."""
     convert = _converter(artist)
     before = len(elements.traces), len(elements.shapes)
     convert(elements, panel, artist)
-    label = found.label(artist)
+    label = groups.label(artist)
     if not label:
         return
     for trace in elements.traces[before[0] :]:

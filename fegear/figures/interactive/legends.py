@@ -39,13 +39,13 @@ class ShownLegend(NamedTuple):
 
 def shown_legends(figure: Figure, panels: Sequence[FigurePanel]) -> list[ShownLegend]:
     """Legends of the panels, then those of the figure."""
-    found: list[tuple[Any, FigurePanel | None]] = [
+    legends: list[tuple[Any, FigurePanel | None]] = [
         (legend, panel) for panel in panels for legend in _legends_in(panel)
     ]
-    found += [(legend, None) for legend in figure.legends if legend.get_visible()]
+    legends += [(legend, None) for legend in figure.legends if legend.get_visible()]
     return [
         ShownLegend("legend" if i == 0 else f"legend{i + 1}", legend, panel)
-        for i, (legend, panel) in enumerate(found)
+        for i, (legend, panel) in enumerate(legends)
     ]
 
 
@@ -143,9 +143,9 @@ class Groups(NamedTuple):
 
     def label(self, artist: Any) -> str:
         """Label of the entry that an artist belongs to; empty where there is none."""
-        own = label_of(artist)
-        if own:
-            return own if own in self.labels else ""
+        label = label_of(artist)
+        if label:
+            return label if label in self.labels else ""
         return self.by_color.get(main_color(artist), "")
 
 

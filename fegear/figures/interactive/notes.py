@@ -52,11 +52,13 @@ def add_annotation(elements: Elements, panel: FigurePanel, note: Annotation) -> 
 def _point_transform(panel: FigurePanel, note: Annotation) -> Any:
     """From the point of an annotation to pixels of matplotlib."""
     coordinates: Any = note.xycoords
-    known = {
+    transforms = {
         "data": panel.axes.transData,
         "axes fraction": panel.axes.transAxes,
     }
-    transform = known.get(coordinates) if isinstance(coordinates, str) else coordinates
+    transform = (
+        transforms.get(coordinates) if isinstance(coordinates, str) else coordinates
+    )
     if transform is None:
         raise TypeError(f"no interactive form of annotations in {coordinates!r}")
     return transform

@@ -18,13 +18,13 @@ def secondary_axes(
     """Axes by name; each needs a trace, which has no points, to be shown."""
     from matplotlib.axes._secondary_axes import SecondaryAxis
 
-    found: dict[str, Element] = {}
+    axes_by_name: dict[str, Element] = {}
     for panel in panels:
         for child in panel.axes.child_axes:
             if isinstance(child, SecondaryAxis) and child.get_visible():
-                number = len(panels) + len(found) + 1
+                number = len(panels) + len(axes_by_name) + 1
                 key = child._orientation  # type: ignore[attr-defined]
-                found[f"{key}axis{number}"] = _axis(panel, child, key)
+                axes_by_name[f"{key}axis{number}"] = _axis(panel, child, key)
                 ends = {
                     "xaxis": panel.x,
                     "yaxis": panel.y,
@@ -32,7 +32,7 @@ def secondary_axes(
                 }
                 point: Element = {"type": "scatter", "x": [None], "y": [None]}
                 traces.append(point | ends | {"showlegend": False, "hoverinfo": "skip"})
-    return found
+    return axes_by_name
 
 
 def _axis(panel: FigurePanel, child: Any, key: str) -> Element:
