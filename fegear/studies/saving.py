@@ -24,7 +24,7 @@ from fegear.files.output import path_of
 from fegear.files.values import PACKAGES, Decoder, Encoder, class_of, name_of_class
 from fegear.files.version import package_version
 from fegear.studies import STUDIES, home_of
-from fegear.studies.columns import MAIN, column_meaning, unit_of_column
+from fegear.studies.columns import MAIN, meaning_and_unit
 from fegear.studies.page import ColumnTable, Page, RowTable
 from fegear.studies.study import StudyResult
 from fegear.studies.table import Table
@@ -68,7 +68,7 @@ class Loaded:
 def save(result: StudyResult, path: str | Path) -> None:
     """Write a result, `.nc`; see `load`."""
     target = path_of(path)
-    if target.suffix != ".nc":
+    if target.suffix.lower() != ".nc":
         raise InputError(f"{target}: the name of a saved result ends with .nc")
     instance: Any = result
     encoder, variables = Encoder(_packages()), dict[str, Variable]()
@@ -83,7 +83,7 @@ def save(result: StudyResult, path: str | Path) -> None:
             "page": [encoder.plain(_plain_part(part)) for part in result.page()],
             "tables": {
                 name: _plain_table(command, name, table, encoder, variables)
-                for name, table in _tables(result)
+                for name, table in tables_of(result)
             },
             "shared": encoder.shared,
         }
@@ -173,7 +173,7 @@ def _class_of_result(result: StudyResult) -> type:
     return kind.__mro__[2] if isinstance(result, Loaded) else kind
 
 
-def _tables(result: StudyResult) -> Iterator[tuple[str, Table]]:
+def tables_of(result: StudyResult) -> Iterator[tuple[str, Table]]:
     with suppress(InputError):  # of a study that has none
         yield MAIN, result.table
     yield from result.more_tables.items()
@@ -206,16 +206,10 @@ def _plain_table(
 def _attributes(
     command: str, table: str, key: str, header: Mapping[str, str]
 ) -> dict[str, str]:
-    """Meaning and unit of a column by the conventions CF, which name no unit 1.
-
-    The meaning of a column that is not declared may be in the header.
-    """
-    try:
-        meaning = column_meaning(command, key, table)
-    except KeyError:
-        meaning = header.get(key, "")
+    """Meaning and unit of a column by the conventions CF, which name no unit 1."""
+    meaning, unit = meaning_and_unit(command, key, table, header)
     described = {"long_name": meaning} if meaning else {}
-    return described | {"units": unit_of_column(key) or "1"}
+    return described | {"units": unit or "1"}
 
 
 def _table(plain: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Table:
