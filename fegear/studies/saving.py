@@ -96,6 +96,7 @@ def save(result: StudyResult, path: str | Path) -> None:
         "format": FORMAT,
         "made_with": f"fegear {package_version()}",
         "command": command,
+        **_header_lines(result),
         "result": json.dumps(tree, allow_nan=False),
     }
     write_netcdf(target, attributes, variables)
@@ -177,6 +178,14 @@ def tables_of(result: StudyResult) -> Iterator[tuple[str, Table]]:
     with suppress(InputError):  # of a study that has none
         yield MAIN, result.table
     yield from result.more_tables.items()
+
+
+def _header_lines(result: StudyResult) -> dict[str, str]:
+    """The header of the table as in CSV, for other programs; none without a table."""
+    with suppress(InputError):
+        entries = result.table.header.items()
+        return {"header": "\n".join(f"{key}: {text}" for key, text in entries)}
+    return {}
 
 
 def _plain_table(
