@@ -127,8 +127,9 @@ def _mat_tree(content: bytes, path: str) -> Tree:
 
     if content.startswith((MAT_73_START, HDF5_START)):
         return _hdf5_tree(content, path)
+    stream: Any = io.BytesIO(content)
     try:
-        held = loadmat(io.BytesIO(content), struct_as_record=True)
+        held = loadmat(stream, struct_as_record=True)
     except Exception:  # whatever SciPy makes of bytes that are no such file
         raise InputError(f"{path}: is no MAT file, or damaged") from None
     return {k: _mat_part(v) for k, v in held.items() if not k.startswith("__")}

@@ -71,6 +71,11 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and the meshes they strain.",
     ),
+    "export": (
+        "export",
+        "ModelExport",
+        "Mass, damping and stiffness matrices of a train, for other programs.",
+    ),
     "map": ("map", "Map", "Vibration of a lumped train over a grid of parameters."),
     "branches": (
         "branches",

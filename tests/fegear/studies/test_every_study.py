@@ -377,6 +377,7 @@ EXAMPLES = {
         "model": MODEL,
     },
     "modes": {"gear_set": "liu-idler", "translations": True},
+    "export": {"gear_set": "liu-idler", "translations": True, "damping_ratio": 0.05},
     "motion": {
         "gear_set": "liu-pair",
         "speed": 1000.0,
