@@ -117,7 +117,7 @@ def wrapped(text: str) -> list[str]:
 
 
 def _without_dates(content: bytes) -> bytes:
-    """The same file with the times of its entries and of its properties replaced."""
+    """Replace the times of the entries and of the properties of a file."""
     out = io.BytesIO()
     with ZipFile(io.BytesIO(content)) as made, ZipFile(out, "w") as fixed:
         for name in made.namelist():

@@ -74,7 +74,7 @@ STUDIES = {
     "export": (
         "export",
         "ModelExport",
-        "Mass, damping and stiffness matrices of a train, for other programs.",
+        "Mass, damping and stiffness matrices for other programs.",
     ),
     "map": ("map", "Map", "Vibration of a lumped train over a grid of parameters."),
     "branches": (

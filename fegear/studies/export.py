@@ -67,11 +67,11 @@ UNITS = {
 class ModelExport(
     Study, command="export", example="export liu-idler --translations -o model.mat"
 ):
-    """Mass, damping and stiffness matrices of a train, for other programs.
+    """Mass, damping and stiffness matrices for other programs.
 
-    M x'' + C x' + K x = load, about the mean mesh stiffness. Row i of mesh_vectors times
-    x is the deflection of mesh i, from which models with varying mesh stiffness are
-    built.
+    M x'' + C x' + K x = load, about the mean mesh stiffness. Row i of mesh_vectors
+    times x is the deflection of mesh i, from which models with varying mesh stiffness
+    are built.
     """
 
     pictures = NO_PICTURES
