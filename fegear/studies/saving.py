@@ -2,7 +2,7 @@
 
 A file holds what a result is made of, and what its study said of it: summary, tables
 and the lines of its page. Tables are variables with the names of their columns, for
-`xarray.open_dataset`.
+`xarray.open_dataset`; all other arrays are in one variable for each type of numbers.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.boundary import public
 from fegear.files.errors import InputError
@@ -29,7 +30,7 @@ from fegear.studies.page import ColumnTable, Page, RowTable
 from fegear.studies.study import StudyResult
 from fegear.studies.table import Table
 
-FORMAT = "fegear result 1"
+FORMAT = "fegear result 2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +87,11 @@ def save(result: StudyResult, path: str | Path) -> None:
                 for name, table in tables_of(result)
             },
             "shared": encoder.shared,
+            "arrays": [[array.dtype.str, array.size] for array in encoder.arrays],
         }
     except ValueError as error:
         raise InputError(f"{target}: a value of {error} cannot be saved") from None
-    for number, values in enumerate(encoder.arrays):
-        name = f"part_{number}"
-        variables[name] = Variable(values, f"{name}_size")
+    variables |= _joined(encoder.arrays)
     attributes = {
         "format": FORMAT,
         "made_with": f"fegear {package_version()}",
@@ -130,9 +130,7 @@ def load(path: str | Path) -> Any:
         raise InputError(f"{target}: is no result that was saved")
     try:
         tree = json.loads(attributes["result"])
-        parts = (name for name in variables if name.startswith("part_"))
-        count = len(list(parts))
-        arrays = [variables[f"part_{number}"] for number in range(count)]
+        arrays = list(_split(tree["arrays"], variables))
         decoder = Decoder(arrays, tree["shared"], _packages())
         return _loaded(tree, decoder, variables)
     except (ValueError, KeyError, AttributeError, ImportError, TypeError):
@@ -141,6 +139,29 @@ def load(path: str | Path) -> Any:
             f"{target}: was saved by {made}, whose results fegear {package_version()} "
             "cannot load"
         ) from None
+
+
+def _joined(arrays: Sequence[NDArray[Any]]) -> dict[str, Variable]:
+    """One variable for all arrays of a type: thousands of them are slow to open."""
+    by_type: dict[str, list[NDArray[Any]]] = {}
+    for array in arrays:
+        by_type.setdefault(array.dtype.str, []).append(array)
+    return {
+        f"parts_{number}": Variable(np.concatenate(members), f"parts_{number}_size")
+        for number, members in enumerate(by_type.values())
+    }
+
+
+def _split(
+    places: Sequence[tuple[str, int]], variables: Mapping[str, NDArray[Any]]
+) -> Iterator[NDArray[Any]]:
+    """Arrays (n,) of `_joined` in order, from the type and the size of each."""
+    kinds = {kind: number for number, kind in enumerate(dict(places))}
+    starts = dict.fromkeys(kinds, 0)
+    for kind, size in places:
+        start = starts[kind]
+        yield variables[f"parts_{kinds[kind]}"][start : start + size]
+        starts[kind] = start + size
 
 
 def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> StudyResult:
