@@ -18,10 +18,10 @@ def require_same(result: Any, path: Path) -> None:
     read = {".mat": of_matlab, ".xlsx": of_excel, ".nc": of_netcdf}[path.suffix.lower()]
     for name, table in tables_of(result):
         expected = columns_of(table)
-        found = read(path, name, [*expected])
+        actual = read(path, name, [*expected])
         for column, values in expected.items():
-            if column in found or path.suffix.lower() != ".nc":  # numbers alone
-                cells = found[column]
+            if column in actual or path.suffix.lower() != ".nc":  # numbers alone
+                cells = actual[column]
                 if not np.any(values != "") and path.suffix.lower() == ".xlsx":
                     values = np.full(len(values), np.nan)  # empty cells have no kind
                 np.testing.assert_array_equal(cells, values, column)

@@ -20,7 +20,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import write_whole
 from fegear.files.version import package_version
 
-MOST_ROWS, MOST_COLUMNS = 1_048_576, 16_384  # of a sheet
+MAX_ROWS, MAX_COLUMNS = 1_048_576, 16_384  # of a sheet
 LONGEST_TEXT = 32_767  # letters of a cell, see `wrapped`
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of zip files
 PROPERTIES = "docProps/core.xml"
@@ -70,11 +70,11 @@ def write_excel(path: Path, sheets: Mapping[str, Sheet]) -> None:
 
 def _require_space(path: Path, name: str, sheet: Sheet) -> None:
     rows = ROWS_ABOVE + max(map(len, sheet.columns.values()), default=0)
-    sizes = ("rows", rows, MOST_ROWS), ("columns", len(sheet.columns), MOST_COLUMNS)
-    for what, size, most in sizes:
+    sizes = ("rows", rows, MAX_ROWS), ("columns", len(sheet.columns), MAX_COLUMNS)
+    for unit, size, most in sizes:
         if size > most:
             raise InputError(
-                f"{path}: {name} has {size} {what}, a sheet holds at most {most}; use "
+                f"{path}: {name} has {size} {unit}, a sheet holds at most {most}; use "
                 ".nc or .csv"
             )
 

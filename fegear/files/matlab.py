@@ -33,15 +33,15 @@ KEYWORDS = frozenset(
 
 def matlab_names(names: Iterable[str]) -> dict[str, str]:
     """Identifiers of MATLAB by name, all different, such as `mesh_2_phase`."""
-    found: dict[str, str] = {}
+    identifiers: dict[str, str] = {}
     for name in names:
         identifier, number = _identifier(name), 1
-        while identifier in found.values():
+        while identifier in identifiers.values():
             number += 1
             end = f"_{number}"
             identifier = _identifier(name)[: LONGEST_NAME - len(end)] + end
-        found[name] = identifier
-    return found
+        identifiers[name] = identifier
+    return identifiers
 
 
 def _identifier(name: str) -> str:

@@ -95,10 +95,12 @@ def _matrix(
 ) -> NDArray[Any]:
     fits = values.shape == shape or (1 in shape and values.size == max(shape))
     if not fits:
-        expected, found = (" x ".join(map(str, size)) for size in (shape, values.shape))
+        expected, actual = (
+            " x ".join(map(str, size)) for size in (shape, values.shape)
+        )
         raise TableError(
             f"{source}: {name} must have a row for each torque and a column for each "
-            f"position, {expected}, got {found}"
+            f"position, {expected}, got {actual}"
         )
     return values.ravel()
 

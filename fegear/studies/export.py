@@ -108,8 +108,8 @@ class ModelExport(
 
     def _model(self, gears: GearSet, job: Job) -> ModelExportResult:
         torque = chosen_torque(gears, self.torque)
-        given = self.stiffness == "given"
-        stiffnesses = mean_stiffnesses(gears, torque, self.source, given)
+        use_given = self.stiffness == "given"
+        stiffnesses = mean_stiffnesses(gears, torque, self.source, use_given)
         train = train_of(gears, torque, self.translations, self.damping_ratio)
         modes = natural_modes(train, [value for value, _ in stiffnesses])
         origins = [origin for _, origin in stiffnesses]
@@ -260,7 +260,7 @@ def _write_matlab(path: Path, result: ModelExportResult) -> None:
         name: value[:, None] if value.ndim == 1 else value
         for name, value in result.arrays.items()
     }
-    texts = {n: text_cells([[t] for t in words]) for n, words in result.texts.items()}
+    texts = {n: text_cells([[t] for t in names]) for n, names in result.texts.items()}
     rows = [[key, text] for key, text in result.inputs.items()]
     more = {"units": UNITS, "inputs": text_cells(rows)}
     write_matlab(path, {**numbers, **texts, **more})
@@ -268,7 +268,7 @@ def _write_matlab(path: Path, result: ModelExportResult) -> None:
 
 def _write_npz(path: Path, result: ModelExportResult) -> None:
     """Arrays of numbers and of texts; units and inputs as rows of name and text."""
-    texts = {name: np.array(words, str) for name, words in result.texts.items()}
+    texts = {name: np.array(names, str) for name, names in result.texts.items()}
     pairs = {"units": UNITS, "inputs": result.inputs}
     rows = {name: np.array([*entries.items()], str) for name, entries in pairs.items()}
     out = io.BytesIO()

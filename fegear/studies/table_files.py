@@ -132,9 +132,9 @@ def _write_matlab(
         }
         texts = {"units": table.units, "meaning": table.meanings, "names": fields}
         variables[called] = columns
-        for what, words in texts.items():
-            described = dict(zip(fields.values(), words, strict=True))
-            variables[f"{prefix}{what}"] = described
+        for suffix, values in texts.items():
+            described = dict(zip(fields.values(), values, strict=True))
+            variables[f"{prefix}{suffix}"] = described
         rows = [[key, str(text)] for key, text in table.header.items()]
         variables[f"{prefix}header"] = text_cells(rows)
         lookup = lookup_of(table)

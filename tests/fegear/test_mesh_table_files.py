@@ -40,9 +40,9 @@ TEXT = "torque_Nm;position;stiffness_N_per_m;ste_m\n" + "\n".join(
 def require_same(path: Path, header: dict[str, str] | None = None) -> None:
     table = read_mesh_table(str(path))
     for name, values in LOOKUP.items():
-        found = getattr(table, name, None)
-        found = table[name] if found is None else found
-        np.testing.assert_array_equal(found, values)
+        actual = getattr(table, name, None)
+        actual = table[name] if actual is None else actual
+        np.testing.assert_array_equal(actual, values)
     assert dict(table.header) == (header or {})
 
 
@@ -119,11 +119,11 @@ def test_a_table_that_was_written_is_read_with_its_header(tmp_path, ending):
     study = fegear.MeshStiffness(torque=[100.0, 200.0], elements=elements)
     result = fegear.run(study)
     result.write(tmp_path / f"t{ending}")
-    found = read_mesh_table(str(tmp_path / f"t{ending}"))
+    actual = read_mesh_table(str(tmp_path / f"t{ending}"))
     expected = parse_table(result.table.csv())
-    assert {k: found.header[k] for k in expected.header} == dict(expected.header)
+    assert {k: actual.header[k] for k in expected.header} == dict(expected.header)
     for name in expected.columns:
-        np.testing.assert_array_equal(found[name], expected[name])
+        np.testing.assert_array_equal(actual[name], expected[name])
 
 
 def test_a_run_with_a_mat_file_is_that_with_its_csv(tmp_path, monkeypatch):

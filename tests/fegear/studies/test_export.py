@@ -80,10 +80,10 @@ def test_every_file_has_the_same_numbers_and_names(tmp_path, ending):
     assert path.read_bytes() == first
     held = READERS[ending](path)
     for name, expected in result.arrays.items():
-        found = np.array(held[name], float).reshape(expected.shape)
-        np.testing.assert_array_equal(found, expected, name)
-    for name, words in result.texts.items():
-        assert [str(word) for word in np.ravel(held[name])] == words
+        actual = np.array(held[name], float).reshape(expected.shape)
+        np.testing.assert_array_equal(actual, expected, name)
+    for name, labels in result.texts.items():
+        assert [str(label) for label in np.ravel(held[name])] == labels
     units = held["units"]
     units = dict(units) if isinstance(units, np.ndarray) else units
     assert set(units) == set(result.arrays)

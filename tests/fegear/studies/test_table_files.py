@@ -86,17 +86,17 @@ def test_names_of_columns_are_identifiers_of_matlab(result, tmp_path):
     assert dict(held["header"]) == HEADER
     assert dict([held["spectra_header"]]) == {"lines": "all"}
     names = ["a.b", "a b", "2nd", "end", "x" * 80, "x" * 90, "\u00e4", "a_b"]
-    found = matlab_names(names)
-    assert [found[name] for name in names[:4]] == ["a_b", "a_b_2", "x_2nd", "end_"]
-    assert len({*found.values()}) == len(names)
+    identifiers = [*matlab_names(names).values()]
+    assert identifiers[:4] == ["a_b", "a_b_2", "x_2nd", "end_"]
+    assert len({*identifiers}) == len(names)
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.text(max_size=70), unique=True, max_size=4))
 def test_every_name_becomes_an_identifier_of_its_own(names):
-    found = list(matlab_names(names).values())
-    assert len({*found}) == len(names)
-    for name in found:
+    identifiers = list(matlab_names(names).values())
+    assert len({*identifiers}) == len(names)
+    for name in identifiers:
         assert name.isidentifier()
         assert name.isascii()
         assert name[0].isalpha()
@@ -162,7 +162,7 @@ def test_files_that_cannot_be_are_refused_in_one_line(result, tmp_path, monkeypa
     allowed = r"must end in \.csv, \.mat, \.nc, \.xlsx or \.txt$"
     with pytest.raises(InputError, match=allowed):
         result.write(tmp_path / "t.ods")
-    monkeypatch.setattr("fegear.files.excel.MOST_ROWS", 4)
+    monkeypatch.setattr("fegear.files.excel.MAX_ROWS", 4)
     with pytest.raises(InputError, match="table has 5 rows, a sheet holds at most 4; "):
         result.write(tmp_path / "t.xlsx")
     monkeypatch.setattr("fegear.files.output.has_package", lambda name: False)
