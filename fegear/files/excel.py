@@ -54,18 +54,22 @@ def write_excel(path: Path, sheets: Mapping[str, Sheet]) -> None:
     Raises InputError where a sheet cannot hold the rows or columns, or the file cannot
     be written.
     """
-    from openpyxl import Workbook
-
     for name, sheet in sheets.items():
         _require_space(path, name, sheet)
+    # openpyxl writes temporary files of its own, for which there may be no space
+    write_whole(path, lambda beside: beside.write_bytes(_content(sheets)))
+
+
+def _content(sheets: Mapping[str, Sheet]) -> bytes:
+    from openpyxl import Workbook
+
     book = Workbook(write_only=True)
     book.properties.creator = f"fegear {package_version()}"
     for name, sheet in sheets.items():
         _fill(book.create_sheet(name), sheet)
     out = io.BytesIO()
     book.save(out)
-    content = _without_dates(out.getvalue())
-    write_whole(path, lambda beside: beside.write_bytes(content))
+    return _without_dates(out.getvalue())
 
 
 def _require_space(path: Path, name: str, sheet: Sheet) -> None:
