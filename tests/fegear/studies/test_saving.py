@@ -111,3 +111,19 @@ def test_a_file_of_the_former_format_is_loaded(result, file, tmp_path):
     assert repr(old) == repr(result)
     old.save(tmp_path / "again.nc")
     assert (tmp_path / "again.nc").read_bytes() == file.read_bytes()
+
+
+def test_xarray_opens_columns_with_units_and_the_header(result, file):
+    xarray = pytest.importorskip("xarray")
+    with xarray.open_dataset(file) as held:
+        rows = held[[name for name in held if held[name].dims == ("row",)]]
+        for name, values in zip(
+            result.table.names, zip(*result.table.rows(), strict=True), strict=True
+        ):
+            if name in rows:
+                np.testing.assert_array_equal(rows[name], values)
+        assert rows.dte_rms_m.attrs["units"] == "m"
+        assert set(rows) >= {"torque_Nm", "mesh_frequency_Hz", "dte_rms_m"}
+        header = held.attrs["header"].splitlines()
+    expected = [f"{key}: {text}" for key, text in result.table.header.items()]
+    assert header == expected
