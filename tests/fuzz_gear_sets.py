@@ -323,6 +323,7 @@ LONG = {"--cluster"}  # starts processes
 BASE = {
     "show": ("SET", 12),
     "modes": ("SET --json", 10),
+    "export": ("SET -o m.json --json", 4),
     "sweep": ("SET --excitation rectangular --speeds 1500", 10),
     "motion": ("SET --excitation rectangular --speed 1500", 8),
     "theory": ("SET --excitation rectangular", 6),

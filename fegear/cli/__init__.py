@@ -27,7 +27,7 @@ COMMANDS = {  # in the order of the help
     "Statics": ("stiffness", "compare", "identify", "relief", "render"),
     "Vibration": (
         *("modes", "theory", "sweep", "motion", "branches", "bifurcations", "map"),
-        *("stability", "dynamics"),
+        *("stability", "dynamics", "export"),
     ),
     "Machines": ("clatter", "rattle"),
     "Evidence and upkeep": (

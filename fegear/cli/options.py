@@ -13,7 +13,7 @@ import typer
 from fegear.cli.groups import option
 from fegear.cli.screen import print_error, print_json, print_warnings
 from fegear.files.errors import InputError
-from fegear.studies.study import TABLES
+from fegear.files.output import TABLES, require_ending
 
 if TYPE_CHECKING:
     from fegear.files.store import CheckpointOptions
@@ -140,16 +140,6 @@ def refuse_unused_options(reason: str, **options: Any) -> None:
             texts = (f"{v:.12g}" if isinstance(v, float) else str(v) for v in values)
             shown = "" if value is True else f" = {', '.join(texts)}"
             raise InputError(f"--{name.replace('_', '-')}{shown}; {reason}")
-
-
-def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
-    """Require an ending that matches the kind of file."""
-    from fegear.files.output import is_device
-
-    if path is None or path.suffix.lower() in allowed or is_device(path):
-        return
-    endings = " or ".join(filter(None, allowed))
-    raise InputError(f"{path}: the file's name must end in {endings}")
 
 
 @contextmanager

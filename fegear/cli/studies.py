@@ -17,7 +17,6 @@ from fegear.cli.options import (
     ResumedOutputs,
     Workers,
     refuse_unused_options,
-    require_ending,
     require_outputs,
 )
 from fegear.cli.screen import (
@@ -27,10 +26,9 @@ from fegear.cli.screen import (
     ruled_table,
     screen,
 )
-from fegear.files.output import make_directory, write_text
+from fegear.files.output import SINGLE_TABLES, make_directory, require_ending
 from fegear.studies.page import ColumnTable, RowTable
 from fegear.studies.study import (
-    TABLES,
     Study,
     files_read,
     group_of,
@@ -116,7 +114,7 @@ def _check_outputs(study: Study, outputs: Any) -> None:
         if name in study.pictures:
             require_outputs([], used_paths, path)
         else:
-            require_ending(path, study.more_files.get(name, ("", TABLES))[1])
+            require_ending(path, study.more_files.get(name, ("", SINGLE_TABLES))[1])
             require_outputs([path], used_paths)
         used_paths += [str(path)] if path is not None else []
 
@@ -167,7 +165,7 @@ def _write(result: Any, outputs: Any) -> None:
         if path is None:
             continue
         if name in result.study.more_tables:
-            write_text(path, result.more_tables[name].csv())
+            result.write_table(path, name)
         elif name in result.study.more_files:
             result.more_files[name](path)
         else:

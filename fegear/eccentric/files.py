@@ -15,6 +15,7 @@ from fegear.eccentric.drawing import (
 )
 from fegear.eccentric.gearing import Gearing
 from fegear.eccentric.turn import wheel_meshes
+from fegear.files.dxf import write_dxf
 from fegear.files.output import write_whole
 
 DRAWINGS, MESHES = (".svg", ".dxf"), (".msh", ".vtu")
@@ -29,7 +30,8 @@ def write_drawing(
     if kind == ".svg":
         _write_svg(gearing, path)
     elif kind == ".dxf":
-        _write_dxf(gearing, path)
+        curves = assembled(gearing).items()
+        write_dxf(path, {name: points[:-1] for name, points in curves})
     else:
         _write_meshes(gearing, path, bore_mm, resolution)
 
@@ -54,21 +56,6 @@ def _write_svg(gearing: Gearing, path: Path) -> None:
 
     with rc_context({"path.simplify": False}):  # which leaves out what no eye sees
         write_whole(path, lambda place: save_figure(draw_to_scale(gearing), place))
-
-
-def _write_dxf(gearing: Gearing, path: Path) -> None:
-    import ezdxf
-    from ezdxf import units
-
-    ezdxf.options.write_fixed_meta_data_for_testing = True  # neither date nor user
-    drawing = ezdxf.new("R2000", units=units.MM)
-    space = drawing.modelspace()
-    for name, points in assembled(gearing).items():
-        if not np.isfinite(points).all():
-            continue
-        drawing.layers.add(name)
-        space.add_lwpolyline(points[:-1], close=True, dxfattribs={"layer": name})
-    write_whole(path, lambda place: drawing.saveas(place))
 
 
 def _write_meshes(

@@ -14,7 +14,7 @@ import math
 import os
 import re
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -31,10 +31,25 @@ TEMPORARY_PREFIX = ".fegear-{process}-"
 TEMPORARY_NAME = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
 INTERACTIVE = ".html"  # ending of a picture that a reader zooms into
 PICTURES = (".png", ".pdf", ".svg", INTERACTIVE)  # endings of names
-# for a help text, after what is drawn
-INTO_PICTURE = f"into this file, {', '.join(PICTURES[:-1])} or {PICTURES[-1]}"
+SPREADSHEET = ".xlsx"
+TABLE_FORMATS = (".csv", ".mat", ".nc", SPREADSHEET)
+TABLES = (*TABLE_FORMATS, ".txt", "")  # endings of names, as CSV where they say nothing
+SINGLE_TABLES = tuple(kind for kind in TABLES if kind != ".nc")  # of a whole result
+EXCEL_NEEDED = "a spreadsheet needs openpyxl: pip install 'fegear[excel]'"
 PLOTLY_NEEDED = "an interactive figure needs plotly: pip install 'fegear[interactive]'"
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
+
+
+def listed(endings: Sequence[str]) -> str:
+    """Endings in words, without the empty one: .png, .pdf or .svg."""
+    *others, last = filter(None, endings)
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+# for a help text, after what is drawn or written
+INTO_PICTURE = f"into this file, {listed(PICTURES)}"
+TO_TABLE = f"to this file, {listed(TABLE_FORMATS)}"
+TO_SINGLE_TABLE = f"to this file, {listed(SINGLE_TABLES[:-2])}"
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
@@ -92,11 +107,30 @@ def require_picture(path: Path) -> None:
         raise InputError(f"{path}: {PLOTLY_NEEDED}")
 
 
+def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
+    """A file whose ending says what it holds, a device, or none.
+
+    Raises InputError otherwise, and for a spreadsheet without openpyxl.
+    """
+    if path is None or is_device(path):
+        return
+    kind = path.suffix.lower()
+    if kind not in allowed:
+        raise InputError(f"{path}: the file's name must end in {listed(allowed)}")
+    if kind == SPREADSHEET and not has_package("openpyxl"):
+        raise InputError(f"{path}: {EXCEL_NEEDED}")
+
+
 def has_plotly() -> bool:
     """Whether plotly is installed, which draws interactive figures."""
+    return has_package("plotly")
+
+
+def has_package(name: str) -> bool:
+    """Whether a package that is not always needed is installed."""
     from importlib.util import find_spec
 
-    return find_spec("plotly") is not None
+    return find_spec(name) is not None
 
 
 def make_directory(path: str | os.PathLike[str]) -> Path:

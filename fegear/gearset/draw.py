@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 COLOURS = ("#4477aa", "#cc9944", "#559966", "#aa5588", "#8866bb", "#778899")
 ACTION = "#cc2222"
 MM = 1e3  # millimetres in a metre
+BORE_POINTS = 360
 DETAIL_HALF_HEIGHT = 3.2  # half height of the detail, in modules
 
 
@@ -53,6 +54,18 @@ def gear_outline(gear: SpurGear, place: Place) -> Points:
     around = np.exp(1j * turns)[:, None] * tooth[None, :]
     flat = around.ravel()
     return np.stack([place.x + flat.real, place.y + flat.imag], axis=-1)
+
+
+def outlines(gear_set: GearSet) -> dict[str, Points]:
+    """Closed curves (n, 2) [mm] by name: teeth and bore of each gear, in mesh."""
+    places, curves = layout(gear_set).places, {}
+    around = np.linspace(0.0, 2.0 * math.pi, BORE_POINTS, endpoint=False)
+    for index, gear in enumerate(gear_set.gears):
+        teeth, place = gear.geometry, places[index]
+        bore = np.array([place.x, place.y]) + polar(teeth.hub_radius, around)
+        curves[gear.name] = MM * gear_outline(teeth, place)
+        curves[f"{gear.name} bore"] = MM * bore
+    return curves
 
 
 def gear_set_figure(gear_set: GearSet) -> Figure:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from fegear.boundary import public
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
-from fegear.files.output import read_text
 from fegear.files.printable import printable
 from fegear.gearset.model import GearSet, Mesh, Relief
 from fegear.gearset.pitch_errors import (
@@ -24,6 +23,7 @@ from fegear.gearset.pitch_errors import (
 )
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.choices import PLANE, RESOLUTION
+from fegear.statics.mesh_table_files import read_mesh_table
 from lumped.common.checks import require_fields
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range, documented, option
@@ -39,7 +39,6 @@ from lumped.train.table import (
     TableError,
     pair_names,
     pair_teeth,
-    parse_table,
 )
 
 if TYPE_CHECKING:
@@ -258,12 +257,13 @@ def _friction_of(table: MeshTable) -> str:
 def read_mesh_tables(
     paths: Sequence[str | PathLike[str]], gear_set: GearSet
 ) -> GivenTables:
-    """Mesh tables (CSV) of a gear set, one for each mesh in order.
+    """Mesh tables of a gear set from files, one for each mesh in order.
 
     Parameters
     ----------
     paths : sequence of str or path-like
-        Files of mesh tables, as many as the gear set has meshes.
+        Files of mesh tables, as many as the gear set has meshes: CSV, ``.mat``,
+        ``.nc``, or HDF5 as ``.h5`` or ``.hdf5``.
     gear_set : GearSet
         Gear set of whose teeth the tables are.
 
@@ -285,7 +285,7 @@ def read_mesh_tables(
     tables = []
     for mesh, path in enumerate(paths):
         try:
-            table = parse_table(read_text(path), str(path))
+            table = read_mesh_table(str(path))
         except TableError as error:
             raise InputError(str(error)) from None
         _require_own_table(str(path), table, gear_set, mesh)

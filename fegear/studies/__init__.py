@@ -76,6 +76,11 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and the meshes they strain.",
     ),
+    "export": (
+        "export",
+        "ModelExport",
+        "Mass, damping and stiffness matrices for other programs.",
+    ),
     "map": ("map", "Map", "Vibration of a lumped train over a grid of parameters."),
     "branches": (
         "branches",

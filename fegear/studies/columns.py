@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import resources
@@ -85,6 +85,20 @@ def find_column(command: str, name: str, table: str = MAIN) -> Column:
 def column_meaning(command: str, name: str, table: str = MAIN) -> str:
     """What a column of a command's table means; KeyError where it is not declared."""
     return find_column(command, name, table).meaning
+
+
+def meaning_and_unit(
+    command: str, name: str, table: str, header: Mapping[str, str]
+) -> tuple[str, str]:
+    """What a column means and its unit, each empty where there is none.
+
+    The meaning of a column that is not declared may be in the header of the table.
+    """
+    try:
+        meaning = column_meaning(command, name, table)
+    except KeyError:
+        meaning = header.get(name, "")
+    return meaning, unit_of_column(name)
 
 
 def meanings(command: str, *names: str, table: str = MAIN) -> dict[str, str]:

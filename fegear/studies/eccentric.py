@@ -24,6 +24,7 @@ from fegear.eccentric.gearing import ANGLES, Gearing
 from fegear.eccentric.turn import STEEL, Columns, contact_columns, wheel_meshes
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
+from fegear.files.output import TABLE_FORMATS, TO_SINGLE_TABLE, TO_TABLE
 from fegear.statics.choices import RESOLUTION
 from fegear.statics.plausibility import check_warnings, plausibility_warnings
 from fegear.studies.columns import meanings
@@ -56,7 +57,7 @@ LEGEND = {
     "mirror images about the x axis",
 }
 OF_CONTACT = "transmission_error_um", "contact_torque_ratio"
-CONTACT = {"contact": "Write the contact over the turn to this CSV file."}
+CONTACT = {"contact": f"Write the contact over the turn {TO_SINGLE_TABLE}."}
 FILM = {"animate": ("Film of a turn of the driven wheel, .gif or .mp4.", FILMS)}
 
 
@@ -79,10 +80,10 @@ class Eccentric(
     unit = "block"
     checkpoint_beside = "contact"
     output = (
-        "File to write: points in .csv, drawings to scale in .svg or .dxf [mm], meshes "
-        "in .msh or .vtu [m]."
+        f"Write the points of the curves {TO_TABLE}, drawings to scale to .svg or .dxf "
+        "[mm], meshes to .msh or .vtu [m]."
     )
-    endings = (".csv", *DRAWINGS, *MESHES)
+    endings = (*TABLE_FORMATS, *DRAWINGS, *MESHES)
     more_tables = CONTACT
     more_files = FILM
 
@@ -303,7 +304,7 @@ class EccentricResult(StudyResult):
         if Path(path).suffix.lower() in (*DRAWINGS, *MESHES):
             write_drawing(self.gearing, Path(path), *self.study.meshing)
         else:
-            self.to_csv(path)
+            super().write(path)
 
     @property
     def figures(self) -> dict[str, Draw]:

@@ -2,7 +2,7 @@
 
 A file holds what a result is made of, and what its study said of it: summary, tables
 and the lines of its page. Tables are variables with the names of their columns, for
-`xarray.open_dataset`.
+`xarray.open_dataset`; all other arrays are in one variable for each type of numbers.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.boundary import public
 from fegear.files.errors import InputError
@@ -24,12 +25,13 @@ from fegear.files.output import path_of
 from fegear.files.values import PACKAGES, Decoder, Encoder, class_of, name_of_class
 from fegear.files.version import package_version
 from fegear.studies import STUDIES, home_of
-from fegear.studies.columns import MAIN, column_meaning, unit_of_column
+from fegear.studies.columns import MAIN, meaning_and_unit
 from fegear.studies.page import ColumnTable, Page, RowTable
 from fegear.studies.study import StudyResult
 from fegear.studies.table import Table
 
-FORMAT = "fegear result 1"
+FORMAT = "fegear result 2"
+FORMER = "fegear result 1"  # a variable for each array; read, and written no more
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +70,7 @@ class Loaded:
 def save(result: StudyResult, path: str | Path) -> None:
     """Write a result, `.nc`; see `load`."""
     target = path_of(path)
-    if target.suffix != ".nc":
+    if target.suffix.lower() != ".nc":
         raise InputError(f"{target}: the name of a saved result ends with .nc")
     instance: Any = result
     encoder, variables = Encoder(_packages()), dict[str, Variable]()
@@ -83,19 +85,19 @@ def save(result: StudyResult, path: str | Path) -> None:
             "page": [encoder.plain(_plain_part(part)) for part in result.page()],
             "tables": {
                 name: _plain_table(command, name, table, encoder, variables)
-                for name, table in _tables(result)
+                for name, table in tables_of(result)
             },
             "shared": encoder.shared,
+            "arrays": [[array.dtype.str, array.size] for array in encoder.arrays],
         }
     except ValueError as error:
         raise InputError(f"{target}: a value of {error} cannot be saved") from None
-    for number, values in enumerate(encoder.arrays):
-        name = f"part_{number}"
-        variables[name] = Variable(values, f"{name}_size")
+    variables |= _joined(encoder.arrays)
     attributes = {
         "format": FORMAT,
         "made_with": f"fegear {package_version()}",
         "command": command,
+        **_header_lines(result),
         "result": json.dumps(tree, allow_nan=False),
     }
     write_netcdf(target, attributes, variables)
@@ -125,13 +127,11 @@ def load(path: str | Path) -> Any:
     """
     target = path_of(path)
     attributes, variables = read_netcdf(target)
-    if attributes.get("format") != FORMAT:
+    if attributes.get("format") not in (FORMAT, FORMER):
         raise InputError(f"{target}: is no result that was saved")
     try:
         tree = json.loads(attributes["result"])
-        parts = (name for name in variables if name.startswith("part_"))
-        count = len(list(parts))
-        arrays = [variables[f"part_{number}"] for number in range(count)]
+        arrays = list(_split(tree.get("arrays"), variables))
         decoder = Decoder(arrays, tree["shared"], _packages())
         return _loaded(tree, decoder, variables)
     except (ValueError, KeyError, AttributeError, ImportError, TypeError):
@@ -140,6 +140,36 @@ def load(path: str | Path) -> Any:
             f"{target}: was saved by {made}, whose results fegear {package_version()} "
             "cannot load"
         ) from None
+
+
+def _joined(arrays: Sequence[NDArray[Any]]) -> dict[str, Variable]:
+    """One variable for all arrays of a type: thousands of them are slow to open."""
+    by_type: dict[str, list[NDArray[Any]]] = {}
+    for array in arrays:
+        by_type.setdefault(array.dtype.str, []).append(array)
+    return {
+        f"parts_{number}": Variable(np.concatenate(members), f"parts_{number}_size")
+        for number, members in enumerate(by_type.values())
+    }
+
+
+def _split(
+    places: Sequence[tuple[str, int]] | None, variables: Mapping[str, NDArray[Any]]
+) -> Iterator[NDArray[Any]]:
+    """Arrays (n,) of `_joined` in order, from the type and the size of each.
+
+    places : None in a file of `FORMER`
+    """
+    if places is None:
+        names = [name for name in variables if name.startswith("part_")]
+        yield from (variables[f"part_{number}"] for number in range(len(names)))
+        return
+    kinds = {kind: number for number, kind in enumerate(dict(places))}
+    starts = dict.fromkeys(kinds, 0)
+    for kind, size in places:
+        start = starts[kind]
+        yield variables[f"parts_{kinds[kind]}"][start : start + size]
+        starts[kind] = start + size
 
 
 def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> StudyResult:
@@ -173,10 +203,18 @@ def _class_of_result(result: StudyResult) -> type:
     return kind.__mro__[2] if isinstance(result, Loaded) else kind
 
 
-def _tables(result: StudyResult) -> Iterator[tuple[str, Table]]:
+def tables_of(result: StudyResult) -> Iterator[tuple[str, Table]]:
     with suppress(InputError):  # of a study that has none
         yield MAIN, result.table
     yield from result.more_tables.items()
+
+
+def _header_lines(result: StudyResult) -> dict[str, str]:
+    """The header of the table as in CSV, for other programs; none without a table."""
+    with suppress(InputError):
+        entries = result.table.header.items()
+        return {"header": "\n".join(f"{key}: {text}" for key, text in entries)}
+    return {}
 
 
 def _plain_table(
@@ -206,16 +244,10 @@ def _plain_table(
 def _attributes(
     command: str, table: str, key: str, header: Mapping[str, str]
 ) -> dict[str, str]:
-    """Meaning and unit of a column by the conventions CF, which name no unit 1.
-
-    The meaning of a column that is not declared may be in the header.
-    """
-    try:
-        meaning = column_meaning(command, key, table)
-    except KeyError:
-        meaning = header.get(key, "")
+    """Meaning and unit of a column by the conventions CF, which name no unit 1."""
+    meaning, unit = meaning_and_unit(command, key, table, header)
     described = {"long_name": meaning} if meaning else {}
-    return described | {"units": unit_of_column(key) or "1"}
+    return described | {"units": unit or "1"}
 
 
 def _table(plain: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Table:

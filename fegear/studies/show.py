@@ -8,10 +8,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from fegear.files.dxf import write_dxf
 from fegear.files.keys import UNITS
-from fegear.files.output import INTO_PICTURE, PICTURES
+from fegear.files.output import INTO_PICTURE, PICTURES, path_of
 from fegear.gearset.derived import gear_set_figures
-from fegear.gearset.draw import gear_set_figure
+from fegear.gearset.draw import gear_set_figure, outlines
 from fegear.gearset.model import GearSet
 from fegear.studies.page import ROUND_OFF, ColumnTable, Page
 from fegear.studies.study import (
@@ -58,6 +59,7 @@ HEADERS = {
 # Names of columns, and what is in another table.
 HIDDEN_OF_GEARS = {"name", "form_roll_angle_deg", "tip_roll_angle_deg"}
 HIDDEN_OF_MESHES = {"driver", "driven", "ratio", "flanks"}
+DRAWING = ".dxf"
 HIDDEN_OF_FLANKS = {"gear", "role"}
 
 
@@ -66,9 +68,12 @@ class DerivedGeometry(Study, command="show", example="show liu-idler --plot idle
     """Derived geometry of a gear set, and what was inferred."""
 
     pictures = NO_PICTURES
-    output = f"Draw the gears {INTO_PICTURE}."
+    output = (
+        f"Draw the gears {INTO_PICTURE}, or write outlines of their teeth and bores "
+        f"[mm] to a {DRAWING} file."
+    )
     output_names = "--plot", "-o"
-    endings = PICTURES
+    endings = (*PICTURES, DRAWING)
 
     gear_set: GearSetRef = DEFAULT_PAIR
 
@@ -97,8 +102,12 @@ class DerivedGeometryResult(StudyResult):
         return {"plot": lambda: gear_set_figure(self.gears)}
 
     def write(self, path: str | Path) -> None:
-        """Draw the gears."""
-        self.draw(path)
+        """Draw the gears, or write their outlines as ``.dxf``."""
+        target = path_of(path)
+        if target.suffix.lower() == DRAWING:
+            write_dxf(target, outlines(self.gears))
+        else:
+            self.draw(target)
 
     def page(self) -> Page:
         """A row for each quantity with its unit."""

@@ -32,7 +32,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
 
 from fegear.files.errors import InputError
-from fegear.files.output import INTO_PICTURE
+from fegear.files.output import INTO_PICTURE, TABLES, TO_TABLE
 from fegear.result import Result
 from lumped.common.docstrings import set_lazy_docstring
 from lumped.common.options import Range, allowed_of, help_of
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
-TABLES = (".csv", ".txt", "")  # endings of names
 PLOT = {"plot": f"Draw the results {INTO_PICTURE}."}
 
 
@@ -471,7 +470,7 @@ class Study:
     )
     partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered
     distributes: ClassVar[bool] = False  # whether parts may go to other processes
-    output: ClassVar[str] = "Write the results to this CSV file."
+    output: ClassVar[str] = f"Write the results {TO_TABLE}."
     # of its option; none where files are settings that tasks write
     output_names: ClassVar[Sequence[str]] = ("-o", "--output")
     must_write: ClassVar[bool] = False  # whether the output must be given
@@ -698,8 +697,10 @@ class StudyResult(Result):
         raise NotImplementedError
 
     def write(self, path: str | Path) -> None:
-        """Write what ``--output`` of the command writes, the table unless a study says
-        else.
+        """Write what ``--output`` of the command writes, by the ending of the path.
+
+        Unless the study says else, ``.csv`` has the table, ``.mat`` and ``.xlsx`` have
+        all tables with units and meanings, and ``.nc`` has the whole result, as `save`.
 
         Parameters
         ----------
@@ -709,9 +710,31 @@ class StudyResult(Result):
         Raises
         ------
         InputError
-            If the file cannot be written.
+            If the ending is another one, the file cannot be written or does not hold
+            the tables, or a package that writes it is missing.
         """
-        self.to_csv(path)
+        from fegear.studies.table_files import write_result
+
+        write_result(self, path)
+
+    def write_table(self, path: str | Path, name: str) -> None:
+        """Write one of `more_tables` alone, by the ending of the path.
+
+        Parameters
+        ----------
+        path : str or Path
+            File with the ending ``.csv``, ``.mat`` or ``.xlsx``.
+        name : str
+            Name of the table, one of `more_tables`.
+
+        Raises
+        ------
+        InputError
+            If there is no such table or ending, or the file cannot be written.
+        """
+        from fegear.studies.table_files import write_table
+
+        write_table(self, path, name)
 
     def save(self, path: str | Path) -> None:
         """Write the whole result for `fegear.load`.

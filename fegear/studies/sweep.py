@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from typing import Literal
 
 from fegear.files.errors import InputError
-from fegear.files.output import INTO_PICTURE
+from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
 from fegear.studies.columns import meanings
 from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import PLOT, Draw, Job, Study, Task, display_name, setting
@@ -51,8 +51,8 @@ from lumped.steady.truncation_check import check_truncation
 from lumped.train.system import LumpedSystem
 
 MORE = {
-    "spectra": "Write the lines of the spectra of all motions to this CSV file, as "
-    "amplitudes of the dynamic transmission error [m]."
+    "spectra": "Write the lines of the spectra of all motions, as amplitudes of the "
+    f"dynamic transmission error [m], {TO_SINGLE_TABLE}."
 }
 LEGEND = "mesh_frequency_Hz", "order", "amplitude_m"  # of the spectra
 

@@ -16,6 +16,7 @@ from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
 from fegear.statics.excitation import StiffnessSource
+from fegear.statics.mesh_table_files import TABLE_FILE
 from fegear.studies.page import pluralize
 from fegear.studies.study import (
     Setting,
@@ -39,9 +40,9 @@ FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
 LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
 DRIVER_LOAD = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
 TABLES = (
-    "Mesh table (CSV) to use instead of finite elements; give one for each mesh, in "
-    "order. The coupled model needs the columns of tooth pairs, at two or more torques "
-    "unless hardening is left out."
+    f"Mesh table {TABLE_FILE} to use instead of finite elements; give one for each "
+    "mesh, in order. The coupled model needs the columns of tooth pairs, at two or "
+    "more torques unless hardening is left out."
 )
 
 

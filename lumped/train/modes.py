@@ -52,6 +52,14 @@ class Modes:
         """Natural angular frequencies (n,) [rad/s]."""
         return 2.0 * np.pi * self.frequency_Hz
 
+    @property
+    def stiffness_matrix(self) -> Array:
+        """Stiffness matrix (n, n) of meshes, bearings, couplings and shafts."""
+        parts = self.coordinates
+        rows = np.concatenate([parts.mesh_rows, parts.spring_rows])
+        stiffness = np.concatenate([self.mean_stiffness, parts.spring_stiffness])
+        return np.asarray(rows.T @ (stiffness[:, None] * rows))
+
     def damping_matrix(self, ratio: float) -> Array:
         """Damping matrix with the same damping ratio in every mode.
 

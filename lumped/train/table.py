@@ -9,7 +9,7 @@ beyond the required ones may be missing or extra.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -116,9 +116,7 @@ def format_table(table: MeshTable) -> str:
 def parse_table(text: str, source: str = "table") -> MeshTable:
     """Read CSV text; raises TableError naming `source` and the line."""
     csv_table = parse_csv(text, source)
-    for name in REQUIRED_COLUMNS:
-        if name not in csv_table.names:
-            raise TableError(f"{source}: column {name} is missing")
+    _require_columns(csv_table.names, source)
     data = np.array(
         [
             [
@@ -129,13 +127,42 @@ def parse_table(text: str, source: str = "table") -> MeshTable:
             ]
             for location, row in csv_table.rows.items()
         ]
-    )
-    if not len(data):
+    ).reshape(-1, len(csv_table.names))
+    columns = dict(zip(csv_table.names, data.T, strict=True))
+    return table_of_columns(columns, csv_table.header, source)
+
+
+def table_of_columns(
+    columns: Mapping[str, Array], header: Mapping[str, str], source: str = "table"
+) -> MeshTable:
+    """The mesh table of columns (n,), a row for each torque and position.
+
+    Raises TableError naming `source`.
+    """
+    _require_columns(columns, source)
+    sizes = {name: np.shape(values) for name, values in columns.items()}
+    expected = sizes[REQUIRED_COLUMNS[0]]
+    for name, size in sizes.items():
+        if size != expected or len(size) != 1:
+            raise TableError(
+                f"{source}: column {name} of shape {size}, that of torques {expected}"
+            )
+    for name in REQUIRED_COLUMNS[:2]:
+        if not np.isfinite(columns[name]).all():
+            raise TableError(f"{source}: column {name} must have finite numbers")
+    if not expected[0]:
         raise TableError(f"{source}: no rows")
+    data = np.array([*columns.values()], dtype=float).T
     try:
-        return _table_from(csv_table.names, data, csv_table.header)
+        return _table_from(list(columns), data, header)
     except TableError as error:
         raise TableError(f"{source}: {error}") from None
+
+
+def _require_columns(names: Container[str], source: str) -> None:
+    for name in REQUIRED_COLUMNS:
+        if name not in names:
+            raise TableError(f"{source}: column {name} is missing")
 
 
 def _parse_number(cell: str, location: str, required: bool) -> float:

@@ -197,6 +197,7 @@ COMPARE = "compare SET --json"
 RELIEF = f"relief SET {COARSE} --torque 20,30 --positions 8 --starts 1 --json"
 IDENTIFY = f"identify SET {COARSE} --json"
 MODES = "modes SET --json"
+EXPORT = "export SET -o m.json --json"
 MESH = f"mesh SET {COARSE} -o m.vtu --json"
 SWEEP = "sweep SET --speeds 2000,4000 --excitation rectangular --json"
 COUPLED = f"sweep SET {COARSE} --speeds 2000 --model coupled --json"
@@ -481,6 +482,18 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--plane": plus(f"{MODES} --stiffness fe", "--plane strain"),
         "--resolution": plus(f"{MODES} --stiffness fe", COARSE),
         "--json": less(MODES, "--json"),
+    },
+    "export": {
+        "--output": swap(EXPORT, "m.json", "m.npz"),
+        "SET": swap(EXPORT, "SET", "OTHER"),
+        "--torque": plus(EXPORT, "--torque 200"),
+        "--set": plus(EXPORT, "--set gear.1.inertia_kg_m2=1e-3"),
+        "--translations": plus(EXPORT, "--translations", TRAIN),
+        "--damping": plus(EXPORT, "--damping 0.1"),
+        "--stiffness": plus(EXPORT, "--stiffness fe"),
+        "--plane": plus(f"{EXPORT} --stiffness fe", "--plane strain"),
+        "--resolution": plus(f"{EXPORT} --stiffness fe", COARSE),
+        "--json": less(EXPORT, "--json"),
     },
     "stability": stable(),
     "sweep": lumped(SWEEP)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 
+import ezdxf
+import numpy as np
 import pytest
 from drawn_figures import axis_labels, saved_figures
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.gearset import builtin_names
+from fegear.files.dxf import write_dxf
+from fegear.gearset import builtin_names, load_gear_set
 from fegear.studies.show import shaft_line
 
 
@@ -93,3 +96,42 @@ def test_show_draws(tmp_path):
     assert axis_labels(figure) == {"x [mm]", "y [mm]"}
     texts = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert texts[:2] == ["pinion, 38 teeth", "idler, 55 teeth"]
+
+
+def test_outlines_are_drawn_to_scale_for_cad(tmp_path):
+    """Vertices are between the root and the tip circle; gears are in mesh."""
+    run("show", "liu-pair", "--plot", str(tmp_path / "pair.dxf"))
+    drawing = ezdxf.readfile(tmp_path / "pair.dxf")
+    assert drawing.units == ezdxf.units.MM
+    gear_set = load_gear_set("liu-pair")
+    curves = {c.dxf.layer: c for c in drawing.modelspace().query("LWPOLYLINE")}
+    assert list(curves) == [
+        name for gear in gear_set.gears for name in (gear.name, f"{gear.name} bore")
+    ]
+    centers = []
+    for gear in gear_set.gears:
+        teeth, bore = gear.geometry, points_of(curves[f"{gear.name} bore"])
+        center = bore.mean(axis=0)
+        radii = np.hypot(*(points_of(curves[gear.name]) - center).T)
+        limits = 1e3 * np.array([teeth.root_radius, teeth.tip_radius])
+        assert [radii.min(), radii.max()] == pytest.approx(limits)
+        assert np.hypot(*(bore - center).T) == pytest.approx(1e3 * teeth.hub_radius)
+        centers.append(center)
+    distance = np.hypot(*(centers[1] - centers[0]))
+    assert distance == pytest.approx(1e3 * gear_set.meshes[0].pair.center_distance)
+    first = (tmp_path / "pair.dxf").read_bytes()
+    run("show", "liu-pair", "--plot", str(tmp_path / "pair.dxf"))
+    assert (tmp_path / "pair.dxf").read_bytes() == first
+
+
+def points_of(curve):
+    assert curve.closed
+    return np.array([point[:2] for point in curve.get_points()])
+
+
+def test_layers_have_names_that_cad_takes(tmp_path):
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    curves = {'a/b "c"': square, "wheel": square, "lost": np.nan * square}
+    write_dxf(tmp_path / "t.dxf", curves)
+    held = ezdxf.readfile(tmp_path / "t.dxf").modelspace()
+    assert [curve.dxf.layer for curve in held] == ["a_b _c_", "wheel"]

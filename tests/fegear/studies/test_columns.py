@@ -74,6 +74,8 @@ UNITS = {
     "ms": "ms ms_per_motion coupled_ms",
     "us": "per_item_us us_per_step",
     "MB": "memory_MB",
+    "kg": "mass_kg",
+    "kg m2": "inertia_kg_m2",
     "Hz": "mesh_frequency_Hz unstable_to_Hz",
     "mm": "x_mm edge_at_pitch_mm pinion_hub_radius_mm",
     "um": "transmission_error_um mesh.2.tip_relief.magnitude_um",

@@ -27,6 +27,7 @@ from interactive_checks import check_figure
 from quick_benchmarks import answer_at_once
 from shown_results import what_is_shown
 from typer.testing import CliRunner
+from written_tables import require_same
 
 import fegear
 from fegear.cli import app, run
@@ -382,6 +383,7 @@ EXAMPLES = {
         "model": MODEL,
     },
     "modes": {"gear_set": "liu-idler", "translations": True},
+    "export": {"gear_set": "liu-idler", "translations": True, "damping_ratio": 0.05},
     "motion": {
         "gear_set": "liu-pair",
         "speed": 1000.0,
@@ -526,6 +528,11 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
         assert path.read_text("utf-8") == result.table.csv()
     assert {len(row) for row in result.table.rows()} == {len(result.table.names)}
     require_columns_of_example(result)
+    if ".xlsx" in study.endings and not study.folder:
+        for ending in (".mat", ".nc", ".xlsx"):  # for other programs
+            other = tmp_path / f"other{ending}"
+            result.write(other)
+            require_same(result, other)
 
 
 # declared columns that tables of the examples do not have

@@ -11,7 +11,7 @@ from scipy.io import netcdf_file
 
 import fegear
 from fegear.files.errors import InputError
-from fegear.files.netcdf import read_netcdf, write_netcdf
+from fegear.files.netcdf import Variable, read_netcdf, write_netcdf
 from fegear.studies import saving
 
 
@@ -94,3 +94,36 @@ def test_values_of_no_tree_are_named(result, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"builtin_function_or_method cannot be saved"):
         result.save(tmp_path / "x.nc")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_file_of_the_former_format_is_loaded(result, file, tmp_path):
+    """It has a variable for each array, and no places of arrays in its tree."""
+    attributes, variables = read_netcdf(file)
+    tree = json.loads(attributes["result"])
+    arrays = saving._split(tree.pop("arrays"), variables)
+    columns = {n: v for n, v in variables.items() if not n.startswith("parts_")}
+    held = {f"part_{i}": array for i, array in enumerate(arrays)} | columns
+    former = {"format": "fegear result 1", "result": json.dumps(tree)}
+    sizes = {name: Variable(values, f"{name}_size") for name, values in held.items()}
+    write_netcdf(tmp_path / "old.nc", attributes | former, sizes)
+    old = fegear.load(tmp_path / "old.nc")
+    assert old.table.csv() == result.table.csv()
+    assert repr(old) == repr(result)
+    old.save(tmp_path / "again.nc")
+    assert (tmp_path / "again.nc").read_bytes() == file.read_bytes()
+
+
+def test_xarray_opens_columns_with_units_and_the_header(result, file):
+    xarray = pytest.importorskip("xarray")
+    with xarray.open_dataset(file) as held:
+        rows = held[[name for name in held if held[name].dims == ("row",)]]
+        for name, values in zip(
+            result.table.names, zip(*result.table.rows(), strict=True), strict=True
+        ):
+            if name in rows:
+                np.testing.assert_array_equal(rows[name], values)
+        assert rows.dte_rms_m.attrs["units"] == "m"
+        assert set(rows) >= {"torque_Nm", "mesh_frequency_Hz", "dte_rms_m"}
+        header = held.attrs["header"].splitlines()
+    expected = [f"{key}: {text}" for key, text in result.table.header.items()]
+    assert header == expected

@@ -1,0 +1,289 @@
+"""A train as matrices for other programs: mass, damping, stiffness and meshes."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.files.matlab import text_cells, write_matlab
+from fegear.files.output import (
+    listed,
+    path_of,
+    require_ending,
+    strict_json,
+    write_whole,
+)
+from fegear.files.version import package_version
+from fegear.gearset.lumped_train import train_of
+from fegear.gearset.model import GearSet
+from fegear.statics.excitation import StiffnessSource
+from fegear.studies.modes import FE_SETTINGS, mean_stiffnesses
+from fegear.studies.page import Page, RowTable, cell
+from fegear.studies.study import (
+    NO_PICTURES,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    group,
+    refuse_given,
+    setting,
+    setting_of,
+)
+from fegear.studies.table import Table
+from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting
+from fegear.train.lumped_models import LumpedModel
+from lumped.train.modes import Modes, natural_modes
+from lumped.train.train import Train
+
+MODELS = (".mat", ".npz", ".json")  # endings of names
+# of the entries of a file; of matrices per row, and per column of stiffness and damping
+UNITS = {
+    "M": "kg m2 of rotations, kg of translations",
+    "C": "N m or N for 1 rad/s or 1 m/s",
+    "K": "N m or N for 1 rad or 1 m",
+    "mesh_vectors": "m for 1 rad or 1 m",
+    "mesh_stiffness_N_per_m": "N/m",
+    "mesh_backlash_m": "m",
+    "mesh_phase": "base pitches",
+    "mesh_frequency_ratio": "1",
+    "load": "N m of rotations, N of translations",
+    "static_displacement": "rad of rotations, m of translations",
+    "static_mesh_force_N": "N",
+    "natural_frequency_Hz": "Hz",
+    "damping_ratio": "1",
+    "torque_Nm": "N m",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelExport(
+    Study, command="export", example="export liu-idler --translations -o model.mat"
+):
+    """Mass, damping and stiffness matrices for other programs.
+
+    M x'' + C x' + K x = load, about the mean mesh stiffness. Row i of mesh_vectors
+    times x is the deflection of mesh i, from which models with varying mesh stiffness
+    are built.
+    """
+
+    pictures = NO_PICTURES
+    output = f"Write the model to this file, {listed(MODELS)}."
+    endings = MODELS
+    must_write = True
+
+    gear_set: GearSetRef
+    torque: float | None = torque_setting()
+    translations: bool = setting_of(
+        LumpedModel, "translations", option="--translations"
+    )
+    damping_ratio: float | None = setting_of(
+        LumpedModel, "damping_ratio", option="--damping"
+    )
+    stiffness: Literal["given", "fe"] = setting(
+        "given",
+        "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, or "
+        "finite elements where it is missing; fe: by finite elements at the torque.",
+    )
+    source: StiffnessSource = group(FE_SETTINGS)
+
+    @property
+    def gears(self) -> GearSet:
+        """The gear set with its edits."""
+        return self.gear_set.loaded
+
+    def tasks(self) -> Iterator[Task]:
+        gears = self.gears
+        if self.stiffness == "given" and all(m.mean_stiffness for m in gears.meshes):
+            reason = "the gear set gives all stiffness parameters, nothing is solved"
+            refuse_given(self.source, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
+        yield Task("model", partial(self._model, gears))
+
+    def _model(self, gears: GearSet, job: Job) -> ModelExportResult:
+        torque = chosen_torque(gears, self.torque)
+        use_given = self.stiffness == "given"
+        stiffnesses = mean_stiffnesses(gears, torque, self.source, use_given)
+        train = train_of(gears, torque, self.translations, self.damping_ratio)
+        modes = natural_modes(train, [value for value, _ in stiffnesses])
+        origins = [origin for _, origin in stiffnesses]
+        return ModelExportResult(self, gears.name, torque, train, modes, origins)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModelExportResult(StudyResult):
+    """A train about its mean mesh stiffness.
+
+    torque : on the input gear [N m]
+    origins : of the mean stiffness of each mesh, in words
+    """
+
+    study: ModelExport
+    gear_set: str
+    torque: float
+    train: Train
+    modes: Modes
+    origins: list[str]
+
+    @property
+    def coordinates(self) -> list[str]:
+        """Names of the coordinates, such as `pinion rotation`."""
+        return [" ".join(label) for label in self.modes.coordinates.labels]
+
+    @property
+    def meshes(self) -> list[str]:
+        """Names of driver and driven gear of each mesh."""
+        gears = self.train.gears
+        return [
+            f"{gears[m.driver].name} > {gears[m.driven].name}"
+            for m in self.train.meshes
+        ]
+
+    @cached_property
+    def static_displacement(self) -> NDArray[np.float64]:
+        """Displacement (n,) under the load, without free motion [rad or m]."""
+        shapes, angular = self.modes.shapes, self.modes.angular
+        held = angular > 0.0
+        load = shapes[:, held].T @ self.modes.coordinates.load
+        return np.asarray(shapes[:, held] @ (load / angular[held] ** 2))
+
+    @cached_property
+    def arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Matrices, vectors and numbers of the model, with the units `UNITS`."""
+        modes, coordinates = self.modes, self.modes.coordinates
+        train, displacement = self.train, self.static_displacement
+        values: dict[str, Any] = {
+            "M": np.diag(coordinates.mass),
+            "C": modes.damping_matrix(train.damping_ratio),
+            "K": modes.stiffness_matrix,
+            "mesh_vectors": coordinates.mesh_rows,
+            "mesh_stiffness_N_per_m": modes.mean_stiffness,
+            "mesh_backlash_m": [mesh.backlash for mesh in train.meshes],
+            "mesh_phase": [mesh.phase for mesh in train.meshes],
+            "mesh_frequency_ratio": [float(rate) for rate in train.mesh_rates],
+            "load": coordinates.load,
+            "static_displacement": displacement,
+            "static_mesh_force_N": modes.mean_stiffness
+            * (coordinates.mesh_rows @ displacement),
+            "natural_frequency_Hz": modes.frequency_Hz,
+            "damping_ratio": train.damping_ratio,
+            "torque_Nm": self.torque,
+        }
+        return {name: np.asarray(value, float) for name, value in values.items()}
+
+    @property
+    def texts(self) -> dict[str, list[str]]:
+        """Names of coordinates and meshes, and where the stiffness comes from."""
+        directions = [direction for _, direction in self.modes.coordinates.labels]
+        return {
+            "coordinates": self.coordinates,
+            "coordinate_units": ["rad" if d == "rotation" else "m" for d in directions],
+            "meshes": self.meshes,
+            "mesh_stiffness_origin": self.origins,
+        }
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """What the model was made from."""
+        return {
+            "made_with": f"fegear {package_version()}",
+            "gear_set": self.gear_set,
+            **self.study.gear_set.entries,
+        }
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        arrays = {name: value.tolist() for name, value in self.arrays.items()}
+        about = {"gear_set": self.gear_set, "translations": self.study.translations}
+        return {**about, **self.texts, **arrays, "units": UNITS, "warnings": []}
+
+    @property
+    def table(self) -> Table:
+        """A row for every coordinate."""
+        rows = [(*label, *values) for label, values in zip(*self._rows(), strict=True)]
+        meshes = range(1, len(self.meshes) + 1)
+        names = (
+            *("gear", "direction", "inertia_kg_m2", "mass_kg", "torque_Nm", "force_N"),
+            *("static_rotation_rad", "static_displacement_m"),
+            *(f"mesh{m}_deflection_m" for m in meshes),
+        )
+        return Table(names, lambda: rows, self.inputs)
+
+    def _rows(self) -> tuple[tuple[tuple[str, str], ...], list[list[float]]]:
+        """Labels and values of the coordinates, NaN where the unit is the other's."""
+        coordinates, turns = self.modes.coordinates, self.static_displacement
+        quantities = np.array([coordinates.mass, coordinates.load, turns])
+        rotates = np.array([label[1] == "rotation" for label in coordinates.labels])
+        split = np.empty((len(rotates), 6))
+        split[:, ::2] = np.where(rotates, quantities, np.nan).T
+        split[:, 1::2] = np.where(rotates, np.nan, quantities).T
+        values = np.hstack([split, coordinates.mesh_rows.T])
+        return coordinates.labels, values.tolist()
+
+    def write(self, path: str | Path) -> None:
+        """Write the model by the ending of the path, .mat, .npz or .json."""
+        target = path_of(path)
+        require_ending(target, MODELS)
+        WRITERS.get(target.suffix.lower(), _write_json)(target, self)
+
+    def page(self) -> Page:
+        yield (
+            f"{self.gear_set}, {self.torque:g} N m on the input gear: "
+            f"{len(self.coordinates)} coordinates, M x'' + C x' + K x = load"
+        )
+        names = "mesh_stiffness_N_per_m", "static_mesh_force_N"
+        stiffness, force = (self.arrays[name] for name in names)
+        rows = [
+            {"mesh": name, "stiffness": k, "force": f, "origin": origin}
+            for name, k, f, origin in zip(
+                self.meshes, stiffness, force, self.origins, strict=True
+            )
+        ]
+        columns = {
+            "mesh": lambda row: row["mesh"],
+            "mean k\n1e8 N/m": cell("stiffness", 5, 1e-8),
+            "static force\nN": cell("force", 5),
+            "mean k from": lambda row: row["origin"],
+        }
+        yield RowTable(rows, columns, text_columns=("mesh", "mean k from"))
+
+
+def _write_matlab(path: Path, result: ModelExportResult) -> None:
+    """Matrices, n x 1 vectors, cells of texts, and structs of units and inputs."""
+    numbers = {
+        name: value[:, None] if value.ndim == 1 else value
+        for name, value in result.arrays.items()
+    }
+    texts = {n: text_cells([[t] for t in names]) for n, names in result.texts.items()}
+    rows = [[key, text] for key, text in result.inputs.items()]
+    more = {"units": UNITS, "inputs": text_cells(rows)}
+    write_matlab(path, {**numbers, **texts, **more})
+
+
+def _write_npz(path: Path, result: ModelExportResult) -> None:
+    """Arrays of numbers and of texts; units and inputs as rows of name and text."""
+    texts = {name: np.array(names, str) for name, names in result.texts.items()}
+    pairs = {"units": UNITS, "inputs": result.inputs}
+    rows = {name: np.array([*entries.items()], str) for name, entries in pairs.items()}
+    out = io.BytesIO()
+    contents: Any = {**result.arrays, **texts, **rows}
+    np.savez(out, **contents)
+    write_whole(path, lambda beside: beside.write_bytes(out.getvalue()))
+
+
+def _write_json(path: Path, result: ModelExportResult) -> None:
+    """Rows of matrices; null of a backlash that is infinite."""
+    arrays = {name: value.tolist() for name, value in result.arrays.items()}
+    more = {"units": UNITS, "inputs": result.inputs}
+    text = strict_json({**arrays, **result.texts, **more})
+    write_whole(path, lambda beside: beside.write_bytes(text.encode()))
+
+
+Writer = Callable[[Path, ModelExportResult], None]
+WRITERS: Mapping[str, Writer] = {".mat": _write_matlab, ".npz": _write_npz}
