@@ -251,7 +251,7 @@ class GearEntry(GearDefaults):
 
     @model_validator(mode="after")
     def _thickness_once(self) -> GearEntry:
-        """Of shift, thinning and a measured thickness, two determine the third."""
+        """Require two of shift, thinning and measured thickness at most."""
         measured = self.present(SPAN_KEYS[0], PIN_KEYS[0])
         given = self.present("profile_shift", "tooth_thinning_um")
         if measured and len(given) == 2:

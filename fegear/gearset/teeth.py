@@ -140,7 +140,9 @@ class Blank(Involute):
         if field == "rack_tip_radius" and self.rack_tip_radius <= 0.0:
             field = "dedendum"
             allowed = f"at most {self._deepest}, the space has no room for the rack tip"
-        return f"{where}: {self._stated(GEAR_KEYS[field])}; {allowed}"
+        measured = self.thickness.origin if error.field == "rack_tip_radius" else ""
+        cause = f"; {measured}" if measured else ""
+        return f"{where}: {self._stated(GEAR_KEYS[field])}; {allowed}{cause}"
 
     @property
     def _deepest(self) -> str:
