@@ -33,7 +33,13 @@ from fegear.studies.study import (
 )
 from fegear.studies.sweep import SweptSpeeds, unbegun
 from fegear.studies.train_problem import TrainFacts, refuse_edits
-from fegear.studies.trains import SETTLING, GearSetRef, chosen_torques, torques_setting
+from fegear.studies.trains import (
+    SETTLING,
+    GearSetRef,
+    chosen_torques,
+    torques_setting,
+    with_frequencies,
+)
 from fegear.train.lumped_models import (
     LumpedModel,
     TorqueOf,
@@ -141,7 +147,8 @@ class Dynamics(
     def prepare(self) -> DynamicsProblem:
         settings = {"torque": self.torque, "damping_ratio": self.damping_ratio}
         refuse_edits(self, settings, self.translations)
-        return DynamicsProblem(self, self.gear_set.loaded)
+        study = with_frequencies(self, {"speeds": self.rpm})
+        return DynamicsProblem(study, self.gear_set.loaded)
 
 
 @dataclass(frozen=True, eq=False)

@@ -347,6 +347,7 @@ def stable() -> dict[str, Case]:
         "--translations": plus(BUILT, "--translations", TRAIN),
         "--over": swap(BUILT, "friction=0.1", "friction=0.1,0.2"),
         "--speeds": swap(BUILT, "20000", "21000"),
+        "--rpm": swap(BUILT, "--speeds 2000:20000:1000", "--rpm 5000:50000:2500"),
         "--method": plus(BUILT, "--method exponential"),
         "--friction": plus(
             f"{HOLDING} --excitation rectangular", "--friction 0.2 --bending 0.4"
@@ -481,6 +482,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
     | {
         "--speed": swap(WAVE, "2100", "4000"),
         "--from-speed": plus(WAVE, "--from-speed 2101"),
+        "--rpm": swap(WAVE, "--speed 2100", "--rpm 7000"),
+        "--from-rpm": plus(WAVE, "--from-rpm 7010"),
         "--table": plus("motion SET --speed 2000 --model 3 --json", "--table TABLE"),
         "--output": plus(WAVE, "-o w.csv"),
         "--without": plus(COUPLED_WAVE, "--without body"),
@@ -492,6 +495,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     }
     | {
         "--speeds": swap(BRANCHES, "2000:2200", "2000:2300"),
+        "--rpm": swap(BRANCHES, "--speeds 2000:2200", "--rpm 5000:5400"),
         "--over": swap(BRANCHES_OVER, "0.05:0.06", "0.05:0.07"),
         "--at": swap(BRANCHES_OVER, "2100", "2200"),
         "--starts": plus(ISOLATED, "--starts 40"),
@@ -522,6 +526,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),
         "--at": swap(MAP, "3000", "4000"),
         "--band": swap(MAP, "--at 3000", "--band 3000,4000"),
+        "--rpm": swap(MAP, "--at 3000", "--rpm 7000"),
         "--without": plus(COUPLED_MAP, "--without body"),
         "--output": plus(MAP, "-o m.csv"),
         "--overwrite": plus(MAP, "--overwrite", refused=True),
@@ -533,6 +538,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     | {
         "--over": swap(SECTIONS, "2e-4", "3e-4"),
         "--at": swap(SECTIONS, "3000", "4000"),
+        "--rpm": swap(SECTIONS, "--at 3000", "--rpm 7000"),
         "--direction": plus(SECTIONS, "--direction up"),
         "--sections": plus(f"{DOUBLED} --period-multiple 1", "--sections 7"),
         "--period-multiple": plus(DOUBLED, "--period-multiple 1"),
@@ -547,6 +553,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "SET": swap(f"{QUASI} --json", "SET", "OTHER"),
         "--fidelity": swap(f"{QUASI} --json", "quasistatic", "reduced"),
         "--speeds": swap(f"{QUASI} --json", "3000", "4000"),
+        "--rpm": swap(f"{QUASI} --json", "--speeds 3000", "--rpm 7000"),
         "--direction": swap(f"{QUASI} --json", "up", "both"),
         "--torque": plus(f"{QUASI} --json", "--torque 30"),
         "--set": plus(f"{QUASI} --json", "--set gear.1.inertia_kg_m2=2e-4"),

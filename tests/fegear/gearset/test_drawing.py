@@ -98,10 +98,12 @@ def test_what_followed_is_among_the_inferences():
 
 
 def test_shown_measures_are_read_back():
-    shown = gear_figures(gear_set(profile_shift=0.3, tooth_thinning_um=50.0).gears[0])
+    shown = gear_figures(
+        gear_set(shift=0.3, profile_shift=0.3, tooth_thinning_um=50.0).gears[0]
+    )
     for names in (("span_mm", "span_teeth"), ("pin_dimension_mm", "pin_diameter_mm")):
         keys = {name: shown[name] for name in names}
-        gear = teeth_of(profile_shift=0.3, **keys)
+        gear = teeth_of(shift=0.3, profile_shift=0.3, **keys)
         assert 1e6 * gear.tooth_thinning == pytest.approx(50.0, abs=1e-8)
 
 
