@@ -300,7 +300,8 @@ class BifurcationsResult(StudyResult):
         """A row for each value, mesh and point of its section."""
         names = (self.study.over.name, *COLUMNS)
         legend = meanings("bifurcations", *COLUMNS)
-        return Table(names, self._rows, {**self.facts.header, **legend})
+        table = Table(names, self._rows, {**self.facts.header, **legend})
+        return self.facts.with_driver_speed(table)
 
     def _rows(self) -> Iterator[list[object]]:
         for branch in self.branches:

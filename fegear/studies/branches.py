@@ -339,7 +339,8 @@ class BranchesResult(StudyResult):
         over = () if self._over_speed else (self.study.parameter,)
         names = "branch", "index", *over, *COLUMNS
         legend = meanings("branches", *LEGEND)
-        return Table(names, self._rows, {**self.facts.header, **legend})
+        table = Table(names, self._rows, {**self.facts.header, **legend})
+        return self.facts.with_driver_speed(table)
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         for place, branch in enumerate(self.branches, start=1):

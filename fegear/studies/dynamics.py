@@ -15,6 +15,7 @@ from fegear.dynamics.stepper import DynamicSettings, FeHistory, steps_per_cycle
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
+from fegear.gearset.speeds import driver_teeth
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.studies.page import Page
 from fegear.studies.responses import ResponsesResult, sweep_warnings
@@ -342,6 +343,7 @@ class DynamicsProblem(Problem):
                     "body_modes_left_out": None,
                 },
                 header=self.header,
+                driver_teeth=driver_teeth(self.gears),
                 warnings=tuple(sweep_warnings(self.gears, (*by_elements, *beside))),
             ),
             frequencies=self.frequencies,

@@ -218,11 +218,9 @@ class MapResult(StudyResult):
         header = {"format": FORMAT, **self.parameter_map.header}
         for axis in self.parameter_map.axes:
             header[f"axis {axis.name}"] = " ".join(repr(float(v)) for v in axis.values)
-        return Table(
-            map_columns(self.parameter_map),
-            partial(map_rows, self.parameter_map),
-            header,
-        )
+        rows = partial(map_rows, self.parameter_map)
+        table = Table(map_columns(self.parameter_map), rows, header)
+        return self.facts.with_driver_speed(table)
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -230,9 +230,9 @@ class StabilityResult(StudyResult):
     def table(self) -> Table:
         """A row for each cell of the chart."""
         names = MESH_FREQUENCY, self.study.over.name, "floquet_max", "kind"
-        return Table(
-            names, self._rows, {**self.facts.header, **meanings("stability", *LEGEND)}
-        )
+        legend = meanings("stability", *LEGEND)
+        table = Table(names, self._rows, {**self.facts.header, **legend})
+        return self.facts.with_driver_speed(table)
 
     def _rows(self) -> Iterator[tuple[float, float, float, str]]:
         speeds = self.study.rising

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from typing import Literal
 
 from fegear.files.output import INTO_PICTURE
+from fegear.gearset.speeds import driver_teeth
 from fegear.studies.columns import meanings
 from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import PLOT, Draw, Job, Study, Task, setting
@@ -176,6 +177,7 @@ class SweepProblem(TrainProblem):
             header=file_header(self.gears, model, ratio, method)
             | entries
             | study.gear_set.entries,
+            driver_teeth=driver_teeth(self.gears),
             notes=(self.reason,) if self.reason else (),
             warnings=(
                 *self.warnings_at_rest(self.systems),
@@ -210,7 +212,8 @@ class SweepResult(ResponsesResult):
     def more_tables(self) -> dict[str, Table]:
         rows = partial(spectra_rows, self.spectra)
         legend = meanings("sweep", *LEGEND, table="spectra")
-        return {"spectra": Table(COLUMNS, rows, {**self.facts.header, **legend})}
+        table = Table(COLUMNS, rows, {**self.facts.header, **legend})
+        return {"spectra": self.facts.with_driver_speed(table)}
 
     @property
     def figures(self) -> dict[str, Draw]:

@@ -15,7 +15,7 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
-from fegear.gearset.speeds import mesh_frequency
+from fegear.gearset.speeds import driver_teeth, mesh_frequency
 from fegear.statics.excitation import StiffnessSource
 from fegear.studies.axes import limits_or_single, written_limits
 from fegear.studies.page import pluralize
@@ -188,11 +188,11 @@ def with_frequencies(study: Study, speeds: Mapping[str, Any]) -> Study:
     given = {name: rpm for name, rpm in speeds.items() if rpm not in (None, ())}
     if not given:
         return study
-    gears = study.gear_set.loaded
+    teeth = driver_teeth(study.gear_set.loaded)
     frequencies = {
-        name: tuple(mesh_frequency(gears, one) for one in rpm)
+        name: tuple(mesh_frequency(teeth, one) for one in rpm)
         if isinstance(rpm, tuple)
-        else mesh_frequency(gears, rpm)
+        else mesh_frequency(teeth, rpm)
         for name, rpm in given.items()
     }
     of_rotation = {
