@@ -8,10 +8,10 @@ from typing import Any
 
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.gearset.speeds import driver_rpm
+from fegear.studies.columns import meanings
 from fegear.studies.table import Table
 
 DRIVER_SPEED = "driver_speed_rpm"
-MEANING = "speed of rotation of the first mesh's driver"
 
 
 def with_driver_speed(table: Table, teeth: int | None) -> Table:
@@ -30,6 +30,5 @@ def with_driver_speed(table: Table, teeth: int | None) -> Table:
             yield [*cells[:place], driver_rpm(teeth, cells[place - 1]), *cells[place:]]
 
     names = *table.names[:place], DRIVER_SPEED, *table.names[place:]
-    return replace(
-        table, names=names, rows=rows, header={**table.header, DRIVER_SPEED: MEANING}
-    )
+    header = {**table.header, **meanings("sweep", DRIVER_SPEED)}
+    return replace(table, names=names, rows=rows, header=header)
