@@ -199,12 +199,12 @@ def require_finite_sizes(gear: SpurGear) -> None:
     )
     shift = gear.profile_shift
     _require("profile_shift", abs(shift) <= 2.0, f"{shift:g}", "allowed -2 to 2")
-    rho = gear.rack_tip_radius
-    _require("rack_tip_radius", rho > 0.0, _mm(rho), "must be positive")
     thinning = gear.tooth_thinning
     ok = abs(thinning) < 0.5 * gear.module
     limit = f"must stay below half a module, {floored(5e5 * gear.module)} um"
     _require("tooth_thinning", ok, f"{1e6 * thinning:.6g} um", limit)
+    rho = gear.rack_tip_radius
+    _require("rack_tip_radius", rho > 0.0, _mm(rho), "must be positive")
 
 
 def require_generated_tooth(gear: SpurGear) -> None:

@@ -6,6 +6,7 @@ Directives, each with the name of what is listed as its argument:
     ```{file-keys} gear-set
     ```{table-columns}
     ```{codes} W
+    ```{materials}
     ```{public-names} lumped
 """
 
@@ -113,6 +114,26 @@ def code_sections(kind: str) -> Lines:
             yield ""
 
 
+def material_table(_: str) -> Lines:
+    """The materials that a gear-set file may name, with values and sources."""
+    from fegear.gearset.materials import materials
+
+    head = ("`material`", "Young's modulus [GPa]", "Poisson's ratio")
+    head += ("Density [kg/m3]", "Condition, at 23 C", "Source")
+    rows = (
+        (
+            f"`{name}`",
+            f"{material.young_modulus_GPa:g}",
+            f"{material.poisson_ratio:g}",
+            f"{material.density_kg_per_m3:g}",
+            material.condition,
+            material.source,
+        )
+        for name, material in materials().items()
+    )
+    yield from _table(head, rows)
+
+
 def public_names(package: str) -> Lines:
     """Every public name of a package by autodoc."""
     module = import_module(package)
@@ -166,6 +187,7 @@ DIRECTIVES = {
     "file-keys": key_tables,
     "table-columns": column_tables,
     "codes": code_sections,
+    "materials": material_table,
     "public-names": public_names,
 }
 

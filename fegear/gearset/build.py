@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from fegear.files.errors import InputError
+from fegear.gearset.materials import Material, materials
 from fegear.gearset.model import Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.problems import nearest, shown
-from fegear.gearset.schema import Document, GearEntry, MeshEntry
-from fegear.gearset.teeth import MM, UM, Tip, blank_of
+from fegear.gearset.schema import MATERIAL_KEYS, Document, GearEntry, MeshEntry
+from fegear.gearset.teeth import MM, UM, Blank, Tip, blank_of
 from fegear.gearset.tips import Spacing, find_tips, spacing
 from fegear.gearset.torques import mesh_torques
 from fegear.gearset.zones import relief
@@ -45,7 +47,7 @@ def build_gear_set(document: Document) -> GearSet:
             for shaft in document.shaft
         ),
         damping_ratio=document.dynamics.damping_ratio,
-        inferences=document.inferences,
+        inferences=(*document.inferences, *_inferences(blanks)),
     )
     require_room(gear_set)
     return gear_set
@@ -73,15 +75,37 @@ def require_known_gears(document: Document) -> None:
             raise InputError(f'shaft: gears: "{name}" is listed more than once')
 
 
+def _inferences(blanks: list[Blank]) -> list[str]:
+    """Sentences on what followed from measured tooth thicknesses."""
+    return [tooth.inference for b in blanks if (tooth := b.thickness).inference]
+
+
+def _material(entry: GearEntry) -> tuple[str, Material]:
+    """Name with what differs from it, and the values."""
+    named = materials()[entry.material]
+    own = {
+        key: getattr(entry, key)
+        for key in MATERIAL_KEYS
+        if getattr(entry, key) not in (None, getattr(named, key))
+    }
+    if not own:
+        return entry.material, named
+    is_named = "material" in entry.model_fields_set
+    name = f"{entry.material}, {' and '.join(own)} as given" if is_named else "as given"
+    return name, replace(named, **own)
+
+
 def _gear(entry: GearEntry, teeth: SpurGear) -> Gear:
+    name, material = _material(entry)
     kx, ky = entry.bearing_kx_N_per_m, entry.bearing_ky_N_per_m
     return Gear(
         name=entry.name,
         geometry=teeth,
         face_width=entry.face_width_mm * MM,
-        young_modulus=entry.young_modulus_GPa * 1e9,
-        poisson_ratio=entry.poisson_ratio,
-        density=entry.density_kg_per_m3,
+        material=name,
+        young_modulus=material.young_modulus_GPa * 1e9,
+        poisson_ratio=material.poisson_ratio,
+        density=material.density_kg_per_m3,
         inertia=entry.inertia_kg_m2,
         mass=entry.mass_kg,
         pitch_errors=tuple(error * UM for error in entry.pitch_errors_um or ()),

@@ -13,6 +13,13 @@ from fegear.gearset.model import Gear, GearSet, Mesh, Relief
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors
 from fegear.gearset.zones import Zones, zones
+from meshes import SpurGear
+from meshes.tooth_thickness import (
+    pin_dimension,
+    span,
+    usual_pin_diameter,
+    usual_span_teeth,
+)
 
 
 def gear_set_figures(gear_set: GearSet) -> dict[str, Any]:
@@ -48,6 +55,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "module_mm": 1e3 * teeth.module,
         "pressure_angle_deg": math.degrees(teeth.pressure_angle),
         "profile_shift": teeth.profile_shift,
+        "tooth_thinning_um": 1e6 * teeth.tooth_thinning,
         "reference_radius_mm": 1e3 * teeth.reference_radius,
         "base_radius_mm": 1e3 * teeth.base_radius,
         "tip_radius_mm": 1e3 * teeth.tip_radius,
@@ -56,6 +64,8 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "hub_radius_mm": 1e3 * teeth.hub_radius,
         "rack_tip_radius_mm": 1e3 * teeth.rack_tip_radius,
         "tip_thickness_mm": 1e3 * teeth.tip_thickness,
+        "tooth_thickness_mm": 1e3 * teeth.tooth_thickness,
+        **_measured_figures(teeth),
         "form_roll_angle_deg": math.degrees(teeth.form_roll_length / teeth.base_radius),
         "tip_roll_angle_deg": math.degrees(teeth.tip_roll_length / teeth.base_radius),
         "face_width_mm": 1e3 * gear.face_width,
@@ -67,9 +77,22 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "bearing_kx_N_per_m": kx,
         "bearing_ky_N_per_m": ky,
         "coupling_stiffness_Nm_per_rad": gear.coupling_stiffness,
+        "material": gear.material,
         "young_modulus_GPa": 1e-9 * gear.young_modulus,
         "poisson_ratio": gear.poisson_ratio,
         "density_kg_per_m3": gear.density,
+    }
+
+
+def _measured_figures(teeth: SpurGear) -> dict[str, Any]:
+    """What a drawing states of the tooth thickness, None where nothing fits."""
+    number, pin = usual_span_teeth(teeth), usual_pin_diameter(teeth)
+    thickness = teeth.tooth_thickness
+    return {
+        "span_teeth": number,
+        "span_mm": None if number is None else 1e3 * span(teeth, thickness, number),
+        "pin_diameter_mm": None if pin is None else 1e3 * pin,
+        "pin_dimension_mm": pin and 1e3 * pin_dimension(teeth, thickness, pin),
     }
 
 

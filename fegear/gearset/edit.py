@@ -13,14 +13,9 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.problems import known_keys, nearest
+from fegear.gearset.schema import START_KEYS, replaced_keys
 
 LISTS = ("gear", "mesh", "shaft")
-# keys that say the same thing: the one that is set replaces the others
-ALTERNATIVES = (
-    {"length_pitches", "start_roll_angle_deg", "start"},
-    {"center_distance_mm", "operating_pressure_angle_deg"},
-    {"tip_radius_mm", "addendum_mm"},
-)
 DEFAULT_START = {"tip_relief": "HPSTC", "root_relief": "LPSTC"}
 
 
@@ -32,11 +27,16 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     a name that leads nowhere.
     """
     copy: dict[str, Any] = {key: _python_value(value) for key, value in tables.items()}
-    for name, value in edits.items():
-        _set(copy, name, _python_value(value))
+    for name in sorted(edits, key=_is_single_value):
+        _set(copy, name, _python_value(edits[name]))
     for mesh in _tables_of(copy, "mesh"):
         _settle_reliefs(mesh)
     return copy
+
+
+def _is_single_value(name: str) -> bool:
+    """Materials come first: they replace values, which may be set as well."""
+    return not name.endswith(".material")
 
 
 def _python_value(value: Any) -> Any:
@@ -77,10 +77,8 @@ def _set(tables: dict[str, Any], name: str, value: Any) -> None:
     require_known_key(name)
     *path, key = name.split(".")
     table = _table(tables, path, name)
-    for group in ALTERNATIVES:
-        if key in group:
-            for other in group - {key}:
-                table.pop(other, None)
+    for other in replaced_keys(key):
+        table.pop(other, None)
     table[key] = value
 
 
@@ -122,5 +120,5 @@ def _settle_reliefs(mesh: dict[str, Any]) -> None:
                 continue
             if relief.get("magnitude_um") == 0:
                 del mesh[key]
-            elif not ALTERNATIVES[0] & relief.keys():
+            elif not relief.keys() & set(START_KEYS):
                 relief["start"] = start

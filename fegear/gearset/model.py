@@ -21,6 +21,7 @@ MAX_COUNT = 1e18  # of any number, beyond all limits of files
 class Gear:
     """A spur gear with its width, material and, optionally, inertia.
 
+    material : name, for those who read the figures; the values count
     pitch_errors : how far each tooth is set back from contact on the flank that
         carries load in the gear's first mesh [m], or empty; positive opens a gap
     inertia, mass : as given [kg m2], [kg]; see `inertia_of` and `mass_of`
@@ -34,6 +35,7 @@ class Gear:
     young_modulus: float
     poisson_ratio: float
     density: float
+    material: str = "as given"
     inertia: float | None = None
     mass: float | None = None
     pitch_errors: tuple[float, ...] = ()

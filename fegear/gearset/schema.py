@@ -18,6 +18,7 @@ from pydantic import (
     model_validator,
 )
 
+from fegear.gearset.materials import STEEL, material_names, require_material
 from fegear.gearset.model import ReliefShape
 
 Item = TypeVar("Item")
@@ -43,8 +44,10 @@ Height = Annotated[float, Field(ge=-1e5, le=1e5)]
 Teeth = Annotated[int, Field(ge=5, le=10000, description="Number of teeth.")]
 Module = Annotated[float, Field(ge=0.01, le=1000.0, description="Module.")]
 FaceWidth = Annotated[Length, Field(description="Face width.")]
-HubRadius = Annotated[
-    Length, Field(description="Radius of the bore, which is fixed to the shaft.")
+MaterialName = Annotated[
+    str,
+    AfterValidator(require_material),
+    Field(json_schema_extra={"enum": list(material_names())}),
 ]
 Angle = Annotated[float, Field(ge=5.0, le=35.0)]
 Shift = Annotated[float, Field(ge=-2.0, le=2.0)]
@@ -88,8 +91,30 @@ def require_all_or_none(keys: Keys, *names: str) -> None:
         )
 
 
-TIP_KEYS = ("tip_radius_mm", "addendum_mm")
+TIP_KEYS = ("tip_radius_mm", "tip_diameter_mm", "addendum_mm")
+HUB_KEYS = ("hub_radius_mm", "hub_diameter_mm")
+SPAN_KEYS = ("span_mm", "span_teeth")
+PIN_KEYS = ("pin_dimension_mm", "pin_diameter_mm")
+MATERIAL_KEYS = ("young_modulus_GPa", "poisson_ratio", "density_kg_per_m3")
+START_KEYS = ("length_pitches", "start_roll_angle_deg", "start")
+SPACING_KEYS = ("center_distance_mm", "operating_pressure_angle_deg")
+# Groups of sets of keys that say the same thing: a key replaces those of other sets.
+ALTERNATIVES = (
+    *(tuple((key,) for key in keys) for keys in (TIP_KEYS, HUB_KEYS)),
+    (SPAN_KEYS, PIN_KEYS),
+    *(tuple((key,) for key in keys) for keys in (START_KEYS, SPACING_KEYS)),
+)
 BEARING_KEYS = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
+
+
+def replaced_keys(key: str) -> set[str]:
+    """Keys that a key replaces, by `ALTERNATIVES`; a material replaces its values."""
+    if key == "material":
+        return set(MATERIAL_KEYS)
+    groups = [sets for sets in ALTERNATIVES if any(key in keys for keys in sets)]
+    return {
+        other for sets in groups for keys in sets if key not in keys for other in keys
+    }
 
 
 class GearDefaults(Keys):
@@ -100,13 +125,19 @@ class GearDefaults(Keys):
     pressure_angle_deg: Angle = Field(
         default=20.0, description="Pressure angle of the rack."
     )
-    profile_shift: Shift = Field(
-        default=0.0, description="Profile shift over the module."
+    profile_shift: Shift | None = Field(
+        default=None,
+        description="Profile shift over the module. [default: 0, or as span_mm or "
+        "pin_dimension_mm has it]",
     )
     tip_radius_mm: Length | None = Field(
         default=None,
         description="Radius of the tip circle. [default: from addendum_mm, or from "
         "contact_ratio]",
+    )
+    tip_diameter_mm: Length | None = Field(
+        default=None,
+        description="Diameter of the tip circle, instead of tip_radius_mm.",
     )
     addendum_mm: Height | None = Field(
         default=None,
@@ -124,19 +155,47 @@ class GearDefaults(Keys):
         "module or, if less, what fits the space]",
     )
     face_width_mm: FaceWidth | None = None
-    hub_radius_mm: HubRadius | None = None
-    tooth_thinning_um: Signed = Field(
-        default=0.0,
-        description="Reduction of the arc thickness on the reference circle.",
+    hub_radius_mm: Length | None = Field(
+        default=None, description="Radius of the bore, which is fixed to the shaft."
     )
-    young_modulus_GPa: Annotated[float, Field(ge=1e-3, le=1e5)] = Field(
-        default=206.0, description="Young's modulus."
+    hub_diameter_mm: Length | None = Field(
+        default=None, description="Diameter of the bore, instead of hub_radius_mm."
     )
-    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.49)] = Field(
-        default=0.3, description="Poisson's ratio."
+    tooth_thinning_um: Signed | None = Field(
+        default=None,
+        description="Reduction of the arc thickness on the reference circle. [default: "
+        "0, or as span_mm or pin_dimension_mm has it]",
     )
-    density_kg_per_m3: Annotated[float, Field(ge=1e-3, le=1e6)] = Field(
-        default=7850.0, description="Density."
+    span_mm: Length | None = Field(
+        default=None,
+        description="Base tangent length over span_teeth teeth, which sets the tooth "
+        "thickness: with profile_shift it gives tooth_thinning_um, without it "
+        "profile_shift.",
+    )
+    span_teeth: Annotated[int, Field(ge=1, le=5000)] | None = Field(
+        default=None, description="Number of teeth that span_mm is measured over."
+    )
+    pin_dimension_mm: Length | None = Field(
+        default=None,
+        description="Dimension over two pins in opposite spaces, or nearly opposite if "
+        "the number of teeth is odd; instead of span_mm.",
+    )
+    pin_diameter_mm: Length | None = Field(
+        default=None, description="Diameter of the pins of pin_dimension_mm."
+    )
+    material: MaterialName = Field(
+        default=STEEL,
+        description="Material, whose values are those of young_modulus_GPa, "
+        "poisson_ratio and density_kg_per_m3 where they are left out.",
+    )
+    young_modulus_GPa: Annotated[float, Field(ge=1e-3, le=1e5)] | None = Field(
+        default=None, description="Young's modulus. [default: that of material]"
+    )
+    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.49)] | None = Field(
+        default=None, description="Poisson's ratio. [default: that of material]"
+    )
+    density_kg_per_m3: Annotated[float, Field(ge=1e-3, le=1e6)] | None = Field(
+        default=None, description="Density. [default: that of material]"
     )
     inertia_kg_m2: Inertia | None = Field(
         default=None,
@@ -168,8 +227,10 @@ class GearDefaults(Keys):
     )
 
     @model_validator(mode="after")
-    def _one_tip(self) -> GearDefaults:
+    def _stated_once(self) -> GearDefaults:
         require_at_most_one(self, *TIP_KEYS)
+        require_at_most_one(self, *HUB_KEYS)
+        require_at_most_one(self, SPAN_KEYS[0], PIN_KEYS[0])
         return self
 
 
@@ -180,11 +241,24 @@ class GearEntry(GearDefaults):
     teeth: Teeth
     module_mm: Module
     face_width_mm: FaceWidth
-    hub_radius_mm: HubRadius
 
     @model_validator(mode="after")
-    def _both_bearings(self) -> GearEntry:
-        require_all_or_none(self, *BEARING_KEYS)
+    def _whole(self) -> GearEntry:
+        require_exactly_one(self, *HUB_KEYS)
+        for keys in (BEARING_KEYS, SPAN_KEYS, PIN_KEYS):
+            require_all_or_none(self, *keys)
+        return self
+
+    @model_validator(mode="after")
+    def _thickness_once(self) -> GearEntry:
+        """Require two of shift, thinning and measured thickness at most."""
+        measured = self.present(SPAN_KEYS[0], PIN_KEYS[0])
+        given = self.present("profile_shift", "tooth_thinning_um")
+        if measured and len(given) == 2:
+            raise ValueError(
+                f"{' and '.join(given)} are given; only one is allowed with "
+                f"{measured[0]}"
+            )
         return self
 
     @model_validator(mode="after")
@@ -229,7 +303,7 @@ class ReliefEntry(Keys):
 
     @model_validator(mode="after")
     def _one_start(self) -> ReliefEntry:
-        require_exactly_one(self, "length_pitches", "start_roll_angle_deg", "start")
+        require_exactly_one(self, *START_KEYS)
         return self
 
 
@@ -307,7 +381,7 @@ class MeshEntry(Keys):
 
     @model_validator(mode="after")
     def _exclusive(self) -> MeshEntry:
-        require_exactly_one(self, "center_distance_mm", "operating_pressure_angle_deg")
+        require_exactly_one(self, *SPACING_KEYS)
         for place in ("tip_relief", "root_relief"):
             for role in ("driver", "driven"):
                 require_at_most_one(self, place, f"{role}_{place}")
@@ -322,7 +396,7 @@ class MeshEntry(Keys):
     @property
     def spacing_key(self) -> str:
         """The one of the two exclusive keys that sets the centre distance."""
-        return self.present("center_distance_mm", "operating_pressure_angle_deg")[0]
+        return self.present(*SPACING_KEYS)[0]
 
 
 def mesh_label(driver: str, driven: str) -> str:
@@ -429,7 +503,8 @@ class Document(Keys):
 def with_defaults(tables: dict[str, Any]) -> dict[str, Any]:
     """The tables with [defaults] filled into every gear that lacks the key.
 
-    A gear's own tip overrides the shared one even under the other key.
+    A gear's own key replaces those shared ones that say the same thing, such as the
+    tip under another key.
     """
     shared, gears = tables.get("defaults"), tables.get("gear")
     if not isinstance(shared, dict) or not isinstance(gears, list):
@@ -440,7 +515,5 @@ def with_defaults(tables: dict[str, Any]) -> dict[str, Any]:
 def _filled(gear: Any, shared: dict[str, Any]) -> Any:
     if not isinstance(gear, dict):
         return gear
-    own_tip = any(key in gear for key in TIP_KEYS)
-    return {
-        key: value for key, value in shared.items() if not (own_tip and key in TIP_KEYS)
-    } | gear
+    replaced = {other for key in gear for other in replaced_keys(key)}
+    return {key: value for key, value in shared.items() if key not in replaced} | gear

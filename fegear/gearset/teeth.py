@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import GearEntry
+from fegear.gearset.thickness import (
+    MM,
+    UM,
+    ToothThickness,
+    require_measurable,
+    tooth_thickness,
+)
+from lumped.common.checks import require_present
 from meshes.gear import GeometryError, Involute, SpurGear, floored
 
-MM, UM = 1e-3, 1e-6
+__all__ = ["MM", "UM", "Blank", "Tip", "blank_of"]
 
 GEAR_KEYS = {
     "teeth": "teeth",
@@ -44,6 +53,17 @@ class Blank(Involute):
 
     entry: GearEntry
 
+    @cached_property
+    def thickness(self) -> ToothThickness:
+        """Profile shift and thinning; InputError where they cannot be had."""
+        return tooth_thickness(self.entry, self)
+
+    @property
+    def hub_radius(self) -> float:
+        diameter, radius = self.entry.hub_diameter_mm, self.entry.hub_radius_mm
+        length = 0.5 * diameter if diameter is not None else radius
+        return require_present(length, "hub_radius_mm") * MM
+
     @property
     def dedendum(self) -> float:
         dedendum_mm = self.entry.dedendum_mm
@@ -52,10 +72,10 @@ class Blank(Involute):
     @property
     def widest_rack_tip(self) -> float:
         """Rounding at which the rack's tip has no flat left; below 0 none fits."""
-        alpha, shift = self.pressure_angle, self.entry.profile_shift * self.module
+        alpha, tooth = self.pressure_angle, self.thickness
+        shift = tooth.profile_shift * self.module
         shift_width = 2.0 * shift * math.tan(alpha)
-        thinning = self.entry.tooth_thinning_um * UM
-        half_space = 0.5 * (0.5 * math.pi * self.module - shift_width + thinning)
+        half_space = 0.5 * (0.5 * math.pi * self.module - shift_width + tooth.thinning)
         flat = half_space - (self.dedendum - shift) * math.tan(alpha)
         return flat / (1.0 / math.cos(alpha) - math.tan(alpha))
 
@@ -72,6 +92,9 @@ class Blank(Involute):
         if entry.tip_radius_mm is not None:
             origin = f"tip_radius_mm = {shown(entry.tip_radius_mm)}"
             return Tip(entry.tip_radius_mm * MM, origin)
+        if entry.tip_diameter_mm is not None:
+            origin = f"tip_diameter_mm = {shown(entry.tip_diameter_mm)}"
+            return Tip(0.5 * entry.tip_diameter_mm * MM, origin)
         if entry.addendum_mm is not None:
             radius = self.reference_radius + entry.addendum_mm * MM
             return Tip(radius, f"addendum_mm = {shown(entry.addendum_mm)}")
@@ -79,36 +102,47 @@ class Blank(Involute):
 
     @property
     def default_tip(self) -> Tip:
-        addendum = (1.0 + self.entry.profile_shift) * self.module
+        addendum = (1.0 + self.thickness.profile_shift) * self.module
         origin = f"addendum_mm = {shown(addendum / MM)} by default"
         return Tip(self.reference_radius + addendum, origin)
 
     def cut(self, tip: Tip) -> SpurGear:
         """The gear; raises InputError with the key that prevents it."""
         try:
-            return SpurGear(
+            gear = SpurGear(
                 teeth=self.entry.teeth,
                 module=self.module,
                 pressure_angle=self.pressure_angle,
-                profile_shift=self.entry.profile_shift,
+                profile_shift=self.thickness.profile_shift,
                 tip_radius=tip.radius,
                 dedendum=self.dedendum,
                 rack_tip_radius=self.rack_tip_radius,
-                hub_radius=self.entry.hub_radius_mm * MM,
-                tooth_thinning=self.entry.tooth_thinning_um * UM,
+                hub_radius=self.hub_radius,
+                tooth_thinning=self.thickness.thinning,
             )
         except GeometryError as error:
             raise InputError(self._complaint(error, tip)) from None
+        require_measurable(self.entry, gear)
+        return gear
 
     def _complaint(self, error: GeometryError, tip: Tip) -> str:
         where = f'gear "{self.entry.name}"'
         if error.field == "tip_radius":
             return f"{where}: {tip.origin}; {tip.complaint(error)}"
+        if error.field in ("profile_shift", "tooth_thinning") and (
+            origin := self.thickness.origin
+        ):
+            quantity = error.field.replace("_", " ")
+            return f"{where}: {origin}; {quantity} {error.message}"
+        if error.field == "hub_radius" and self.entry.hub_diameter_mm is not None:
+            return f"{where}: {self._stated('hub_diameter_mm')}; radius {error.message}"
         field, allowed = error.field, error.message.partition("; ")[2]
         if field == "rack_tip_radius" and self.rack_tip_radius <= 0.0:
             field = "dedendum"
             allowed = f"at most {self._deepest}, the space has no room for the rack tip"
-        return f"{where}: {self._stated(GEAR_KEYS[field])}; {allowed}"
+        measured = self.thickness.origin if error.field == "rack_tip_radius" else ""
+        cause = f"; {measured}" if measured else ""
+        return f"{where}: {self._stated(GEAR_KEYS[field])}; {allowed}{cause}"
 
     @property
     def _deepest(self) -> str:
@@ -124,6 +158,8 @@ class Blank(Involute):
         filled = {
             "dedendum_mm": self.dedendum / MM,
             "rack_tip_radius_mm": self.rack_tip_radius / MM,
+            "profile_shift": self.thickness.profile_shift,
+            "tooth_thinning_um": self.thickness.thinning / UM,
         }
         return f"{key} = {shown(filled.get(key, getattr(self.entry, key)))} by default"
 

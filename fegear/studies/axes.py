@@ -71,8 +71,14 @@ def limits(text: str, form: str = "A:B") -> tuple[float, float]:
     return low, high
 
 
+def limits_or_single(text: str) -> tuple[float, ...]:
+    """Two values that rise, or one."""
+    return limits(text) if ":" in text else (float(text),)
+
+
 def written_limits(values: tuple[float, ...]) -> str:
-    return f"{values[0]!r}:{values[-1]!r}"
+    """Words from which `limits` or `limits_or_single` reads these values."""
+    return ":".join(map(repr, values))
 
 
 def axis_setting(text: str) -> Any:

@@ -38,7 +38,10 @@ from fegear.studies.trains import (
     FREQUENCY,
     lumped_integration,
     lumped_model,
+    refuse_both,
+    rpm_setting,
     torque_setting,
+    with_frequencies,
 )
 from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
 from fegear.train.lumped_models import (
@@ -108,6 +111,7 @@ class Bifurcations(
         FREQUENCY,
         metavar="HZ",
     )
+    rpm: float | None = rpm_setting("--at")
     direction: Literal["up", "down", "both"] = setting(
         "both",
         "Whether the values rise, fall, or both in parallel; each motion starts "
@@ -127,13 +131,15 @@ class Bifurcations(
     def __post_init__(self) -> None:
         super().__post_init__()
         over, axis = display_name(self, "over"), self.over
+        refuse_both(self, "at", "rpm")
+        fixed = next((n for n in ("at", "rpm") if getattr(self, n) is not None), "")
         if not self.over_speed:
-            if self.at is None:
+            if not fixed:
                 needed = f"needs a mesh frequency, {display_name(self, 'at')} HZ"
                 raise InputError(f"{over} {axis.name}; {needed}")
-        elif self.at is not None:
+        elif fixed:
             why = f"{over} {MESH_FREQUENCY} replaces it, leave it out"
-            raise refusal(self, "at", why)
+            raise refusal(self, fixed, why)
         for value in axis.values if self.over_speed else ():
             if value not in FREQUENCY:
                 where = f"{over} {MESH_FREQUENCY} = {value:g}"
@@ -163,7 +169,7 @@ class Bifurcations(
         return replace(self.integration, multiples=self.period_multiple)
 
     def prepare(self) -> BifurcationsProblem:
-        return BifurcationsProblem.of(self)
+        return BifurcationsProblem.of(with_frequencies(self, {"at": self.rpm}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,7 +300,8 @@ class BifurcationsResult(StudyResult):
         """A row for each value, mesh and point of its section."""
         names = (self.study.over.name, *COLUMNS)
         legend = meanings("bifurcations", *COLUMNS)
-        return Table(names, self._rows, {**self.facts.header, **legend})
+        table = Table(names, self._rows, {**self.facts.header, **legend})
+        return self.facts.with_driver_speed(table)
 
     def _rows(self) -> Iterator[list[object]]:
         for branch in self.branches:

@@ -43,8 +43,11 @@ from fegear.studies.trains import (
     FREQUENCY,
     SOURCE,
     lumped_model,
+    refuse_both,
+    rpm_limits_setting,
     tables_setting,
     torque_setting,
+    with_frequencies,
 )
 from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
 from fegear.train.lumped_models import LumpedModel, body_modes_warnings
@@ -117,6 +120,7 @@ class Branches(
         parse=limits,
         write=written_limits,
     )
+    rpm: tuple[float, ...] = rpm_limits_setting("--speeds, or of --at if it is one")
     over: Axis | None = setting(
         None,
         "Follow branches over this parameter at one speed instead: a key of the "
@@ -145,6 +149,25 @@ class Branches(
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        refuse_both(self, "speeds", "rpm")
+        refuse_both(self, "at", "rpm")
+        if self.rpm:
+            self._require_rpm()
+        else:
+            self._require_speeds()
+        if self.model.number == "coupled":
+            self._refuse_balance()
+
+    def _require_rpm(self) -> None:
+        """Two speeds of rotation without another parameter, else one."""
+        needed = 2 if self.over is None else 1
+        if len(self.rpm) != needed:
+            rpm, over = display_name(self, "rpm"), display_name(self, "over")
+            why = f"needed without {over}" if needed == 2 else f"allowed with {over}"
+            form = "A:B is" if needed == 2 else "one speed is"
+            raise InputError(f"{rpm} = {written_limits(self.rpm)}; {form} {why}")
+
+    def _require_speeds(self) -> None:
         over, at, speeds = (
             display_name(self, name) for name in ("over", "at", "speeds")
         )
@@ -161,8 +184,6 @@ class Branches(
             raise InputError(f"{over} KEY=A:B needs a mesh frequency, {at} HZ")
         elif self.table:
             raise refusal(self, "table", "{over} varies what tables hold")
-        if self.model.number == "coupled":
-            self._refuse_balance()
 
     def _refuse_balance(self) -> None:
         """Refuse what belongs to harmonic balance, for the coupled model."""
@@ -201,7 +222,9 @@ class Branches(
         return replace(self.finding, steepness=steepness)
 
     def prepare(self) -> BranchesProblem:
-        return BranchesProblem.of(self)
+        single = None if self.over is None else next(iter(self.rpm), None)
+        speeds = {"speeds": self.rpm} if single is None else {"at": single}
+        return BranchesProblem.of(with_frequencies(self, speeds))
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,7 +339,8 @@ class BranchesResult(StudyResult):
         over = () if self._over_speed else (self.study.parameter,)
         names = "branch", "index", *over, *COLUMNS
         legend = meanings("branches", *LEGEND)
-        return Table(names, self._rows, {**self.facts.header, **legend})
+        table = Table(names, self._rows, {**self.facts.header, **legend})
+        return self.facts.with_driver_speed(table)
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         for place, branch in enumerate(self.branches, start=1):

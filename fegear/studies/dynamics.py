@@ -15,6 +15,7 @@ from fegear.dynamics.stepper import DynamicSettings, FeHistory, steps_per_cycle
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
+from fegear.gearset.speeds import driver_teeth
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.studies.page import Page
 from fegear.studies.responses import ResponsesResult, sweep_warnings
@@ -33,7 +34,13 @@ from fegear.studies.study import (
 )
 from fegear.studies.sweep import SweptSpeeds, unbegun
 from fegear.studies.train_problem import TrainFacts, refuse_edits
-from fegear.studies.trains import SETTLING, GearSetRef, chosen_torques, torques_setting
+from fegear.studies.trains import (
+    SETTLING,
+    GearSetRef,
+    chosen_torques,
+    torques_setting,
+    with_frequencies,
+)
 from fegear.train.lumped_models import (
     LumpedModel,
     TorqueOf,
@@ -141,7 +148,8 @@ class Dynamics(
     def prepare(self) -> DynamicsProblem:
         settings = {"torque": self.torque, "damping_ratio": self.damping_ratio}
         refuse_edits(self, settings, self.translations)
-        return DynamicsProblem(self, self.gear_set.loaded)
+        study = with_frequencies(self, {"speeds": self.rpm})
+        return DynamicsProblem(study, self.gear_set.loaded)
 
 
 @dataclass(frozen=True, eq=False)
@@ -335,6 +343,7 @@ class DynamicsProblem(Problem):
                     "body_modes_left_out": None,
                 },
                 header=self.header,
+                driver_teeth=driver_teeth(self.gears),
                 warnings=tuple(sweep_warnings(self.gears, (*by_elements, *beside))),
             ),
             frequencies=self.frequencies,

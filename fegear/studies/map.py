@@ -35,8 +35,10 @@ from fegear.studies.trains import (
     MOVING,
     lumped_integration,
     lumped_model,
+    rpms_setting,
     speeds_setting,
     torque_setting,
+    with_frequencies,
 )
 from fegear.studies.varied import (
     TORQUE,
@@ -100,6 +102,7 @@ class Map(
         "Mesh frequencies of the first mesh [Hz] of a sweep up and down at each "
         "point, for its largest response; this or --at.",
     )
+    rpm: tuple[float, ...] = rpms_setting("--at if it is one, or of --band")
     torque: float | None = torque_setting()
     model: LumpedModel = lumped_model(COUPLED | MOVING)
     integration: Settings = lumped_integration()
@@ -108,9 +111,12 @@ class Map(
         super().__post_init__()
         if not self.over:
             raise InputError("over = 0; one or two are allowed")
-        if (self.at is None) == (not self.band):
-            at, band = display_name(self, "at"), display_name(self, "band")
-            raise InputError(f"{at} HZ or {band} A:B:STEP is needed, not both")
+        speeds = [self.at is not None, bool(self.band), bool(self.rpm)]
+        if speeds.count(True) != 1:
+            at, band, rpm = (display_name(self, name) for name in ("at", "band", "rpm"))
+            raise InputError(
+                f"{at} HZ, {band} A:B:STEP or {rpm} A:B:STEP is needed, one of them"
+            )
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -129,7 +135,9 @@ class Map(
         return f"largest over {speeds} Hz of the first mesh, up and down"
 
     def prepare(self) -> MapProblem:
-        return MapProblem.of(self)
+        single = self.rpm[0] if len(self.rpm) == 1 else None
+        speeds = {"band": self.rpm} if single is None else {"at": single}
+        return MapProblem.of(with_frequencies(self, speeds))
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,11 +218,9 @@ class MapResult(StudyResult):
         header = {"format": FORMAT, **self.parameter_map.header}
         for axis in self.parameter_map.axes:
             header[f"axis {axis.name}"] = " ".join(repr(float(v)) for v in axis.values)
-        return Table(
-            map_columns(self.parameter_map),
-            partial(map_rows, self.parameter_map),
-            header,
-        )
+        rows = partial(map_rows, self.parameter_map)
+        table = Table(map_columns(self.parameter_map), rows, header)
+        return self.facts.with_driver_speed(table)
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import MISSING, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -31,8 +31,11 @@ from fegear.studies.trains import (
     TrainStudy,
     lumped_integration,
     lumped_model,
+    refuse_both,
+    rpm_setting,
     tables_setting,
     torque_setting,
+    with_frequencies,
 )
 from fegear.train.lumped_models import (
     LumpedModel,
@@ -46,6 +49,7 @@ from fegear.train.lumped_models import (
     truncation_error,
     truncation_warnings,
 )
+from lumped.common.checks import require_present
 from lumped.common.csv_text import format_exact
 from lumped.figures.sweeps import draw_time_history
 from lumped.steady.losses import efficiency
@@ -87,7 +91,12 @@ class Motion(
     Forces and contact of every tooth pair, phase plane and spectrum.
     """
 
-    speed: float = setting(MISSING, "Mesh frequency of the first mesh [Hz].", FREQUENCY)
+    speed: float | None = setting(
+        None,
+        "Mesh frequency of the first mesh [Hz]; this or --rpm. [default: none]",
+        FREQUENCY,
+    )
+    rpm: float | None = rpm_setting("--speed")
     from_speed: float | None = setting(
         None,
         "Mesh frequency [Hz] of a first steady state, from which the motion is "
@@ -95,6 +104,7 @@ class Motion(
         "possible, this selects one. [default: start at rest]",
         FREQUENCY,
     )
+    from_rpm: float | None = rpm_setting("--from-speed")
     torque: float | None = torque_setting()
     model: LumpedModel = lumped_model(AUTO | MOVING, "auto")
     table: tuple[str, ...] = tables_setting()
@@ -102,14 +112,25 @@ class Motion(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.from_speed == self.speed:
-            raise InputError(
-                f"from_speed {self.from_speed:g}; must differ from "
-                f"{display_name(self, 'speed')}"
-            )
+        refuse_both(self, "speed", "rpm")
+        refuse_both(self, "from_speed", "from_rpm")
+        speed, rpm = display_name(self, "speed"), display_name(self, "rpm")
+        if self.speed is None and self.rpm is None:
+            raise InputError(f"{speed} HZ or {rpm} RPM is needed")
+        for start, name in (("from_speed", "speed"), ("from_rpm", "rpm")):
+            value = getattr(self, start)
+            if value is not None and value == getattr(self, name):
+                differs = f"must differ from {display_name(self, name)}"
+                raise InputError(f"{start} {value:g}; {differs}")
+
+    @property
+    def frequency(self) -> float:
+        """Mesh frequency of the first mesh [Hz]."""
+        return require_present(self.speed, "speed")
 
     def prepare(self) -> MotionProblem:
-        return MotionProblem.of(self)
+        speeds = {"speed": self.rpm, "from_speed": self.from_rpm}
+        return MotionProblem.of(with_frequencies(self, speeds))
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +157,12 @@ class MotionProblem(TrainProblem):
         )
         job.report("stiffness", 0, 1)
         system = self.system
-        start = study.speed if study.from_speed is None else study.from_speed
+        start = study.frequency if study.from_speed is None else study.from_speed
         observer = reporting_observer(
-            job.report, len(speeds_between(start, study.speed))
+            job.report, len(speeds_between(start, study.frequency))
         )
-        state = sweep_to_speed(system, start, study.speed, integration, observer)
-        arguments = system, study.speed, integration, state
+        state = sweep_to_speed(system, start, study.frequency, integration, observer)
+        arguments = system, study.frequency, integration, state
         motion = time_history(*arguments, callback=observer.callback)
         checks = check_truncation(
             system, [motion.response], integration, observer.callback
@@ -167,7 +188,7 @@ class MotionProblem(TrainProblem):
                 **bodies,
                 "model": model.name,
                 "torque_Nm": format_exact(torque),
-                "speed_Hz": format_exact(study.speed),
+                "speed_Hz": format_exact(study.frequency),
                 **study.gear_set.entries,
             },
             notes=(self.reason,) if self.reason else (),

@@ -97,11 +97,12 @@ class ResponsesResult(StudyResult):
         rows = sweep_table(
             self.branches, self.model, {**self.facts.header, **self._gaps()}
         )
-        return Table(
+        table = Table(
             COLUMNS,
             lambda: ([getattr(row, name) for name in COLUMNS] for row in rows.rows),
             rows.header,
         )
+        return self.facts.with_driver_speed(table)
 
     def _gaps(self) -> dict[str, str]:
         """An entry of the header where an end before the end left speeds out."""

@@ -34,6 +34,12 @@ LABELS = {
 # Figures whose names do not say it all.
 HEADERS = {
     "profile_shift": "Profile shift [modules]",
+    "tooth_thickness_mm": "Tooth thickness on the reference circle [mm]",
+    "tooth_thinning_um": "Tooth thinning [um]",
+    "span_teeth": "Base tangent length over teeth",
+    "span_mm": "Base tangent length [mm]",
+    "pin_diameter_mm": "Pin diameter [mm]",
+    "pin_dimension_mm": "Dimension over two pins [mm]",
     "young_modulus_GPa": "Young's modulus [GPa]",
     "poisson_ratio": "Poisson's ratio",
     "center_distance_mm": "Centre distance [mm]",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import MISSING, dataclass
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -32,9 +32,12 @@ from fegear.studies.trains import (
     SLIDING,
     SPRINGS,
     lumped_model,
+    refuse_both,
+    rpms_setting,
     speeds_setting,
     tables_setting,
     torque_setting,
+    with_frequencies,
 )
 from fegear.studies.varied import (
     FRICTION,
@@ -86,10 +89,12 @@ class Stability(
         "values with commas."
     )
     speeds: tuple[float, ...] = speeds_setting(
-        MISSING,
-        "Mesh frequencies of the first mesh [Hz] of the chart.",
+        (),
+        "Mesh frequencies of the first mesh [Hz] of the chart; this or --rpm. "
+        "[default: none]",
         allowed=Range(0.1, 1e6, "Hz"),
     )
+    rpm: tuple[float, ...] = rpms_setting("--speeds")
     method: Literal["peano-baker", "exponential"] = setting(
         "peano-baker",
         "Method for Floquet multipliers. peano-baker: the series of the state "
@@ -107,6 +112,10 @@ class Stability(
             raise refusal(self, "table", f"{over} varies what tables hold")
         if self.model.number != 1:
             raise self.rejection("number", "allowed is 1, of tooth pairs")
+        refuse_both(self, "speeds", "rpm")
+        if not (self.speeds or self.rpm):
+            speeds, rpm = display_name(self, "speeds"), display_name(self, "rpm")
+            raise InputError(f"{speeds} A:B:STEP or {rpm} A:B:STEP is needed")
         if len(rising) < 2:
             raise InputError("speeds = 1 speed; two or more are needed")
         if len(rising) * len(self.over.values) > MAX_CELLS:
@@ -121,11 +130,11 @@ class Stability(
 
     @property
     def rising(self) -> tuple[float, ...]:
-        """Speeds in rising order, each once [Hz]."""
-        return tuple(sorted(set(self.speeds)))
+        """Speeds in rising order, each once [Hz]; those in rpm until they are known."""
+        return tuple(sorted(set(self.speeds or self.rpm)))
 
     def prepare(self) -> StabilityProblem:
-        return StabilityProblem.of(self)
+        return StabilityProblem.of(with_frequencies(self, {"speeds": self.rpm}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,9 +230,9 @@ class StabilityResult(StudyResult):
     def table(self) -> Table:
         """A row for each cell of the chart."""
         names = MESH_FREQUENCY, self.study.over.name, "floquet_max", "kind"
-        return Table(
-            names, self._rows, {**self.facts.header, **meanings("stability", *LEGEND)}
-        )
+        legend = meanings("stability", *LEGEND)
+        table = Table(names, self._rows, {**self.facts.header, **legend})
+        return self.facts.with_driver_speed(table)
 
     def _rows(self) -> Iterator[tuple[float, float, float, str]]:
         speeds = self.study.rising

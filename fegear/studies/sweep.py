@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Literal
 
-from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
+from fegear.gearset.speeds import driver_teeth
 from fegear.studies.columns import meanings
 from fegear.studies.responses import ResponsesResult, sweep_warnings
-from fegear.studies.study import PLOT, Draw, Job, Study, Task, display_name, setting
+from fegear.studies.study import PLOT, Draw, Job, Study, Task, setting
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts, TrainProblem, bodies_described
 from fegear.studies.trains import (
@@ -22,9 +22,12 @@ from fegear.studies.trains import (
     chosen_torques,
     lumped_integration,
     lumped_model,
+    refuse_both,
+    rpms_setting,
     speeds_setting,
     tables_setting,
     torques_setting,
+    with_frequencies,
 )
 from fegear.train.lumped_models import (
     LumpedModel,
@@ -66,9 +69,14 @@ class SweptSpeeds:
         "Mesh frequencies of the first mesh [Hz]; a number, or several with commas, as "
         "well. [default: 0.5 to 1.3 times the resonances]",
     )
+    rpm: tuple[float, ...] = rpms_setting("--speeds")
     direction: Literal["up", "down", "both"] = setting(
         "both", "Whether the speed rises, falls, or first rises and then falls."
     )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()  # type: ignore[misc]
+        refuse_both(self, "speeds", "rpm")
 
     @property
     def directions(self) -> tuple[Direction, ...]:
@@ -98,22 +106,12 @@ class Sweep(
     }
 
     torque: tuple[float, ...] = torques_setting()
-    rpm: tuple[float, ...] = speeds_setting(
-        (),
-        "Rotational speeds of the first mesh's driver [rpm], instead of --speeds.",
-    )
     model: LumpedModel = lumped_model(AUTO | MOVING, "auto")
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.speeds and self.rpm:
-            names = display_name(self, "speeds"), display_name(self, "rpm")
-            raise InputError(f"{names[0]} and {names[1]} exclude each other")
-
     def prepare(self) -> SweepProblem:
-        return SweepProblem.of(self)
+        return SweepProblem.of(with_frequencies(self, {"speeds": self.rpm}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,10 +133,7 @@ class SweepProblem(TrainProblem):
     @cached_property
     def frequencies(self) -> Sequence[float]:
         """Mesh frequencies of the first mesh [Hz]."""
-        study, driver = self.study, self.gears.meshes[0].driver
-        teeth = self.gears.gears[driver].geometry.teeth
-        speeds = study.speeds or tuple(turns * teeth / 60.0 for turns in study.rpm)
-        return speeds or default_speeds(next(iter(self.systems.values())))
+        return self.study.speeds or default_speeds(next(iter(self.systems.values())))
 
     def tasks(self) -> Iterator[Task]:
         for torque, system in self.systems.items():
@@ -182,6 +177,7 @@ class SweepProblem(TrainProblem):
             header=file_header(self.gears, model, ratio, method)
             | entries
             | study.gear_set.entries,
+            driver_teeth=driver_teeth(self.gears),
             notes=(self.reason,) if self.reason else (),
             warnings=(
                 *self.warnings_at_rest(self.systems),
@@ -216,7 +212,8 @@ class SweepResult(ResponsesResult):
     def more_tables(self) -> dict[str, Table]:
         rows = partial(spectra_rows, self.spectra)
         legend = meanings("sweep", *LEGEND, table="spectra")
-        return {"spectra": Table(COLUMNS, rows, {**self.facts.header, **legend})}
+        table = Table(COLUMNS, rows, {**self.facts.header, **legend})
+        return {"spectra": self.facts.with_driver_speed(table)}
 
     @property
     def figures(self) -> dict[str, Draw]:

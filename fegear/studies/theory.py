@@ -15,6 +15,7 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.gearset.speeds import driver_teeth
 from fegear.gearset.zones import zones
 from fegear.statics.excitation import ExcitationSource, unmodified
 from fegear.statics.plausibility import mesh_warnings
@@ -148,6 +149,7 @@ class TheoryProblem(TrainProblem):
                 "model": self.model.name,
                 "torque_Nm": format_exact(torque),
             },
+            driver_teeth=driver_teeth(self.gears),
             notes=self.notes,
             warnings=(
                 *self.warnings_at_rest({torque: system}),
@@ -226,7 +228,8 @@ class TheoryResult(StudyResult):
             for mesh in resonance["meshes"]
         ]
         cells = [[math.nan if v is None else v for v in row.values()] for row in rows]
-        return Table(tuple(rows[0]), lambda: cells, self._header)
+        table = Table(tuple(rows[0]), lambda: cells, self._header)
+        return self.facts.with_driver_speed(table)
 
     @property
     def _header(self) -> dict[str, str]:

@@ -9,6 +9,7 @@ from typing import Any, Self
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
+from fegear.studies.driver_speed import with_driver_speed
 from fegear.studies.headings import title_of
 from fegear.studies.study import (
     Problem,
@@ -17,6 +18,7 @@ from fegear.studies.study import (
     options_of,
     refuse_given,
 )
+from fegear.studies.table import Table
 from fegear.studies.trains import SOURCE, TrainStudy, chosen_torque
 from fegear.train.lumped_models import LumpedModel, resolve_model, static_warnings
 from lumped.steady.settings import Settings
@@ -36,14 +38,20 @@ class TrainFacts:
 
     summary : first entries of the summary, None for what varies
     header : entries of files
+    driver_teeth : number of teeth of the first mesh's driver, None where it varies
     notes : lines of the page, such as what the model leaves out
     warnings : of the train and of what was computed
     """
 
     summary: Mapping[str, Any]
     header: Mapping[str, str]
+    driver_teeth: int | None = None
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    def with_driver_speed(self, table: Table) -> Table:
+        """A table of these gears with the driver's speed beside mesh frequencies."""
+        return with_driver_speed(table, self.driver_teeth)
 
     @property
     def title(self) -> str:

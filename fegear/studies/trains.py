@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 from fegear.boundary import require_gear_set
 from fegear.files.contents import exact_repr
@@ -15,8 +15,10 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
+from fegear.gearset.speeds import driver_teeth, mesh_frequency
 from fegear.statics.excitation import StiffnessSource
 from fegear.statics.mesh_table_files import TABLE_FILE
+from fegear.studies.axes import limits_or_single, written_limits
 from fegear.studies.page import pluralize
 from fegear.studies.study import (
     Setting,
@@ -35,8 +37,10 @@ from fegear.train.lumped_models import COUPLED_MODEL, SPRING_MODELS, LumpedModel
 from lumped.common.options import Range
 from lumped.steady.settings import Settings
 
+Study = TypeVar("Study", bound=Any)
 MIN_TORQUE = 1e-6  # N m, less is lost in round-off
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
+RPM = Range(above=0.0, below=1e9, unit="rpm")
 LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
 DRIVER_LOAD = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
 TABLES = (
@@ -147,6 +151,57 @@ def speeds_setting(
 
     how: dict[str, Any] = {"metavar": "A:B:STEP", "write": written_speeds}
     return setting(default, text, allowed, parse=read, **how | options)
+
+
+RPM_HELP = "Rotational speed of the first mesh's driver [rpm], instead of {}."
+
+
+def rpms_setting(instead: str) -> Any:
+    """A setting of rotational speeds; instead : of which option."""
+    text = RPM_HELP.format(instead).replace("speed", "speeds", 1)
+    return speeds_setting((), text, RPM)
+
+
+def rpm_limits_setting(instead: str) -> Any:
+    """A setting of two rotational speeds A:B, or of one."""
+    how: dict[str, Any] = {"parse": limits_or_single, "write": written_limits}
+    return setting((), RPM_HELP.format(instead), RPM, metavar="A:B", **how)
+
+
+def rpm_setting(instead: str) -> Any:
+    """A setting of one rotational speed; instead : of which option."""
+    return setting(None, RPM_HELP.format(instead), RPM, metavar="RPM")
+
+
+def refuse_both(study: Any, *names: str) -> None:
+    """Raise InputError where two of some settings are given."""
+    given = [name for name in names if getattr(study, name) not in (None, ())]
+    if len(given) > 1:
+        shown = " and ".join(display_name(study, name) for name in given)
+        raise InputError(f"{shown} exclude each other")
+
+
+def with_frequencies(study: Study, speeds: Mapping[str, Any]) -> Study:
+    """A study with mesh frequencies [Hz] in place of speeds of rotation.
+
+    speeds : in rpm, by the names of the settings in Hz; None or () where not given
+    """
+    given = {name: rpm for name, rpm in speeds.items() if rpm not in (None, ())}
+    if not given:
+        return study
+    teeth = driver_teeth(study.gear_set.loaded)
+    frequencies = {
+        name: tuple(mesh_frequency(teeth, one) for one in rpm)
+        if isinstance(rpm, tuple)
+        else mesh_frequency(teeth, rpm)
+        for name, rpm in given.items()
+    }
+    of_rotation = {
+        member.name: member.default
+        for member in exposed_fields(group_of(study))
+        if member.name in ("rpm", "from_rpm")
+    }
+    return replace(study, **of_rotation, **frequencies)
 
 
 def torque_setting() -> Any:

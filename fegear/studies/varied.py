@@ -12,6 +12,7 @@ from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.gearset.edit import require_known_key
 from fegear.gearset.model import GearSet
+from fegear.gearset.speeds import driver_teeth
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.axes import require_axes
 from fegear.studies.study import display_name, refusal
@@ -205,10 +206,12 @@ class ParametricProblem(TrainProblem):
             "torque_Nm": None if TORQUE in self.study.names else self.load,
             "damping_ratio": self.ratio,
         }
+        varies_teeth = any(name.endswith(".teeth") for name in self.study.names)
         at_rest = self.warnings_at_rest({self.load: self._any_system})
         return TrainFacts(
             summary=summary,
             header={**header, **self.study.gear_set.entries},
+            driver_teeth=None if varies_teeth else driver_teeth(self.gears),
             notes=self.notes,
             warnings=(*at_rest, *warnings),
         )

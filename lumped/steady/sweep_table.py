@@ -53,6 +53,7 @@ COLUMNS = tuple(column.name for column in fields(SweepRow))
 RENAMED_COLUMNS = {
     "dte_rms_spread_m": "dte_rms_stderr_m"
 }  # of earlier versions, also read
+DERIVED_COLUMNS = ("driver_speed_rpm",)  # by who knows the teeth; not read
 TEXT_COLUMNS, INTEGER_COLUMNS = ("model", "direction"), ("mesh", "period_multiple")
 
 
@@ -119,7 +120,7 @@ def parse_sweep(text: str, source: str = "sweep") -> SweepTable:
         if name not in names:
             raise TableError(f"{source}: column {name} is missing")
     for name in names:
-        if name not in COLUMNS:
+        if name not in (*COLUMNS, *DERIVED_COLUMNS):
             raise TableError(f"{source}: unknown column {name}")
         if names.count(name) > 1:
             raise TableError(f"{source}: column {name} is there twice")
@@ -132,6 +133,8 @@ def parse_sweep(text: str, source: str = "sweep") -> SweepTable:
 def _row(cells: Sequence[str], names: Sequence[str], location: str) -> SweepRow:
     values: dict[str, Any] = {}
     for name, cell in zip(names, cells, strict=True):
+        if name in DERIVED_COLUMNS:
+            continue
         try:
             values[name] = _value(name, cell.strip())
         except ValueError as error:

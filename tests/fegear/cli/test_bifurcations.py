@@ -31,7 +31,8 @@ def outputs(tmp_path_factory):
 def test_rows_are_points_of_the_sections_mesh_by_mesh(outputs):
     _, rows, folder, _ = outputs
     assert list(rows[0]) == [
-        *("mesh_frequency_Hz", "direction", "mesh", "section", "dte_m"),
+        *("mesh_frequency_Hz", "driver_speed_rpm", "direction", "mesh"),
+        *("section", "dte_m"),
         *("dte_rate_m_per_s", "motion", "period_multiple", "lyapunov_per_period"),
         "lyapunov_stderr_per_period",
     ]

@@ -39,7 +39,8 @@ def outputs(tmp_path_factory):
 def test_rows_are_the_points_mesh_by_mesh(outputs):
     values, rows, _, _ = outputs
     assert list(rows[0]) == [
-        *("branch", "index", "mesh_frequency_Hz", "mesh", "dte_rms_m", "dte_peak_m"),
+        *("branch", "index", "mesh_frequency_Hz", "driver_speed_rpm", "mesh"),
+        *("dte_rms_m", "dte_peak_m"),
         *("stable", "floquet_max", "kind", "period_multiple"),
     ]
     assert len(rows) == 2 * sum(branch["points"] for branch in values["branches"])

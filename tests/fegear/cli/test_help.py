@@ -28,6 +28,7 @@ NO_UNIT = ("ratio", "coefficient", "tolerance", "deviation", "over its mean")
 WITHOUT_DEFAULT = {
     "--at",
     "--band",
+    "--from-rpm",
     "--history",
     "--root-stress",
     "--rpm",

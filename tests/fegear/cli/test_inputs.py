@@ -25,7 +25,7 @@ from fegear.cli import run
 from fegear.gearset import read_gear_set
 from fegear.gearset.edit import LISTS, edited
 from fegear.gearset.problems import model_of
-from fegear.gearset.schema import Document, GearDefaults
+from fegear.gearset.schema import Document, GearDefaults, replaced_keys
 
 Tables = dict[str, Any]
 PAIR: Tables = {
@@ -349,6 +349,7 @@ def stable() -> dict[str, Case]:
         "--translations": plus(BUILT, "--translations", TRAIN),
         "--over": swap(BUILT, "friction=0.1", "friction=0.1,0.2"),
         "--speeds": swap(BUILT, "20000", "21000"),
+        "--rpm": swap(BUILT, "--speeds 2000:20000:1000", "--rpm 5000:50000:2500"),
         "--method": plus(BUILT, "--method exponential"),
         "--friction": plus(
             f"{HOLDING} --excitation rectangular", "--friction 0.2 --bending 0.4"
@@ -513,6 +514,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
     | {
         "--speed": swap(WAVE, "2100", "4000"),
         "--from-speed": plus(WAVE, "--from-speed 2101"),
+        "--rpm": swap(WAVE, "--speed 2100", "--rpm 7000"),
+        "--from-rpm": plus(WAVE, "--from-rpm 7010"),
         "--table": plus("motion SET --speed 2000 --model 3 --json", "--table TABLE"),
         "--output": plus(WAVE, "-o w.csv"),
         "--without": plus(COUPLED_WAVE, "--without body"),
@@ -524,6 +527,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     }
     | {
         "--speeds": swap(BRANCHES, "2000:2200", "2000:2300"),
+        "--rpm": swap(BRANCHES, "--speeds 2000:2200", "--rpm 5000:5400"),
         "--over": swap(BRANCHES_OVER, "0.05:0.06", "0.05:0.07"),
         "--at": swap(BRANCHES_OVER, "2100", "2200"),
         "--starts": plus(ISOLATED, "--starts 40"),
@@ -554,6 +558,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),
         "--at": swap(MAP, "3000", "4000"),
         "--band": swap(MAP, "--at 3000", "--band 3000,4000"),
+        "--rpm": swap(MAP, "--at 3000", "--rpm 7000"),
         "--without": plus(COUPLED_MAP, "--without body"),
         "--output": plus(MAP, "-o m.csv"),
         "--overwrite": plus(MAP, "--overwrite", refused=True),
@@ -565,6 +570,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     | {
         "--over": swap(SECTIONS, "2e-4", "3e-4"),
         "--at": swap(SECTIONS, "3000", "4000"),
+        "--rpm": swap(SECTIONS, "--at 3000", "--rpm 7000"),
         "--direction": plus(SECTIONS, "--direction up"),
         "--sections": plus(f"{DOUBLED} --period-multiple 1", "--sections 7"),
         "--period-multiple": plus(DOUBLED, "--period-multiple 1"),
@@ -579,6 +585,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "SET": swap(f"{QUASI} --json", "SET", "OTHER"),
         "--fidelity": swap(f"{QUASI} --json", "quasistatic", "reduced"),
         "--speeds": swap(f"{QUASI} --json", "3000", "4000"),
+        "--rpm": swap(f"{QUASI} --json", "--speeds 3000", "--rpm 7000"),
         "--direction": swap(f"{QUASI} --json", "up", "both"),
         "--torque": plus(f"{QUASI} --json", "--torque 30"),
         "--set": plus(f"{QUASI} --json", "--set gear.1.inertia_kg_m2=2e-4"),
@@ -968,6 +975,16 @@ MOVING = f"{QUASI} --json"
 ELASTIC = MOVING.replace("quasistatic", "reduced")
 SHOWN = "show SET --json"
 TEETH = (STIFF, COMPARE, FINITE, MOVING)
+SPAN = {"span_mm": 15.4, "span_teeth": 3}
+PINS = {"pin_dimension_mm": 43.05, "pin_diameter_mm": 3.5}
+MEASURED = PAIR | {"gear": [PAIR["gear"][0] | SPAN, PAIR["gear"][1]]}
+PINNED = PAIR | {"gear": [PAIR["gear"][0] | PINS, PAIR["gear"][1]]}
+STIFF_BEARING = {"bearing_kx_N_per_m": 1e8, "bearing_ky_N_per_m": 1e8}
+COMPANIONS = {  # keys that a key needs beside it
+    **dict.fromkeys(STIFF_BEARING, STIFF_BEARING),
+    **dict.fromkeys(SPAN, SPAN),
+    **dict.fromkeys(PINS, PINS),
+}
 GEAR_KEYS = {
     "name": Key("z"),
     "teeth": Key(20, (*TEETH, ONE_SWEEP)),
@@ -975,11 +992,18 @@ GEAR_KEYS = {
     "pressure_angle_deg": Key(21.0, (*TEETH, ONE_SWEEP), entry=0),
     "profile_shift": Key(0.15, TEETH),
     "tip_radius_mm": Key(21.3, TEETH),
+    "tip_diameter_mm": Key(42.6, TEETH),
     "addendum_mm": Key(2.3, TEETH),
     "dedendum_mm": Key(2.55, TEETH),
     "rack_tip_radius_mm": Key(0.5, (STIFF, FINITE, MOVING)),
     "face_width_mm": Key(9.0, TEETH),
     "hub_radius_mm": Key(9.0, TEETH),
+    "hub_diameter_mm": Key(18.0, TEETH),
+    "span_mm": Key(15.37, TEETH, MEASURED),
+    "span_teeth": Key(2, (), MEASURED),
+    "pin_dimension_mm": Key(42.97, TEETH, PINNED),
+    "pin_diameter_mm": Key(3.48, TEETH, PINNED),
+    "material": Key("ductile iron", (*TEETH, ELASTIC)),
     "tooth_thinning_um": Key(50.0, TEETH),
     "young_modulus_GPa": Key(150.0, (*TEETH, ELASTIC)),
     "poisson_ratio": Key(0.25, (*TEETH, ELASTIC)),
@@ -1095,11 +1119,10 @@ def test_a_key_moves_the_answer_or_is_refused(answers, name):
 @pytest.mark.parametrize("name", GearDefaults.model_fields)
 def test_a_default_is_the_same_as_the_key_in_every_gear(name):
     base = PAIR | {"gear": [gear | {"teeth": 19} for gear in PAIR["gear"]]}
-    value = GEAR_KEYS[name].value
+    extra = COMPANIONS.get(name) or {name: GEAR_KEYS[name].value}
     bare = [{k: v for k, v in g.items() if k != name} for g in base["gear"]]
-    extra = {"bearing_kx_N_per_m": 1e8, "bearing_ky_N_per_m": 1e8}
-    extra = (extra if "bearing" in name else {}) | {name: value}
-    shared = {k: v for k, v in base["defaults"].items() if k != name}
+    replaced = {name, *replaced_keys(name)}
+    shared = {k: v for k, v in base["defaults"].items() if k not in replaced}
     by_default = base | {"gear": bare, "defaults": shared | extra}
     by_gear = base | {"gear": [g | extra for g in bare], "defaults": shared}
     assert read_gear_set(toml(by_default)) == read_gear_set(toml(by_gear))

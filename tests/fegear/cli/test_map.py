@@ -44,7 +44,7 @@ def test_reliefs_make_ellipses_about_the_static_optimum(tmp_path):
     run(*BASE, *ratios, *over, "--at", 1605, "-o", path)
     rows = numbers(path)
     rows = rows[rows[:, 2] == 2]
-    x, y, square = rows[:, 0], rows[:, 1], (1e6 * rows[:, 4]) ** 2
+    x, y, square = rows[:, 0], rows[:, 1], (1e6 * rows[:, 5]) ** 2
     form = np.stack([x**2, x * y, y**2, x, y, np.ones_like(x)], axis=1)
     (a, b, c, d, e, _), *_ = np.linalg.lstsq(form, square, rcond=None)
     fit = form @ np.linalg.lstsq(form, square, rcond=None)[0]
@@ -109,7 +109,7 @@ def test_band_finds_the_peak(tmp_path):
     run(*BASE, *options, "-o", path)
     rows = numbers(path)
     mesh2 = rows[rows[:, 1] == 2]
-    assert mesh2[0, 3] > mesh2[1, 3]
+    assert mesh2[0, 4] > mesh2[1, 4]
     assert 1500.0 <= mesh2[0, 2] <= 1700.0
 
 
@@ -154,7 +154,7 @@ def test_one_axis_is_plotted_as_lines(drawn):
     figure, rows = drawn(*BASE, "--over", "mesh.2.phase=0,1")
     error = "RMS of the DTE without mean [um]"
     assert axis_labels(figure) == {"mesh 2, phase", error}
-    assert are_drawn(figure, rows[:, [0, 3]] * [1.0, 1e6])
+    assert are_drawn(figure, rows[:, [0, 4]] * [1.0, 1e6])
 
 
 def test_two_axes_are_plotted_as_contours(drawn):
@@ -164,7 +164,7 @@ def test_two_axes_are_plotted_as_contours(drawn):
         "RMS of the DTE without mean [um]",
     }
     for mesh, axes in enumerate(figure.axes[:2], start=1):
-        errors = 1e6 * rows[rows[:, 2] == mesh, 4]
+        errors = 1e6 * rows[rows[:, 2] == mesh, 5]
         filled = axes.collections[0]
         assert (filled.zmin, filled.zmax) == pytest.approx((errors.min(), errors.max()))
 
@@ -183,8 +183,8 @@ def test_friction_is_an_axis_or_the_same_at_all_points(tmp_path):
     options = ("--friction", 0.2, "--over", "friction_bending=0,0.4", "-o", fixed)
     run(*base, *options)
     rows, others = numbers(over), numbers(fixed)
-    assert len(set(rows[:, 3])) == 3
+    assert len(set(rows[:, 4])) == 3
     np.testing.assert_array_equal(rows[2, 1:], others[1, 1:])
-    assert others[0, 3] != others[1, 3]
+    assert others[0, 4] != others[1, 4]
     assert "friction coefficient: 0.2" in fixed.read_text()
     assert "friction coefficient" not in over.read_text()

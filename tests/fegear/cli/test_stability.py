@@ -54,7 +54,10 @@ def test_the_picture_has_the_intervals_over_the_parameter(outputs):
 
 def test_a_row_for_every_cell(outputs):
     _, rows, folder, _ = outputs
-    assert list(rows[0]) == ["mesh_frequency_Hz", "friction", "floquet_max", "kind"]
+    assert list(rows[0]) == [
+        *("mesh_frequency_Hz", "driver_speed_rpm", "friction"),
+        *("floquet_max", "kind"),
+    ]
     assert len(rows) == 4 * 45
     assert not list(folder.glob("*.partial"))
     for row in rows:

@@ -1,0 +1,34 @@
+"""The column of the driver's speed of rotation, beside each mesh frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+from fegear.files.speeds import MESH_FREQUENCY
+from fegear.gearset.speeds import driver_rpm
+from fegear.studies.columns import meanings
+from fegear.studies.table import Table
+
+DRIVER_SPEED = "driver_speed_rpm"
+
+
+def with_driver_speed(table: Table, teeth: int | None) -> Table:
+    """A table with the driver's speed beside the frequency of the first mesh.
+
+    teeth : of the first mesh's driver; the table stays as it is if None, and where it
+        has no mesh frequency
+    """
+    if teeth is None or MESH_FREQUENCY not in table.names:
+        return table
+    place = list(table.names).index(MESH_FREQUENCY) + 1
+
+    def rows() -> Iterator[Sequence[Any]]:
+        for row in table.rows():
+            cells = list(row)
+            yield [*cells[:place], driver_rpm(teeth, cells[place - 1]), *cells[place:]]
+
+    names = *table.names[:place], DRIVER_SPEED, *table.names[place:]
+    header = {**table.header, **meanings("sweep", DRIVER_SPEED)}
+    return replace(table, names=names, rows=rows, header=header)
