@@ -20,7 +20,12 @@ from fegear.contact.active_set import (
 from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import NO_FLANK_GAP
 from fegear.contact.grid import PatchTables
-from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
+from fegear.contact.patches import (
+    hertz_half_width,
+    lay_nodes,
+    place_patch,
+    reach_of_patch,
+)
 from lumped.common.compiled import allocating, compiled, compiled_part
 
 PATCH_MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
@@ -134,7 +139,10 @@ def place_pairs(constants, teeth, gaps, position, kind, target, work):
         if kind == STE:
             depth = max(target - work.patches[k].closing_ste, 0.0)
             load = depth / (SOFT_TEETH * compliance)
-        work.half_width[k] = PATCH_MARGIN * hertz_half_width(mesh, flanks, s1, load)
+        half_width = hertz_half_width(mesh, flanks, s1, load)
+        if work.patches[k].present:
+            half_width = reach_of_patch(mesh, flanks, work.patches[k], half_width)
+        work.half_width[k] = PATCH_MARGIN * half_width
         work.has_nodes[k] = False
 
 

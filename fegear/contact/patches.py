@@ -26,6 +26,8 @@ from lumped.common.compiled import compiled_part
 
 CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
 COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
+MIN_ROLL = 0.02  # of the line of action, least radius of curvature
+MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
 # Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m].
 NODE = np.dtype([("gap", "f8"), ("mate_arc", "f8"), ("force", "f8")], align=True)
@@ -34,7 +36,7 @@ NODE = np.dtype([("gap", "f8"), ("mate_arc", "f8"), ("force", "f8")], align=True
 @compiled_part
 def hertz_half_width(mesh, flanks, s1, load):
     """Half-width of the contact strip under a line load [N/m]."""
-    min_radius = 0.02 * mesh.line_of_action
+    min_radius = MIN_ROLL * mesh.line_of_action
     rho1, rho2 = max(s1, min_radius), max(mesh.line_of_action - s1, min_radius)
     compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
     return math.sqrt(4.0 / math.pi * load * compliance * rho1 * rho2 / (rho1 + rho2))
@@ -66,6 +68,37 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
         turn_driver(mesh, patch, s1, min(patch.closing_ste, MAX_TURN * mesh.base_pitch))
         find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
     set_contact(mesh, flanks, patch, off_path, extra_gap)
+
+
+@compiled_part
+def reach_of_patch(mesh, flanks, patch, half_width):
+    """Half-width that includes other valleys of the gap that the load closes.
+
+    half_width : of the contact of unmodified flanks under the load [m]
+
+    Beside a Hertzian contact of half-width b, at x = b t, bodies come as near as
+    b^2 / (2 R) (t^2 - t sqrt(t^2 - 1) + arcosh t): a gap that exceeds its least value
+    by less closes too.
+    """
+    master, slave = flanks[patch.master], flanks[1 - patch.master]
+    if master.profile.count + slave.profile.count == 0:
+        return half_width
+    line, crossings = mesh.line_of_action, patch.crossings
+    least = separation(master, slave, line, crossings, roll_of_arc(master, patch.arc))
+    s1, s2 = max(crossings[0], MIN_ROLL * line), max(crossings[1], MIN_ROLL * line)
+    depth = half_width**2 * (s1 + s2) / (2.0 * s1 * s2)
+    reach = half_width
+    for i in range(1, REACH_STEPS + 1):
+        t = 1.0 + (MAX_REACH - 1.0) * i / REACH_STEPS
+        approach = t * t - t * math.sqrt(t * t - 1.0) + math.acosh(t)
+        for side in (-1.0, 1.0):
+            arc = patch.arc + side * t * half_width
+            if 0.0 <= arc <= master.length:
+                s = roll_of_arc(master, arc)
+                gap = separation(master, slave, line, crossings, s)[0]
+                if gap - least[0] < approach * depth:
+                    reach = t * half_width
+    return reach
 
 
 @compiled_part

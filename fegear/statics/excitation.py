@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.boundary import public
+from fegear.contact.profiles import profile_depth
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.files.printable import printable
-from fegear.gearset.model import GearSet, Mesh, Relief
+from fegear.gearset.model import FlankProfile, GearSet, Mesh, Relief
 from fegear.gearset.pitch_errors import (
     mesh_errors,
     tooth_pair_errors,
@@ -54,7 +55,10 @@ RELIEFS = (
     "driven_tip_relief",
     "driven_root_relief",
 )
+PROFILES = ("driver_profile", "driven_profile")
+MODIFICATIONS = (*RELIEFS, *PROFILES)
 CURVE_POINTS = 16  # along a parabolic relief
+PROFILE_CURVE_POINTS = 32  # along a profile that is curved
 STIFFNESS = "stiffness_N_per_m"
 MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
@@ -356,7 +360,7 @@ class Excitations:
         spec = gear_set.meshes[mesh]
         errors = mesh_errors(gear_set, mesh)
         gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
-        flanks = tuple(getattr(spec, name) for name in RELIEFS)
+        flanks = tuple(getattr(spec, name) for name in MODIFICATIONS)
         key = (spec.pair, gears, flanks, errors, torque)
         if key not in self._results:
             self._results[key] = self._solved(gear_set, mesh, torque)
@@ -404,7 +408,7 @@ class Excitations:
         # unmodified teeth may touch where those with relief carry no load
         solved = self._statics_of(equal, mesh, torque)
         table = _with_gaps(solved, pair_teeth(stiffness))
-        relieved = any(getattr(gear_set.meshes[mesh], name) for name in RELIEFS)
+        relieved = any(getattr(gear_set.meshes[mesh], name) for name in MODIFICATIONS)
         how = self.source.relief_stiffness if relieved else "unmodified"
         return excitation_from_table(table, torque, 1, stiffness, errors, how)
 
@@ -502,31 +506,32 @@ def unmodified(gear_set: GearSet, mesh: int) -> GearSet:
 
 
 def without_relief(gear_set: GearSet, mesh: int) -> GearSet:
-    """The gear set with one mesh's teeth left without relief."""
+    """The gear set with one mesh's teeth left without profile modification."""
     meshes = list(gear_set.meshes)
-    meshes[mesh] = replace(
-        meshes[mesh],
-        driver_tip_relief=None,
-        driver_root_relief=None,
-        driven_tip_relief=None,
-        driven_root_relief=None,
-    )
+    meshes[mesh] = replace(meshes[mesh], **dict.fromkeys(MODIFICATIONS))
     return replace(gear_set, meshes=tuple(meshes))
 
 
 def gap_points(mesh: Mesh) -> Points:
-    """Relief of both flanks along the nominal path, corners of a polygon.
+    """Modification of both flanks along the nominal path, corners of a polygon.
 
-    (base pitches from the pitch point, gap [m]); empty without relief.
+    (base pitches from the pitch point, gap [m]); empty without modification.
     """
-    if not any(getattr(mesh, name) for name in RELIEFS):
+    if not any(getattr(mesh, name) for name in MODIFICATIONS):
         return ()
     start, end = mesh.pair.path
     marks = {start, end}
     for name in RELIEFS:
         marks |= {x for x in _marks(mesh, name) if start < x < end}
+    for name in PROFILES:
+        marks |= {x for x in _profile_marks(mesh, name) if start < x < end}
     return [
-        (x, sum(_relief_at(mesh, name, x) for name in RELIEFS)) for x in sorted(marks)
+        (
+            x,
+            sum(_relief_at(mesh, name, x) for name in RELIEFS)
+            + sum(_profile_at(mesh, name, x) for name in PROFILES),
+        )
+        for x in sorted(marks)
     ]
 
 
@@ -562,3 +567,30 @@ def _relief_at(mesh: Mesh, name: str, x: float) -> float:
     begin, end = _position(mesh, name, relief.start_roll_length), _end(mesh, name)
     part = min(max((x - begin) / (end - begin), 0.0), 1.0)
     return relief.magnitude * part**relief.power
+
+
+def _profile_marks(mesh: Mesh, name: str) -> list[float]:
+    """Measured points of a profile, and points along one that is curved."""
+    profile: FlankProfile | None = getattr(mesh, name)
+    if profile is None:
+        return []
+    start, end = mesh.pair.path
+    is_curved = profile.crowning != 0.0 or profile.interpolation == "cubic"
+    count = PROFILE_CURVE_POINTS if is_curved else 0
+    marks = [start + (end - start) * i / count for i in range(1, count)]
+    return [*marks, *(_position(mesh, name, s) for s in profile.roll_lengths)]
+
+
+def _profile_at(mesh: Mesh, name: str, x: float) -> float:
+    """Depth of a profile where a pair touches nominally [m]."""
+    profile: FlankProfile | None = getattr(mesh, name)
+    if profile is None:
+        return 0.0
+    pair = mesh.pair
+    s1 = pair.pitch_point + x * pair.base_pitch
+    if name.startswith("driver"):
+        start, tip, s = pair.path_start, pair.driver.tip_roll_length, s1
+    else:
+        start, tip = pair.line_of_action - pair.path_end, pair.driven.tip_roll_length
+        s = pair.line_of_action - s1
+    return float(profile_depth(profile, s, start, tip))

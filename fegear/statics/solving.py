@@ -514,6 +514,8 @@ def contact_problem(
         driver_root_relief=spec.driver_root_relief,
         driven_tip_relief=spec.driven_tip_relief,
         driven_root_relief=spec.driven_root_relief,
+        driver_profile=spec.driver_profile,
+        driven_profile=spec.driven_profile,
         friction=settings.friction,
         corner_contact=settings.corner_contact,
         nodes=resolution.nodes,
