@@ -46,7 +46,8 @@ def _knot_slopes(profile: FlankProfile, start: float, tip: float) -> Array:
     if not profile.is_measured:
         return np.empty(0)
     rolls, depths = np.array(profile.roll_lengths), -np.array(profile.deviations)
-    slopes: Array = PchipInterpolator(rolls, depths).derivative()(rolls)
+    with np.errstate(over="ignore"):  # depths of no size
+        slopes: Array = PchipInterpolator(rolls, depths).derivative()(rolls)
     for end in _free_ends(profile, start, tip):
         slopes[end] = 0.0
     return slopes

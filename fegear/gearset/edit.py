@@ -20,6 +20,10 @@ ALTERNATIVES = (
     {"length_pitches", "start_roll_angle_deg", "start"},
     {"center_distance_mm", "operating_pressure_angle_deg"},
     {"tip_radius_mm", "addendum_mm"},
+    {"file", "roll_angle_deg"},
+    {"file", "diameter_mm"},
+    {"file", "deviation_um"},
+    {"roll_angle_deg", "diameter_mm"},
 )
 DEFAULT_START = {"tip_relief": "HPSTC", "root_relief": "LPSTC"}
 

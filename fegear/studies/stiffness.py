@@ -78,7 +78,7 @@ class MeshStiffness(
     """Mesh stiffness, transmission error and load sharing.
 
     max_pressure_MPa and pressure_at_pitch_point_MPa of --json leave out positions with
-    a tip corner or the start of a linear relief in contact, where a pressure has no
+    a tip corner or a kink of a flank in contact, where a pressure has no
     limit and follows the contact grid; the column max_pressure_Pa has all positions.
     """
 

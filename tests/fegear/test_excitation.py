@@ -10,9 +10,9 @@ from fegear.gearset import load_gear_set
 from fegear.statics.excitation import (
     Excitations,
     StiffnessSource,
-    gap_points,
     unmodified,
 )
+from fegear.statics.gap_points import gap_points
 from lumped.train.analytic import static_error
 
 RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
