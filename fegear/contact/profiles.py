@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -12,7 +14,7 @@ END_RTOL = 1e-6  # of a flank: a profile that ends so near its end ends there
 KINK_SLOPE = 1e-6  # change of slope, depth over roll length, that counts as a kink
 
 
-def profile_record(profile: FlankProfile | None, start: float, tip: float) -> np.void:
+def profile_record(profile: FlankProfile | None, start: float, tip: float) -> Any:
     """The kernel's record of a profile.
 
     start, tip : roll lengths at which the active profile begins and ends [m]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief, Shaft
@@ -113,8 +114,7 @@ def _mesh(
         driver=driver,
         driven=driven,
         pair=pair,
-        **_reliefs(entry, pair),
-        **_profiles(entry, pair, folder),
+        **_modifications(entry, pair, folder),
         torques=torques,
         phase=_phase(entry, first=number == 0),
         center_line=_center_line(entry),
@@ -185,6 +185,11 @@ def _reliefs(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
             where = f"{entry.label}: {key}"
             reliefs[name] = relief(getattr(entry, key), pair, role, place, where)
     return reliefs
+
+
+def _modifications(entry: MeshEntry, pair: GearPair, folder: Path) -> dict[str, Any]:
+    """Reliefs and profiles of a mesh by their names in `Mesh`."""
+    return {**_reliefs(entry, pair), **_profiles(entry, pair, folder)}
 
 
 def _profiles(

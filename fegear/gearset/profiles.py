@@ -13,7 +13,7 @@ from fegear.gearset.model import MAX_PROFILE_POINTS, FlankProfile
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import POINT_KEYS, ProfileEntry
 from fegear.gearset.zones import Zones, zones
-from lumped.common.csv_text import TableError, parse_csv
+from lumped.common.csv_text import CsvText, TableError, parse_csv
 from meshes import GearPair
 from meshes.gear import ceiled, floored
 
@@ -79,7 +79,8 @@ def _points_of_file(
     try:
         table = parse_csv(read_text(folder / name), source)
     except InputError as error:
-        raise InputError(f"{source}; {error}") from None
+        reason = str(error).removeprefix(f"{folder / name}: ")
+        raise InputError(f"{source}; {reason}") from None
     except TableError as error:
         raise InputError(str(error)) from None
     keys = [key for key in POINT_KEYS if key in table.names]
@@ -88,17 +89,16 @@ def _points_of_file(
             f"{source}; needs the columns {DEVIATION} and one of "
             f"{', '.join(POINT_KEYS)}, has {', '.join(table.names)}"
         )
-    columns = [
-        [
-            _number(row[table.names.index(column)], column, place)
-            for place, row in table.rows.items()
-        ]
-        for column in (keys[0], DEVIATION)
-    ]
+    points, deviations = (_column(table, column) for column in (keys[0], DEVIATION))
     places = [
         place.replace("{", "{{").replace("}", "}}") + ": {key}" for place in table.rows
     ]
-    return keys[0], *columns, places
+    return keys[0], points, deviations, places
+
+
+def _column(table: CsvText, name: str) -> list[float]:
+    index = table.names.index(name)
+    return [_number(row[index], name, place) for place, row in table.rows.items()]
 
 
 def _number(cell: str, column: str, place: str) -> float:

@@ -498,5 +498,6 @@ def unmodified(gear_set: GearSet, mesh: int) -> GearSet:
 def without_relief(gear_set: GearSet, mesh: int) -> GearSet:
     """The gear set with one mesh's teeth left without profile modification."""
     meshes = list(gear_set.meshes)
-    meshes[mesh] = replace(meshes[mesh], **dict.fromkeys(MODIFICATIONS))
+    none: dict[str, Any] = dict.fromkeys(MODIFICATIONS)
+    meshes[mesh] = replace(meshes[mesh], **none)
     return replace(gear_set, meshes=tuple(meshes))

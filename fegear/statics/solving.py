@@ -697,8 +697,8 @@ def table_header(
         "units": "in column names; torque is on the driver; transmission errors are "
         "driver rotation times base radius, driven gear held; compliance of two pairs "
         "is the transmission error of either per load of the other",
-        "pressure": "the largest of all positions; with a tip corner or a kink, such as "
-        "the start of a linear relief, in contact it has no limit and follows the "
+        "pressure": "the largest of all positions; with a tip corner or a kink, such "
+        "as the start of a linear relief, in contact it has no limit and follows the "
         "contact grid",
         "largest complementarity residual": f"{cycle.residual.max():.3g}",
     }
