@@ -1,9 +1,9 @@
 """Edges of flanks, where the contact pressure of an elastic body has no limit.
 
-Tip corners are edges, and so are the start of a linear relief and the points of a
-measured profile that is interpolated linearly: the flank has a kink there, and the
-pressure on it grows as the logarithm of the contact grid's fineness. The start of a
-parabolic relief and the points of a cubic profile have none.
+Tip corners are edges, and so are the ends of undercut flanks, the start of a linear
+relief and the points of a measured profile that is interpolated linearly: the flank has
+a kink there, and the pressure on it grows as the logarithm of the contact grid's
+fineness. The start of a parabolic relief and the points of a cubic profile have none.
 """
 
 from __future__ import annotations
@@ -55,6 +55,8 @@ def _edges(gear: SpurGear, *reliefs: Relief | None) -> Array:
         for relief in reliefs
         if relief is not None and relief.magnitude > 0.0 and relief.power <= 1.0
     ]
+    if gear.is_undercut:
+        kinks.append(gear.form_roll_length)
     return np.append(0.0, arc_from_tip(gear, kinks))
 
 

@@ -42,7 +42,8 @@ PROFILE = np.dtype(
     align=True,
 )
 # One gear; length and grading as in FlankCompliance. has_half_plane is 1 where the
-# half-plane kernel is to be added to the flank's table, else 0.
+# half-plane kernel is to be added to the flank's table, else 0. undercut_roll is the
+# roll length at which an undercut cuts the flank off, 0 where there is none.
 FLANK = np.dtype(
     [
         ("base_radius", "f8"),
@@ -52,6 +53,7 @@ FLANK = np.dtype(
         ("modulus", "f8"),
         ("poisson", "f8"),
         ("has_half_plane", "f8"),
+        ("undercut_roll", "f8"),
         ("tip_relief", RELIEF),
         ("root_relief", RELIEF),
         ("profile", PROFILE),

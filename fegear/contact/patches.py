@@ -53,6 +53,8 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     turn_driver(mesh, patch, s1, 0.0)
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     nominal = patch.crossings[0]  # the master's roll length
+    if patch.crossings[1] < slave.undercut_roll * (1.0 - 1e-12):
+        return  # the slave's flank is cut off there
     off_path = nominal > master.tip_roll * (1.0 + 1e-12)
     if off_path and not mesh.corner_contact:
         return
@@ -212,6 +214,8 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
         gap, s_slave, _ = separation(master, slave, line, crossings, s)
         nodes[i].gap = normal_gap(flanks, patch, gap) + initial_gap
         nodes[i].mate_arc = arc_of_roll(slave, s_slave)
+        if s_slave < slave.undercut_roll:
+            nodes[i].gap = NO_FLANK_GAP
     for a in range(SUPPORT):
         arc = 0.5 * (root_end + tip_end) - 0.5 * (root_end - tip_end) * points[a]
         s = roll_of_arc(master, arc)

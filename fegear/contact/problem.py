@@ -402,6 +402,7 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
             c.modulus,
             c.poisson,
             1.0 if c.split else 0.0,
+            gear.form_roll_length if gear.is_undercut else 0.0,
             _relief_record(tip, gear.tip_roll_length),
             _relief_record(root, lowest[i]),
             profile_record(profiles[i], lowest[i], gear.tip_roll_length),
