@@ -133,6 +133,8 @@ def require_path(pair: GearPair) -> None:
 def _remedy(pair: GearPair) -> str:
     """Changes that raise the contact ratio to 1."""
     one, two = pair.driver, pair.driven
+    if one.is_undercut or two.is_undercut:
+        return "less undercut by a profile shift or more teeth, or larger tips"
     path = one.tip_roll_length + two.tip_roll_length - one.base_pitch
     if not path > 0.0:
         return "the teeth are too short at any centre distance"

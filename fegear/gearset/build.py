@@ -13,10 +13,16 @@ from fegear.gearset.problems import nearest, shown
 from fegear.gearset.profiles import flank_profile
 from fegear.gearset.schema import Document, GearEntry, MeshEntry
 from fegear.gearset.teeth import MM, UM, Tip, blank_of
-from fegear.gearset.tips import Spacing, find_tips, spacing
+from fegear.gearset.tips import (
+    CONTACT_RATIO_TOLERANCE,
+    Spacing,
+    find_tips,
+    spacing,
+)
 from fegear.gearset.torques import mesh_torques
 from fegear.gearset.zones import relief
 from meshes import GearPair, GeometryError, SpurGear
+from meshes.gear import floored
 
 
 def build_gear_set(document: Document, folder: Path) -> GearSet:
@@ -157,9 +163,16 @@ def _pair(
     tips: tuple[Tip, Tip],
 ) -> GearPair:
     try:
-        return GearPair(*gears, place.center_distance)
+        pair = GearPair(*gears, place.center_distance)
     except GeometryError as error:
         raise InputError(f"{entry.label}: {_complaint(entry, error, tips)}") from None
+    ratio = entry.contact_ratio
+    if ratio is not None and ratio - pair.contact_ratio > CONTACT_RATIO_TOLERANCE:
+        raise InputError(
+            f"{entry.label}: contact_ratio = {shown(ratio)}; undercut leaves "
+            f"{floored(pair.contact_ratio)}"
+        )
+    return pair
 
 
 def _complaint(entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip]) -> str:

@@ -20,6 +20,7 @@ from fegear.statics.plausibility import (
     MAX_IMBALANCE,
     check_warnings,
     plausibility_warnings,
+    undercut_warnings,
 )
 from fegear.statics.solving import (
     CORNERS,
@@ -280,7 +281,8 @@ def table_warnings(solved: StaticsResult) -> list[str]:
             pressure=_finite_pressure(solved, t),
         )
     ]
-    return unphysical or list(_evidence_warnings(solved))
+    cut = undercut_warnings(solved.mesh + 1, solved.problem.pair)
+    return [*cut, *(unphysical or _evidence_warnings(solved))]
 
 
 def _finite_pressure(solved: StaticsResult, t: int) -> float:

@@ -9,6 +9,7 @@ from typing import Any, Self
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
+from fegear.statics.plausibility import undercut_warnings
 from fegear.studies.headings import title_of
 from fegear.studies.study import (
     Problem,
@@ -108,6 +109,8 @@ class TrainProblem(Problem):
 
         systems : by torque on the input gear [N m]
         """
+        for number, mesh in enumerate(self.gears.meshes, start=1):
+            yield from undercut_warnings(number, mesh.pair)
         for torque in systems:
             yield from table_warnings(self.model.stiffness, self.gears, torque)
         yield from static_warnings(systems)
