@@ -95,8 +95,8 @@ def undercut_warnings(number: int, pair: GearPair) -> Iterator[str]:
         lost = (gear.form_roll_length - start) / pair.base_pitch
         yield with_code(
             "W27",
-            f"mesh {number}: the tip circle of the mate reaches below the form circle of "
-            f"the undercut {role} ({gear.teeth} teeth); contact ratio "
+            f"mesh {number}: the tip circle of the mate reaches below the form circle "
+            f"of the undercut {role} ({gear.teeth} teeth); contact ratio "
             f"{pair.contact_ratio:.4g}, {lost:.3g} less than without undercut",
         )
 

@@ -1,0 +1,179 @@
+"""Contact of an undercut pinion against finite elements of whole gears."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from skfem import Basis, ElementTriP2, ElementVector, MeshTri2, condense, solve
+from skfem.models.elasticity import linear_elasticity
+
+from fegear.contact.edges import edge_arcs
+from fegear.contact.loads import patch_load
+from fegear.contact.problem import run_kernel, solve_cycle
+from fegear.gearset import make_gear_set
+from fegear.statics.plausibility import undercut_warnings
+from fegear.statics.solving import RESOLUTIONS, Resolution, StaticsSettings, solve_mesh
+from fegear.studies.stiffness import table_warnings
+from meshes import MeshSize, sector_mesh
+from meshes.profile import flank_tangents, roll_length_at_arc, turn
+
+TORQUE = 100.0
+TABLES = {
+    "name": "undercut",
+    "defaults": {"module_mm": 4.0, "face_width_mm": 20.0},
+    "gear": [
+        {"name": "pinion", "teeth": 12, "hub_radius_mm": 10.0},
+        {"name": "wheel", "teeth": 45, "hub_radius_mm": 60.0},
+    ],
+    "mesh": [{"driver": "pinion", "driven": "wheel", "center_distance_mm": 114.02}],
+    "load": {"gear": "pinion", "torques_Nm": [TORQUE]},
+}
+SIZE = MeshSize(flank_edges=160, flank_grading=0.0, fillet_edges=16)
+
+
+@lru_cache(maxsize=8)
+def solved(resolution="default", positions=64):
+    settings = StaticsSettings(
+        resolution=resolution, positions=positions, estimate_error=False
+    )
+    return solve_mesh(make_gear_set(TABLES), 0, [TORQUE], settings)
+
+
+def work_on_whole_gear(gear, loads):
+    """Work of the loads of tooth pairs on a whole gear, over their displacement [N].
+
+    loads : (tooth, arcs (n,), line loads (n,) [N/m]) of each pair, teeth to the right
+
+    Plane stress; the hub is held; shares the mesh of the sector with the program.
+    """
+    sector = sector_mesh(gear, SIZE)
+    angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
+    copies = np.vstack([turn(sector.points, a) for a in angles])
+    near = cKDTree(copies).query_ball_point(copies, 1e-9)
+    unique, merged = np.unique([min(n) for n in near], return_inverse=True)
+    shift = len(sector.points) * np.arange(gear.teeth)[:, None, None]
+    triangles = (sector.triangles[None] + shift).reshape(-1, 6)
+    mesh = MeshTri2(copies[unique].T.copy(), merged[triangles].T.copy())
+    basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=4)
+    E, nu = 206e9, 0.3
+    stiffness = linear_elasticity(E * nu / (1 - nu**2), 0.5 * E / (1 + nu))
+    K, places = stiffness.assemble(basis), basis.doflocs.T
+    force, tree = np.zeros(basis.N), cKDTree(places)
+    for tooth, arcs, normal in loads:
+        angle = tooth * gear.pitch_angle
+        for nodes, vectors in nodal_loads(gear, sector, arcs, normal):
+            points = turn(sector.points[nodes], angle)
+            for point, vector in zip(points, turn(vectors, angle), strict=True):
+                force[sorted(tree.query_ball_point(point, 1e-9))] += vector
+    held = np.flatnonzero(np.hypot(*places.T) < gear.hub_radius * (1 + 1e-6))
+    return float(force @ solve(*condense(K, force, D=held)))
+
+
+def nodal_loads(gear, sector, arcs, loads):
+    """Nodes (3,) and forces (3, 2) of the flank's edges under a piecewise linear load.
+
+    arcs : (n,) equally spaced; loads : (n,) of the hats [N/m]
+    """
+    order = np.argsort(arcs)
+    arcs, pressure = arcs[order], loads[order] / np.abs(np.diff(arcs)).mean()
+    x, weight = np.polynomial.legendre.leggauss(8)
+    x, weight = 0.5 * (1.0 + x), 0.5 * weight
+    shapes = np.stack([(1 - x) * (1 - 2 * x), x * (2 * x - 1), 4 * x * (1 - x)])
+    ends = zip(sector.flank_arcs[:-1], sector.flank_arcs[1:], strict=True)
+    for edge, (low, high) in zip(sector.edges["flank"], ends, strict=True):
+        arc = low + (high - low) * x
+        p = np.interp(arc, arcs, pressure, left=0.0, right=0.0)
+        tangent = flank_tangents(gear, roll_length_at_arc(gear, arc))
+        inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+        yield edge, (high - low) * np.einsum("sq,q,q,qc->sc", shapes, weight, p, inward)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("position", "pairs"), [(0.1, 1), (0.55, 2)])
+def test_deflection_is_that_of_whole_gears(position, pairs):
+    """Under the contact pressure: transmission error less gaps, weighted by loads."""
+    problem = solved().problem
+    result = run_kernel(problem, np.array([TORQUE]), np.array([position]))
+    touching = np.flatnonzero(result.nodes.force.any(axis=1))
+    assert touching.size == pairs
+    loads = [patch_load(problem, result, int(pair)) for pair in touching]
+    total, on_gaps = (
+        sum(load.normal @ weight for load, weight in zip(loads, weights, strict=True))
+        for weights in (
+            [np.ones(load.normal.size) for load in loads],
+            [result.nodes.gap[pair] for pair in touching],
+        )
+    )
+    work = work_on_whole_gear(
+        problem.pair.driver, [(x.tooth, x.driver_arcs, x.normal) for x in loads]
+    )
+    work += work_on_whole_gear(
+        problem.pair.driven, [(-x.tooth, x.driven_arcs, x.normal) for x in loads]
+    )
+    ste = (work + on_gaps) / total
+    assert result.rows.ste[0, 0] == pytest.approx(ste, rel=2e-3), (result.rows.ste[0,0], ste)
+
+
+@pytest.mark.slow
+def test_mean_transmission_error_converges(monkeypatch):
+    """At first order, as the contact begins and ends at an edge of the flank."""
+
+    def mean(factor):
+        nodes = 1 + 2 * round(12 * factor)
+        finer = Resolution(MeshSize().refined(factor), nodes)
+        monkeypatch.setitem(RESOLUTIONS, "default", finer)
+        return solved.__wrapped__().table["ste_m"].mean()
+
+    best = mean(2.8)
+    errors = [abs(mean(factor) / best - 1.0) for factor in (0.5, 0.71, 1.0)]
+    assert errors[2] < 5e-4
+    assert np.log2(errors[0] / errors[2]) > 0.8
+
+
+def test_no_pair_touches_below_the_form_circle():
+    cycle, pair = solved().cycle, solved().problem.pair
+    s1 = pair.pitch_point + pair.base_pitch * np.add.outer(cycle.position, cycle.teeth)
+    below = s1 < pair.driver.form_roll_length
+    assert below.any()
+    assert not cycle.load[0][below].any()
+    assert np.isinf(cycle.gap[0][below]).all()
+    assert cycle.residual.max() < 1e-10
+
+
+def test_driver_and_driven_gear_can_change_roles():
+    mesh = {"driver": "wheel", "driven": "pinion", "center_distance_mm": 114.02}
+    load = {"gear": "wheel", "torques_Nm": [TORQUE * 45 / 12]}
+    gears = make_gear_set(TABLES | {"mesh": [mesh], "load": load})
+    settings = StaticsSettings(estimate_error=False)
+    swapped = solve_mesh(gears, 0, load["torques_Nm"], settings)
+    assert swapped.problem.pair.contact_ratio == pytest.approx(
+        solved().problem.pair.contact_ratio
+    )
+    one, two = (result.table["ste_m"][0] for result in (solved(), swapped))
+    mirrored = np.roll(two[::-1], 1)  # position p is -p, and the jump moves by one
+    assert np.median(np.abs(mirrored / one - 1.0)) < 1e-6
+
+
+def test_back_flanks_of_an_undercut_gear_touch_alike():
+    problem = solved().problem
+    positions = np.arange(16) / 16 + 0.01
+    back = solve_cycle(problem, [-TORQUE], positions)
+    assert back.residual.max() < 1e-10
+    assert (back.ste < 0.0).all()
+
+
+def test_the_end_of_an_undercut_flank_is_an_edge():
+    problem = solved().problem
+    edges = edge_arcs(problem)
+    assert edges[0][-1] == pytest.approx(problem.pair.driver.flank_length)
+    assert edges[1].size == 1
+
+
+def test_a_warning_says_how_much_of_the_path_is_lost():
+    (line,) = undercut_warnings(1, solved().problem.pair)
+    assert "contact ratio 1.254" in line
+    assert line.endswith("[W27]")
+    assert line in table_warnings(solved())
