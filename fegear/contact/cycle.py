@@ -21,6 +21,7 @@ from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import NO_FLANK_GAP
 from fegear.contact.grid import PatchTables
 from fegear.contact.patches import (
+    ends_at_edge,
     hertz_half_width,
     lay_nodes,
     place_patch,
@@ -170,7 +171,7 @@ def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
         solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row)
         if row.status != 0:
             return
-        any_widened = widen_patches(work, active_pairs)
+        any_widened = widen_patches(constants.flanks, work, active_pairs)
         for k in range(teeth.size):
             if patches[k].present and limit <= patches[k].closing_ste < row.ste:
                 any_widened = True
@@ -197,7 +198,7 @@ def choose_pairs(constants, work, gaps, limit):
 
 
 @compiled_part
-def widen_patches(work, active_pairs):
+def widen_patches(flanks, work, active_pairs):
     """Widen patches that pressure reaches an end of; whether there were any."""
     size, any_widened = work.nodes.shape[1], False
     for p in range(active_pairs.size):
@@ -207,7 +208,10 @@ def widen_patches(work, active_pairs):
         reaches_far_end = work.patches[k].step * (size - 1) > 2.0 * work.half_width[
             k
         ] * (1.0 - 1e-9)
-        if q[0] > 0.0 or (reaches_far_end and q[-1] > 0.0):
+        # and the near end where an undercut ends the flank
+        is_cut = ends_at_edge(flanks, work.patches[k])
+        reaches_far_end = reaches_far_end or is_cut
+        if (q[0] > 0.0 and not is_cut) or (reaches_far_end and q[-1] > 0.0):
             work.half_width[k] *= PATCH_GROWTH
             work.has_nodes[k], any_widened = False, True
             work.in_contact[k, :] = False

@@ -235,15 +235,17 @@ def normal_angle(flank, s):
 def common_normal(master, slave, line, crossings, arc):
     """Angle [rad] of the normal at the closest point from the line of action.
 
-    Both flanks have it, but for a tip corner or a kink, such as the start of a linear
-    relief: the normal is that of the flank that turns less there.
+    Both flanks have it, but for a tip corner, the edge of an undercut or a kink, such
+    as the start of a linear relief: the normal is that of the flank that turns less
+    there.
     """
     step = KINK * master.length
     near_roll = roll_of_arc(master, max(0.0, arc - step))
     far_roll = roll_of_arc(master, arc + step)
     master_near, mate_near = normals(master, slave, line, crossings, near_roll)
     master_far, mate_far = normals(master, slave, line, crossings, far_roll)
-    if arc == 0.0 or abs(mate_near - mate_far) < abs(master_near - master_far):
+    is_corner = arc == 0.0 or (master.undercut_roll > 0.0 and arc >= master.length)
+    if is_corner or abs(mate_near - mate_far) < abs(master_near - master_far):
         return 0.5 * (mate_near + mate_far)
     return 0.5 * (master_near + master_far)
 

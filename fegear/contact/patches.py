@@ -54,7 +54,8 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     nominal = patch.crossings[0]  # the master's roll length
     if patch.crossings[1] < slave.undercut_roll * (1.0 - 1e-12):
-        return  # the slave's flank is cut off there
+        place_edge_patch(mesh, flanks, patch, s1, extra_gap)
+        return
     off_path = nominal > master.tip_roll * (1.0 + 1e-12)
     if off_path and not mesh.corner_contact:
         return
@@ -70,6 +71,33 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
         turn_driver(mesh, patch, s1, min(patch.closing_ste, MAX_TURN * mesh.base_pitch))
         find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
     set_contact(mesh, flanks, patch, off_path, extra_gap)
+
+
+@compiled_part
+def place_edge_patch(mesh, flanks, patch, s1, extra_gap):
+    """Contact of the edge at which an undercut ends the slave's flank.
+
+    The edge touches the mate's flank off the line of action, as a tip corner does: its
+    gear becomes the master, whose patch ends at the edge.
+    """
+    nominal, edge = patch.crossings[1], flanks[1 - patch.master].undercut_roll
+    if not mesh.corner_contact or nominal < edge - CORNER_RANGE * mesh.base_pitch:
+        return
+    patch.master = 1 - patch.master
+    patch.arc = flanks[patch.master].length
+    turn_driver(mesh, patch, s1, 0.0)
+    set_contact(mesh, flanks, patch, True, 0.0)
+    if patch.present:
+        advance = min(patch.closing_ste, MAX_TURN * mesh.base_pitch)
+        turn_driver(mesh, patch, s1, advance)
+        set_contact(mesh, flanks, patch, True, extra_gap)
+
+
+@compiled_part
+def ends_at_edge(flanks, patch):
+    """Whether a patch ends where an undercut ends the master's flank."""
+    master = flanks[patch.master]
+    return master.undercut_roll > 0.0 and patch.first_arc >= master.length
 
 
 @compiled_part
@@ -206,6 +234,8 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
     master, slave = flanks[m], flanks[1 - m]
     count = constants.tables.shape[3]
     tip_end, root_end = max(0.0, patch.arc - half_width), patch.arc + half_width
+    if master.undercut_roll > 0.0:
+        root_end = min(root_end, master.length)
     patch.first_arc = root_end
     patch.step = (root_end - tip_end) / (nodes.size - 1)
     initial_gap = extra_gap + patch.driver_advance * closing_rate(flanks, patch)

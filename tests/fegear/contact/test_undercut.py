@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
+from oracles.relieved_flanks import Flank, closing_way
 from scipy.spatial import cKDTree
 from skfem import Basis, ElementTriP2, ElementVector, MeshTri2, condense, solve
 from skfem.models.elasticity import linear_elasticity
@@ -135,14 +137,44 @@ def test_mean_transmission_error_converges(monkeypatch):
     assert np.log2(errors[0] / errors[2]) > 0.8
 
 
-def test_no_pair_touches_below_the_form_circle():
-    cycle, pair = solved().cycle, solved().problem.pair
+def test_without_corner_contact_no_pair_touches_below_the_form_circle():
+    problem = replace(solved().problem, corner_contact=False)
+    cycle = solve_cycle(problem, [TORQUE], np.arange(64) / 64)
+    pair = problem.pair
     s1 = pair.pitch_point + pair.base_pitch * np.add.outer(cycle.position, cycle.teeth)
     below = s1 < pair.driver.form_roll_length
     assert below.any()
     assert not cycle.load[0][below].any()
     assert np.isinf(cycle.gap[0][below]).all()
     assert cycle.residual.max() < 1e-10
+
+
+def test_gap_of_the_edge_is_that_of_the_geometry():
+    """Before the path begins, the edge of the undercut touches the mate's flank."""
+    problem = solved().problem
+    pair, none = problem.pair, np.zeros_like
+    flanks = [
+        Flank(gear.base_radius, gear.tip_roll_length, gear.form_roll_length, none)
+        for gear in (pair.driver, pair.driven)
+    ]
+    start = pair.path[0]
+    positions = start + np.array([-0.25, -0.15, -0.05, -0.01, 0.02, 0.1])
+    cycle = solve_cycle(problem, [TORQUE], positions)
+    gap = cycle.gap[0][:, cycle.teeth.tolist().index(0)]
+    rolls = pair.pitch_point + pair.base_pitch * positions
+    exact = [closing_way(*flanks, pair.center_distance, roll) for roll in rolls]
+    assert max(exact) > 5e-6
+    # the lever of the force at the edge changes while the gap closes
+    np.testing.assert_allclose(gap, exact, rtol=1e-3, atol=1e-11)
+
+
+def test_transmission_error_does_not_jump_where_the_path_begins():
+    problem = solved().problem
+    positions = problem.pair.path[0] + np.array([-2e-3, -1e-3, 1e-3, 2e-3])
+    ste = solve_cycle(problem, [TORQUE], positions).ste[0]
+    assert np.ptp(ste) < 5e-3 * ste.mean()
+    without = replace(problem, corner_contact=False)
+    assert np.ptp(solve_cycle(without, [TORQUE], positions).ste) > 0.3 * ste.mean()
 
 
 def test_driver_and_driven_gear_can_change_roles():
