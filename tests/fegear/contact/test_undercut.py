@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from skfem.models.elasticity import linear_elasticity
 from fegear.contact.edges import edge_arcs
 from fegear.contact.loads import patch_load
 from fegear.contact.problem import run_kernel, solve_cycle
+from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
 from fegear.statics.plausibility import undercut_warnings
 from fegear.statics.solving import RESOLUTIONS, Resolution, StaticsSettings, solve_mesh
@@ -203,6 +205,45 @@ def test_back_flanks_of_an_undercut_gear_touch_alike():
     back = solve_cycle(problem, [-TORQUE], positions)
     assert back.residual.max() < 1e-10
     assert (back.ste < 0.0).all()
+
+
+def random_pair(rng):
+    """Two gears of which one is undercut, as tables in mesh; None if refused."""
+    angle, teeth = rng.uniform(14.5, 25.0), (rng.integers(8, 17), rng.integers(12, 70))
+    gears = [
+        {
+            "name": name,
+            "teeth": int(count),
+            "profile_shift": rng.uniform(-0.3, 0.3),
+            "hub_radius_mm": 0.8 * count,
+        }
+        for name, count in zip(("pinion", "wheel"), teeth, strict=True)
+    ]
+    mesh = {"driver": "pinion", "driven": "wheel"}
+    mesh["operating_pressure_angle_deg"] = angle + rng.uniform(0.2, 4.0)
+    defaults = TABLES["defaults"] | {"pressure_angle_deg": angle}
+    try:
+        gear_set = make_gear_set(
+            TABLES | {"defaults": defaults, "gear": gears, "mesh": [mesh]}
+        )
+    except InputError:
+        return None
+    pair = gear_set.meshes[0].pair
+    return gear_set if pair.driver.is_undercut or pair.driven.is_undercut else None
+
+
+@pytest.mark.slow
+def test_random_undercut_pairs_have_solutions_that_grow_with_the_torque():
+    rng = np.random.default_rng(20261125)
+    pairs = (gear_set for _ in range(400) if (gear_set := random_pair(rng)))
+    positions = np.arange(16) / 16
+    settings = StaticsSettings(resolution="coarse", estimate_error=False, positions=1)
+    for gear_set in islice(pairs, 8):
+        problem = solve_mesh(gear_set, 0, [TORQUE], settings).problem
+        drive = solve_cycle(problem, [0.1 * TORQUE, TORQUE, 3.0 * TORQUE], positions)
+        back = solve_cycle(problem, [-TORQUE], positions)
+        assert max(drive.residual.max(), back.residual.max()) < 1e-10
+        assert (np.diff(drive.ste, axis=0) > 0.0).all()
 
 
 def test_the_end_of_an_undercut_flank_is_an_edge():
