@@ -48,6 +48,8 @@ def flank_profile(
     _require_order(key, points, places, where)
     rolls = _roll_lengths(key, points, places, flank)
     _require_gentle(rolls, deviations, places)
+    if not (entry.crowning_um or entry.slope_um or rolls):
+        return None
     return FlankProfile(
         crowning=entry.crowning_um * UM,
         slope=entry.slope_um * UM,

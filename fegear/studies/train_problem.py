@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
@@ -23,6 +24,7 @@ from fegear.train.lumped_models import LumpedModel, resolve_model, static_warnin
 from lumped.steady.settings import Settings
 from lumped.train.system import LumpedSystem
 
+MODIFICATION_KEY = re.compile(r"_relief|[._]profile(\.|$)")
 STIFFNESS_KEYS = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
 TRANSLATION_KEYS = "mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"
 SETTING_OF_KEY = {
@@ -176,7 +178,7 @@ def refuse_edits(
                 reason = (
                     f"changes nothing without {display_name(study, 'translations')}"
                 )
-        elif tables and "_relief" in key:
+        elif tables and MODIFICATION_KEY.search(key):
             reason = f"{display_name(study, 'table')} has the teeth with their relief"
         if reason:
             raise study.gear_set.rejection(key, reason)

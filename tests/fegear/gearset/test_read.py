@@ -294,3 +294,8 @@ def test_a_profile_without_a_role_is_that_of_both_gears():
     mesh = read_gear_set(f"{PAIR}profile = {{ crowning_um = 4 }}\n").meshes[0]
     assert mesh.driver_profile == mesh.driven_profile
     assert mesh.driven_profile.crowning == pytest.approx(4e-6)
+
+
+def test_a_profile_of_zeros_is_none():
+    mesh = read_gear_set(with_profile("{ crowning_um = 0, slope_um = 0 }")).meshes[0]
+    assert mesh.driver_profile is None
