@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
+from meshes.undercut import involute_crossing, waist
+
 
 class GeometryError(ValueError):
     """Raised for a gear that cannot exist; `field` names the invalid quantity.
@@ -120,13 +122,33 @@ class SpurGear(Involute):
         return math.sqrt(self.tip_radius**2 - self.base_radius**2)
 
     @property
-    def form_roll_length(self) -> float:
-        """Roll length where the generated fillet meets the involute."""
+    def rack_roll_length(self) -> float:
+        """Roll length that the straight flank of the rack cuts down to.
+
+        Negative where the tooth is undercut: the involute turns back at the base circle
+        and is cut off by the fillet.
+        """
         sin = math.sin(self.pressure_angle)
         shift = self.profile_shift * self.module
         rounding = self.rack_tip_radius * (1.0 - sin)
         depth = self.dedendum - shift - rounding
         return self.reference_radius * sin - depth / sin
+
+    @property
+    def is_undercut(self) -> bool:
+        return not self.rack_roll_length > 0.0
+
+    @property
+    def form_roll_length(self) -> float:
+        """Roll length where the generated fillet meets the involute."""
+        return involute_crossing(self)[0] if self.is_undercut else self.rack_roll_length
+
+    @property
+    def form_normal_angle(self) -> float:
+        """Normal angle of the fillet [rad] where it meets the involute."""
+        if self.is_undercut:
+            return involute_crossing(self)[1]
+        return 0.5 * math.pi - self.pressure_angle
 
     @property
     def form_radius(self) -> float:
@@ -157,6 +179,7 @@ class SpurGear(Involute):
         return half_width, depth
 
 
+MIN_WAIST = 0.3  # thickness of an undercut tooth, in modules
 SLACK = 1e-12  # relative change of a value by a conversion of units
 
 
@@ -216,14 +239,13 @@ def require_generated_tooth(gear: SpurGear) -> None:
         widest += half_width / (1.0 / math.cos(alpha) - math.tan(alpha))
         limit = f"does not fit the rack tip, at most {floored(1e3 * widest)} mm"
         raise GeometryError("rack_tip_radius", f"{_mm(gear.rack_tip_radius)}; {limit}")
-    form = gear.form_roll_length
-    if not form > 0.0:
-        sin2 = math.sin(gear.pressure_angle) ** 2
-        rounding = gear.rack_tip_radius * (1.0 - math.sin(gear.pressure_angle))
-        least = gear.dedendum - rounding - gear.reference_radius * sin2
-        text = f"{gear.profile_shift:g}; the tooth is undercut, at least"
-        shift = f"{ceiled(least / gear.module)} is needed with {gear.teeth} teeth"
-        raise GeometryError("profile_shift", f"{text} {shift}")
+    if gear.is_undercut and not waist(gear) > MIN_WAIST * gear.module:
+        raise GeometryError(
+            "profile_shift",
+            f"{gear.profile_shift:g}; undercut leaves {floored(1e3 * waist(gear))} mm "
+            f"of the tooth's foot, at least {ceiled(1e3 * MIN_WAIST * gear.module)} mm "
+            "is needed",
+        )
     _require(
         "tip_radius",
         gear.tip_radius > gear.form_radius,

@@ -111,7 +111,7 @@ def half_sector_outline(gear: SpurGear, size: MeshSize) -> list[Edges]:
         gear.tip_radius * tip_angle, float(arcs[1]), size.tooth_size * gear.module
     )
     to_axis = tip_angle * (1.0 - land[::-1] / land[-1])
-    steepest = 0.5 * math.pi - gear.pressure_angle
+    steepest = gear.form_normal_angle
 
     def flank(arc: NDArray[np.float64]) -> Points:
         return flank_points(gear, roll_length_at_arc(gear, arc))

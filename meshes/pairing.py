@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from meshes.gear import (
     GeometryError,
     SpurGear,
@@ -13,6 +15,9 @@ from meshes.gear import (
     inverse_involute,
     involute,
 )
+from meshes.profile import fillet_points
+
+PATH_POINTS = 400  # of the path of a tip corner through an undercut
 
 
 @dataclass(frozen=True)
@@ -55,13 +60,15 @@ class GearPair:
 
     @property
     def path_start(self) -> float:
-        """Roll length s1 at which the driven gear's tip enters."""
-        return self.line_of_action - self.driven.tip_roll_length
+        """Roll length s1 where the driven gear's tip enters, or the undercut ends."""
+        start = self.line_of_action - self.driven.tip_roll_length
+        return max(start, undercut_end(self.driver))
 
     @property
     def path_end(self) -> float:
-        """Roll length s1 at which the driver's tip leaves."""
-        return self.driver.tip_roll_length
+        """Roll length s1 where the driver's tip leaves, or the undercut begins."""
+        end = self.driver.tip_roll_length
+        return min(end, self.line_of_action - undercut_end(self.driven))
 
     @property
     def path(self) -> tuple[float, float]:
@@ -90,6 +97,11 @@ class GearPair:
     def swapped(self) -> GearPair:
         """Return the pair with driver and driven gear exchanged."""
         return GearPair(self.driven, self.driver, self.center_distance)
+
+
+def undercut_end(gear: SpurGear) -> float:
+    """Roll length up to which an undercut removes the flank, minus infinity without."""
+    return gear.form_roll_length if gear.is_undercut else -math.inf
 
 
 def require_common_pitch(pair: GearPair) -> None:
@@ -121,6 +133,8 @@ def require_path(pair: GearPair) -> None:
 def _remedy(pair: GearPair) -> str:
     """Changes that raise the contact ratio to 1."""
     one, two = pair.driver, pair.driven
+    if one.is_undercut or two.is_undercut:
+        return "less undercut by a profile shift or more teeth, or larger tips"
     path = one.tip_roll_length + two.tip_roll_length - one.base_pitch
     if not path > 0.0:
         return "the teeth are too short at any centre distance"
@@ -134,7 +148,9 @@ def require_clearances(pair: GearPair) -> None:
     other = {"driver": "driven", "driven": "driver"}
     for name, gear, mate in roles:
         start = length - mate.tip_roll_length
-        if start < gear.form_roll_length:
+        if gear.is_undercut:
+            require_undercut_clearance(pair, name)
+        elif start < gear.form_roll_length:
             allowed = math.hypot(mate.base_radius, length - gear.form_roll_length)
             raise GeometryError(
                 "tip_radius",
@@ -158,6 +174,51 @@ def require_clearances(pair: GearPair) -> None:
             f"{1e6 * pair.backlash:.6g} um; teeth would jam, it must not be negative: "
             f"centre distance at least {ceiled(1e3 * tight_center_distance(pair))} mm",
         )
+
+
+def require_undercut_clearance(pair: GearPair, name: str) -> None:
+    """Require that the mate's tip corner passes the undercut of a gear.
+
+    name : "driver" or "driven", the undercut gear
+    """
+    gear, mate, role = pair.driver, pair.driven, "driven"
+    if name == "driven":
+        gear, mate, role = mate, gear, "driver"
+    clearance = undercut_clearance(gear, mate, pair.center_distance)
+    if clearance <= 0.0:
+        raise GeometryError(
+            "tip_radius",
+            f"{1e3 * mate.tip_radius:.9g} mm of the mate digs into the undercut foot "
+            f"of the {name} gear ({gear.teeth} teeth), clearance "
+            f"{1e3 * clearance:.6g} mm; it must be positive",
+            role,
+        )
+
+
+def undercut_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -> float:
+    """Least distance, along circles, of the mate's tip corner from the fillet [m].
+
+    Of the side that carries load, while the corner is below the form circle of the
+    undercut gear; infinite where it stays above.
+
+    Both flanks cross the line of action at one point. In coordinates of the line, from
+    the gear's point of tangency, its centre is at (0, -rb); the corner is an involute
+    point of the mate, turned about its centre.
+    """
+    rb, mate_rb = gear.base_radius, mate.base_radius
+    line = math.sqrt(center_distance**2 - (rb + mate_rb) ** 2)
+    tip, form = mate.tip_roll_length, gear.form_roll_length
+    roll = line - tip + np.linspace(-1.0, 1.0, PATH_POINTS) * gear.base_pitch
+    turn = (tip - line + roll) / mate_rb
+    x = line - np.cos(turn) * tip + np.sin(turn) * mate_rb
+    y = mate_rb - np.sin(turn) * tip - np.cos(turn) * mate_rb + rb
+    radius = np.hypot(x, y)
+    # clockwise from the tooth axis, in the gear's frame
+    angle = gear.base_half_angle + np.arctan2(x, y) - roll / rb
+    fillet = fillet_points(gear, np.linspace(0.0, gear.form_normal_angle, PATH_POINTS))
+    edge = np.interp(radius, np.hypot(*fillet.T), np.arctan2(*fillet.T))
+    inside = radius < math.hypot(rb, form)
+    return float((radius * (angle - edge))[inside].min(initial=math.inf))
 
 
 def tight_center_distance(pair: GearPair) -> float:

@@ -49,7 +49,8 @@ def fillet_points(gear: SpurGear, normal_angle: ArrayLike) -> Points:
 
     normal_angle : (n,) angle between the profile normal and the radial
         direction of the space at the instant of cutting; 0 where the fillet
-        meets the root circle, pi/2 - pressure_angle where it meets the flank.
+        meets the root circle, pi/2 - pressure_angle where it meets the flank, less
+        where it cuts off the foot of an undercut one.
 
     The contact normal passes through the instantaneous centre of rolling
     (Litvin & Fuentes, Gear Geometry and Applied Theory, 2004, section 6.2).

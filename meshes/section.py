@@ -61,7 +61,7 @@ def _along_fillet(gear: SpurGear, n: int) -> float:
     point at normal angle beta is q = (-d tan beta, r - d) - rho (sin beta, cos beta).
     """
     d, rho, r = gear.rack_tip_center[1], gear.rack_tip_radius, gear.reference_radius
-    end = 0.5 * math.pi - gear.pressure_angle
+    end = gear.form_normal_angle
     x, weight = np.polynomial.legendre.leggauss(POINTS)
     beta = 0.5 * end * (1.0 + x)
     sin, cos = np.sin(beta), np.cos(beta)

@@ -25,7 +25,13 @@ from fegear.contact.flanks import (
     roll_of_arc,
 )
 from fegear.contact.grid import PatchTables
-from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
+from fegear.contact.patches import (
+    ends_at_edge,
+    hertz_half_width,
+    lay_nodes,
+    place_patch,
+    reach_of_patch,
+)
 from lumped.common.compiled import allocating, compiled, compiled_part
 
 PATCH_MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
@@ -145,7 +151,10 @@ def place_pairs(constants, teeth, gaps, position, kind, target, work):
         if kind == STE:
             depth = max(target - work.patches[k].closing_ste, 0.0)
             load = depth / (SOFT_TEETH * compliance)
-        work.half_width[k] = PATCH_MARGIN * hertz_half_width(mesh, flanks, s1, load)
+        half_width = hertz_half_width(mesh, flanks, s1, load)
+        if work.patches[k].present:
+            half_width = reach_of_patch(mesh, flanks, work.patches[k], half_width)
+        work.half_width[k] = PATCH_MARGIN * half_width
         work.has_nodes[k] = False
 
 
@@ -173,7 +182,7 @@ def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
         solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row)
         if row.status != 0:
             return
-        any_widened = widen_patches(work, active_pairs)
+        any_widened = widen_patches(constants.flanks, work, active_pairs)
         for k in range(teeth.size):
             if patches[k].present and limit <= patches[k].closing_ste < row.ste:
                 any_widened = True
@@ -200,7 +209,7 @@ def choose_pairs(constants, work, gaps, limit):
 
 
 @compiled_part
-def widen_patches(work, active_pairs):
+def widen_patches(flanks, work, active_pairs):
     """Widen patches that pressure reaches an end of; whether there were any."""
     size, any_widened = work.nodes.shape[1], False
     for p in range(active_pairs.size):
@@ -210,7 +219,10 @@ def widen_patches(work, active_pairs):
         reaches_far_end = work.patches[k].step * (size - 1) > 2.0 * work.half_width[
             k
         ] * (1.0 - 1e-9)
-        if q[0] > 0.0 or (reaches_far_end and q[-1] > 0.0):
+        # and the near end where an undercut ends the flank
+        is_cut = ends_at_edge(flanks, work.patches[k])
+        reaches_far_end = reaches_far_end or is_cut
+        if (q[0] > 0.0 and not is_cut) or (reaches_far_end and q[-1] > 0.0):
             work.half_width[k] *= PATCH_GROWTH
             work.has_nodes[k], any_widened = False, True
             work.in_contact[k, :] = False

@@ -1,8 +1,9 @@
 """Edges of flanks, where the contact pressure of an elastic body has no limit.
 
-Tip corners are edges, and so is the start of a linear relief: the flank has a kink
-there, and the pressure on it grows as the logarithm of the contact grid's fineness. The
-start of a parabolic relief has none.
+Tip corners are edges, and so are the ends of undercut flanks, the start of a linear
+relief and the points of a measured profile that is interpolated linearly: the flank has
+a kink there, and the pressure on it grows as the logarithm of the contact grid's
+fineness. The start of a parabolic relief and the points of a cubic profile have none.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 
 from fegear.contact.loads import PatchLoad
 from fegear.contact.problem import ContactCycle, ContactProblem, corner_positions
-from fegear.gearset.model import Relief
+from fegear.contact.profiles import profile_kinks
+from fegear.gearset.model import FlankProfile, Relief
 from meshes import SpurGear
 from meshes.profile import arc_from_tip, roll_length_at_arc
 
@@ -25,12 +27,24 @@ def edge_arcs(problem: ContactProblem) -> tuple[Array, Array]:
 
     The tip corner itself comes first.
     """
+    pair = problem.pair
+    driver_start, driven_start = pair.path_start, pair.line_of_action - pair.path_end
     return (
-        _edges(
-            problem.pair.driver, problem.driver_tip_relief, problem.driver_root_relief
+        np.concatenate(
+            [
+                _edges(
+                    pair.driver, problem.driver_tip_relief, problem.driver_root_relief
+                ),
+                _profile_edges(pair.driver, problem.driver_profile, driver_start),
+            ]
         ),
-        _edges(
-            problem.pair.driven, problem.driven_tip_relief, problem.driven_root_relief
+        np.concatenate(
+            [
+                _edges(
+                    pair.driven, problem.driven_tip_relief, problem.driven_root_relief
+                ),
+                _profile_edges(pair.driven, problem.driven_profile, driven_start),
+            ]
         ),
     )
 
@@ -41,7 +55,16 @@ def _edges(gear: SpurGear, *reliefs: Relief | None) -> Array:
         for relief in reliefs
         if relief is not None and relief.magnitude > 0.0 and relief.power <= 1.0
     ]
+    if gear.is_undercut:
+        kinks.append(gear.form_roll_length)
     return np.append(0.0, arc_from_tip(gear, kinks))
+
+
+def _profile_edges(gear: SpurGear, profile: FlankProfile | None, start: float) -> Array:
+    """Arcs (e,) of kinks; start : roll length where the active profile begins [m]."""
+    if profile is None:
+        return np.empty(0)
+    return arc_from_tip(gear, profile_kinks(profile, start, gear.tip_roll_length))
 
 
 def has_edge(problem: ContactProblem, load: PatchLoad) -> bool:

@@ -15,14 +15,35 @@ from lumped.common.compiled import compiled_part
 
 NO_FLANK_GAP = 1.0  # gap [m] where there is no opposite flank
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+SCAN_STEPS, SCAN_STEPS_PER_KNOT = 128, 2  # of a flank with a measured profile
 KINK = 1e-6  # of a flank's length, on either side of a point where its slope may jump
 
 # Material removed between two roll lengths, `magnitude` at the end.
 RELIEF = np.dtype(
     [("magnitude", "f8"), ("start", "f8"), ("end", "f8"), ("power", "f8")], align=True
 )
+MAX_KNOTS = 1000  # of a measured profile
+# Deviations over the active profile from `middle` - `half_range` to its tip: crowning
+# and slope, and measured depths at `count` roll lengths with their slopes. Between
+# knots the depth is linear where `is_linear` is set, else cubic.
+PROFILE = np.dtype(
+    [
+        ("is_there", "?"),
+        ("is_linear", "?"),
+        ("count", "i8"),
+        ("middle", "f8"),
+        ("half_range", "f8"),
+        ("crowning", "f8"),
+        ("slope", "f8"),
+        ("roll", "f8", (MAX_KNOTS,)),
+        ("depth", "f8", (MAX_KNOTS,)),
+        ("knot_slope", "f8", (MAX_KNOTS,)),
+    ],
+    align=True,
+)
 # One gear; length and grading as in FlankCompliance. has_half_plane is 1 where the
-# half-plane kernel is to be added to the flank's table, else 0.
+# half-plane kernel is to be added to the flank's table, else 0. undercut_roll is the
+# roll length at which an undercut cuts the flank off, 0 where there is none.
 FLANK = np.dtype(
     [
         ("base_radius", "f8"),
@@ -32,8 +53,10 @@ FLANK = np.dtype(
         ("modulus", "f8"),
         ("poisson", "f8"),
         ("has_half_plane", "f8"),
+        ("undercut_roll", "f8"),
         ("tip_relief", RELIEF),
         ("root_relief", RELIEF),
+        ("profile", PROFILE),
     ],
     align=True,
 )
@@ -73,21 +96,93 @@ def relief_derivatives(relief, s):
     """Return the derivatives of the depth with respect to magnitude and start."""
     length = relief.end - relief.start
     fraction = (s - relief.start) / length
-    if fraction <= 0.0:
+    if relief.magnitude == 0.0 or fraction <= 0.0:
         return 0.0, 0.0
     steepness = relief.power * fraction ** (relief.power - 1.0) / length
     return fraction**relief.power, relief.magnitude * steepness * (fraction - 1.0)
 
 
 @compiled_part
+def profile_depth(profile, s):
+    """Depth of the deviations, negative where there is excess of material."""
+    fraction = (s - profile.middle) / profile.half_range
+    depth = profile.crowning * fraction**2 - 0.5 * profile.slope * (1.0 + fraction)
+    last = profile.count - 1
+    if last < 0:
+        return depth
+    if s <= profile.roll[0]:
+        return depth + profile.depth[0]
+    if s >= profile.roll[last]:
+        return depth + profile.depth[last]
+    i = knot_before(profile, s)
+    step = profile.roll[i + 1] - profile.roll[i]
+    t, rise = (s - profile.roll[i]) / step, profile.depth[i + 1] - profile.depth[i]
+    depth += profile.depth[i] + rise * t
+    if profile.is_linear:
+        return depth
+    # Hermite: what the slopes at both ends exceed that of the chord
+    before = profile.knot_slope[i] * step - rise
+    after = profile.knot_slope[i + 1] * step - rise
+    return depth + t * (1.0 - t) * (before * (1.0 - t) - after * t)
+
+
+@compiled_part
+def profile_slope(profile, s):
+    """Return the slope of `profile_depth` over the roll length."""
+    fraction = (s - profile.middle) / profile.half_range
+    slope = (2.0 * profile.crowning * fraction - 0.5 * profile.slope) / (
+        profile.half_range
+    )
+    last = profile.count - 1
+    if last < 0 or s <= profile.roll[0] or s >= profile.roll[last]:
+        return slope
+    i = knot_before(profile, s)
+    step = profile.roll[i + 1] - profile.roll[i]
+    t, rise = (s - profile.roll[i]) / step, profile.depth[i + 1] - profile.depth[i]
+    slope += rise / step
+    if profile.is_linear:
+        return slope
+    before = profile.knot_slope[i] * step - rise
+    after = profile.knot_slope[i + 1] * step - rise
+    bend = before * (1.0 - t) * (1.0 - 3.0 * t) - after * t * (2.0 - 3.0 * t)
+    return slope + bend / step
+
+
+@compiled_part
+def knot_before(profile, s):
+    """Index of the last knot but one, or of one before it, that s is not below."""
+    low, high = 0, profile.count - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if profile.roll[middle] <= s:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@compiled_part
 def is_relieved(flank):
-    return flank.tip_relief.magnitude > 0.0 or flank.root_relief.magnitude > 0.0
+    has_relief = flank.tip_relief.magnitude > 0.0 or flank.root_relief.magnitude > 0.0
+    return has_relief or flank.profile.is_there
 
 
 @compiled_part
 def modification(flank, s):
     """Material removed from the flank at roll length s [m]."""
-    return relief_depth(flank.tip_relief, s) + relief_depth(flank.root_relief, s)
+    depth = relief_depth(flank.tip_relief, s) + relief_depth(flank.root_relief, s)
+    if flank.profile.is_there:
+        depth += profile_depth(flank.profile, s)
+    return depth
+
+
+@compiled_part
+def modification_slope(flank, s):
+    """Return the slope of `modification` over the roll length."""
+    slope = relief_slope(flank.tip_relief, s) + relief_slope(flank.root_relief, s)
+    if flank.profile.is_there:
+        slope += profile_slope(flank.profile, s)
+    return slope
 
 
 @compiled_part
@@ -143,7 +238,7 @@ def separation(master, slave, line, crossings, s):
 @compiled_part
 def normal_angle(flank, s):
     """Angle [rad] of the flank's normal from the base tangent through its point s."""
-    slope = relief_slope(flank.tip_relief, s) + relief_slope(flank.root_relief, s)
+    slope = modification_slope(flank, s)
     return math.atan2(slope * flank.base_radius, (1.0 + slope) * s)
 
 
@@ -151,15 +246,17 @@ def normal_angle(flank, s):
 def common_normal(master, slave, line, crossings, arc):
     """Angle [rad] of the normal at the closest point from the line of action.
 
-    Both flanks have it, but for a tip corner or the begin of a linear relief: the
-    normal is that of the flank that turns less there.
+    Both flanks have it, but for a tip corner, the edge of an undercut or a kink, such
+    as the start of a linear relief: the normal is that of the flank that turns less
+    there.
     """
     step = KINK * master.length
     near_roll = roll_of_arc(master, max(0.0, arc - step))
     far_roll = roll_of_arc(master, arc + step)
     master_near, mate_near = normals(master, slave, line, crossings, near_roll)
     master_far, mate_far = normals(master, slave, line, crossings, far_roll)
-    if arc == 0.0 or abs(mate_near - mate_far) < abs(master_near - master_far):
+    is_corner = arc == 0.0 or (master.undercut_roll > 0.0 and arc >= master.length)
+    if is_corner or abs(mate_near - mate_far) < abs(master_near - master_far):
         return 0.5 * (mate_near + mate_far)
     return 0.5 * (master_near + master_far)
 
@@ -179,8 +276,14 @@ def closest_arc(master, slave, line, crossings, arc, search_radius, arc_tol):
     search_radius, arc_tol : of the arc [m]
 
     Gaps are convex in the arc for reliefs that grow toward the flank's ends, so the
-    search continues with twice the radius where it ends at the radius.
+    search continues with twice the radius where it ends at the radius. Measured
+    profiles have several valleys, and the whole flank is searched.
     """
+    knots = master.profile.count + slave.profile.count
+    if knots > 0:
+        low, high = deepest_valley(master, slave, line, crossings, knots)
+        best_arc = least_gap_arc(master, slave, line, crossings, low, high, arc_tol)
+        return 0.0 if best_arc < arc_tol else best_arc
     while True:
         low, high = max(0.0, arc - search_radius), arc + search_radius
         best_arc = least_gap_arc(master, slave, line, crossings, low, high, arc_tol)
@@ -188,6 +291,24 @@ def closest_arc(master, slave, line, crossings, arc, search_radius, arc_tol):
         if (is_inside and best_arc < high - arc_tol) or search_radius >= master.length:
             return 0.0 if best_arc < arc_tol else best_arc
         search_radius *= 2.0
+
+
+@compiled_part
+def deepest_valley(master, slave, line, crossings, knots):
+    """Arcs of the master on both sides of the least gap on a grid of its flank.
+
+    The grid is uniform in the roll length and finer than measured points.
+    """
+    steps = SCAN_STEPS + SCAN_STEPS_PER_KNOT * knots
+    root = roll_of_arc(master, master.length)
+    step, best, least = (master.tip_roll - root) / steps, 0, NO_FLANK_GAP
+    for i in range(steps + 1):
+        s = master.tip_roll - i * step
+        gap = separation(master, slave, line, crossings, s)[0]
+        if gap < least:
+            best, least = i, gap
+    near, far = master.tip_roll - (best - 1) * step, master.tip_roll - (best + 1) * step
+    return max(0.0, arc_of_roll(master, near)), arc_of_roll(master, max(0.0, far))
 
 
 @compiled_part

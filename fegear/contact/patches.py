@@ -26,6 +26,8 @@ from lumped.common.compiled import compiled_part
 
 CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
 COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
+MIN_ROLL = 0.02  # of the line of action, least radius of curvature
+MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
 # Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m].
 NODE = np.dtype([("gap", "f8"), ("mate_arc", "f8"), ("force", "f8")], align=True)
@@ -34,7 +36,7 @@ NODE = np.dtype([("gap", "f8"), ("mate_arc", "f8"), ("force", "f8")], align=True
 @compiled_part
 def hertz_half_width(mesh, flanks, s1, load):
     """Half-width of the contact strip under a line load [N/m]."""
-    min_radius = 0.02 * mesh.line_of_action
+    min_radius = MIN_ROLL * mesh.line_of_action
     rho1, rho2 = max(s1, min_radius), max(mesh.line_of_action - s1, min_radius)
     compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
     return math.sqrt(4.0 / math.pi * load * compliance * rho1 * rho2 / (rho1 + rho2))
@@ -51,6 +53,9 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     turn_driver(mesh, patch, s1, 0.0)
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     nominal = patch.crossings[0]  # the master's roll length
+    if patch.crossings[1] < slave.undercut_roll * (1.0 - 1e-12):
+        place_edge_patch(mesh, flanks, patch, s1, extra_gap)
+        return
     off_path = nominal > master.tip_roll * (1.0 + 1e-12)
     if off_path and not mesh.corner_contact:
         return
@@ -66,6 +71,64 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
         turn_driver(mesh, patch, s1, min(patch.closing_ste, MAX_TURN * mesh.base_pitch))
         find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
     set_contact(mesh, flanks, patch, off_path, extra_gap)
+
+
+@compiled_part
+def place_edge_patch(mesh, flanks, patch, s1, extra_gap):
+    """Contact of the edge at which an undercut ends the slave's flank.
+
+    The edge touches the mate's flank off the line of action, as a tip corner does: its
+    gear becomes the master, whose patch ends at the edge.
+    """
+    nominal, edge = patch.crossings[1], flanks[1 - patch.master].undercut_roll
+    if not mesh.corner_contact or nominal < edge - CORNER_RANGE * mesh.base_pitch:
+        return
+    patch.master = 1 - patch.master
+    patch.arc = flanks[patch.master].length
+    turn_driver(mesh, patch, s1, 0.0)
+    set_contact(mesh, flanks, patch, True, 0.0)
+    if patch.present:
+        advance = min(patch.closing_ste, MAX_TURN * mesh.base_pitch)
+        turn_driver(mesh, patch, s1, advance)
+        set_contact(mesh, flanks, patch, True, extra_gap)
+
+
+@compiled_part
+def ends_at_edge(flanks, patch):
+    """Whether a patch ends where an undercut ends the master's flank."""
+    master = flanks[patch.master]
+    return master.undercut_roll > 0.0 and patch.first_arc >= master.length
+
+
+@compiled_part
+def reach_of_patch(mesh, flanks, patch, half_width):
+    """Half-width that includes other valleys of the gap that the load closes.
+
+    half_width : of the contact of unmodified flanks under the load [m]
+
+    Beside a Hertzian contact of half-width b, at x = b t, bodies come as near as
+    b^2 / (2 R) (t^2 - t sqrt(t^2 - 1) + arcosh t): a gap that exceeds its least value
+    by less closes too.
+    """
+    master, slave = flanks[patch.master], flanks[1 - patch.master]
+    if master.profile.count + slave.profile.count == 0:
+        return half_width
+    line, crossings = mesh.line_of_action, patch.crossings
+    least = separation(master, slave, line, crossings, roll_of_arc(master, patch.arc))
+    s1, s2 = max(crossings[0], MIN_ROLL * line), max(crossings[1], MIN_ROLL * line)
+    depth = half_width**2 * (s1 + s2) / (2.0 * s1 * s2)
+    reach = half_width
+    for i in range(1, REACH_STEPS + 1):
+        t = 1.0 + (MAX_REACH - 1.0) * i / REACH_STEPS
+        approach = t * t - t * math.sqrt(t * t - 1.0) + math.acosh(t)
+        for side in (-1.0, 1.0):
+            arc = patch.arc + side * t * half_width
+            if 0.0 <= arc <= master.length:
+                s = roll_of_arc(master, arc)
+                gap = separation(master, slave, line, crossings, s)[0]
+                if gap - least[0] < approach * depth:
+                    reach = t * half_width
+    return reach
 
 
 @compiled_part
@@ -171,6 +234,8 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
     master, slave = flanks[m], flanks[1 - m]
     count = constants.tables.shape[3]
     tip_end, root_end = max(0.0, patch.arc - half_width), patch.arc + half_width
+    if master.undercut_roll > 0.0:
+        root_end = min(root_end, master.length)
     patch.first_arc = root_end
     patch.step = (root_end - tip_end) / (nodes.size - 1)
     initial_gap = extra_gap + patch.driver_advance * closing_rate(flanks, patch)
@@ -179,6 +244,8 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
         gap, s_slave, _ = separation(master, slave, line, crossings, s)
         nodes[i].gap = normal_gap(flanks, patch, gap) + initial_gap
         nodes[i].mate_arc = arc_of_roll(slave, s_slave)
+        if s_slave < slave.undercut_roll:
+            nodes[i].gap = NO_FLANK_GAP
     for a in range(SUPPORT):
         arc = 0.5 * (root_end + tip_end) - 0.5 * (root_end - tip_end) * points[a]
         s = roll_of_arc(master, arc)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fegear.elasticity.flank import FlankCompliance
-from fegear.gearset.model import Relief
+from fegear.gearset.model import FlankProfile, Relief
 from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
 
@@ -46,6 +46,8 @@ class ContactProblem:
     driver_root_relief: Relief | None = None
     driven_tip_relief: Relief | None = None
     driven_root_relief: Relief | None = None
+    driver_profile: FlankProfile | None = None
+    driven_profile: FlankProfile | None = None
     friction: float = 0.0
     corner_contact: bool = True
     nodes: int = 25
@@ -378,6 +380,7 @@ def pair_gaps(problem: ContactProblem, teeth: Indices, back: bool = False) -> Ar
 def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Array]:
     """The kernel's records of the mesh and its two flanks, and the tables."""
     from fegear.contact.flanks import FLANK, MESH
+    from fegear.contact.profiles import profile_record
 
     pair = problem.pair
     mesh = np.recarray(1, MESH)
@@ -394,8 +397,9 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
         (problem.driver_tip_relief, problem.driver_root_relief),
         (problem.driven_tip_relief, problem.driven_root_relief),
     ]
+    profiles = (problem.driver_profile, problem.driven_profile)
     lowest = (pair.path_start, pair.line_of_action - pair.path_end)
-    flanks = np.recarray(2, FLANK)
+    flanks = np.zeros(2, FLANK).view(np.recarray)
     for i, (gear, c) in enumerate(zip(gears, compliances, strict=True)):
         tip, root = reliefs[i]
         flanks[i] = (
@@ -406,8 +410,10 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
             c.modulus,
             c.poisson,
             1.0 if c.split else 0.0,
+            gear.form_roll_length if gear.is_undercut else 0.0,
             _relief_record(tip, gear.tip_roll_length),
             _relief_record(root, lowest[i]),
+            profile_record(profiles[i], lowest[i], gear.tip_roll_length),
         )
     tables = np.array([[c.normal, c.tangential] for c in compliances])
     return mesh[0], flanks, tables

@@ -1,6 +1,6 @@
 """Gear sets: what their TOML files hold, read, checked and described."""
 
-from fegear.gearset.model import Gear, GearSet, Mesh, Relief, Shaft
+from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.read import (
     builtin_names,
     load_gear_set,
@@ -10,6 +10,7 @@ from fegear.gearset.read import (
 )
 
 __all__ = [
+    "FlankProfile",
     "Gear",
     "GearSet",
     "Mesh",

@@ -4,22 +4,34 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.materials import Material, materials
-from fegear.gearset.model import Gear, GearSet, Mesh, Relief, Shaft
+from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.problems import nearest, shown
+from fegear.gearset.profiles import flank_profile
 from fegear.gearset.schema import MATERIAL_KEYS, Document, GearEntry, MeshEntry
 from fegear.gearset.teeth import MM, UM, Blank, Tip, blank_of
-from fegear.gearset.tips import Spacing, find_tips, spacing
+from fegear.gearset.tips import (
+    CONTACT_RATIO_TOLERANCE,
+    Spacing,
+    find_tips,
+    spacing,
+)
 from fegear.gearset.torques import mesh_torques
 from fegear.gearset.zones import relief
 from meshes import GearPair, GeometryError, SpurGear
+from meshes.gear import floored
 
 
-def build_gear_set(document: Document) -> GearSet:
-    """The gear set; raises InputError on the first thing that does not fit."""
+def build_gear_set(document: Document, folder: Path) -> GearSet:
+    """The gear set; raises InputError on the first thing that does not fit.
+
+    folder : where files lie that the document names
+    """
     require_known_gears(document)
     blanks = list(map(blank_of, document.gear))
     index = {name: i for i, name in enumerate(document.gear_names)}
@@ -31,7 +43,7 @@ def build_gear_set(document: Document) -> GearSet:
     teeth = [blank.cut(tip) for blank, tip in zip(blanks, tips, strict=True)]
     torques = mesh_torques(document)
     meshes = [
-        _mesh(document, number, place, tips, teeth, torques[number])
+        _mesh(document, number, place, tips, teeth, torques[number], folder)
         for number, place in enumerate(spacings)
     ]
     gear_set = GearSet(
@@ -121,6 +133,7 @@ def _mesh(
     tips: list[Tip],
     teeth: list[SpurGear],
     torques: tuple[float, ...],
+    folder: Path,
 ) -> Mesh:
     entry, names = document.mesh[number], document.gear_names
     driver, driven = names.index(entry.driver), names.index(entry.driven)
@@ -131,7 +144,7 @@ def _mesh(
         driver=driver,
         driven=driven,
         pair=pair,
-        **_reliefs(entry, pair),
+        **_modifications(entry, pair, folder),
         torques=torques,
         phase=_phase(entry, first=number == 0),
         center_line=_center_line(entry),
@@ -174,9 +187,16 @@ def _pair(
     tips: tuple[Tip, Tip],
 ) -> GearPair:
     try:
-        return GearPair(*gears, place.center_distance)
+        pair = GearPair(*gears, place.center_distance)
     except GeometryError as error:
         raise InputError(f"{entry.label}: {_complaint(entry, error, tips)}") from None
+    ratio = entry.contact_ratio
+    if ratio is not None and ratio - pair.contact_ratio > CONTACT_RATIO_TOLERANCE:
+        raise InputError(
+            f"{entry.label}: contact_ratio = {shown(ratio)}; undercut leaves "
+            f"{floored(pair.contact_ratio)}"
+        )
+    return pair
 
 
 def _complaint(entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip]) -> str:
@@ -202,3 +222,21 @@ def _reliefs(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
             where = f"{entry.label}: {key}"
             reliefs[name] = relief(getattr(entry, key), pair, role, place, where)
     return reliefs
+
+
+def _modifications(entry: MeshEntry, pair: GearPair, folder: Path) -> dict[str, Any]:
+    """Reliefs and profiles of a mesh by their names in `Mesh`."""
+    return {**_reliefs(entry, pair), **_profiles(entry, pair, folder)}
+
+
+def _profiles(
+    entry: MeshEntry, pair: GearPair, folder: Path
+) -> dict[str, FlankProfile | None]:
+    """Both profiles of a mesh by their names in `Mesh`."""
+    profiles: dict[str, FlankProfile | None] = {}
+    for role in ("driver", "driven"):
+        name = f"{role}_profile"
+        key = name if getattr(entry, name) else "profile"
+        where = f"{entry.label}: {key}"
+        profiles[name] = flank_profile(getattr(entry, key), pair, role, where, folder)
+    return profiles

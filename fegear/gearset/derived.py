@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from fegear.gearset.inertia import inertia_of, mass_of
-from fegear.gearset.model import Gear, GearSet, Mesh, Relief
+from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors
 from fegear.gearset.zones import Zones, zones
@@ -159,6 +159,7 @@ def _flank_figures(gear: Gear, mesh: Mesh, role: str) -> dict[str, Any]:
         "root_relief": _relief_figures(
             getattr(mesh, f"{role}_root_relief"), flank, flank.start
         ),
+        "profile": _profile_figures(getattr(mesh, f"{role}_profile"), flank),
     }
 
 
@@ -178,3 +179,29 @@ def _relief_figures(
         "length_pitches": length,
         "shape": relief.shape,
     }
+
+
+def _profile_figures(
+    profile: FlankProfile | None, flank: Zones
+) -> dict[str, Any] | None:
+    """Deviations of the active profile, measured ones by their number and range."""
+    if profile is None:
+        return None
+    figures: dict[str, Any] = {
+        "crowning_um": 1e6 * profile.crowning,
+        "slope_um": 1e6 * profile.slope,
+        "measured_points": len(profile.roll_lengths),
+    }
+    if profile.is_measured:
+        figures |= {
+            "measured_from_roll_angle_deg": flank.roll_angle_deg(
+                profile.roll_lengths[0]
+            ),
+            "measured_to_roll_angle_deg": flank.roll_angle_deg(
+                profile.roll_lengths[-1]
+            ),
+            "least_deviation_um": 1e6 * min(profile.deviations),
+            "largest_deviation_um": 1e6 * max(profile.deviations),
+            "interpolation": profile.interpolation,
+        }
+    return figures

@@ -33,7 +33,7 @@ def tooth_outline(gear: SpurGear, points_per_curve: int = 24) -> Points:
     """
     tip = gear.half_angle(gear.tip_radius)
     rolls = np.linspace(gear.tip_roll_length, gear.form_roll_length, points_per_curve)
-    steepest = 0.5 * math.pi - gear.pressure_angle
+    steepest = gear.form_normal_angle
     right = np.concatenate(
         [
             polar(gear.tip_radius, np.linspace(0.0, tip, 6)[:-1]),

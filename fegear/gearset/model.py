@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, Literal
 
 from fegear.files.errors import InputError
@@ -13,6 +14,8 @@ from meshes import GearPair, SpurGear
 
 ReliefShape = Literal["linear", "parabolic"]
 # monotonic, so that the gap between two flanks has one minimum
+Interpolation = Literal["cubic", "linear"]
+MAX_PROFILE_POINTS = 1000  # of a measured profile; machines print some 500
 RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
 MAX_COUNT = 1e18  # of any number, beyond all limits of files
 
@@ -80,6 +83,44 @@ class Relief:
 
 
 @dataclass(frozen=True, kw_only=True)
+class FlankProfile:
+    """Deviations of one gear's flanks over the whole active profile, which add up.
+
+    The active profile goes from the lowest point of contact to the tip; all lengths are
+    in metres. Depth and gap functions are as in `Relief`.
+
+    crowning : material removed at both ends of the active profile, by a parabola that
+        is zero in its middle
+    slope : excess of material at the tip, which grows linearly from zero at the lowest
+        point of contact; the profile slope deviation of ISO 1328-1
+    roll_lengths : sqrt(r^2 - rb^2) of measured points, increasing, or empty
+    deviations : excess of material at these points; constant beyond the first and last
+    interpolation : between measured points, shape-preserving cubic or linear
+    """
+
+    crowning: float = 0.0
+    slope: float = 0.0
+    roll_lengths: tuple[float, ...] = ()
+    deviations: tuple[float, ...] = ()
+    interpolation: Interpolation = "cubic"
+
+    def __post_init__(self) -> None:
+        _require_fields(self)
+        counts = len(self.roll_lengths), len(self.deviations)
+        if counts[0] != counts[1] or counts[0] == 1 or counts[0] > MAX_PROFILE_POINTS:
+            raise InputError(
+                f"deviations = {counts[1]} values at {counts[0]} roll_lengths; as many "
+                f"are needed, none or 2 to {MAX_PROFILE_POINTS}"
+            )
+        if any(b <= a for a, b in pairwise(self.roll_lengths)):
+            raise InputError("roll_lengths must increase")
+
+    @property
+    def is_measured(self) -> bool:
+        return bool(self.roll_lengths)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Mesh:
     """Two gears in mesh; indices into the gear set's gears.
 
@@ -102,6 +143,8 @@ class Mesh:
     driver_root_relief: Relief | None = None
     driven_tip_relief: Relief | None = None
     driven_root_relief: Relief | None = None
+    driver_profile: FlankProfile | None = None
+    driven_profile: FlankProfile | None = None
     torques: tuple[float, ...] = ()
     phase: float | None = None
     center_line: float | None = None

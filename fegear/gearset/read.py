@@ -92,7 +92,7 @@ def path_of(name_or_path: str, kind: str, names: Sequence[str]) -> Path:
 
 def read_gear_set_file(path: Path, edits: Mapping[str, Any] | None = None) -> GearSet:
     """The gear set in a TOML file; raises InputError naming the file."""
-    return read_gear_set(read_text(path), str(path), edits)
+    return _read(read_text(path), str(path), edits, path.parent)
 
 
 @check_arguments
@@ -120,8 +120,15 @@ def read_gear_set(
     InputError
         If the text is not TOML, or its content or a key cannot be used.
     """
+    return _read(text, source, edits, Path())
+
+
+def _read(
+    text: str, source: str, edits: Mapping[str, Any] | None, folder: Path
+) -> GearSet:
+    """The gear set in TOML text; files that it names lie in the folder."""
     try:
-        return make_gear_set(parsed_toml(text), edits)
+        return build_gear_set(_document(parsed_toml(text), edits or {}), folder)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
 
@@ -149,7 +156,7 @@ def make_gear_set(
     InputError
         If a table or a key cannot be used.
     """
-    return build_gear_set(_document(tables, edits or {}))
+    return build_gear_set(_document(tables, edits or {}), Path())
 
 
 def parsed_toml(text: str) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from pydantic import (
 )
 
 from fegear.gearset.materials import STEEL, material_names, require_material
-from fegear.gearset.model import ReliefShape
+from fegear.gearset.model import Interpolation, ReliefShape
 
 Item = TypeVar("Item")
 
@@ -98,11 +98,14 @@ PIN_KEYS = ("pin_dimension_mm", "pin_diameter_mm")
 MATERIAL_KEYS = ("young_modulus_GPa", "poisson_ratio", "density_kg_per_m3")
 START_KEYS = ("length_pitches", "start_roll_angle_deg", "start")
 SPACING_KEYS = ("center_distance_mm", "operating_pressure_angle_deg")
+POINT_KEYS = ("roll_angle_deg", "diameter_mm")
 # Groups of sets of keys that say the same thing: a key replaces those of other sets.
 ALTERNATIVES = (
     *(tuple((key,) for key in keys) for keys in (TIP_KEYS, HUB_KEYS)),
     (SPAN_KEYS, PIN_KEYS),
     *(tuple((key,) for key in keys) for keys in (START_KEYS, SPACING_KEYS)),
+    *((("file",), (key,)) for key in (*POINT_KEYS, "deviation_um")),
+    tuple((key,) for key in POINT_KEYS),
 )
 BEARING_KEYS = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
 
@@ -315,8 +318,56 @@ class RootReliefEntry(ReliefEntry):
     start: Literal["LPSTC"] | None = Field(default=None, description=START)
 
 
+class ProfileEntry(Keys):
+    """A profile modification of flanks; measured points are given here or in a file."""
+
+    crowning_um: Signed = Field(
+        default=0.0,
+        description="Material missing at both ends of the active profile, by a "
+        "parabola over the roll angle that is zero in the middle.",
+    )
+    slope_um: Signed = Field(
+        default=0.0,
+        description="Profile slope deviation: excess of material at the tip, linear "
+        "over the roll angle from zero at the start of the active profile.",
+    )
+    file: Annotated[str, Field(min_length=1)] | None = Field(
+        default=None,
+        description="CSV file with columns roll_angle_deg or diameter_mm, and "
+        "deviation_um; beside the gear-set file unless its path is absolute.",
+    )
+    roll_angle_deg: Entries[NotNegative] | None = Field(
+        default=None, description="Roll angles of measured points, increasing."
+    )
+    diameter_mm: Entries[Length] | None = Field(
+        default=None,
+        description="Diameters of measured points, instead of roll_angle_deg.",
+    )
+    deviation_um: Entries[Signed] | None = Field(
+        default=None,
+        description="Measured deviations at these points, positive where there is "
+        "excess of material; constant beyond the first and the last.",
+    )
+    interpolation: Interpolation = Field(
+        default="cubic",
+        description="Between measured points: shape-preserving cubic, or linear with a "
+        "kink at each point.",
+    )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> ProfileEntry:
+        require_at_most_one(self, "file", "deviation_um")
+        require_at_most_one(self, "file", *POINT_KEYS)
+        require_at_most_one(self, *POINT_KEYS)
+        if self.deviation_um is not None:
+            require_exactly_one(self, *POINT_KEYS)
+        for key in self.present(*POINT_KEYS):
+            require_all_or_none(self, key, "deviation_um")
+        return self
+
+
 class MeshEntry(Keys):
-    """[[mesh]]; a relief without a gear's role applies to both gears."""
+    """[[mesh]]; a relief or profile without a gear's role applies to both gears."""
 
     driver: Name = Field(description="Name of the driving gear.")
     driven: Name = Field(description="Name of the driven gear.")
@@ -378,11 +429,20 @@ class MeshEntry(Keys):
     driven_root_relief: RootReliefEntry | None = Field(
         default=None, description="Root relief of the driven gear."
     )
+    profile: ProfileEntry | None = Field(
+        default=None, description="Profile modification of both gears."
+    )
+    driver_profile: ProfileEntry | None = Field(
+        default=None, description="Profile modification of the driving gear."
+    )
+    driven_profile: ProfileEntry | None = Field(
+        default=None, description="Profile modification of the driven gear."
+    )
 
     @model_validator(mode="after")
     def _exclusive(self) -> MeshEntry:
         require_exactly_one(self, *SPACING_KEYS)
-        for place in ("tip_relief", "root_relief"):
+        for place in ("tip_relief", "root_relief", "profile"):
             for role in ("driver", "driven"):
                 require_at_most_one(self, place, f"{role}_{place}")
         if self.driver == self.driven:

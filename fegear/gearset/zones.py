@@ -11,6 +11,7 @@ from fegear.gearset.problems import shown
 from fegear.gearset.schema import ReliefEntry
 from meshes import GearPair, SpurGear
 from meshes.gear import ceiled, floored
+from meshes.pairing import undercut_end
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ def zones(pair: GearPair, role: str) -> Zones:
     if role == "driven":
         gear, mate = mate, gear
     start = pair.line_of_action - mate.tip_roll_length
+    start = max(start, undercut_end(gear))
     tip = gear.tip_roll_length
     low, high = tip - pair.base_pitch, start + pair.base_pitch
     return Zones(gear, mate, start, low, high, tip)

@@ -94,7 +94,7 @@ class PairField:
     normals : (n, 2) unit, out of the driver's flank
     motion : (n, 2) of the nodes with the driver [m]
     pressure : (n,) [Pa]; load : normal force of the pair [N]
-    has_edge : whether a tip corner or the start of a linear relief is in contact: the
+    has_edge : whether a tip corner or a kink of a flank is in contact: the
         largest pressure then follows the contact grid and has no limit
     """
 

@@ -94,7 +94,7 @@ class ReliefProblem:
         """The contact problem with the reliefs of a design."""
         pitch = self.contact.pair.base_pitch
         count = len(self.ranges)
-        reliefs: dict[str, Relief | None] = {}
+        reliefs: dict[str, Any] = {}
         for entry, size, length in zip(
             self.ranges, design[:count], design[count:], strict=True
         ):
@@ -288,4 +288,6 @@ def _linear_step(
         bounds=[*zip(*limits, strict=True), *[(None, None)] * (2 * torques + 1)],
         method="highs",
     )
+    if solution.x is None or solution.fun is None:
+        return np.zeros(size), objective_value(peak_to_peak(ste), objective)
     return solution.x[:size], MICRO * float(solution.fun)

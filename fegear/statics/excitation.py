@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from fegear.boundary import public
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.printable import printable
-from fegear.gearset.model import GearSet, Mesh, Relief
+from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import (
     mesh_errors,
     tooth_pair_errors,
@@ -23,11 +23,12 @@ from fegear.gearset.pitch_errors import (
 )
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.choices import PLANE, RESOLUTION
+from fegear.statics.gap_points import MODIFICATIONS, gap_points
 from fegear.statics.mesh_table_files import read_mesh_table
 from lumped.common.checks import require_fields
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range, documented, option
-from lumped.train.analytic import Points, StiffnessParameters, analytic_excitation
+from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import (
     MeshExcitation,
     ReliefStiffness,
@@ -47,13 +48,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
-RELIEFS = (
-    "driver_tip_relief",
-    "driver_root_relief",
-    "driven_tip_relief",
-    "driven_root_relief",
-)
-CURVE_POINTS = 16  # along a parabolic relief
 STIFFNESS = "stiffness_N_per_m"
 MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
@@ -356,7 +350,7 @@ class Excitations:
         spec = gear_set.meshes[mesh]
         errors = mesh_errors(gear_set, mesh)
         gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
-        flanks = tuple(getattr(spec, name) for name in RELIEFS)
+        flanks = tuple(getattr(spec, name) for name in MODIFICATIONS)
         key = (spec.pair, gears, flanks, errors, torque)
         if key not in self._results:
             self._results[key] = self._solved(gear_set, mesh, torque)
@@ -404,7 +398,7 @@ class Excitations:
         # unmodified teeth may touch where those with relief carry no load
         solved = self._statics_of(equal, mesh, torque)
         table = _with_gaps(solved, pair_teeth(stiffness))
-        relieved = any(getattr(gear_set.meshes[mesh], name) for name in RELIEFS)
+        relieved = any(getattr(gear_set.meshes[mesh], name) for name in MODIFICATIONS)
         how = self.source.relief_stiffness if relieved else "unmodified"
         return excitation_from_table(table, torque, 1, stiffness, errors, how)
 
@@ -502,63 +496,8 @@ def unmodified(gear_set: GearSet, mesh: int) -> GearSet:
 
 
 def without_relief(gear_set: GearSet, mesh: int) -> GearSet:
-    """The gear set with one mesh's teeth left without relief."""
+    """The gear set with one mesh's teeth left without profile modification."""
     meshes = list(gear_set.meshes)
-    meshes[mesh] = replace(
-        meshes[mesh],
-        driver_tip_relief=None,
-        driver_root_relief=None,
-        driven_tip_relief=None,
-        driven_root_relief=None,
-    )
+    none: dict[str, Any] = dict.fromkeys(MODIFICATIONS)
+    meshes[mesh] = replace(meshes[mesh], **none)
     return replace(gear_set, meshes=tuple(meshes))
-
-
-def gap_points(mesh: Mesh) -> Points:
-    """Relief of both flanks along the nominal path, corners of a polygon.
-
-    (base pitches from the pitch point, gap [m]); empty without relief.
-    """
-    if not any(getattr(mesh, name) for name in RELIEFS):
-        return ()
-    start, end = mesh.pair.path
-    marks = {start, end}
-    for name in RELIEFS:
-        marks |= {x for x in _marks(mesh, name) if start < x < end}
-    return [
-        (x, sum(_relief_at(mesh, name, x) for name in RELIEFS)) for x in sorted(marks)
-    ]
-
-
-def _marks(mesh: Mesh, name: str) -> list[float]:
-    """Positions at which a relief begins, and points along it if it is curved."""
-    relief: Relief | None = getattr(mesh, name)
-    if relief is None:
-        return []
-    begin, end = _position(mesh, name, relief.start_roll_length), _end(mesh, name)
-    count = 1 if relief.power == 1.0 else CURVE_POINTS
-    return [begin + (end - begin) * i / count for i in range(count)]
-
-
-def _position(mesh: Mesh, name: str, roll_length: float) -> float:
-    """Position at which a flank touches at a roll length."""
-    pair = mesh.pair
-    if name.startswith("driven"):
-        roll_length = pair.line_of_action - roll_length
-    return (roll_length - pair.pitch_point) / pair.base_pitch
-
-
-def _end(mesh: Mesh, name: str) -> float:
-    """Position at which a relief has grown to its magnitude."""
-    late = name in ("driver_tip_relief", "driven_root_relief")
-    start, end = mesh.pair.path
-    return end if late else start
-
-
-def _relief_at(mesh: Mesh, name: str, x: float) -> float:
-    relief: Relief | None = getattr(mesh, name)
-    if relief is None:
-        return 0.0
-    begin, end = _position(mesh, name, relief.start_roll_length), _end(mesh, name)
-    part = min(max((x - begin) / (end - begin), 0.0), 1.0)
-    return relief.magnitude * part**relief.power

@@ -13,6 +13,7 @@ from fegear.files.codes import with_code
 
 if TYPE_CHECKING:
     from fegear.gearset.model import Mesh
+    from meshes import GearPair
 
 MAX_DEFLECTION = 0.1  # of a module: no tooth is still one beyond it
 MAX_STEEL_PRESSURE = 1.5e9  # Pa, contact pressure that case-hardened gears endure
@@ -76,6 +77,27 @@ def check_warnings(
             code,
             f"{where}: {quantity} are off by {abs(off):.2g}, more than {allowed:.2g}; "
             "the result cannot be trusted",
+        )
+
+
+def undercut_warnings(number: int, pair: GearPair) -> Iterator[str]:
+    """A line for each gear whose undercut shortens the path of contact of a mesh.
+
+    number : of the mesh, from 1
+    """
+    for role, gear, mate in (
+        ("driver", pair.driver, pair.driven),
+        ("driven gear", pair.driven, pair.driver),
+    ):
+        start = pair.line_of_action - mate.tip_roll_length
+        if not gear.is_undercut or start >= gear.form_roll_length:
+            continue
+        lost = (gear.form_roll_length - start) / pair.base_pitch
+        yield with_code(
+            "W27",
+            f"mesh {number}: the tip circle of the mate reaches below the form circle "
+            f"of the undercut {role} ({gear.teeth} teeth); contact ratio "
+            f"{pair.contact_ratio:.4g}, {lost:.3g} less than without undercut",
         )
 
 

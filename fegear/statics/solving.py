@@ -514,6 +514,8 @@ def contact_problem(
         driver_root_relief=spec.driver_root_relief,
         driven_tip_relief=spec.driven_tip_relief,
         driven_root_relief=spec.driven_root_relief,
+        driver_profile=spec.driver_profile,
+        driven_profile=spec.driven_profile,
         friction=settings.friction,
         corner_contact=settings.corner_contact,
         nodes=resolution.nodes,
@@ -561,8 +563,10 @@ def _joined(cycles: list[ContactCycle]) -> ContactCycle:
         out[:, :, [teeth.index(k) for k in cycle.teeth]] = values
         return out
 
-    rows = ("ste", "no_load", "local_stiffness", "driven_torque", "residual")
-    rows += ("relief_slope",)
+    rows = (
+        *("ste", "no_load", "local_stiffness", "relief_slope"),
+        *("driven_torque", "residual"),
+    )
     joined: dict[str, Any] = {
         n: np.concatenate([getattr(c, n) for c in cycles], axis=1) for n in rows
     }
@@ -702,8 +706,9 @@ def table_header(
         "units": "in column names; torque is on the driver; transmission errors are "
         "driver rotation times base radius, driven gear held; compliance of two pairs "
         "is the transmission error of either per load of the other",
-        "pressure": "the largest of all positions; with a tip corner or the start of a "
-        "linear relief in contact it has no limit and follows the contact grid",
+        "pressure": "the largest of all positions; with a tip corner or a kink, such "
+        "as the start of a linear relief, in contact it has no limit and follows the "
+        "contact grid",
         "largest complementarity residual": f"{cycle.residual.max():.3g}",
     }
     error = largest_errors(errors)

@@ -137,7 +137,8 @@ class ReliefDesign(
         before = solve_mesh(gears, index, torques, settings, job.report)
         contact = contact_problem(gears, index, settings)
         places = PLACES if self.root else PLACES[:2]
-        bare = replace(contact, **{f"{place}_relief": None for place in places})
+        without: dict[str, Any] = {f"{place}_relief": None for place in places}
+        bare = replace(contact, **without)
         largest = float(np.abs(before.cycle.ste).max())
         problem = ReliefProblem(
             contact=bare,

@@ -209,7 +209,7 @@ class ContactPicturesResult(StudyResult):
         """Largest stress of each gear and contact pressure in view, and their moments.
 
         Those of a film are the largest of all its frames. The pressure is that of
-        pairs without a tip corner or the start of a linear relief in contact, None
+        pairs without a tip corner or a kink of a flank in contact, None
         where all have one.
         """
         peaks, pressure = self.peaks, self.peaks.pressure
@@ -250,8 +250,8 @@ class ContactPicturesResult(StudyResult):
         )
         if peaks.edge_pairs:
             yield (
-                "pressures of pairs with a tip corner or the start of a linear relief "
-                "in contact have no limit and are left out"
+                "pressures of pairs with a tip corner or a kink, such as the start of "
+                "a linear relief, in contact have no limit and are left out"
             )
         yield f"wrote {self.study.file}"
 

@@ -157,12 +157,13 @@ def _sheet(
 
 
 def flattened(figures: dict[str, Any]) -> dict[str, Any]:
-    """Reliefs as `tip_relief.shape` and so on; those that are not there left out."""
+    """Reliefs as `tip_relief.shape` and so on, profiles alike; without those that are
+    not there."""
     flat: dict[str, Any] = {}
     for key, value in figures.items():
         if isinstance(value, dict):
             flat |= {f"{key}.{name}": inner for name, inner in value.items()}
-        elif not key.endswith("_relief"):
+        elif not key.endswith(("_relief", "profile")):
             flat[key] = value
     return flat
 

@@ -20,6 +20,7 @@ from fegear.statics.plausibility import (
     MAX_IMBALANCE,
     check_warnings,
     plausibility_warnings,
+    undercut_warnings,
 )
 from fegear.statics.solving import (
     CORNERS,
@@ -78,7 +79,7 @@ class MeshStiffness(
     """Mesh stiffness, transmission error and load sharing.
 
     max_pressure_MPa and pressure_at_pitch_point_MPa of --json leave out positions with
-    a tip corner or the start of a linear relief in contact, where a pressure has no
+    a tip corner or a kink of a flank in contact, where a pressure has no
     limit and follows the contact grid; the column max_pressure_Pa has all positions.
     """
 
@@ -280,7 +281,8 @@ def table_warnings(solved: StaticsResult) -> list[str]:
             pressure=_finite_pressure(solved, t),
         )
     ]
-    return unphysical or list(_evidence_warnings(solved))
+    cut = undercut_warnings(solved.mesh + 1, solved.problem.pair)
+    return [*cut, *(unphysical or _evidence_warnings(solved))]
 
 
 def _finite_pressure(solved: StaticsResult, t: int) -> float:

@@ -389,6 +389,8 @@ def _other_reliefs(gear_set: GearSet, mesh: int) -> Iterator[str]:
         tip = getattr(spec, f"{role}_tip_relief")
         if getattr(spec, f"{role}_root_relief") is not None:
             yield f"{name} has a root relief too"
+        if getattr(spec, f"{role}_profile") is not None:
+            yield f"{name} has another profile modification too"
         if tip is None:
             continue
         if tip.power != 1.0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
@@ -9,6 +10,7 @@ from typing import Any, Self
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
+from fegear.statics.plausibility import undercut_warnings
 from fegear.studies.driver_speed import with_driver_speed
 from fegear.studies.headings import title_of
 from fegear.studies.study import (
@@ -24,6 +26,7 @@ from fegear.train.lumped_models import LumpedModel, resolve_model, static_warnin
 from lumped.steady.settings import Settings
 from lumped.train.system import LumpedSystem
 
+MODIFICATION_KEY = re.compile(r"_relief|[._]profile(\.|$)")
 STIFFNESS_KEYS = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
 TRANSLATION_KEYS = "mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"
 SETTING_OF_KEY = {
@@ -116,6 +119,8 @@ class TrainProblem(Problem):
 
         systems : by torque on the input gear [N m]
         """
+        for number, mesh in enumerate(self.gears.meshes, start=1):
+            yield from undercut_warnings(number, mesh.pair)
         for torque in systems:
             yield from table_warnings(self.model.stiffness, self.gears, torque)
         yield from static_warnings(systems)
@@ -181,7 +186,7 @@ def refuse_edits(
                 reason = (
                     f"changes nothing without {display_name(study, 'translations')}"
                 )
-        elif tables and "_relief" in key:
+        elif tables and MODIFICATION_KEY.search(key):
             reason = f"{display_name(study, 'table')} has the teeth with their relief"
         if reason:
             raise study.gear_set.rejection(key, reason)

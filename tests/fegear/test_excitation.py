@@ -10,9 +10,9 @@ from fegear.gearset import load_gear_set
 from fegear.statics.excitation import (
     Excitations,
     StiffnessSource,
-    gap_points,
     unmodified,
 )
+from fegear.statics.gap_points import gap_points
 from lumped.train.analytic import static_error
 
 RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
@@ -127,3 +127,21 @@ def test_fourier_knows_no_relief():
 def test_elements_need_a_load(elements):
     with pytest.raises(InputError, match="need a load"):
         elements.mesh_excitation(load_gear_set("liu-idler"), 0, 0.0, 1)
+
+
+def test_profiles_are_gaps_along_the_path():
+    """Crowning is zero in the middle; what is measured shows at its position."""
+    profile = {"crowning_um": 6.0, "slope_um": 2.0}
+    mesh = load_gear_set("liu-pair", {"mesh.1.driver_profile": profile}).meshes[0]
+    x, gap = np.array(gap_points(mesh)).T
+    start, end = mesh.pair.path
+    u = (x - start) / (end - start)
+    np.testing.assert_allclose(gap, 6e-6 * (2 * u - 1) ** 2 - 2e-6 * u, atol=1e-15)
+    points = {"roll_angle_deg": [20.0, 21.0, 22.0], "deviation_um": [0.0, -5.0, 0.0]}
+    mesh = load_gear_set("liu-pair", {"mesh.1.driven_profile": points}).meshes[0]
+    pair, points = mesh.pair, dict(gap_points(mesh))
+    roll = pair.line_of_action - np.radians(21.0) * pair.driven.base_radius
+    position = (roll - pair.pitch_point) / pair.base_pitch
+    nearest = min(points, key=lambda x: abs(x - position))
+    assert nearest == pytest.approx(position)
+    assert points[nearest] == pytest.approx(5e-6)

@@ -18,6 +18,7 @@ GEARS = {
     "wheel": make_gear(55, 20e-3),
     "shifted": make_gear(25, 8e-3, profile_shift=0.4, tip_radius=35.3e-3),
     "few-teeth": make_gear(19, 8e-3, profile_shift=0.1),
+    "undercut": make_gear(12, 4e-3, tip_radius=2.54e-3 * 7.0),
     "steep": make_gear(
         30, 9e-3, pressure_angle=math.radians(28.0), rack_tip_radius=4e-4
     ),

@@ -47,7 +47,7 @@ def tooth_compliance(gear: Gear, pressure_angle: float, width: float) -> float:
 
 def _outline(teeth: SpurGear, roll_length: float) -> NDArray[np.float64]:
     """From the root circle to a roll length of the flank, shape (n, 2)."""
-    cut = np.linspace(0.0, 0.5 * math.pi - teeth.pressure_angle, POINTS)
+    cut = np.linspace(0.0, teeth.form_normal_angle, POINTS)
     rolls = np.linspace(teeth.form_roll_length, roll_length, POINTS)
     return np.concatenate([fillet_points(teeth, cut), flank_points(teeth, rolls)])
 

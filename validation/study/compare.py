@@ -119,6 +119,12 @@ def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
                     f'gear "{gear.name}" has {end} relief, which the closed forms '
                     "leave out",
                 )
+        if getattr(problem, f"{role}_profile"):
+            yield with_code(
+                "W25",
+                f'gear "{gear.name}" has a profile modification, which the closed '
+                "forms leave out",
+            )
         if any(gear.pitch_errors):
             yield with_code(
                 "W26",

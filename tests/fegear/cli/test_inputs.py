@@ -1043,6 +1043,37 @@ def relief_keys(relief: str, tables: Tables) -> dict[str, Key]:
     }
 
 
+POINTS = {"roll_angle_deg": [21.0, 25.0, 30.0], "deviation_um": [0.0, 3.0, -1.0]}
+DIAMETERS = {
+    "driver_profile": [37.0, 39.0, 42.0],
+    "driven_profile": [44.5, 47.0, 50.0],
+}
+PROFILES = {
+    name: PAIR | {"mesh": [PAIR["mesh"][0] | {name: POINTS}]}
+    for name in ("profile", "driver_profile", "driven_profile")
+}
+
+
+def profile_keys(profile: str, tables: Tables) -> dict[str, Key]:
+    values = {
+        "crowning_um": 5.0,
+        "slope_um": 3.0,
+        "roll_angle_deg": [21.0, 26.0, 30.0],
+        "deviation_um": [0.0, 2.0, -1.0],
+        "interpolation": "linear",
+    }
+    cases = {
+        name: Key(setting, (STIFF, ONE_SWEEP), tables)
+        for name, setting in values.items()
+    }
+    cases["file"] = Key("none.csv", (), tables)
+    # no diameters lie on the flanks of both gears
+    commands = (STIFF, ONE_SWEEP) if profile in DIAMETERS else ()
+    diameters = DIAMETERS.get(profile, DIAMETERS["driver_profile"])
+    cases["diameter_mm"] = Key(diameters, commands, tables)
+    return {f"mesh.{profile}.{name}": case for name, case in cases.items()}
+
+
 LONE = {"name": "z", "teeth": 31, "inertia_kg_m2": 5e-4, "mass_kg": 0.5}
 SPARE = {k: v for k, v in PAIR.items() if k != "load"} | {"gear": [*PAIR["gear"], LONE]}
 JOINED = SHAFT | {"gear": [*SHAFT["gear"], LONE]}
@@ -1066,6 +1097,11 @@ KEYS: dict[str, Key] = {
         key: case
         for relief, tables in RELIEFS.items()
         for key, case in relief_keys(relief, tables).items()
+    },
+    **{
+        key: case
+        for profile, tables in PROFILES.items()
+        for key, case in profile_keys(profile, tables).items()
     },
     "shaft.gears": Key(["b", "c", "z"], (MODES,), JOINED),
     "shaft.stiffness_Nm_per_rad": Key(2e4, (MODES, ONE_SWEEP), SHAFT),

@@ -108,4 +108,4 @@ def test_commands_leave_the_pressure_of_a_kink_out(capsys, tmp_path):
     assert values["max_pressure_MPa"] < 1e-6 * read_table(table)[COLUMN].max()
     output = ["--position", "0.25", "-o", str(tmp_path / "c.html")]
     assert run(["render", *argv, *output]) == 0
-    assert "the start of a linear relief in contact" in capsys.readouterr().out
+    assert "the start of a linear relief, in contact" in capsys.readouterr().out

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fegear.files.errors import InputError
@@ -252,3 +253,49 @@ def test_relief_from_hpstc_is_the_contact_ratio_less_one_long():
         for text in (one, two)
     ]
     assert starts[0] == pytest.approx(starts[1], rel=1e-12)
+
+
+def with_profile(table):
+    return f"{PAIR}driver_profile = {table}\n"
+
+
+POINTS = "diameter_mm;deviation_um\n57,5;1,5\n59;-2\n61,25;0\n"  # of a spreadsheet
+
+
+def test_a_file_of_a_profile_lies_beside_the_gear_set(tmp_path, monkeypatch):
+    (tmp_path / "profile.csv").write_text(POINTS)
+    path = tmp_path / "set.toml"
+    path.write_text(with_profile('{ file = "profile.csv", slope_um = 3 }'))
+    profile = load_gear_set(str(path)).meshes[0].driver_profile
+    assert profile.slope == pytest.approx(3e-6)
+    np.testing.assert_allclose(profile.deviations, [1.5e-6, -2e-6, 0.0])
+    base = 30e-3 * math.cos(math.radians(20.0))
+    radii = np.hypot(base, profile.roll_lengths)
+    np.testing.assert_allclose(radii, [28.75e-3, 29.5e-3, 30.625e-3])
+    monkeypatch.chdir(tmp_path)
+    assert read_gear_set(path.read_text()).meshes[0].driver_profile == profile
+
+
+def test_roll_angles_and_diameters_are_the_same_points():
+    base, angles = 60.0 * math.cos(math.radians(20.0)), (15.0, 22.0)
+    diameters = [base * math.hypot(1.0, math.radians(angle)) for angle in angles]
+    by_angle, by_diameter = (
+        read_gear_set(
+            with_profile(f"{{ {key} = {list(points)}, deviation_um = [1, 2] }}")
+        )
+        .meshes[0]
+        .driver_profile.roll_lengths
+        for key, points in (("roll_angle_deg", angles), ("diameter_mm", diameters))
+    )
+    np.testing.assert_allclose(by_angle, by_diameter)
+
+
+def test_a_profile_without_a_role_is_that_of_both_gears():
+    mesh = read_gear_set(f"{PAIR}profile = {{ crowning_um = 4 }}\n").meshes[0]
+    assert mesh.driver_profile == mesh.driven_profile
+    assert mesh.driven_profile.crowning == pytest.approx(4e-6)
+
+
+def test_a_profile_of_zeros_is_none():
+    mesh = read_gear_set(with_profile("{ crowning_um = 0, slope_um = 0 }")).meshes[0]
+    assert mesh.driver_profile is None

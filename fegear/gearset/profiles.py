@@ -1,0 +1,173 @@
+"""From the keys of a profile modification to the deviations of a flank."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+from fegear.files.errors import InputError
+from fegear.files.output import read_text
+from fegear.gearset.model import MAX_PROFILE_POINTS, FlankProfile
+from fegear.gearset.problems import shown
+from fegear.gearset.schema import POINT_KEYS, ProfileEntry
+from fegear.gearset.zones import Zones, zones
+from lumped.common.csv_text import CsvText, TableError, parse_csv
+from meshes import GearPair
+from meshes.gear import ceiled, floored
+
+UM = 1e-6
+DEVIATION = "deviation_um"
+MAX_DEVIATION_UM = 500.0  # per mm of the module: half the module, as of pitch errors
+MAX_SLOPE = 0.2  # between measured points, deviation over roll length
+RANGE_RTOL = 1e-6  # of a flank, by which rounded points may lie outside
+
+
+def flank_profile(
+    entry: ProfileEntry | None, pair: GearPair, role: str, where: str, folder: Path
+) -> FlankProfile | None:
+    """The profile of the "driver" or "driven" gear; InputError if it does not fit.
+
+    folder : where a file with measured points lies
+    """
+    if entry is None:
+        return None
+    flank = zones(pair, role)
+    limit = 1e3 * flank.gear.module * MAX_DEVIATION_UM
+    for key in ("crowning_um", "slope_um"):
+        _require_size(f"{where}.{key}", getattr(entry, key), limit)
+    key, points, deviations, places = _points(entry, where, folder)
+    if len(points) != len(deviations):
+        raise InputError(
+            f"{where}: {key} has {len(points)} entries and {DEVIATION} "
+            f"{len(deviations)}; as many are needed"
+        )
+    for place, deviation in zip(places, deviations, strict=True):
+        _require_size(place.format(key=DEVIATION), deviation, limit)
+    _require_order(key, points, places, where)
+    rolls = _roll_lengths(key, points, places, flank)
+    _require_gentle(rolls, deviations, places)
+    if not (entry.crowning_um or entry.slope_um or rolls):
+        return None
+    return FlankProfile(
+        crowning=entry.crowning_um * UM,
+        slope=entry.slope_um * UM,
+        roll_lengths=rolls,
+        deviations=tuple(deviation * UM for deviation in deviations),
+        interpolation=entry.interpolation,
+    )
+
+
+def _points(
+    entry: ProfileEntry, where: str, folder: Path
+) -> tuple[str, Sequence[float], Sequence[float], list[str]]:
+    """Key of the measured points, points, deviations, and how messages name each.
+
+    Names have a field `key`.
+    """
+    if entry.file is not None:
+        return _points_of_file(entry.file, where, folder)
+    key = next(iter(entry.present(*POINT_KEYS)), POINT_KEYS[0])
+    points, deviations = getattr(entry, key) or (), entry.deviation_um or ()
+    places = [f"{where}.{{key}} entry {i + 1}" for i in range(len(deviations))]
+    return key, points, deviations, places
+
+
+def _points_of_file(
+    name: str, where: str, folder: Path
+) -> tuple[str, Sequence[float], Sequence[float], list[str]]:
+    source = f"{where}.file = {shown(name)}"
+    try:
+        table = parse_csv(read_text(folder / name), source)
+    except InputError as error:
+        reason = str(error).removeprefix(f"{folder / name}: ")
+        raise InputError(f"{source}; {reason}") from None
+    except TableError as error:
+        raise InputError(str(error)) from None
+    keys = [key for key in POINT_KEYS if key in table.names]
+    if len(keys) != 1 or DEVIATION not in table.names:
+        raise InputError(
+            f"{source}; needs the columns {DEVIATION} and one of "
+            f"{', '.join(POINT_KEYS)}, has {', '.join(table.names)}"
+        )
+    points, deviations = (_column(table, column) for column in (keys[0], DEVIATION))
+    places = [
+        place.replace("{", "{{").replace("}", "}}") + ": {key}" for place in table.rows
+    ]
+    return keys[0], points, deviations, places
+
+
+def _column(table: CsvText, name: str) -> list[float]:
+    index = table.names.index(name)
+    return [_number(row[index], name, place) for place, row in table.rows.items()]
+
+
+def _number(cell: str, column: str, place: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{place}: {column} = {shown(cell)}; must be a finite number")
+    return value
+
+
+def _require_size(name: str, value: float, limit: float) -> None:
+    if not abs(value) <= limit:
+        raise InputError(
+            f"{name} = {value:g}; must be from {-limit:g} to {limit:g}, half the module"
+        )
+
+
+def _require_order(
+    key: str, points: Sequence[float], places: Sequence[str], where: str
+) -> None:
+    if places and not 2 <= len(points) <= MAX_PROFILE_POINTS:
+        raise InputError(
+            f"{where}: {len(points)} measured points; 2 to {MAX_PROFILE_POINTS} are "
+            "needed"
+        )
+    for place, (before, point) in zip(places[1:], pairwise(points), strict=True):
+        if not point > before:
+            raise InputError(
+                f"{place.format(key=key)} = {point:g}; must be above the one before, "
+                f"{before:g}"
+            )
+
+
+def _roll_lengths(
+    key: str, points: Sequence[float], places: Sequence[str], flank: Zones
+) -> tuple[float, ...]:
+    """Roll lengths [m] of measured points, which must be on the flank."""
+    gear = flank.gear
+    base, low, high = gear.base_radius, gear.form_roll_length, flank.tip
+    if key == "diameter_mm":
+        limits = [2e3 * math.hypot(base, s) for s in (low, high)]
+    else:
+        limits = [flank.roll_angle_deg(s) for s in (low, high)]
+    slack = RANGE_RTOL * (limits[1] - limits[0])
+    for place, point in zip(places, points, strict=True):
+        if not limits[0] - slack <= point <= limits[1] + slack:
+            raise InputError(
+                f"{place.format(key=key)} = {point:g}; must be from "
+                f"{ceiled(limits[0])} to {floored(limits[1])}, form circle and tip"
+            )
+    if key == "diameter_mm":
+        radii = [5e-4 * point for point in points]
+        return tuple(math.sqrt(max(0.0, r * r - base * base)) for r in radii)
+    return tuple(math.radians(point) * base for point in points)
+
+
+def _require_gentle(
+    rolls: Sequence[float], deviations: Sequence[float], places: Sequence[str]
+) -> None:
+    """Require slopes at which the normal of the flank hardly turns."""
+    steps = zip(places[1:], pairwise(rolls), pairwise(deviations), strict=True)
+    for place, (start, end), (before, after) in steps:
+        slope = abs(after - before) * UM / (end - start)
+        if not slope <= MAX_SLOPE:
+            raise InputError(
+                f"{place.format(key=DEVIATION)} = {after:g}; changes by {slope:.3g} of "
+                f"the roll length from the point before, at most {MAX_SLOPE:g}"
+            )
