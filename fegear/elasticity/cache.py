@@ -1,4 +1,4 @@
-"""Flank compliances on disk, under a hash of everything they depend on."""
+"""What gears are solved for on disk, under a hash of everything it depends on."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from fegear.elasticity.flank import FlankCompliance, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.root_stress import RootInfluence, root_influence
 from fegear.elasticity.sector import cyclic_sector
 from fegear.files.store import digest, load_arrays, save_arrays
 from meshes import MeshSize, SpurGear
@@ -56,7 +57,7 @@ def cached_flank_compliance(
     """`flank_compliance`, read from disk where it was computed before."""
     size = size or MeshSize()
     key = cache_key(gear, material, size, order, split)
-    path = cache_directory() / f"flank-{key[:32]}.npz"
+    path = _path("flank", key)
     arrays = load_arrays(path, key)
     if arrays is not None:
         plain: Any = {n: v if v.ndim else v.item() for n, v in arrays.items()}
@@ -67,3 +68,22 @@ def cached_flank_compliance(
     }
     save_arrays(path, key, {name: np.asarray(v) for name, v in values.items()})
     return compliance
+
+
+def cached_root_influence(
+    gear: SpurGear, material: PlaneMaterial, size: MeshSize
+) -> RootInfluence:
+    """`root_influence`, read from disk where it was computed before."""
+    key = cache_key(gear, material, size, order=2, split=True)
+    path = _path("root", key)
+    arrays = load_arrays(path, key)
+    if arrays is not None:
+        return RootInfluence(gear, **arrays)
+    influence = root_influence(cyclic_sector(gear, material, size))
+    names = "fillets", "arcs", "remainder"
+    save_arrays(path, key, {name: getattr(influence, name) for name in names})
+    return influence
+
+
+def _path(kind: str, key: str) -> Path:
+    return cache_directory() / f"{kind}-{key[:32]}.npz"

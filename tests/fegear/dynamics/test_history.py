@@ -20,9 +20,9 @@ from fegear.dynamics.history import (
     history_name,
     history_table,
 )
-from fegear.dynamics.root_stress import root_influence
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps, steps_per_cycle
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.root_stress import root_influence
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.lumped_train import train_of
 from fegear.statics.solving import StaticsSettings, contact_problem

@@ -7,8 +7,8 @@ import pytest
 from sector_stress import sector_stress
 
 from fegear.contact.loads import patch_loads, tooth_loads
-from fegear.dynamics.root_stress import MAX_TOOTH_OFFSET, FlankLoad, root_influence
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.root_stress import MAX_TOOTH_OFFSET, FlankLoad, root_influence
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset import load_gear_set
 from fegear.statics.solving import StaticsSettings, contact_problem
