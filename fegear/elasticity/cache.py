@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import asdict, fields
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +34,6 @@ def cache_key(
     gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int, split: bool
 ) -> str:
     """Hash of all inputs, of this format and of the libraries that matter."""
-    from importlib.metadata import version
-
     inputs = {
         "format": FORMAT,
         "gear": asdict(gear),
@@ -42,9 +41,16 @@ def cache_key(
         "size": asdict(size),
         "order": order,
         "split": split,
-        "libraries": {name: version(name) for name in ("gmsh", "scikit-fem")},
+        "libraries": _versions(),
     }
     return digest(inputs)
+
+
+@cache
+def _versions() -> dict[str, str]:
+    from importlib.metadata import version
+
+    return {name: version(name) for name in ("gmsh", "scikit-fem")}
 
 
 def cached_flank_compliance(
@@ -78,7 +84,7 @@ def cached_root_influence(
     path = _path("root", key)
     arrays = load_arrays(path, key)
     if arrays is not None:
-        return RootInfluence(gear, **arrays)
+        return RootInfluence(gear, grading=size.flank_grading, **arrays)
     influence = root_influence(cyclic_sector(gear, material, size))
     names = "fillets", "arcs", "remainder"
     save_arrays(path, key, {name: getattr(influence, name) for name in names})

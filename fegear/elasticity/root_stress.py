@@ -16,8 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from fegear.elasticity import halfplane
 from fegear.elasticity.body_stress import ROOTWARD
 from fegear.elasticity.flank import flamant_loads, join_loads, ring_fields
+from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from meshes import SpurGear
 from meshes.profile import flank_frame
@@ -58,6 +58,7 @@ class RootInfluence:
 
     fillets : (2, f, 2) points of the right fillet and, mirrored, of the left one [m]
     arcs : (n,) of the points of load from the tip corner [m]
+    grading : of these points, as in `FlankCompliance`
     remainder : (2 MAX_TOOTH_OFFSET + 1, n, 2, 2, f) by loaded tooth, point of load,
         direction (normal, rootward), fillet and its point [1/m]; of the tooth itself
         without the stress of the half-plane tangent to the flank, which is that of a
@@ -67,6 +68,7 @@ class RootInfluence:
     gear: SpurGear
     fillets: Array
     arcs: Array
+    grading: float
     remainder: Array
 
     def stress(self, loads: Sequence[FlankLoad]) -> Array:
@@ -98,20 +100,13 @@ class RootInfluence:
             total[loaded] += stress[..., ::side, :]
         return total
 
-    @cached_property
-    def _smooth(self) -> dict[int, Any]:
-        """The remainder along the loaded flank, by tooth offset."""
-        from scipy.interpolate import CubicSpline  # slow to import
-
-        return {
-            tooth: CubicSpline(self.arcs, self.remainder[MAX_TOOTH_OFFSET + tooth])
-            for tooth in range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
-        }
-
     def _under(self, tooth: int, arc: Array, forces: Array) -> Array:
         """Stress (t, 2, f) under forces (t, 2) on a right flank at arcs (t,)."""
         inside = np.clip(arc, self.arcs[0], self.arcs[-1])
-        influence = self._smooth[tooth](inside)
+        grid = self.gear.flank_length, self.grading, len(self.arcs)
+        index, weights = flank_stencils(inside, *grid)
+        corners = self.remainder[MAX_TOOTH_OFFSET + tooth][index]
+        influence = np.einsum("tp,tpdsf->tdsf", weights, corners)
         if tooth == 0:
             influence = influence + _half_plane(self.gear, inside, self.fillets)
         return np.einsum("td,tdsf->tsf", forces, influence)
@@ -140,7 +135,8 @@ def root_influence(sector: CyclicSector) -> RootInfluence:
             stress += _freed_boundary(sector, fillets, angles)
         remainder.append(stress)
     points = np.stack([fillet.points for fillet in fillets])
-    return RootInfluence(sector.gear, points, arcs, np.stack(remainder))
+    grading = sector.size.flank_grading
+    return RootInfluence(sector.gear, points, arcs, grading, np.stack(remainder))
 
 
 class _Fillet(NamedTuple):
