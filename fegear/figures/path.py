@@ -49,7 +49,7 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
     share = along(cycle.load_share)
     loaded = share > 0.0
     place = along(np.broadcast_to(path_positions(cycle), cycle.load.shape))[0]
-    every = slice(*_ends(loaded.any(axis=0)))
+    every = slice(*_ends(loaded))
     roots = (along(_root_stress(result, gear)) for gear in ("driver", "driven"))
     quantities = along(cycle.pressure), share, *roots
     return PairAlongPath(
@@ -60,7 +60,8 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
 
 
 def _ends(loaded: NDArray[np.bool_]) -> tuple[int, int]:
-    places = np.flatnonzero(loaded)
+    """First place (t, m) with load at some torque, and the one after the last."""
+    places = np.flatnonzero(np.any(loaded, axis=0))
     return int(places[0]), int(places[-1]) + 1
 
 
@@ -103,10 +104,8 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
     for axes in every[:3]:
         axes.set_ylim(bottom=0.0)
     sliding.set_xlabel("roll angle of the contact point on the driver [deg]")
-    which = (
-        "" if result.pitches == 1 else "\nthe reference pair of the first base pitch"
-    )
-    draw_title(figure, title + which)
+    first = "\nthe reference pair of the first base pitch"
+    draw_title(figure, title + (first if result.pitches > 1 else ""))
     return figure
 
 

@@ -17,6 +17,7 @@ from fegear.files.codes import with_code
 from fegear.files.memory import peak_memory_MB
 from fegear.files.output import INTO_PICTURE
 from fegear.gearset.model import GearSet
+from fegear.statics.harmonics import Harmonic
 from fegear.statics.plausibility import (
     MAX_ERROR_ESTIMATE,
     MAX_IMBALANCE,
@@ -85,8 +86,8 @@ HARMONIC_COLUMNS = (
 )
 ROOT_TITLE = "Largest tension in the fillets, and loss factor of the load sharing"
 MORE = {
-    "harmonics": "Write amplitude and phase of the first harmonics of transmission error "
-    "and stiffness to this CSV file."
+    "harmonics": "Write amplitude and phase of the first harmonics of transmission "
+    "error and stiffness to this CSV file."
 }
 PICTURES = {
     "path": f"Draw pressure, root stress, load share and sliding {INTO_PICTURE}: over "
@@ -193,12 +194,8 @@ class StiffnessResult(StudyResult):
         columns = (
             solved.harmonics(name, count) for name in ("ste_m", "stiffness_N_per_m")
         )
-        names = HARMONIC_COLUMNS[1:]
         return [
-            [
-                dict(zip(names, (e.order, e.amplitude, e.phase, k.amplitude, k.phase)))
-                for e, k in zip(*at_load, strict=True)
-            ]
+            [_harmonic(*parts) for parts in zip(*at_load, strict=True)]
             for at_load in zip(*columns, strict=True)
         ]
 
@@ -259,6 +256,13 @@ class StiffnessResult(StudyResult):
         peak = values["peak_memory_MB"]
         memory = f"; peak memory {peak:.0f} MB" if isfinite(peak) else ""
         yield f"time: {stages}{memory}"
+
+
+def _harmonic(error: Harmonic, stiffness: Harmonic) -> dict[str, float]:
+    """Values of `HARMONIC_COLUMNS` but the torque."""
+    values = error.order, error.amplitude, error.phase
+    both = *values, stiffness.amplitude, stiffness.phase
+    return dict(zip(HARMONIC_COLUMNS[1:], both, strict=True))
 
 
 def page_of_table(solved: StaticsResult) -> Page:
