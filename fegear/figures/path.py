@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.contact.edges import edge_pairs
 from fegear.contact.path import path_positions, roll_angles, sliding_over_pitch_speed
 from fegear.contact.virtual_work import arrange_along_path
 from lumped.figures.drawing import draw_title, panels
@@ -29,6 +30,7 @@ class PairAlongPath(NamedTuple):
 
     angle, sliding : (m,) driver's roll angle [deg] and sliding over pitch-line speed
     pressure, driver_root, driven_root : (t, m) [Pa]; share : (t, m); empty without load
+    is_edge : (t, m) whether an edge is in contact, where pressure has no limit
     """
 
     angle: Array
@@ -37,6 +39,7 @@ class PairAlongPath(NamedTuple):
     share: Array
     driver_root: Array
     driven_root: Array
+    is_edge: NDArray[np.bool_]
 
 
 def pair_along_path(result: StaticsResult) -> PairAlongPath:
@@ -56,7 +59,15 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
         np.degrees(roll_angles(pair, place)[0])[every],
         sliding_over_pitch_speed(pair, place)[every],
         *(np.where(loaded, values, np.nan)[:, every] for values in quantities),
+        along(_edges(result))[:, every] > 0.0,
     )
+
+
+def _edges(result: StaticsResult) -> Array:
+    """1 where the contact of a pair contains an edge, else 0 (t, n, k)."""
+    torques = range(result.cycle.torque.size)
+    pairs = [edge_pairs(result.problem, result.cycle, t) for t in torques]
+    return np.array(pairs, float)
 
 
 def _ends(loaded: NDArray[np.bool_]) -> tuple[int, int]:
@@ -85,14 +96,17 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
     figure, rows = panels(4, size=(10.0, 11.0), heights=(1, 1.2, 0.8, 0.7), share=True)
     pressure, root, share, sliding = every = [row[0] for row in rows]
     for t, color, label in _torques(result):
-        pressure.plot(along.angle, 1e-6 * along.pressure[t], color=color, label=label)
+        at_load, edge = 1e-6 * along.pressure[t], along.is_edge[t]
+        pressure.plot(along.angle, at_load, ":", color=color, lw=1.0)
+        smooth = np.where(edge, np.nan, at_load)
+        pressure.plot(along.angle, smooth, color=color, label=label)
         driver, driven = 1e-6 * along.driver_root[t], 1e-6 * along.driven_root[t]
         root.plot(along.angle, driver, color=color, label=f"driver, {label}")
         root.plot(along.angle, driven, "--", color=color, label=f"driven, {label}")
         share.plot(along.angle, 100.0 * along.share[t], color=color, label=label)
     sliding.plot(along.angle, along.sliding, color="black", label="driver on driven")
     labels = (
-        "largest contact\npressure [MPa]",
+        "largest contact pressure\n[MPa], dotted at edges",
         "root stress [MPa]",
         "load share [%]",
         "sliding speed /\npitch-line speed",
@@ -101,6 +115,9 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
         axes.set_ylabel(label)
         _mark_path(axes, result, named=axes is pressure)
         axes.legend(**LEGEND_PLACE)
+    smooth = np.where(along.is_edge, np.nan, along.pressure)
+    if np.isfinite(smooth).any():
+        pressure.set_ylim(top=1.3e-6 * float(np.nanmax(smooth)))
     for axes in every[:3]:
         axes.set_ylim(bottom=0.0)
     sliding.set_xlabel("roll angle of the contact point on the driver [deg]")
@@ -144,13 +161,15 @@ def draw_harris(result: StaticsResult, title: str = "") -> Figure:
     order = np.argsort(result.cycle.torque)
     torque, ste = result.cycle.torque[order], 1e6 * result.cycle.ste[order]
     colors = colormaps["viridis"](np.linspace(DARKEST, LIGHTEST, torque.size))
-    labelled = set(np.linspace(0, torque.size - 1, min(8, torque.size)).round())
+    labelled = set(np.linspace(0, torque.size - 1, min(12, torque.size)).round())
+    position, closed = result.cycle.position, np.append(ste, ste[:, :1], axis=1)
+    position = np.append(position, result.pitches)
     for t, color in enumerate(colors):
         label = f"{torque[t]:.4g} N m" if t in labelled else None
-        curves.plot(result.cycle.position, ste[t], color=color, lw=1.4, label=label)
+        curves.plot(position, closed[t], color=color, lw=1.4, label=label)
     curves.set_xlabel("mesh position [base pitches from the pitch point]")
     curves.set_ylabel("static transmission error [um]")
-    curves.legend(fontsize=8)
+    curves.legend(**LEGEND_PLACE)
     peaks.plot(torque, np.ptp(ste, axis=1), "o-", color="tab:blue", ms=4)
     peaks.set_xlabel("torque on the driver [N m]")
     peaks.set_ylabel("peak to peak of the static\ntransmission error [um]")
