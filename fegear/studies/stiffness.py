@@ -84,7 +84,7 @@ HARMONIC_COLUMNS = (
     *("torque_Nm", "order", "ste_amplitude_m", "ste_phase_rad"),
     *("stiffness_amplitude_N_per_m", "stiffness_phase_rad"),
 )
-ROOT_TITLE = "Largest tension in the fillets, and loss factor of the load sharing"
+ROOT_TITLE = "Root stress and loss factor"
 MORE = {
     "harmonics": "Write amplitude and phase of the first harmonics of transmission "
     "error and stiffness to this CSV file."

@@ -32,7 +32,7 @@ def test_the_reference_pair_is_at_its_place_until_it_leaves_the_path(result):
     table, pair = result.solved.table, result.solved.problem.pair
     place = np.where(table.position < pair.path[1], table.position, np.nan)
     np.testing.assert_allclose(table["path_length_m"][1], pair.base_pitch * place)
-    roll = np.degrees((pair.pitch_point + pair.base_pitch * place))
+    roll = np.degrees(pair.pitch_point + pair.base_pitch * place)
     roll /= pair.driver.base_radius
     np.testing.assert_allclose(table["driver_roll_angle_deg"][0], roll)
     diameter = 2.0 * np.hypot(
@@ -45,6 +45,7 @@ def test_the_reference_pair_is_at_its_place_until_it_leaves_the_path(result):
     assert (table["pair2_sliding_over_pitch_speed"][0, 8:] < 0.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 @pytest.mark.parametrize("position", [0.0, 0.25, 0.625])
 def test_root_stress_is_that_of_the_field(friction, position):
