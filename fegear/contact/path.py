@@ -89,5 +89,5 @@ def loss_factor(teeth: tuple[int, int], position: Array, share: ArrayLike) -> Ar
     Friction changes the mesh force itself, which is left out: the loss is that of a
     small coefficient.
     """
-    sliding = sliding_per_base_pitch(teeth) * np.abs(position)
-    return np.asarray((np.asarray(share) * sliding).sum(axis=-1).mean(axis=-1))
+    carried = (np.asarray(share) * np.abs(position)).sum(axis=-1)
+    return np.asarray(sliding_per_base_pitch(teeth) * carried.mean(axis=-1))
