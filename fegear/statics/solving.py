@@ -842,7 +842,7 @@ def table_header(
             f"{name} {part:.2g}" for name, part in parts.items() if part == part
         ) + (", the largest of all torques" if len(errors) > 1 else "")
         if error.root_stress == error.root_stress:
-            header["estimated discretisation error of root stress"] = (
-                f"{error.root_stress:.2g} of the peak"
+            header["discretisation error of root stress"] = (
+                f"estimated as {error.root_stress:.2g} of the peak"
             )
     return header

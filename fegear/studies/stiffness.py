@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from math import isfinite
@@ -273,8 +273,21 @@ def page_of_table(solved: StaticsResult) -> Page:
     )
     rows = [at_torque(solved, t) for t in range(solved.cycle.torque.size)]
     yield RowTable(rows, COLUMNS, text_columns=())
-    yield RowTable(rows, ROOT_COLUMNS, ROOT_TITLE, text_columns=())
+    yield from _root_stress_lines(rows)
     yield from _evidence_lines(evidence(solved))
+
+
+def _root_stress_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """The largest root stress of both gears at all torques, where it is computed."""
+    largest = [
+        (row[f"{gear}_root_stress_MPa"], row["torque_Nm"], gear)
+        for row in rows
+        for gear in ("driver", "driven")
+        if row[f"{gear}_root_stress_MPa"] is not None
+    ]
+    if largest:
+        stress, torque, gear = max(largest)
+        yield f"largest root stress {stress:.4g} MPa, {gear} at {torque:g} N m"
 
 
 def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:

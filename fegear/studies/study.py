@@ -183,9 +183,13 @@ def parse_setting(member: ExposedField, text: str) -> Any:
 
 def parse_several(member: ExposedField, values: Iterable[Any]) -> tuple[Any, ...]:
     """Values of a setting that is repeated, each of which may be given as text."""
-    parsed = [parse_setting(member, v) if isinstance(v, str) else v for v in values]
-    parts = (value if type(value) is tuple else (value,) for value in parsed)
-    return tuple(chain.from_iterable(parts))
+    return tuple(chain.from_iterable(_parsed_values(member, v) for v in values))
+
+
+def _parsed_values(member: ExposedField, value: Any) -> tuple[Any, ...]:
+    parsed = parse_setting(member, value) if isinstance(value, str) else value
+    gives_several = isinstance(value, str) and type(parsed) is tuple
+    return parsed if gives_several else (parsed,)
 
 
 def declared_fields(kind: Any) -> dict[str, Any]:
