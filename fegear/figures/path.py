@@ -49,17 +49,21 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
     def along(values: Array) -> Array:
         return arrange_along_path(cycle, values, result.pitches)[:, 0]
 
-    share = along(cycle.load_share)
-    loaded = share > 0.0
+    loaded = along(cycle.load) > 0.0
     place = along(np.broadcast_to(path_positions(cycle), cycle.load.shape))[0]
     every = slice(*_ends(loaded))
-    roots = (along(_root_stress(result, gear)) for gear in ("driver", "driven"))
-    quantities = along(cycle.pressure), share, *roots
+
+    def under_load(values: Array) -> Array:
+        return np.where(loaded, along(values), np.nan)[:, every]
+
     return PairAlongPath(
-        np.degrees(roll_angles(pair, place)[0])[every],
-        sliding_over_pitch_speed(pair, place)[every],
-        *(np.where(loaded, values, np.nan)[:, every] for values in quantities),
-        along(_edges(result))[:, every] > 0.0,
+        angle=np.degrees(roll_angles(pair, place)[0])[every],
+        sliding=sliding_over_pitch_speed(pair, place)[every],
+        pressure=under_load(cycle.pressure),
+        share=under_load(cycle.load_share),
+        driver_root=under_load(_root_stress(result, "driver")),
+        driven_root=under_load(_root_stress(result, "driven")),
+        is_edge=along(_edges(result))[:, every] > 0.0,
     )
 
 

@@ -191,9 +191,9 @@ class ErrorEstimate:
     3.0 times at coarse, both in corner contact; 1.4 and 2.4 times in the mean. On 20 of
     the pairs it was at most 1.3 times the change at resolution fine.
 
-    The error of the root stress is ROOT_ERROR_FACTOR times its change. On 8 random pairs
-    at two torques each, against a mesh 2.4 times as fine as the default, it was at most
-    1.5 times the change, and 0.8 % of the peak.
+    The error of the root stress is ROOT_ERROR_FACTOR times its change. On 8 random
+    pairs at two torques each, against a mesh 2.4 times as fine as the default, it was
+    at most 1.6 times the change, and 0.9 % of the peak.
     """
 
     mean: float
