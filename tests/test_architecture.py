@@ -37,6 +37,7 @@ ALLOWED = {
         "lumped.train.table",
         "lumped.train.train",
         "lumped.train.waves",
+        "lumped.train.elastic_inertia",
         "lumped.train.excitation",
         "lumped.train.analytic",
         "lumped.figures.drawing",

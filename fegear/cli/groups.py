@@ -34,6 +34,7 @@ from fegear.studies.study import (
     exposed_fields,
     options_of,
     parse_setting,
+    parse_several,
 )
 from lumped.common.options import Range
 
@@ -207,7 +208,7 @@ def _taken(
     }
     if value is not None and declared.parse is not None:
         value = (
-            [parse_setting(member, w) for w in value]
+            parse_several(member, value)
             if declared.several
             else parse_setting(member, value)
         )

@@ -36,8 +36,8 @@ def work_on_gaps(cycle: ContactCycle, base_pitch: float, pitches: int) -> Array:
 
     pitches : base pitches that the cycle covers in equal steps
     """
-    load = _arrange_along_path(cycle, cycle.load * cycle.closing, pitches)
-    gap = _arrange_along_path(cycle, cycle.gap, pitches)
+    load = arrange_along_path(cycle, cycle.load * cycle.closing, pitches)
+    gap = arrange_along_path(cycle, cycle.gap, pitches)
     faces = np.isfinite(gap)
     step = np.diff(np.where(faces, gap, 0.0))
     between = 0.5 * (load[..., 1:] + load[..., :-1])
@@ -51,7 +51,7 @@ def largest_deflection(cycle: ContactCycle) -> Array:
     return np.where(cycle.load > 0.0, deflection, 0.0).max(axis=(1, 2))
 
 
-def _arrange_along_path(cycle: ContactCycle, values: Array, pitches: int) -> Array:
+def arrange_along_path(cycle: ContactCycle, values: Array, pitches: int) -> Array:
     """Values (t, n, k) of pairs at positions as (t, pitches, k n / pitches).
 
     The pair that is k ahead in one base pitch is k + 1 ahead in the next: a row follows

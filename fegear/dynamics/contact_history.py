@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from fegear.contact.pair_load_curves import NOMINAL
 from fegear.dynamics.model import DynamicModel
-from fegear.dynamics.root_stress import FlankLoad
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.dynamics.stepper import FeHistory
+from fegear.elasticity.root_stress import FlankLoad
 from lumped.kernels.contact import MIN_REVERSING_SPEED
 
 Array = NDArray[np.float64]

@@ -22,9 +22,9 @@ from fegear.dynamics.contact_history import (
     cycle_position,
 )
 from fegear.dynamics.model import DynamicModel
-from fegear.dynamics.root_stress import RootInfluence
 from fegear.dynamics.sides import DRIVE
 from fegear.dynamics.stepper import FeHistory
+from fegear.elasticity.root_stress import RootInfluence
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods, tooth_in_cycles
 from lumped.common.csv_text import format_csv

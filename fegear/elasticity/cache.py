@@ -1,9 +1,10 @@
-"""Flank compliances on disk, under a hash of everything they depend on."""
+"""What gears are solved for on disk, under a hash of everything it depends on."""
 
 from __future__ import annotations
 
 import os
 from dataclasses import asdict, fields
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from fegear.elasticity.flank import FlankCompliance, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.root_stress import RootInfluence, root_influence
 from fegear.elasticity.sector import cyclic_sector
 from fegear.files.store import digest, load_arrays, save_arrays
 from meshes import MeshSize, SpurGear
@@ -32,8 +34,6 @@ def cache_key(
     gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int, split: bool
 ) -> str:
     """Hash of all inputs, of this format and of the libraries that matter."""
-    from importlib.metadata import version
-
     inputs = {
         "format": FORMAT,
         "gear": asdict(gear),
@@ -41,9 +41,16 @@ def cache_key(
         "size": asdict(size),
         "order": order,
         "split": split,
-        "libraries": {name: version(name) for name in ("gmsh", "scikit-fem")},
+        "libraries": _versions(),
     }
     return digest(inputs)
+
+
+@cache
+def _versions() -> dict[str, str]:
+    from importlib.metadata import version
+
+    return {name: version(name) for name in ("gmsh", "scikit-fem")}
 
 
 def cached_flank_compliance(
@@ -56,7 +63,7 @@ def cached_flank_compliance(
     """`flank_compliance`, read from disk where it was computed before."""
     size = size or MeshSize()
     key = cache_key(gear, material, size, order, split)
-    path = cache_directory() / f"flank-{key[:32]}.npz"
+    path = _path("flank", key)
     arrays = load_arrays(path, key)
     if arrays is not None:
         plain: Any = {n: v if v.ndim else v.item() for n, v in arrays.items()}
@@ -67,3 +74,22 @@ def cached_flank_compliance(
     }
     save_arrays(path, key, {name: np.asarray(v) for name, v in values.items()})
     return compliance
+
+
+def cached_root_influence(
+    gear: SpurGear, material: PlaneMaterial, size: MeshSize
+) -> RootInfluence:
+    """`root_influence`, read from disk where it was computed before."""
+    key = cache_key(gear, material, size, order=2, split=True)
+    path = _path("root", key)
+    arrays = load_arrays(path, key)
+    if arrays is not None:
+        return RootInfluence(gear, grading=size.flank_grading, **arrays)
+    influence = root_influence(cyclic_sector(gear, material, size))
+    names = "fillets", "arcs", "remainder"
+    save_arrays(path, key, {name: getattr(influence, name) for name in names})
+    return influence
+
+
+def _path(kind: str, key: str) -> Path:
+    return cache_directory() / f"{kind}-{key[:32]}.npz"

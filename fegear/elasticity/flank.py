@@ -9,8 +9,9 @@ and jumps by its values on the cuts and the hub.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,11 +147,23 @@ def nodal_loads(sector: CyclicSector) -> SectorLoads:
     return SectorLoads(force, hub, cut)
 
 
+def join_loads(sets: Sequence[SectorLoads]) -> SectorLoads:
+    """Columns of several sets of loads, one set after another."""
+    parts = [(loads.force, loads.hub, loads.jump) for loads in sets]
+    return SectorLoads(*(np.hstack(part) for part in zip(*parts, strict=True)))
+
+
 def ring_fields(
-    sector: CyclicSector, loads: SectorLoads, teeth: Iterable[int]
+    sector: CyclicSector,
+    loads: SectorLoads,
+    teeth: Iterable[int],
+    dofs: NDArray[np.int64] | None = None,
 ) -> dict[int, Array]:
     """Displacement (freedoms, loads) of the sectors `teeth` to the right of the
-    loaded one; of the loaded sector the remainder only."""
+    loaded one; of the loaded sector the remainder only.
+
+    dofs : freedoms that are returned, in this order; all by default
+    """
     interior, cut, half = sector.interior, sector.cut, len(sector.cut) // 2
     condensed, K = sector.condensation, sector.stiffness
     tooth_offsets = list(teeth)
@@ -168,15 +181,45 @@ def ring_fields(
             cuts,
         )
         fields = {}
+        rows = _Rows.of(sector, dofs)
         for tooth in tooth_offsets:
             ends = np.vstack([edges[tooth - 1], edges[tooth]])
             if tooth == 0:
                 ends -= loads.jump
-            field = np.zeros_like(loads.force)
-            field[interior] = -condensed.response @ ends
-            field[cut] = sector.polar @ ends
+            field = np.zeros((rows.count, loads.force.shape[1]))
+            field[rows.interior[0]] = -condensed.response[rows.interior[1]] @ ends
+            field[rows.cut[0]] = sector.polar[rows.cut[1]] @ ends
             if tooth == 0:
-                field[interior] += particular
-                field[sector.hub] = loads.hub
+                field[rows.interior[0]] += particular[rows.interior[1]]
+                field[rows.hub[0]] = loads.hub[rows.hub[1]]
             fields[tooth] = field
     return fields
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Rows of a field, and which freedoms of the interior, cuts and hub they are.
+
+    A pair each: rows (m,) of the field, and rows of the part, in the same order.
+    """
+
+    count: int
+    interior: tuple[Any, Any]
+    cut: tuple[Any, Any]
+    hub: tuple[Any, Any]
+
+    @classmethod
+    def of(cls, sector: CyclicSector, dofs: NDArray[np.int64] | None) -> _Rows:
+        """Rows of some freedoms, or of all in their order where it is None."""
+        parts = sector.interior, sector.cut, sector.hub
+        if dofs is None:
+            every = slice(None)
+            return cls(sector.basis.N, *((part, every) for part in parts))
+        return cls(dofs.size, *(_matches(dofs, part) for part in parts))
+
+
+def _matches(dofs: NDArray[np.int64], part: NDArray[np.int64]) -> tuple[Any, Any]:
+    """Where freedoms are that a part has, and where the part has them."""
+    rows = np.flatnonzero(np.isin(dofs, part))
+    order = np.argsort(part)
+    return rows, order[np.searchsorted(part[order], dofs[rows])]

@@ -14,15 +14,19 @@ MAX_SPEEDS = 100_000
 LARGEST = Decimal(10) ** 9
 
 
-def parsed_speeds(text: str, most: int = MAX_SPEEDS) -> tuple[float, ...]:
+def parsed_speeds(
+    text: str, most: int = MAX_SPEEDS, name: str = "speeds"
+) -> tuple[float, ...]:
     """Speeds in the order given, each once; none of an empty text.
+
+    name : of the values in messages
 
     Raises ValueError that says what is allowed.
     """
     speeds: dict[Decimal, None] = {}
     for part in text.split(",") if text.strip() else ():
-        speeds |= dict.fromkeys(_speed_range(part, most))
-        _require_few(len(speeds), most)
+        speeds |= dict.fromkeys(_speed_range(part, most, name))
+        _require_few(len(speeds), most, name)
     return tuple(float(speed) for speed in speeds)
 
 
@@ -43,7 +47,7 @@ def _digits(number: Decimal) -> str:
     return f"{number.normalize():f}"
 
 
-def _speed_range(part: str, most: int) -> list[Decimal]:
+def _speed_range(part: str, most: int, name: str) -> list[Decimal]:
     """Decimals, so that 0.1 added ten times is 1."""
     try:
         numbers = [Decimal(number.strip()) for number in part.split(":")]
@@ -56,19 +60,19 @@ def _speed_range(part: str, most: int) -> list[Decimal]:
         )
     for number in numbers:
         if not Decimal(0) < number < LARGEST:
-            raise ValueError("speeds and step must be above 0 and below 1e9")
+            raise ValueError(f"{name} and step must be above 0 and below 1e9")
     if len(numbers) == 1:
         return numbers
     start, end, step = numbers
     count = int(min(abs(end - start) / step, LARGEST)) + 1
-    _require_few(count, most)
+    _require_few(count, most, name)
     sign = 1 if end >= start else -1
     return [start + sign * i * step for i in range(count)]
 
 
-def _require_few(count: int, most: int) -> None:
+def _require_few(count: int, most: int, name: str) -> None:
     if count > most:
-        raise ValueError(f"at most {most} speeds are allowed, got {count}")
+        raise ValueError(f"at most {most} {name} are allowed, got {count}")
 
 
 def limits_of(

@@ -107,6 +107,7 @@ class StiffnessSource:
             plane=self.plane,
             corner_contact=self.corner_contact,
             estimate_error=False,
+            root_stress=False,
         )
 
     @property

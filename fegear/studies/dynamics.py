@@ -10,8 +10,9 @@ from pathlib import Path
 from fegear.dynamics.build import FiniteElements, StepperChoice, prepare
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.history import format_history, history_name, history_table
-from fegear.dynamics.root_stress import RootInfluence, root_influence
 from fegear.dynamics.stepper import DynamicSettings, FeHistory, steps_per_cycle
+from fegear.elasticity.cache import cached_root_influence
+from fegear.elasticity.root_stress import RootInfluence
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
@@ -308,9 +309,10 @@ class DynamicsProblem(Problem):
             raise InputError(
                 f"root_stress = {gear_name}; allowed are {', '.join(names)}"
             )
-        place = names.index(gear_name)
-        sector = self.study.source.statics.sector(self.gears.gears[place])
-        return {place: root_influence(sector)}
+        place, statics = names.index(gear_name), self.study.source.statics
+        gear = self.gears.gears[place]
+        arguments = gear.geometry, statics.material(gear), statics.size
+        return {place: cached_root_influence(*arguments)}
 
     def gather(self, results: Mapping[str, Branch | None]) -> DynamicsResult:
         def branches(prefix: str) -> list[tuple[float, Branch]]:

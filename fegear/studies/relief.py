@@ -134,7 +134,8 @@ class ReliefDesign(
 
     def _find(self, index: int, torques: tuple[float, ...], job: Job) -> ReliefResult:
         gears, settings = self.gear_set.loaded, self.elements
-        before = solve_mesh(gears, index, torques, settings, job.report)
+        quick = replace(settings, estimate_error=False, root_stress=False)
+        before = solve_mesh(gears, index, torques, quick, job.report)
         contact = contact_problem(gears, index, settings)
         places = PLACES if self.root else PLACES[:2]
         without: dict[str, Any] = {f"{place}_relief": None for place in places}
@@ -163,7 +164,6 @@ class ReliefDesign(
         if len(torques) > 1:
             shown = tuple(np.linspace(min(torques), max(torques), SHOWN_TORQUES))
         after = self.gear_set.changed(edits)
-        quick = replace(settings, estimate_error=False)
         return ReliefResult(
             study=self,
             gear_set=gears.name,

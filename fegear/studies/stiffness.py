@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from math import isfinite
@@ -11,10 +11,13 @@ from typing import Any
 import numpy as np
 
 from fegear.contact.edges import edge_pairs, edge_positions
+from fegear.figures.path import draw_harris, draw_path
 from fegear.figures.statics import draw_table
 from fegear.files.codes import with_code
 from fegear.files.memory import peak_memory_MB
+from fegear.files.output import INTO_PICTURE
 from fegear.gearset.model import GearSet
+from fegear.statics.harmonics import Harmonic
 from fegear.statics.plausibility import (
     MAX_ERROR_ESTIMATE,
     MAX_IMBALANCE,
@@ -29,8 +32,10 @@ from fegear.statics.solving import (
     StaticsSettings,
     solve_mesh,
 )
+from fegear.studies.columns import meanings
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.study import (
+    PLOT,
     Draw,
     Job,
     SettingsGroup,
@@ -49,7 +54,9 @@ from fegear.studies.trains import (
     chosen_torques,
     mesh_index,
     mesh_setting,
+    torques_setting,
 )
+from lumped.common.options import Range
 
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
@@ -68,6 +75,27 @@ COLUMNS: Columns = {
     "p pitch\nMPa": cell("pressure_at_pitch_point_MPa", none="none"),
     "friction\nbending": cell("friction_bending_ratio_mean", 3),
 }
+ROOT_COLUMNS: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "root stress\ndriver MPa": cell("driver_root_stress_MPa", 4),
+    "root stress\ndriven MPa": cell("driven_root_stress_MPa", 4),
+    "loss factor\nH_V": cell("loss_factor", 4),
+}
+HARMONIC_COLUMNS = (
+    *("torque_Nm", "order", "ste_amplitude_m", "ste_phase_rad"),
+    *("stiffness_amplitude_N_per_m", "stiffness_phase_rad"),
+)
+ROOT_TITLE = "Root stress and loss factor"
+MORE = {
+    "harmonics": "Write amplitude and phase of the first harmonics of transmission "
+    "error and stiffness to this CSV file."
+}
+PICTURES = {
+    "path": f"Draw pressure, root stress, load share and sliding {INTO_PICTURE}: over "
+    "the driver's roll angle along the path of contact.",
+    "harris": "Draw the transmission error at each torque, and its peak to peak over "
+    f"the torque, {INTO_PICTURE}; needs two torques or more.",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,12 +111,17 @@ class MeshStiffness(
     limit and follows the contact grid; the column max_pressure_Pa has all positions.
     """
 
+    more_tables = MORE
+    pictures = PLOT | PICTURES
+
     gear_set: GearSetRef = DEFAULT_PAIR
     mesh: int = mesh_setting()
-    torque: tuple[float, ...] = setting(
-        (),
-        "Torque on the driving gear of the mesh [N\u00a0m]; may be repeated. [default: "
-        "all load cases of the gear set]",
+    torque: tuple[float, ...] = torques_setting("driving gear of the mesh")
+    harmonic_count: int = setting(
+        5,
+        "Number of harmonics of the mesh frequency, in the JSON summary and in the "
+        "table of harmonics.",
+        Range(1, 1000),
     )
     elements: StaticsSettings = group(ELEMENTS)
 
@@ -97,6 +130,12 @@ class MeshStiffness(
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.loaded
+
+    def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        if "harris" in outputs:
+            torques = chosen_torques(self.gears, self.torque, self.mesh)
+            if len(torques) < 2:
+                yield "harris", "needs two values of {torque} or more"
 
     def tasks(self) -> Iterator[Task]:
         index = mesh_index(self.gears, self.mesh)
@@ -132,7 +171,9 @@ class StiffnessResult(StudyResult):
             "positions": int(solved.table.position.size),
             "base_pitches": solved.pitches,
             "torques": [
-                at_torque(solved, t) | errors_at_torque(solved, t)
+                at_torque(solved, t)
+                | self._harmonics_at_torque(t)
+                | errors_at_torque(solved, t)
                 for t in range(solved.cycle.torque.size)
             ],
             "evidence": evidence(solved),
@@ -147,9 +188,46 @@ class StiffnessResult(StudyResult):
         table = self.solved.table
         return Table.of(table.flat, {**table.header, **self.study.gear_set.entries})
 
+    @cached_property
+    def _harmonics(self) -> list[list[dict[str, float]]]:
+        """Values of `HARMONIC_COLUMNS` but the torque, by torque and order."""
+        count, solved = self.study.harmonic_count, self.solved
+        columns = (
+            solved.harmonics(name, count) for name in ("ste_m", "stiffness_N_per_m")
+        )
+        return [
+            [_harmonic(*parts) for parts in zip(*at_load, strict=True)]
+            for at_load in zip(*columns, strict=True)
+        ]
+
+    def _harmonics_at_torque(self, t: int) -> dict[str, Any]:
+        return {"harmonics": self._harmonics[t]}
+
+    @property
+    def more_tables(self) -> dict[str, Table]:
+        rows = [
+            (float(torque), *values.values())
+            for torque, every in zip(
+                self.solved.cycle.torque, self._harmonics, strict=True
+            )
+            for values in every
+        ]
+        legend = meanings("stiffness", *HARMONIC_COLUMNS, table="harmonics")
+        header = {
+            "gear set": self.gear_set,
+            "mesh": self.solved.name,
+            **self.study.gear_set.entries,
+            **legend,
+        }
+        return {"harmonics": Table(HARMONIC_COLUMNS, lambda: rows, header)}
+
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": partial(draw_table, self.solved, self._title)}
+        return {
+            "plot": partial(draw_table, self.solved, self._title),
+            "path": partial(draw_path, self.solved, self._title),
+            "harris": partial(draw_harris, self.solved, self._title),
+        }
 
     @property
     def _title(self) -> str:
@@ -173,11 +251,19 @@ class StiffnessResult(StudyResult):
                 "base pitches: all of them are in the table"
             )
         yield RowTable(values["torques"], COLUMNS, text_columns=())
+        yield RowTable(values["torques"], ROOT_COLUMNS, ROOT_TITLE, text_columns=())
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
         peak = values["peak_memory_MB"]
         memory = f"; peak memory {peak:.0f} MB" if isfinite(peak) else ""
         yield f"time: {stages}{memory}"
+
+
+def _harmonic(error: Harmonic, stiffness: Harmonic) -> dict[str, float]:
+    """Values of `HARMONIC_COLUMNS` but the torque."""
+    values = error.order, error.amplitude, error.phase
+    both = *values, stiffness.amplitude, stiffness.phase
+    return dict(zip(HARMONIC_COLUMNS[1:], both, strict=True))
 
 
 def page_of_table(solved: StaticsResult) -> Page:
@@ -188,7 +274,21 @@ def page_of_table(solved: StaticsResult) -> Page:
     )
     rows = [at_torque(solved, t) for t in range(solved.cycle.torque.size)]
     yield RowTable(rows, COLUMNS, text_columns=())
+    yield from _root_stress_lines(rows)
     yield from _evidence_lines(evidence(solved))
+
+
+def _root_stress_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """The largest root stress of both gears at all torques, where it is computed."""
+    largest = [
+        (row[f"{gear}_root_stress_MPa"], row["torque_Nm"], gear)
+        for row in rows
+        for gear in ("driver", "driven")
+        if row[f"{gear}_root_stress_MPa"] is not None
+    ]
+    if largest:
+        stress, torque, gear = max(largest)
+        yield f"largest root stress {stress:.4g} MPa, {gear} at {torque:g} N m"
 
 
 def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
@@ -200,6 +300,12 @@ def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
             f"{values['discretisation_ste_mean']:.1e}, on the path "
             f"{values['discretisation_ste_path']:.1e}, corner contact "
             + (f"{corner:.1e}" if corner is not None else "none"),
+        )
+    if values["discretisation_root_stress"] is not None:
+        yield with_code(
+            "E20",
+            "root stress, estimated error over its peak at the worst torque: "
+            f"{values['discretisation_root_stress']:.1e}",
         )
     balance = (
         "balance: complementarity {complementarity_residual:.1e}, T2/T1 against z2/z1 "
@@ -238,7 +344,16 @@ def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
         "max_pressure_MPa": 1e-6 * float(largest) if smooth.any() else None,
         "positions_with_edge_contact": int((~smooth).sum()),
         "friction_bending_ratio_mean": float(bending.mean()),
+        "driver_root_stress_MPa": _largest_root_stress(solved, "driver", t),
+        "driven_root_stress_MPa": _largest_root_stress(solved, "driven", t),
+        "loss_factor": float(solved.loss_factors[t]),
     }
+
+
+def _largest_root_stress(solved: StaticsResult, gear: str, t: int) -> float | None:
+    """Largest over the cycle at one torque [MPa]; None where it is not computed."""
+    values = solved.table.columns.get(f"{gear}_root_stress_Pa")
+    return None if values is None else 1e-6 * float(values[t].max())
 
 
 def errors_at_torque(solved: StaticsResult, t: int) -> dict[str, float | None]:
@@ -251,6 +366,9 @@ def _discretisation(error: ErrorEstimate | None) -> dict[str, float | None]:
         "discretisation_ste_mean": error.mean if error else None,
         "discretisation_ste_path": error.path if error else None,
         "discretisation_ste_corner": finite_or_none(error.corner) if error else None,
+        "discretisation_root_stress": (
+            finite_or_none(error.root_stress) if error else None
+        ),
     }
 
 

@@ -26,6 +26,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from itertools import chain
 from math import inf
 from pathlib import Path
 from types import MappingProxyType
@@ -62,7 +63,8 @@ class Setting:
         truth values that has some has no other option
     reads : whether it names files that are read; checkpoints depend on their content
     parse, write : convert text to a value and back, where types do not say how
-    several : whether the option is repeated for a tuple of values that are read
+    several : whether the option is repeated for a tuple of values that are read, of
+        which a text may give more than one, as a tuple
     """
 
     text: str = ""
@@ -176,6 +178,17 @@ def parse_setting(member: ExposedField, text: str) -> Any:
         raise
     except ValueError as error:
         raise InputError(f"{member.name} = {text}; {error}") from None
+
+
+def parse_several(member: ExposedField, values: Iterable[Any]) -> tuple[Any, ...]:
+    """Values of a setting that is repeated, each of which may be given as text."""
+    return tuple(chain.from_iterable(_parsed_values(member, v) for v in values))
+
+
+def _parsed_values(member: ExposedField, value: Any) -> tuple[Any, ...]:
+    parsed = parse_setting(member, value) if isinstance(value, str) else value
+    gives_several = isinstance(value, str) and type(parsed) is tuple
+    return parsed if gives_several else (parsed,)
 
 
 def declared_fields(kind: Any) -> dict[str, Any]:
@@ -504,13 +517,12 @@ class Study:
         if not isinstance(declared, Setting) or declared.parse is None:
             return value
         if declared.several and isinstance(value, list | tuple):
-            texts = value
-            value = tuple(
-                parse_setting(member, w) if isinstance(w, str) else w for w in texts
-            )
+            value = parse_several(member, value)
         elif isinstance(value, str):
-            value = parse_setting(member, value)
-            value = (value,) if declared.several else value
+            if declared.several:
+                value = parse_several(member, [value])
+            else:
+                value = parse_setting(member, value)
         object.__setattr__(self, member.name, value)
         return value
 

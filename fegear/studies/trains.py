@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeVar, get_args
@@ -212,13 +213,26 @@ def torque_setting() -> Any:
     )
 
 
-def torques_setting() -> Any:
+def torques_setting(gear: str = "input gear") -> Any:
+    """A setting of torques, each a number or `A:B:STEP` in words.
+
+    gear : on which they act
+    """
     return setting(
         (),
-        "Torque on the input gear [N\u00a0m]; may be repeated. [default: all load "
-        "cases of the gear set]",
+        f"Torque on the {gear} [N\u00a0m], or several as A:B:STEP or with commas; may "
+        "be repeated. [default: all load cases of the gear set]",
         option="--torque",
+        metavar="A:B:STEP",
+        parse=_torques,
+        several=True,
     )
+
+
+def _torques(text: str) -> tuple[float, ...]:
+    with suppress(ValueError):
+        return (float(text),)
+    return parsed_speeds(text, name="torques")
 
 
 def chosen_torques(

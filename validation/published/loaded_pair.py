@@ -77,7 +77,10 @@ class LoadedPair:
         """The mesh by finite elements, frictionless."""
         if plane not in self._solved:
             settings = StaticsSettings(
-                plane=plane, positions=POSITIONS, estimate_error=False
+                plane=plane,
+                positions=POSITIONS,
+                estimate_error=False,
+                root_stress=False,
             )
             self._solved[plane] = solve_mesh(self.gear_set, settings=settings)
         return self._solved[plane]

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from fegear.contact.path import sliding_per_base_pitch
 from fegear.elasticity.material import Plane
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear
@@ -86,15 +87,12 @@ def loss_factor_rigid(subject: LoadedPair) -> float:
 
 def loss_factor_fe(subject: LoadedPair) -> float:
     """Loss factor with the load sharing of finite elements, plane strain."""
-    cycle = subject.solved("strain").cycle
-    places = np.abs(cycle.position[:, None] + cycle.teeth)
-    carried = np.sum(cycle.load_share[0] * places, axis=1)
-    return _twice_sliding(subject) * float(carried.mean())
+    return float(subject.solved("strain").loss_factors[0])
 
 
 def _twice_sliding(subject: LoadedPair) -> float:
-    """Sliding over the pitch-line motion per base pitch from the pitch point."""
-    return 2.0 * math.pi * sum(1.0 / teeth for teeth in subject.teeth)
+    """Sliding over the motion of the contact per base pitch from the pitch point."""
+    return sliding_per_base_pitch(subject.teeth)
 
 
 def iso_theoretical(subject: LoadedPair) -> float:

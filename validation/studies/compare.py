@@ -92,7 +92,8 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
         yield Task("mesh", self._compared)
 
     def _compared(self, job: Job) -> ClosedFormsResult:
-        settings = StaticsSettings(plane=self.elements.plane, estimate_error=False)
+        plane = self.elements.plane
+        settings = StaticsSettings(plane=plane, estimate_error=False, root_stress=False)
         mesh = mesh_index(self.gears, self.mesh)
         comparison = compare_mesh(self.gears, mesh, self.load, settings)
         return ClosedFormsResult(self, self.gears.name, self.load, comparison)

@@ -17,7 +17,8 @@ from skfem.models.elasticity import linear_elasticity
 from fegear.elasticity.body_stress import ToothLoad, hat_stresses
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.sector import CyclicSector
+from fegear.elasticity.root_stress import FlankLoad, root_influence
+from fegear.elasticity.sector import RIGHT, CyclicSector
 from meshes import MeshSize, sector_mesh
 from meshes.profile import flank_points, flank_tangents, roll_length_at_arc, turn
 
@@ -59,6 +60,19 @@ class WholeGear:
 
     def displacement(self, force):
         return solve(*condense(self.stiffness, force, D=self.held))
+
+    def root_stress(self, displacement):
+        """Largest trace at the nodes of the first tooth's right fillet."""
+        corners = np.array([[0, 1, 0, 0.5, 0.5, 0], [0, 0, 1, 0, 0.5, 0.5]])
+        quadrature = corners, np.ones(6)
+        basis = Basis(self.basis.mesh, self.basis.elem, quadrature=quadrature)
+        grad = np.asarray(basis.interpolate(displacement).grad)
+        E, nu = MATERIAL.modulus, MATERIAL.poisson
+        trace = (grad[0, 0] + grad[1, 1]) * E / (1.0 - nu)  # of a plane stress state
+        triangles = self.sector.triangles
+        nodal = np.bincount(triangles.ravel(), trace[: len(triangles)].ravel())
+        nodal = nodal / np.bincount(triangles.ravel())
+        return nodal[np.unique(self.sector.edges["fillet"])].max()
 
 
 @pytest.fixture(scope="module")
@@ -122,21 +136,31 @@ def test_root_stress_is_that_of_the_whole_gear(gear):
     points, inward = flank_frame(gear, mesh, 0)
     force = np.zeros(fine.basis.N)
     force[fine.freedoms(points[node : node + 1])[0]] = 1e5 * inward[node]
-    u = fine.displacement(force)
-    corners = np.array([[0, 1, 0, 0.5, 0.5, 0], [0, 0, 1, 0, 0.5, 0.5]])
-    basis = Basis(fine.basis.mesh, fine.basis.elem, quadrature=(corners, np.ones(6)))
-    grad = np.asarray(basis.interpolate(u).grad)
-    E, nu = MATERIAL.modulus, MATERIAL.poisson
-    trace = (grad[0, 0] + grad[1, 1]) * E / (1.0 - nu)  # of a plane stress state
-    count = len(mesh.triangles)
-    nodal = np.bincount(mesh.triangles.ravel(), trace[:count].ravel())
-    nodal = nodal / np.bincount(mesh.triangles.ravel())
-    direct = nodal[np.unique(mesh.edges["fillet"])].max()
+    direct = fine.root_stress(fine.displacement(force))
     load = ToothLoad(
         0, mesh.flank_arcs[1:][[node]], 5e-5, np.array([1e5]), np.array([0.0])
     )
     root = sector_stress(gear, MATERIAL, [load]).root_stress
     assert root == pytest.approx(direct, rel=1e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("teeth", "shift"), [(10, 0.5), (12, 0.4), (17, 0.8), (38, 0.0)]
+)
+def test_root_influence_is_that_of_the_whole_gear(teeth, shift):
+    """Nodal stress of a direct solve, its fillet edges a quarter as long."""
+    gear = make_gear(teeth, 0.6e-3 * teeth, profile_shift=shift)
+    fine = WholeGear(gear, MeshSize(flank_edges=60, flank_grading=0.0, fillet_edges=40))
+    influence = root_influence(CyclicSector(gear, MATERIAL))
+    points, inward = flank_frame(gear, fine.sector, 0)
+    for node in (3, 15, 30, 45):
+        force = np.zeros(fine.basis.N)
+        force[fine.freedoms(points[node : node + 1])[0]] = 1e5 * inward[node]
+        direct = fine.root_stress(fine.displacement(force))
+        arc = fine.sector.flank_arcs[1:][node]
+        stress = influence.stress([FlankLoad(0, RIGHT, arc, 1e5)])
+        assert stress == pytest.approx(direct, rel=0.01)
 
 
 def test_friction_toward_the_root_relieves_it(gear):

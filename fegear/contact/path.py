@@ -1,0 +1,93 @@
+"""Where tooth pairs touch along the path of contact, and how they slide there.
+
+Positions on the path are nominal: those of rigid flanks without relief. They are
+measured in base pitches from the pitch point, positive past it: the mesh position
+plus the number of base pitches by which a pair is ahead of the reference pair.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fegear.contact.problem import ContactCycle
+from meshes import GearPair
+
+Array = NDArray[np.float64]
+PATH_TOL = 1e-9  # base pitches beyond its ends that belong to the path
+PITCH_POINT_TOL = 1e-12  # base pitches around the pitch point where nothing slides
+
+
+def path_positions(cycle: ContactCycle) -> Array:
+    """Positions (n, k) of all pairs on the path, also beyond its ends [base pitches].
+
+    Pairs count anew in each base pitch.
+    """
+    position = cycle.position - np.floor(cycle.position)
+    return np.asarray(position[:, None] + cycle.teeth)
+
+
+def on_path(pair: GearPair, position: Array) -> NDArray[np.bool_]:
+    """Whether positions [base pitches] are on the path of contact."""
+    start, end = pair.path
+    return (position >= start - PATH_TOL) & (position <= end + PATH_TOL)
+
+
+def roll_angles(pair: GearPair, position: Array) -> tuple[Array, Array]:
+    """Roll angles of the contact point on driver and driven gear [rad].
+
+    A roll angle is measured from where the involute begins on the base circle.
+    """
+    s1 = pair.pitch_point + pair.base_pitch * position
+    s2 = pair.line_of_action - s1
+    return s1 / pair.driver.base_radius, s2 / pair.driven.base_radius
+
+
+def contact_diameters(pair: GearPair, position: Array) -> tuple[Array, Array]:
+    """Diameters of the contact point on driver and driven gear [m]."""
+    gears = pair.driver, pair.driven
+    angles = roll_angles(pair, position)
+    one, two = (
+        2.0 * gear.base_radius * np.hypot(1.0, angle)
+        for gear, angle in zip(gears, angles, strict=True)
+    )
+    return one, two
+
+
+def sliding_over_pitch_speed(pair: GearPair, position: Array) -> Array:
+    """Sliding speed of the driver's flank on the driven one over the pitch-line speed.
+
+    Negative before the pitch point and positive past it.
+    """
+    radius = pair.driver.base_radius / math.cos(pair.operating_pressure_angle)
+    driven_radius = radius * pair.driven.teeth / pair.driver.teeth
+    return position * pair.base_pitch * (1.0 / radius + 1.0 / driven_radius)
+
+
+def sliding_sign(position: Array) -> Array:
+    """Whether friction acts toward both roots, 1, or toward both tips, -1."""
+    moving = np.abs(position) > PITCH_POINT_TOL
+    return np.where(moving, -np.sign(position), 0.0)
+
+
+def sliding_per_base_pitch(teeth: tuple[int, int]) -> float:
+    """Sliding a base pitch from the pitch point, over the speed along the line of
+    action.
+    """
+    return 2.0 * math.pi * sum(1.0 / z for z in teeth)
+
+
+def loss_factor(teeth: tuple[int, int], position: Array, share: ArrayLike) -> Array:
+    """Loss factor H_V: friction loss over friction coefficient and transmitted power.
+
+    teeth : of driver and driven gear
+    position : (n, k) of the pairs on the path [base pitches], at equal steps
+    share : (..., n, k) part of the mesh force that each pair carries
+
+    Friction changes the mesh force itself, which is left out: the loss is that of a
+    small coefficient.
+    """
+    carried = (np.asarray(share) * np.abs(position)).sum(axis=-1)
+    return np.asarray(sliding_per_base_pitch(teeth) * carried.mean(axis=-1))
