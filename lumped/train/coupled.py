@@ -679,8 +679,8 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
 
 
 def _without_pairs_of_modes(system: CoupledSystem) -> tuple[Array, Array, Array, Array]:
-    """Stiffness (a, a), rows (p + 1, c, a), compliance (p + 1, c, c) and gaps (p + 1, c)
-    at rest.
+    """At rest: stiffness (a, a), rows (p + 1, c, a), compliance (p + 1, c, c), and gaps
+    (p + 1, c).
 
     Pairs of travelling modes are springs of their own: at rest they are compliance.
     """
