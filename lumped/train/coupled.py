@@ -325,8 +325,12 @@ def _with_body_modes(
     E, G, squares = bodies.rows, bodies.coupling, bodies.angular**2
     size, to_unit = hubs + bodies.count, bodies.to_unit
 
+    a = size - 2 * bodies.pair_whirl.size
+
     def in_unit_coordinates(of_hubs: Array, of_bodies: Array) -> Array:
-        return np.concatenate([of_hubs, of_bodies], axis=-1) @ to_unit
+        values = np.concatenate([of_hubs, of_bodies], axis=-1)
+        values[..., :a] = values[..., :a] @ to_unit[:a, :a]  # pairs have unit mass
+        return values
 
     compliance = coupled.contacts.normal_compliance - _row_products(E / squares, E)
     inertial = coupled.inertia_rows - (E / squares) @ G
@@ -484,7 +488,9 @@ def _allocate_workspace(system: CoupledSystem) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Hubs:
-    """Displacement of the hubs (n,), per coordinate (n, n) and load (c, p + 1, n)."""
+    """Displacement of the hubs and of standing modes (a,), per coordinate (a, a) and
+    load (c, p + 1, a).
+    """
 
     rotation: Array
     hub_compliance: Array
@@ -544,10 +550,13 @@ def static_transmission_error(
 def _in_mean_axes(
     coupled: CoupledContacts, train: ModalTrain, whirl: Array
 ) -> tuple[CoupledSystem, Hubs]:
-    R, U, W, K = coupled.rows, coupled.inertia_rows, coupled.work, train.stiffness
-    S = np.linalg.inv(np.eye(len(W)) + K @ W)
-    P, load = U - R @ W, S @ train.load
-    turn = np.eye(len(W)) - W @ S @ K
+    # pairs of travelling modes deflect no hub and have no part in these loads
+    a = coupled.rows.shape[2] - 2 * whirl.size
+    R, U = coupled.rows[..., :a], coupled.inertia_rows[..., :a]
+    W, K = coupled.work[:a, :a], train.stiffness[:a, :a]
+    S = np.linalg.inv(np.eye(a) + K @ W)
+    P, load = U - R @ W, S @ train.load[:a]
+    turn = np.eye(a) - W @ S @ K
     hubs = Hubs(turn, P @ turn.T)
     both = _row_products(U, R)
     compliance = coupled.contacts.normal_compliance - both - both.transpose(0, 2, 1)
@@ -556,17 +565,22 @@ def _in_mean_axes(
     contacts = coupled.contacts._replace(
         normal_compliance=compliance, gap=coupled.contacts.gap + P @ load
     )
+    stiffness, rows = train.stiffness.copy(), coupled.rows.copy()
+    stiffness[:a, :a] = S @ K
+    rows[..., :a] += P @ S @ K
+    shapes = train.shapes.copy()
+    shapes[:, :a] = shapes[:, :a] @ turn
     system = CoupledSystem(
-        stiffness=S @ K,
-        damping=np.zeros_like(S),
-        load=load,
+        stiffness=stiffness,
+        damping=np.zeros_like(stiffness),
+        load=np.concatenate([load, train.load[a:]]),
         whirl=whirl,
-        shapes=train.shapes @ turn,
-        offset=train.shapes @ W @ load,
+        shapes=shapes,
+        offset=train.shapes[:, :a] @ W @ load,
         rate=train.rate,
         mesh_of=coupled.mesh_of,
-        rows=R + P @ S @ K,
-        ahead=hubs.hub_compliance @ train.shapes.T,
+        rows=rows,
+        ahead=hubs.hub_compliance @ train.shapes[:, :a].T,
         contacts=contacts,
     )
     return system, hubs
@@ -580,8 +594,8 @@ def _damping(
     mode_damping = np.concatenate([train.damping, bodies.damping])
     # pairs retain only their own damping: they must whirl unchanged
     damping, a = np.diag(mode_damping), _standing_count(system)
-    compliance = hubs.hub_compliance[:, :-1, :a].transpose(1, 2, 0)
-    rotation = hubs.rotation[:a, :a] + compliance @ loaded.load_sensitivity[:-1, :, :a]
+    compliance = hubs.hub_compliance[:, :-1].transpose(1, 2, 0)
+    rotation = hubs.rotation + compliance @ loaded.load_sensitivity[:-1, :, :a]
     rotation = (bodies.to_unit[:a, :a] @ rotation).reshape(-1, a)
     weights = np.tile(mode_damping[:a], len(compliance))[:, None]
     damping[:a, :a] = (rotation * weights).T @ rotation / len(compliance)

@@ -32,11 +32,12 @@ N_SPEEDS = 25  # speeds at which the bound is evaluated, in addition to resonanc
 # Orders of the mesh frequency whose resonances with a mode are considered
 MAX_ORDER = 12
 MAX_HARMONICS = 32  # largest number of harmonics of the excitation
+COPIED_MODES = 8  # modes up to which their part is copied rather than all read
 UNSOLVED_DAMPING_RATIO = 1.0  # damping ratio of modes that were not solved
 
 
 class MeshPart(NamedTuple):
-    """Change (s, h, k) of a mesh's compliance at speeds and harmonics by modes (k,).
+    """Change (k, s, h) of a mesh's compliance by modes (k,), at speeds and harmonics.
 
     The last of all modes are those that were not solved.
     """
@@ -123,8 +124,16 @@ class TruncationModel:
         """Compliance errors of meshes without some of the modes (b,), and the rest if
         included."""
         mask, sizes = np.append(left_out, rest).astype(float), self._sizes
-        changes = [part.change @ mask[part.modes] * sizes[part.mesh] for part in parts]
-        return np.array([np.sqrt((c**2).sum(axis=1)).max() for c in changes])
+        errors = []
+        for part in parts:
+            weights, change = mask[part.modes], part.change
+            included = np.flatnonzero(weights)
+            if included.size < COPIED_MODES:
+                weights, change = weights[included], change[included]
+            change = np.tensordot(weights, change, axes=1)
+            squares = ((change * sizes[part.mesh]) ** 2).sum(axis=1)
+            errors.append(float(np.sqrt(squares.max())))
+        return np.array(errors)
 
     def _flank_error(self, flanks: Array, left_out: Mask, rest: bool = True) -> float:
         """Flank error without some of the modes (b,), and the rest if included."""
@@ -173,10 +182,13 @@ class TruncationModel:
             orders = np.arange(1.0, min(len(amplitudes), MAX_HARMONICS) + 1.0)
             frequency = np.multiply.outer(speeds, self.rate[m] * orders)
             modes = np.flatnonzero(share)
-            factor = inertia_factor(
-                frequency[..., None] / frequencies[modes], ratios[modes]
-            )
-            parts.append(MeshPart(m, modes, share[modes] * factor))
+            # modes of a pair have one factor
+            both = np.stack([frequencies[modes], ratios[modes]])
+            (natural, damping), index = np.unique(both, axis=1, return_inverse=True)
+            ratio = frequency / natural[:, None, None]
+            factor = inertia_factor(ratio, damping[:, None, None])
+            change = share[modes, None, None] * factor[index.ravel()]
+            parts.append(MeshPart(m, modes, change))
         return parts
 
     def _speeds(self, band: tuple[float, float]) -> Array:
