@@ -168,7 +168,7 @@ def _family(
 
 def _join_families(families: Sequence[GearModes]) -> GearModes:
     """Modes of several families by rising frequency."""
-    joined = {
+    joined: dict[str, Any] = {
         name: np.concatenate([getattr(family, name) for family in families])
         for name in PER_MODE
     }
