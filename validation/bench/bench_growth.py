@@ -81,7 +81,7 @@ def _point(study: str, gears: int, model: LumpedModel) -> ChainCost:
         contacts=0 if system.contacts is None else len(system.contacts.mesh_of),
         setup_s=setup_s,
         sweep_s=sweep_s,
-        ms_per_period=1e3 * sweep_s / periods,
+        ms_per_period=float(1e3 * sweep_s / periods),
     )
 
 
