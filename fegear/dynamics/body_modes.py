@@ -21,7 +21,9 @@ from fegear.dynamics.mesh_load_curves import pitch_point
 from fegear.dynamics.model import modal_matrices
 from fegear.dynamics.rows import contact_rows
 from fegear.dynamics.sides import DRIVE, ContactSide
+from fegear.elasticity.cache import cached_arrays
 from fegear.elasticity.modes import GearModes, lowest_modes, static_inertia
+from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.solving import StaticsSettings
 from lumped.common.checks import require_present
@@ -39,10 +41,20 @@ MODES_PER_FAMILY = 3  # the lowest modes of each
 # times the highest resonance: families that begin there are not solved
 CUTOFF_FACTOR = 4.0
 DAMPING = 0.01  # ratio where a gear's first elastic modes are, less above
-cached_static_inertia = lru_cache(maxsize=32)(static_inertia)
 cached_lowest_modes = lru_cache(maxsize=16)(
     lowest_modes
 )  # equal gears, and all torques
+
+
+@lru_cache(maxsize=64)
+def cached_static_inertia(sector: CyclicSector, density: float, arc: float) -> float:
+    """`static_inertia`, read from disk where it was computed before."""
+    inputs = {"density": density, "arc": arc}
+    arrays = cached_arrays(
+        *("static-inertia", sector, inputs),
+        lambda: {"inertia": np.array(static_inertia(sector, density, arc))},
+    )
+    return float(arrays["inertia"])
 
 
 def gears_modes(

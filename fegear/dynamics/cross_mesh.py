@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
+from fegear.elasticity.cache import cached_arrays
 from fegear.elasticity.flank import nodal_loads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
@@ -67,13 +68,16 @@ def cross_compliance(
     flank = receiver.flank if not mirrored else (LEFT, RIGHT)[receiver.flank == LEFT]
     tooth_offset = (-tooth_offset if mirrored else tooth_offset) % sector.gear.teeth
     grid = sector.gear.flank_length, sector.size.flank_grading
-    count = len(sector.flanks[RIGHT].arcs)
+    tables = {
+        int(offset): _flank_table(sector, int(offset), flank)
+        for offset in np.unique(tooth_offset)
+    }
+    count = len(next(iter(tables.values())))
     (i, u), (j, v) = (
         flank_stencils(side.arcs(gear), *grid, count) for side in (receiver, source)
     )
     block = np.zeros((u.shape[0], *tooth_offset.shape))
-    for offset in np.unique(tooth_offset):
-        table = _flank_table(sector, int(offset), flank)
+    for offset, table in tables.items():
         for k, m in np.argwhere(tooth_offset == offset):
             stencil_compliance = table[i[:, k, :, None], j[:, m, None, :]]
             block[:, k, m] = np.einsum(
@@ -82,12 +86,20 @@ def cross_compliance(
     return block
 
 
-@lru_cache(maxsize=64)  # one for all torques
+@lru_cache(maxsize=1024)  # one for all torques
 def _flank_table(sector: CyclicSector, offset: int, flank: int) -> Array:
     """Inward displacement of a flank `offset` teeth to the right, (n, n) [m/(N/m)].
 
-    Per inward load on a right flank.
+    Per inward load on a right flank. Read from disk where it was computed before.
     """
+    arrays = cached_arrays(
+        *("across-gear", sector, {"offset": offset, "flank": flank}),
+        lambda: {"inward": _solve_flank_table(sector, offset, flank)},
+    )
+    return arrays["inward"]
+
+
+def _solve_flank_table(sector: CyclicSector, offset: int, flank: int) -> Array:
     field = ring_fields(sector, nodal_loads(sector), [offset])[offset]
     points = sector.flanks[flank]
     return np.einsum("icj,ic->ij", field[points.dofs], points.inward)

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.elasticity.flank import FlankCompliance, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.root_stress import RootInfluence, root_influence
-from fegear.elasticity.sector import cyclic_sector
+from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.files.store import digest, load_arrays, save_arrays
 from meshes import MeshSize, SpurGear
 
+Arrays = dict[str, NDArray[Any]]
+Body = TypeVar("Body")  # a dataclass of numbers and arrays
 FORMAT = 4  # raise when geometry, mesh, elasticity or the file layout change
 
 
@@ -34,16 +38,58 @@ def cache_key(
     gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int, split: bool
 ) -> str:
     """Hash of all inputs, of this format and of the libraries that matter."""
-    inputs = {
+    return digest(_inputs(gear, material, size, order) | {"split": split})
+
+
+def _inputs(
+    gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int
+) -> dict[str, Any]:
+    return {
         "format": FORMAT,
         "gear": asdict(gear),
         "material": asdict(material),
         "size": asdict(size),
         "order": order,
-        "split": split,
         "libraries": _versions(),
     }
-    return digest(inputs)
+
+
+def cached_arrays(
+    name: str,
+    sector: CyclicSector,
+    inputs: Mapping[str, Any],
+    compute: Callable[[], Arrays],
+) -> Arrays:
+    """Arrays of a sector, read from disk where they were computed before.
+
+    name : of the quantity, with which the file's name begins
+    inputs : plain values on which it depends besides the sector
+    """
+    of_sector = _inputs(sector.gear, sector.material, sector.size, sector.order)
+    key = digest(of_sector | {"name": name, "inputs": dict(inputs)})
+    path = _path(name, key)
+    arrays = load_arrays(path, key)
+    if arrays is None:
+        arrays = compute()
+        save_arrays(path, key, arrays)
+    return arrays
+
+
+def cached_body(
+    name: str,
+    sector: CyclicSector,
+    inputs: Mapping[str, Any],
+    compute: Callable[[], Body],
+    kind: Callable[..., Body],
+) -> Body:
+    """`cached_arrays` of a dataclass, whose fields are arrays and numbers."""
+
+    def as_arrays() -> Arrays:
+        values: Any = compute()
+        return {n.name: np.asarray(getattr(values, n.name)) for n in fields(values)}
+
+    arrays = cached_arrays(name, sector, inputs, as_arrays)
+    return kind(**{n: v if v.ndim else v.item() for n, v in arrays.items()})
 
 
 @cache

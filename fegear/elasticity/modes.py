@@ -11,8 +11,9 @@ Math. 24 (1971) 263), so that only those n are solved that have any.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from scipy.linalg import cho_factor, cho_solve, eigvalsh
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from fegear.elasticity.cache import cached_body
 from fegear.elasticity.flank import SectorLoads, nodal_loads, ring_fields
 from fegear.elasticity.ring import close_ring, nodal_diameter_phase
 from fegear.elasticity.sector import (
@@ -40,6 +42,10 @@ Counts = NDArray[np.int64]
 Flanks = tuple[FlankPoints, FlankPoints]
 # at least, of shear waves; frequencies are then exact to some 1e-4
 MIN_LAYERS_PER_WAVELENGTH = 6.0
+PER_MODE = (  # fields of GearModes with an entry for each mode
+    *("frequencies_Hz", "nodal_diameters", "normal", "tangential"),
+    *("rotation_coupling", "translation_coupling"),
+)
 
 
 @dataclass(frozen=True)
@@ -136,16 +142,40 @@ def lowest_modes(
     max_nodal_diameters, below_Hz : further numbers follow, below this one, as long as
         the lowest mode of the last one is below a frequency
     """
-    mass, modes = sector.mass(density), list[CyclicModes]()
-    lowest = 2.0 * math.pi * below_Hz
+    mass = cache(partial(sector.mass, density))
+
+    def family(n: int) -> GearModes:
+        inputs = {"density": density, "nodal_diameters": n, "count": count}
+        solve = partial(_family, sector, mass, n, count)
+        return cached_body("modes", sector, inputs, solve, GearModes)
+
+    families = [family(n) for n in nodal_diameters]
+    for n in range(max(nodal_diameters) + 1, max_nodal_diameters):
+        if families[-1].frequencies_Hz.min() >= below_Hz:
+            break
+        families.append(family(n))
+    return _join_families(families)
+
+
+def _family(
+    sector: CyclicSector, mass: Callable[[], csr_array], n: int, count: int
+) -> GearModes:
+    """The `count` lowest modes, or pairs of modes, with n nodal diameters."""
     with stage("modes"):
-        for n in nodal_diameters:
-            modes.append(_solve_modes(sector, mass, n, count))
-        for n in range(max(nodal_diameters) + 1, max_nodal_diameters):
-            if modes[-1].omega.min() >= lowest:
-                break
-            modes.append(_solve_modes(sector, mass, n, count))
-    return _collect_modes(sector, math.inf, mass, modes)
+        modes = _solve_modes(sector, mass(), n, count)
+    return _collect_modes(sector, math.inf, mass(), [modes])
+
+
+def _join_families(families: Sequence[GearModes]) -> GearModes:
+    """Modes of several families by rising frequency."""
+    joined: dict[str, Any] = {
+        name: np.concatenate([getattr(family, name) for family in families])
+        for name in PER_MODE
+    }
+    order = np.argsort(joined["frequencies_Hz"], kind="stable")
+    return replace(
+        families[0], **{name: values[order] for name, values in joined.items()}
+    )
 
 
 def static_inertia(sector: CyclicSector, density: float, arc: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,9 @@ from fegear.dynamics.mesh_load_curves import all_mesh_load_curves, equal_tables
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.dynamics.table_load_curves import all_table_load_curves
+from fegear.elasticity.cache import cached_body
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
-from fegear.elasticity.sector import RIGHT
+from fegear.elasticity.sector import RIGHT, CyclicSector
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations, GivenTables
@@ -32,9 +33,14 @@ from lumped.train.coupled import CoupledContacts
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
-cached_inertia_relief = lru_cache(maxsize=16)(
-    inertia_relief
-)  # equal gears, and all torques
+
+
+@lru_cache(maxsize=64)  # equal gears, and all torques
+def cached_inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
+    """`inertia_relief`, read from disk where it was computed before."""
+    compute = partial(inertia_relief, sector, density)
+    inputs = {"density": density}
+    return cached_body("inertia-relief", sector, inputs, compute, InertiaRelief)
 
 
 def coupled_contacts(

@@ -286,7 +286,10 @@ class ContactGrid(NamedTuple):
 
     grid_index, fraction (s, m) in the tables; mesh_cycle (s, m) whole cycles passed
     periods (m,) cycles of each mesh after which the steps repeat but for pitch errors
-    gap (s, c) [m]; rows (s, c, n), ahead (s, c, m); compliance (s, c, c) [m/N]
+    gap (s, c) [m]; ahead (s, c, m); compliance (s, c, c) [m/N]
+    rows (s, c, a + 2 k) penetration per coordinate: of those that do not whirl, then of
+    E1 and E2 of the k = wave_count (1,) pairs from first_wave (c,) on, which include
+    all of both gears
     facing (s, c) whether flanks face each other; facing_contacts (s, k) indices of
     those that do, then -1
     """
@@ -297,6 +300,8 @@ class ContactGrid(NamedTuple):
     periods: Array
     gap: Array
     rows: Array
+    first_wave: Array
+    wave_count: Array
     ahead: Array
     compliance: Array
     facing: Array

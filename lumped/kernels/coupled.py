@@ -47,8 +47,11 @@ from lumped.kernels.coupled_changes import (
 from lumped.kernels.coupled_variables import (
     FORCE_NODES,
     add_columns,
+    add_row,
     dot,
+    dot_at,
     get_variables,
+    multiply_row,
     set_variables,
 )
 
@@ -166,7 +169,7 @@ def find_free_penetrations(system, steps, node, motion):
     """
     i, repetition = node
     grid, problem = steps.grid, steps.problem
-    q, n = motion.q, motion.q.size
+    q, a, w = motion.q, motion.state.size // 2, motion.waves.shape[2]
     for m in range(grid.grid_index.shape[1]):
         problem.grid_index[m], problem.fraction[m] = (
             grid.grid_index[i, m],
@@ -182,7 +185,7 @@ def find_free_penetrations(system, steps, node, motion):
             m = problem.mesh_of[c]
             cycle = grid.mesh_cycle[i, m] + repetition * grid.periods[m]
             x -= system.contacts.errors[c, cycle % system.contacts.errors.shape[1]]
-        x += dot(grid.rows[i, c], q, n)
+        x += multiply_row(grid.rows[i, c], grid.first_wave[c], q, a, w)
         before, last_free = steps.penetration[c], problem.free[c]
         problem.guess[c] = x
         if before > 0.0 and last_free > 0.5 * before:
@@ -220,6 +223,7 @@ def find_loads(system, steps, node, motion, compliance):
     if n_active > 0 and solve_penetrations(problem, n_active) != CONVERGED:
         problem.newton[LOADS_ROW, 0] = math.nan
     force = motion.force[motion.head[0]]
+    a, w = motion.state.size // 2, motion.waves.shape[2]
     for j in range(force.size):
         force[j] = system.load[j]
     for p in range(n_active):
@@ -230,8 +234,7 @@ def find_loads(system, steps, node, motion, compliance):
         )
         if contact_load != 0.0:
             row = grid.rows[i, c]
-            for j in range(force.size):
-                force[j] -= row[j] * contact_load
+            add_row(row, grid.first_wave[c], -contact_load, force, a, w)
     return n_active
 
 
@@ -312,6 +315,7 @@ def record_row(system, steps, i, motion, v, out):
     After those rows come loads and penetrations of each mesh's contacts, k at most.
     """
     first, side = system.contacts.first, system.contacts.side
+    a = motion.state.size // 2  # pairs of modes do not turn the hubs
     set_deflection(system, steps, i, motion, out[0])
     for m in range(first.size - 1):
         force, drive, back = 0.0, -math.inf, -math.inf
@@ -324,7 +328,7 @@ def record_row(system, steps, i, motion, v, out):
                 drive = max(drive, x)
             else:
                 back = max(back, x)
-        out[1, m] = dot(system.shapes[m], v, v.size)
+        out[1, m] = dot(system.shapes[m], v, a)
         out[2, m], out[5, m] = force, force
         out[3, m], out[4, m] = drive, back
 
@@ -332,9 +336,9 @@ def record_row(system, steps, i, motion, v, out):
 @inlined
 def set_deflection(system, steps, i, motion, s):
     """Deflections (m,) of the meshes by their hubs at node i."""
-    q, ahead = motion.q, steps.grid.ahead
+    q, ahead, a = motion.q, steps.grid.ahead, motion.state.size // 2
     for m in range(s.size):
-        s[m] = system.offset[m] + dot(system.shapes[m], q, q.size)
+        s[m] = system.offset[m] + dot(system.shapes[m], q, a)
     for c in range(steps.load.size):
         load = steps.load[c]
         if load != 0.0:
@@ -467,32 +471,35 @@ def integrate_variations(system, steps, limit, state, angular, sections, growth)
 
 
 @compiled
-def add_step_compliance(rows, facing, force_response, waves, compliance):
-    """Add to a compliance (s, c, c) what moves in a step, B W B', of contacts that face
-    each other (s, c).
+def add_wave_compliance(grid, waves, compliance):
+    """Add to a compliance (s, c, c) what travelling modes move in a step, of contacts
+    that face each other and that a gear has in common.
 
-    push (a, a) displacement per force at the end of the step; waves (2, w) the same of
-    travelling modes, both senses together, real and imaginary
+    waves (2, w) displacement per force at the end of the step, both senses together,
+    real and imaginary
     """
-    steps, count, n = rows.shape
-    a = force_response.shape[0]
-    displacement = np.empty(n)
-    for k in range(steps):
-        for d in range(count):
-            if not facing[k, d]:
-                continue
-            row = rows[k, d]
-            for j in range(a):
-                displacement[j] = 0.0
-            for j in range(a):
-                for i in range(a):
-                    displacement[i] += force_response[j, i] * row[j]
-            w = waves.shape[1]
-            for p in range(w):
-                one, two = row[a + p], row[a + w + p]
+    rows, first, facing = grid.rows, grid.first_wave, grid.facing_contacts
+    k = grid.wave_count[0]
+    a = rows.shape[2] - 2 * k
+    displacement = np.empty(2 * k)
+    for i in range(rows.shape[0]):
+        for d in facing[i]:
+            if d < 0:
+                break
+            start = first[d]
+            for p in range(k):
+                one, two = rows[i, d, a + p], rows[i, d, a + k + p]
+                real, imaginary = waves[0, start + p], waves[1, start + p]
                 # of Z = E1 - i E2 under the force one - i two
-                displacement[a + p] = waves[0, p] * one + waves[1, p] * two
-                displacement[a + w + p] = waves[0, p] * two - waves[1, p] * one
-            for c in range(count):
-                if facing[k, c]:
-                    compliance[k, c, d] += dot(rows[k, c], displacement, n)
+                displacement[p] = real * one + imaginary * two
+                displacement[k + p] = real * two - imaginary * one
+            for c in facing[i]:
+                if c < 0:
+                    break
+                begin = max(start, first[c])
+                count = min(start, first[c]) + k - begin
+                if count > 0:
+                    row, at, source = rows[i, c], a + begin - first[c], begin - start
+                    moved = dot_at(row, at, displacement, source, count)
+                    moved += dot_at(row, at + k, displacement, source + k, count)
+                    compliance[i, c, d] += moved

@@ -147,6 +147,8 @@ def set_changed_forces(steps, i, n_active, head, changes):
     """
     problem, matrix, rows = steps.problem, changes.matrix, steps.grid.rows
     n, count = changes.q.shape
+    standing, w = changes.state.shape[0] // 2, changes.waves.shape[2]
+    width = (rows.shape[2] - standing) // 2
     for a in range(n_active):
         c = problem.active[a]
         _, problem.newton[SLOPES_ROW, a] = load_at(problem, c, steps.penetration[c])
@@ -154,19 +156,28 @@ def set_changed_forces(steps, i, n_active, head, changes):
         for b in range(n_active):
             matrix[a, b] = problem.Q[a, b] * problem.newton[SLOPES_ROW, b]
         matrix[a, a] += 1.0
-        row, rhs = rows[i, problem.active[a]], matrix[a, n_active : n_active + count]
+        c, rhs = problem.active[a], matrix[a, n_active : n_active + count]
         for k in range(count):
             rhs[k] = 0.0
-        add_columns(changes.q, row, rhs)
+        row, one = rows[i, c], standing + steps.grid.first_wave[c]
+        add_columns(changes.q, row[:standing], rhs)
+        add_columns(changes.q[one:], row[standing : standing + width], rhs)
+        add_columns(changes.q[one + w :], row[standing + width :], rhs)
     eliminate(matrix, n_active, n_active + count)
     force = changes.force[head]
     for j in range(n):
         for k in range(count):
             force[j, k] = 0.0
-        for a in range(n_active):
-            factor = rows[i, problem.active[a], j] * problem.newton[SLOPES_ROW, a]
+    for a in range(n_active):
+        c, slope = problem.active[a], problem.newton[SLOPES_ROW, a]
+        first, penetration = steps.grid.first_wave[c], matrix[a, n_active:]
+        for p in range(rows.shape[2]):
+            factor = rows[i, c, p] * slope
+            j = p if p < standing else p + first
+            if p >= standing + width:
+                j += w - width
             for k in range(count):
-                force[j, k] -= factor * matrix[a, n_active + k]
+                force[j, k] -= factor * penetration[k]
 
 
 @compiled_part

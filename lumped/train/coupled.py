@@ -224,8 +224,8 @@ class LoadedState:
     load_sensitivity : (p + 1, c, n) load of the contacts per coordinate
     coordinates : (p + 1, n) coordinates
     springs : (n, n) stiffness without the meshes, in modal coordinates in mean axes
-    tangent : (p, m, n, n) tangent stiffness of each mesh [1/s2]; a load that is
-        transmitted to another mesh counts half for each
+    rows : (p + 1, c, n) penetration of the contacts per coordinate
+    mesh_of : (c,) mesh of each contact
     """
 
     deflection: Array
@@ -234,12 +234,41 @@ class LoadedState:
     load_sensitivity: Array
     coordinates: Array
     springs: Array
-    tangent: Array
+    rows: Array
+    mesh_of: NDArray[np.int64]
 
-    @property
+    def tangent(self, positions: slice | int) -> Array:
+        """Tangent stiffness (..., m, n, n) of each mesh at positions [1/s2].
+
+        A load that is transmitted to another mesh counts half for each.
+        """
+        B, S = self.rows[positions], self.load_sensitivity[positions]
+        one_way = np.stack(
+            [
+                np.swapaxes(B[..., of_mesh, :], -1, -2) @ S[..., of_mesh, :]
+                for of_mesh in self._contacts_of_meshes
+            ],
+            axis=-3,
+        )
+        return np.asarray(0.5 * (one_way + np.swapaxes(one_way, -1, -2)))
+
+    @cached_property
     def meshes(self) -> Array:
         """Mean tangent stiffness (m, n, n) of each mesh over the cycle [1/s2]."""
-        return np.asarray(self.tangent.mean(axis=0))
+        # the end of the cycle is the start of the next
+        B, S, n = self.rows[:-1], self.load_sensitivity[:-1], len(self.springs)
+        one_way = np.stack(
+            [
+                B[:, of_mesh].reshape(-1, n).T @ S[:, of_mesh].reshape(-1, n)
+                for of_mesh in self._contacts_of_meshes
+            ]
+        )
+        return np.asarray(one_way + np.swapaxes(one_way, 1, 2)) / (2.0 * len(B))
+
+    @property
+    def _contacts_of_meshes(self) -> list[NDArray[np.intp]]:
+        meshes = range(self.deflection.shape[1])
+        return [np.flatnonzero(self.mesh_of == m) for m in meshes]
 
     @property
     def frequency_Hz(self) -> Array:
@@ -254,7 +283,7 @@ class LoadedState:
     @property
     def mesh_energy(self) -> Array:
         """Fraction (m, n) of each mode's strain energy in each mesh."""
-        strain = np.einsum("in,mij,jn->mn", self.shapes, self.meshes, self.shapes)
+        strain = (self.shapes * (self.meshes @ self.shapes)).sum(axis=1)
         squares = (2.0 * np.pi * self.frequency_Hz) ** 2
         return np.divide(strain, squares, np.zeros_like(strain), where=squares > 0.0)
 
@@ -296,13 +325,15 @@ def _with_body_modes(
     E, G, squares = bodies.rows, bodies.coupling, bodies.angular**2
     size, to_unit = hubs + bodies.count, bodies.to_unit
 
-    def in_unit_coordinates(of_hubs: Array, of_bodies: Array) -> Array:
-        return np.concatenate([of_hubs, of_bodies], axis=-1) @ to_unit
+    a = size - 2 * bodies.pair_whirl.size
 
-    compliance = coupled.contacts.normal_compliance - np.einsum(
-        "cpb,dpb->pcd", E / squares, E
-    )
-    inertial = coupled.inertia_rows - np.einsum("cpb,bn->cpn", E / squares, G)
+    def in_unit_coordinates(of_hubs: Array, of_bodies: Array) -> Array:
+        values = np.concatenate([of_hubs, of_bodies], axis=-1)
+        values[..., :a] = values[..., :a] @ to_unit[:a, :a]  # pairs have unit mass
+        return values
+
+    compliance = coupled.contacts.normal_compliance - _row_products(E / squares, E)
+    inertial = coupled.inertia_rows - (E / squares) @ G
     work = np.zeros((size, size))
     work[:hubs, :hubs] = coupled.work - (G.T / squares) @ G
     stiffness = np.zeros((size, size))
@@ -356,6 +387,7 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
             contact_indices, cells + 1
         ]
 
+    rows, first_wave, wave_count = _rows_by_gear(system)
     gap = interpolate(system.contacts.gap)
     compliance = np.swapaxes(system.contacts.normal_compliance, 0, 1)
     facing = gap < MAX_FACING_GAP
@@ -367,13 +399,34 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
         mesh_cycle=mesh_cycle,
         periods=np.array(periods),
         gap=gap,
-        rows=interpolate(system.rows),
+        rows=interpolate(rows),
+        first_wave=first_wave,
+        wave_count=np.array([wave_count]),
         ahead=interpolate(system.ahead),
         compliance=interpolate(compliance),
         facing=facing,
         facing_contacts=np.where(faces < len(mesh_of), faces, -1),
     )
     return make_contiguous(step_grid)
+
+
+def _rows_by_gear(system: CoupledSystem) -> tuple[Array, NDArray[np.int64], int]:
+    """Rows (c, p + 1, a + 2 k) of a ContactGrid, the first pair of each contact, and k.
+
+    A contact moves with the pairs of its own gears only, which are adjacent in chains.
+    """
+    a, w, rows = _standing_count(system), system.whirl.size, system.rows
+    if w == 0:
+        return rows, np.zeros(len(rows), np.int64), 0
+    moves = (rows[..., a:] != 0.0).any(axis=1).reshape(-1, 2, w).any(axis=1)
+    begin = np.argmax(moves, axis=1)
+    end = np.where(moves.any(axis=1), w - np.argmax(moves[:, ::-1], axis=1), begin)
+    k = int((end - begin).max())
+    begin = np.minimum(begin, w - k)
+    ones = a + begin[:, None] + np.arange(k)
+    standing = np.broadcast_to(np.arange(a), (len(rows), a))
+    columns = np.concatenate([standing, ones, w + ones], axis=1)
+    return np.take_along_axis(rows, columns[:, None], axis=2), begin, k
 
 
 def coupled_steps(
@@ -387,15 +440,15 @@ def coupled_steps(
 
     repetitions : number of repetitions of the grid in a common period
     """
-    from lumped.kernels.coupled import add_step_compliance
+    from lumped.kernels.coupled import add_wave_compliance
 
     steps = len(grid.gap) // int(grid.periods[0])
     h = 1.0 / (frequency * steps)
     propagator = linear.step(frequency, h)
     a, push = linear.n_standing, propagator.waves[:, 2:4].sum(axis=0)
-    compliance = grid.compliance.copy()
-    newest = np.ascontiguousarray(propagator.force_response[:, :a])
-    add_step_compliance(grid.rows, grid.facing, newest, push, compliance)
+    standing, newest = grid.rows[..., :a], propagator.force_response[:, :a]
+    compliance = standing @ (standing @ newest).transpose(0, 2, 1) + grid.compliance
+    add_wave_compliance(grid, push, compliance)
     return CoupledSteps(
         h=np.full(repetitions * len(grid.gap), h),
         grid=grid,
@@ -435,7 +488,9 @@ def _allocate_workspace(system: CoupledSystem) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Hubs:
-    """Displacement of the hubs (n,), per coordinate (n, n) and load (c, p + 1, n)."""
+    """Displacement of the hubs and of standing modes (a,), per coordinate (a, a) and
+    load (c, p + 1, a).
+    """
 
     rotation: Array
     hub_compliance: Array
@@ -495,29 +550,37 @@ def static_transmission_error(
 def _in_mean_axes(
     coupled: CoupledContacts, train: ModalTrain, whirl: Array
 ) -> tuple[CoupledSystem, Hubs]:
-    R, U, W, K = coupled.rows, coupled.inertia_rows, coupled.work, train.stiffness
-    S = np.linalg.inv(np.eye(len(W)) + K @ W)
-    P, load = U - R @ W, S @ train.load
-    turn = np.eye(len(W)) - W @ S @ K
+    # pairs of travelling modes deflect no hub and have no part in these loads
+    a = coupled.rows.shape[2] - 2 * whirl.size
+    R, U = coupled.rows[..., :a], coupled.inertia_rows[..., :a]
+    W, K = coupled.work[:a, :a], train.stiffness[:a, :a]
+    S = np.linalg.inv(np.eye(a) + K @ W)
+    P, load = U - R @ W, S @ train.load[:a]
+    turn = np.eye(a) - W @ S @ K
     hubs = Hubs(turn, P @ turn.T)
-    both = np.einsum("cpi,dpi->pcd", U, R)
+    both = _row_products(U, R)
     compliance = coupled.contacts.normal_compliance - both - both.transpose(0, 2, 1)
-    compliance += np.einsum("cpi,dpi->pcd", R @ W, R)
-    compliance -= np.einsum("cpi,dpi->pcd", P @ (S @ K), P)
+    compliance += _row_products(R @ W, R)
+    compliance -= _row_products(P @ (S @ K), P)
     contacts = coupled.contacts._replace(
         normal_compliance=compliance, gap=coupled.contacts.gap + P @ load
     )
+    stiffness, rows = train.stiffness.copy(), coupled.rows.copy()
+    stiffness[:a, :a] = S @ K
+    rows[..., :a] += P @ S @ K
+    shapes = train.shapes.copy()
+    shapes[:, :a] = shapes[:, :a] @ turn
     system = CoupledSystem(
-        stiffness=S @ K,
-        damping=np.zeros_like(S),
-        load=load,
+        stiffness=stiffness,
+        damping=np.zeros_like(stiffness),
+        load=np.concatenate([load, train.load[a:]]),
         whirl=whirl,
-        shapes=train.shapes @ turn,
-        offset=train.shapes @ W @ load,
+        shapes=shapes,
+        offset=train.shapes[:, :a] @ W @ load,
         rate=train.rate,
         mesh_of=coupled.mesh_of,
-        rows=R + P @ S @ K,
-        ahead=hubs.hub_compliance @ train.shapes.T,
+        rows=rows,
+        ahead=hubs.hub_compliance @ train.shapes[:, :a].T,
         contacts=contacts,
     )
     return system, hubs
@@ -528,18 +591,25 @@ def _damping(
 ) -> Array:
     """Damping matrix (n, n) of the hubs and of the body modes."""
     loaded = loaded_state(system, _initial_coordinates(train, system))
-    rotation = hubs.rotation + np.einsum(
-        "cpi,pcj->pij", hubs.hub_compliance, loaded.load_sensitivity
-    )
-    rotation = bodies.to_unit @ rotation[:-1]
     mode_damping = np.concatenate([train.damping, bodies.damping])
-    damping = np.tensordot(rotation * mode_damping[:, None], rotation, ((0, 1), (0, 1)))
-    damping /= len(rotation)
     # pairs retain only their own damping: they must whirl unchanged
-    pairs = slice(damping.shape[0] - 2 * bodies.pair_whirl.size, None)
-    damping[pairs], damping[:, pairs] = 0.0, 0.0
-    damping[pairs, pairs] = np.diag(mode_damping[pairs])
-    return np.asarray(damping)
+    damping, a = np.diag(mode_damping), _standing_count(system)
+    compliance = hubs.hub_compliance[:, :-1].transpose(1, 2, 0)
+    rotation = hubs.rotation + compliance @ loaded.load_sensitivity[:-1, :, :a]
+    rotation = (bodies.to_unit[:a, :a] @ rotation).reshape(-1, a)
+    weights = np.tile(mode_damping[:a], len(compliance))[:, None]
+    damping[:a, :a] = (rotation * weights).T @ rotation / len(compliance)
+    return damping
+
+
+def _standing_count(system: CoupledSystem) -> int:
+    """Number of coordinates before those of the pairs of travelling modes."""
+    return system.load.size - 2 * system.whirl.size
+
+
+def _row_products(one: Array, two: Array) -> Array:
+    """Products (p, c, d) of rows (c, p, n) and (d, p, n)."""
+    return np.asarray(one.transpose(1, 0, 2) @ two.transpose(1, 2, 0))
 
 
 def _without_meshes(system: CoupledSystem, loaded: LoadedState) -> Contacts:
@@ -596,19 +666,19 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
 
     Raises ArithmeticError if no equilibrium is found.
     """
-    K, B = system.stiffness, system.rows.transpose(1, 0, 2)
-    Q, gap = system.contacts.normal_compliance, system.contacts.gap.T
-    positions, count, n = B.shape
-    q, eye = start + _touching_coordinates(system, start), np.eye(count)
+    K, B, Q, gap = _without_pairs_of_modes(system)
+    positions, count, a = B.shape
+    whole = start + _touching_coordinates(system, start)
+    q, eye = whole[:, :a], np.eye(count)
     x = _multiply(B, q) - gap
     tolerance = EQUILIBRIUM_RTOL * system.contacts.knots[:, -1].max()
     for _ in range(MAX_NEWTON_ITERATIONS):
         F, D = contact_loads(system, x)
         residual = [
             x + _multiply(Q, F) - _multiply(B, q) + gap,
-            q @ K + _multiply(B.transpose(0, 2, 1), F) - system.load,
+            q @ K + _multiply(B.transpose(0, 2, 1), F) - system.load[:a],
         ]
-        matrix = np.zeros((positions, count + n, count + n))
+        matrix = np.zeros((positions, count + a, count + a))
         matrix[:, :count, :count] = eye + Q * D[:, None, :]
         matrix[:, :count, count:] = -B
         matrix[:, count:, :count] = B.transpose(0, 2, 1) * D[:, None, :]
@@ -618,8 +688,23 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
         if not np.isfinite(step).all():
             break
         if (np.abs(step[:, :count]) < tolerance).all():
-            return _linearise(system, x, q, B)
+            return _linearise(system, x, q)
     raise ArithmeticError("no static equilibrium of the contacts was found")
+
+
+def _without_pairs_of_modes(system: CoupledSystem) -> tuple[Array, Array, Array, Array]:
+    """At rest: stiffness (a, a), rows (p + 1, c, a), compliance (p + 1, c, c), and gaps
+    (p + 1, c).
+
+    Pairs of travelling modes are springs of their own: at rest they are compliance.
+    """
+    a = _standing_count(system)
+    B, squares = system.rows.transpose(1, 0, 2), np.diag(system.stiffness)[a:]
+    pairs = B[..., a:]
+    compliance = (pairs / squares) @ pairs.transpose(0, 2, 1)
+    gap = system.contacts.gap.T - pairs @ (system.load[a:] / squares)
+    Q = system.contacts.normal_compliance + compliance
+    return system.stiffness[:a, :a], B[..., :a], Q, gap
 
 
 def _touching_coordinates(system: CoupledSystem, start: Array) -> Array:
@@ -640,24 +725,26 @@ def _touching_coordinates(system: CoupledSystem, start: Array) -> Array:
     return coordinates
 
 
-def _linearise(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
+def _linearise(system: CoupledSystem, x: Array, q: Array) -> LoadedState:
+    """Loaded state at penetrations (p + 1, c) and standing coordinates (p + 1, a)."""
     F, D = contact_loads(system, x)
-    ahead_deflection = np.einsum("cpm,pc->pm", system.ahead, F)
+    a, B = q.shape[1], system.rows.transpose(1, 0, 2)
+    pair_forces = system.load[a:] - _multiply(B[..., a:].transpose(0, 2, 1), F)
+    q = np.concatenate([q, pair_forces / np.diag(system.stiffness)[a:]], axis=1)
     Q, eye = system.contacts.normal_compliance, np.eye(len(system.mesh_of))
     load_sensitivity = np.asarray(
         np.linalg.solve(eye + D[:, :, None] * Q, D[:, :, None] * B), float
     )
-    # the end of the cycle is the start of the next
-    of_mesh = np.eye(system.rate.size)[system.mesh_of]  # (c, m)
-    tangent = np.einsum("cm,pci,pcj->pmij", of_mesh, B[:-1], load_sensitivity[:-1])
+    ahead = np.einsum("cpm,pc->pm", system.ahead, F)
     return LoadedState(
-        deflection=system.offset + q @ system.shapes.T + ahead_deflection,
+        deflection=system.offset + q @ system.shapes.T + ahead,
         load=F,
         penetration=x,
         load_sensitivity=load_sensitivity,
         coordinates=q,
         springs=system.stiffness,
-        tangent=0.5 * (tangent + np.swapaxes(tangent, 2, 3)),
+        rows=B,
+        mesh_of=system.mesh_of,
     )
 
 

@@ -13,6 +13,8 @@ bandwidth changes amplitudes on the flanks of a resonance by s / 2.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +32,19 @@ N_SPEEDS = 25  # speeds at which the bound is evaluated, in addition to resonanc
 # Orders of the mesh frequency whose resonances with a mode are considered
 MAX_ORDER = 12
 MAX_HARMONICS = 32  # largest number of harmonics of the excitation
+COPIED_MODES = 8  # modes up to which their part is copied rather than all read
 UNSOLVED_DAMPING_RATIO = 1.0  # damping ratio of modes that were not solved
+
+
+class MeshPart(NamedTuple):
+    """Change (k, s, h) of a mesh's compliance by modes (k,), at speeds and harmonics.
+
+    The last of all modes are those that were not solved.
+    """
+
+    mesh: int
+    modes: NDArray[np.intp]
+    change: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +80,7 @@ class TruncationModel:
 
         retained : (b,) modes that are not left out
         """
-        return self._error(self._parts(band), ~retained)
+        return float(self._errors(self._parts(band), ~retained).max())
 
     def flank_bound(self, retained: Mask, band: tuple[float, float]) -> float:
         """Relative error of amplitudes on the flanks of resonances in a band of speeds.
@@ -82,29 +96,44 @@ class TruncationModel:
         Families with the largest individual errors are retained first.
         """
         parts, flanks = self._parts(band), self._flanks(band)
-
-        def error(left_out: Mask, rest: bool = True) -> float:
-            on_flanks = self._flank_error(flanks, left_out, rest)
-            return max(self._error(parts, left_out, rest), on_flanks)
-
-        families = np.unique(self.families)
-        individual_errors = [error(self.families == n, rest=False) for n in families]
+        families, left_out = np.unique(self.families), np.ones(self.families.size, bool)
+        individual_errors = []
+        for n in families:
+            family = self.families == n
+            on_flanks = self._flank_error(flanks, family, rest=False)
+            errors = self._errors(self._of_family(parts, n), family, rest=False)
+            individual_errors.append(max(on_flanks, errors.max(initial=0.0)))
         order = families[np.argsort(individual_errors, kind="stable")[::-1]]
-        for count in range(order.size):
-            retained = np.isin(self.families, order[:count])
-            if error(~retained) <= max_error:
-                return retained
+        errors = self._errors(parts, left_out)
+        for n in order:
+            if max(errors.max(), self._flank_error(flanks, left_out)) <= max_error:
+                return ~left_out
+            left_out = left_out & (self.families != n)
+            affected = self._of_family(parts, n)
+            errors[[part.mesh for part in affected]] = self._errors(affected, left_out)
         return np.ones(self.families.size, bool)
 
-    def _error(self, parts: list[Array], left_out: Mask, rest: bool = True) -> float:
-        """Compliance error without some of the modes (b,), and the rest if included."""
-        mask = np.append(left_out, rest)
-        return max(
-            float(
-                np.sqrt(((part[..., mask].sum(axis=2) * size) ** 2).sum(axis=1)).max()
-            )
-            for part, size in zip(parts, self._sizes, strict=True)
-        )
+    def _of_family(self, parts: list[MeshPart], family: int) -> list[MeshPart]:
+        """The parts in which a family has a share."""
+        members = np.flatnonzero(self.families == family)
+        return [part for part in parts if np.isin(members, part.modes).any()]
+
+    def _errors(
+        self, parts: list[MeshPart], left_out: Mask, rest: bool = True
+    ) -> Array:
+        """Compliance errors of meshes without some of the modes (b,), and the rest if
+        included."""
+        mask, sizes = np.append(left_out, rest).astype(float), self._sizes
+        errors = []
+        for part in parts:
+            weights, change = mask[part.modes], part.change
+            included = np.flatnonzero(weights)
+            if included.size < COPIED_MODES:
+                weights, change = weights[included], change[included]
+            change = np.tensordot(weights, change, axes=1)
+            squares = ((change * sizes[part.mesh]) ** 2).sum(axis=1)
+            errors.append(float(np.sqrt(squares.max())))
+        return np.array(errors)
 
     def _flank_error(self, flanks: Array, left_out: Mask, rest: bool = True) -> float:
         """Flank error without some of the modes (b,), and the rest if included."""
@@ -137,32 +166,36 @@ class TruncationModel:
                 )
         return fraction
 
-    @property
+    @cached_property
     def _sizes(self) -> list[Array]:
         return [normalise(a[:MAX_HARMONICS]) for a in self.amplitudes]
 
-    def _parts(self, band: tuple[float, float]) -> list[Array]:
-        """Change of each mesh's compliance (s, h, b + 1) by each mode and the rest."""
+    def _parts(self, band: tuple[float, float]) -> list[MeshPart]:
+        """Change of each mesh's compliance by its own modes and the rest."""
         frequencies = np.append(self.frequencies_Hz, self.unsolved_Hz)
         ratios = np.append(self.damping_ratio, UNSOLVED_DAMPING_RATIO)
-        parts = []
-        meshes = zip(
-            self.compliance,
-            self.unsolved_compliance,
-            self.amplitudes,
-            self.rate,
-            strict=True,
-        )
-        for share, rest, amplitudes, rate in meshes:
+        shares = np.column_stack([self.compliance, self.unsolved_compliance])
+        speeds, parts = self._speeds(band), []
+        for m, (share, amplitudes) in enumerate(
+            zip(shares, self.amplitudes, strict=True)
+        ):
             orders = np.arange(1.0, min(len(amplitudes), MAX_HARMONICS) + 1.0)
-            frequency = np.multiply.outer(self._speeds(band), rate * orders)
-            factor = inertia_factor(frequency[..., None] / frequencies, ratios)
-            parts.append(np.append(share, rest) * factor)
+            frequency = np.multiply.outer(speeds, self.rate[m] * orders)
+            modes = np.flatnonzero(share)
+            # modes of a pair have one factor
+            both = np.stack([frequencies[modes], ratios[modes]])
+            (natural, damping), index = np.unique(both, axis=1, return_inverse=True)
+            ratio = frequency / natural[:, None, None]
+            factor = inertia_factor(ratio, damping[:, None, None])
+            change = share[modes, None, None] * factor[index.ravel()]
+            parts.append(MeshPart(m, modes, change))
         return parts
 
     def _speeds(self, band: tuple[float, float]) -> Array:
         """Speeds of a band, including those at which harmonics excite modes."""
-        orders = np.multiply.outer(self.rate, np.arange(1.0, MAX_ORDER + 1.0)).ravel()
-        resonances = np.divide.outer(self.frequencies_Hz, orders).ravel()
+        # modes of a pair, and meshes of one frequency, have the same
+        orders = np.multiply.outer(self.rate, np.arange(1.0, MAX_ORDER + 1.0))
+        resonances = np.divide.outer(np.unique(self.frequencies_Hz), np.unique(orders))
+        resonances = np.unique(resonances)
         inside = resonances[(resonances > band[0]) & (resonances < band[1])]
         return np.concatenate([np.geomspace(*band, N_SPEEDS), inside])

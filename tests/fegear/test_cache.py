@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from conftest import make_gear
 
-from fegear.elasticity import cache
+from fegear.elasticity import cache, modes
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.sector import cyclic_sector
 from fegear.files.store import load_arrays, save_arrays
 from meshes import MeshSize
 
@@ -168,3 +169,32 @@ def test_processes_share_the_directory(directory):
         tables = [r.get(timeout=120).normal for r in results]
     for table in tables[1:]:
         np.testing.assert_array_equal(table, tables[0])
+
+
+def test_modes_are_read_as_they_were_solved(directory, monkeypatch):
+    """Families are kept one by one, whichever others a torque asks for."""
+    solved, original = [], modes._solve_modes
+
+    def counting(sector, mass, n, count):
+        solved.append(n)
+        return original(sector, mass, n, count)
+
+    monkeypatch.setattr(modes, "_solve_modes", counting)
+    sector = cyclic_sector(GEAR, STEEL, SMALL)
+    first = modes.lowest_modes(sector, 7850.0, range(3), 2)
+    again = modes.lowest_modes(sector, 7850.0, range(3), 2)
+    assert solved == [0, 1, 2]
+    for name, values in vars(first).items():
+        np.testing.assert_array_equal(vars(again)[name], values)
+    more = modes.lowest_modes(sector, 7850.0, range(3), 2, 5, 1e6)
+    assert solved == [0, 1, 2, 3, 4]
+    assert (np.diff(more.frequencies_Hz) >= 0.0).all()
+    assert more.frequencies_Hz.size == 2 + 4 * 4
+    modes.lowest_modes(sector, 7800.0, range(1), 2)
+    assert solved[5:] == [0]
+    for path in directory.glob("modes-*.npz"):
+        path.write_bytes(path.read_bytes()[:-1] + b"x")
+    np.testing.assert_array_equal(
+        modes.lowest_modes(sector, 7850.0, range(3), 2).normal, first.normal
+    )
+    assert len(solved) == 9

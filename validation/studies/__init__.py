@@ -66,6 +66,11 @@ register(
             "ClatterBenchmark",
             "Clattering wheels: impacts per second, and the tolerance of events.",
         ),
+        "bench growth": (
+            "validation.studies.benchmarks",
+            "GrowthBenchmark",
+            "Run time of the lumped models over the number of gears.",
+        ),
         "bench all": (
             "validation.studies.benchmarks",
             "AllBenchmarks",

@@ -33,6 +33,7 @@ from validation.bench import (
     bench_clatter,
     bench_dynamics,
     bench_eccentric,
+    bench_growth,
     bench_lumped,
     bench_stability,
     bench_stiffness,
@@ -357,6 +358,18 @@ class ClatterBenchmark(
 
 
 @dataclass(frozen=True, kw_only=True)
+class GrowthBenchmark(
+    OneBenchmark, Study, command="bench growth", example="bench growth -o bench"
+):
+    """Run time of the lumped models over the number of gears."""
+
+    output = f"{FOLDER} [default: bench-growth]"
+
+    def measured(self, report: Progress) -> Benchmark:
+        return bench_growth.measure(report)
+
+
+@dataclass(frozen=True, kw_only=True)
 class AllBenchmarks(
     OneBenchmark, Study, command="bench all", example="bench all -o bench"
 ):
@@ -375,6 +388,7 @@ class AllBenchmarks(
             StabilityBenchmark(torque=TORQUE),
             EccentricBenchmark(),
             ClatterBenchmark(),
+            GrowthBenchmark(),
             DynamicsBenchmark(torque=TORQUE),
         )
 

@@ -742,6 +742,10 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus("bench clatter --json", "-o there"),
         "--json": plus("bench clatter", "--json"),
     },
+    "bench growth": {
+        "--output": plus("bench growth --json", "-o there"),
+        "--json": plus("bench growth", "--json"),
+    },
     "bench eccentric": {
         "--output": plus("bench eccentric --json", "-o there"),
         "--json": plus("bench eccentric", "--json"),

@@ -81,7 +81,7 @@ def frequencies_of_elements(model, system, place):
 
 def frequencies_of(system, place):
     loaded = system.loaded
-    stiffness = loaded.springs + loaded.tangent[place].sum(axis=0)
+    stiffness = loaded.springs + loaded.tangent(place).sum(axis=0)
     return np.sqrt(np.linalg.eigvalsh(stiffness)) / (2.0 * math.pi)
 
 

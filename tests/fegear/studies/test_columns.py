@@ -29,6 +29,7 @@ from validation.bench import (
     bench_clatter,
     bench_dynamics,
     bench_eccentric,
+    bench_growth,
     bench_lumped,
     bench_stability,
     bench_stiffness,
@@ -57,6 +58,7 @@ BENCHMARKS = {
     ("eccentric", "table"): bench_eccentric.EccentricCost,
     ("eccentric", "contact"): bench_eccentric.ContactCost,
     ("clatter", "table"): bench_clatter.ImpactCost,
+    ("growth", "table"): bench_growth.ChainCost,
 }
 UNITS = {
     "m": "dte_rms_m ste_m pair2_gap_m pinion_x_m",

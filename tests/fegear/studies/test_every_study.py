@@ -433,6 +433,7 @@ EXAMPLES = {
     "bench stability": {"torque": 50.0 + 1.0 / 3.0},
     "bench eccentric": {},
     "bench clatter": {},
+    "bench growth": {},
     "bench all": {},
 }
 

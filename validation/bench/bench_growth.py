@@ -1,0 +1,135 @@
+"""Run time of the lumped models over the number of gears, set-up and sweep apart."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.common.progress import Progress
+from lumped.steady.sweep import DIRECTIONS, sweep
+from lumped.train.system import LumpedSystem
+from validation.bench import benchmark as bench
+from validation.bench.chains import TORQUE_NM, chain
+
+SIZES = (2, 3, 4, 6, 8, 12, 16)  # gears
+SPEEDS_HZ = np.linspace(1000.0, 3000.0, 21)  # of all meshes
+MODELS = {
+    "model 1": LumpedModel(number=1),
+    "coupled": LumpedModel(number="coupled"),
+}
+
+
+@dataclass(frozen=True)
+class ChainCost:
+    """Processor times of a chain in one thread.
+
+    set-up is from the gear set to the equilibrium at rest, with what bodies' elements
+    give on disk; sweep is over all speeds, up and down
+    """
+
+    study: str
+    gears: int
+    coordinates: int
+    contacts: int
+    setup_s: float
+    sweep_s: float
+    ms_per_period: float
+
+
+def measure(report: Progress) -> bench.Benchmark:
+    """Chains of different gears, each of which drives the next."""
+    rows, interrupted = bench.collect(_measured(report), bench.POINTS)
+    points = rows[bench.POINTS]
+    return bench.Benchmark(
+        name="growth",
+        title=f"Chains of gears, {2 * SPEEDS_HZ.size} speeds: processor time",
+        about="Set-up and sweep of chains of different gears by model 1 and by the "
+        "coupled model, in one thread; compliances and modes of the bodies on disk.",
+        tables=bench.plain(rows),
+        panels=[_panel(points)],
+        findings=_findings(points),
+        interrupted=interrupted,
+    )
+
+
+def _measured(report: Progress) -> Iterator[tuple[str, Any]]:
+    for model in MODELS.values():
+        _sweep(_system(SIZES[0], model))  # compiles what is not compiled yet
+    done, total = 0, len(SIZES) * len(MODELS)
+    for gears in SIZES:
+        for study, model in MODELS.items():
+            report(f"{study}, {gears} gears", done, total)
+            yield bench.POINTS, _point(study, gears, model)
+            done += 1
+
+
+def _point(study: str, gears: int, model: LumpedModel) -> ChainCost:
+    set_up = partial(_system, gears, model)
+    system = set_up()  # what is not on disk yet is computed here
+    setup_s, _ = _timed(set_up)
+    sweep_s, periods = _timed(partial(_sweep, system))
+    return ChainCost(
+        study=study,
+        gears=gears,
+        coordinates=system.angular.size,
+        contacts=0 if system.contacts is None else len(system.contacts.mesh_of),
+        setup_s=setup_s,
+        sweep_s=sweep_s,
+        ms_per_period=float(1e3 * sweep_s / periods),
+    )
+
+
+def _system(gears: int, model: LumpedModel) -> LumpedSystem:
+    system = lumped_system(chain(gears), TORQUE_NM, model)
+    _ = system.static_state
+    return system
+
+
+def _sweep(system: LumpedSystem) -> float:
+    """Pass all speeds up and down; return the periods that were integrated."""
+    branches = [sweep(system, SPEEDS_HZ, direction) for direction in DIRECTIONS]
+    return sum(
+        response.settling_time * response.frequency + max(response.multiple, 1)
+        for branch in branches
+        for response in branch.responses
+    )
+
+
+def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
+    start = time.process_time()
+    result = work()
+    return time.process_time() - start, result
+
+
+def _panel(points: list[ChainCost]) -> bench.Panel:
+    curves = []
+    parts = [(s, p) for s in MODELS for p in ("setup", "sweep")]
+    for (study, part), marker in zip(parts, bench.MARKERS, strict=False):
+        places = [
+            (p.gears, getattr(p, f"{part}_s")) for p in points if p.study == study
+        ]
+        label = f"{study}, {'set-up' if part == 'setup' else part}"
+        curves.append(bench.CostCurve(label, marker, places))
+    return bench.Panel("gears", "processor time [s]", curves)
+
+
+def _findings(points: list[ChainCost]) -> list[str]:
+    """Order of growth from the middle of the sizes on."""
+    findings = []
+    for study in MODELS:
+        large = [p for p in points if p.study == study and p.gears >= 4]
+        if len(large) > 1:
+            gears = [p.gears for p in large]
+            setup = bench.slope(gears, [p.setup_s for p in large])
+            swept = bench.slope(gears, [p.sweep_s for p in large])
+            findings.append(
+                f"{study}, from 4 gears on: set-up grows with power {setup:.2f} of the "
+                f"number of gears, sweep with {swept:.2f}"
+            )
+    return findings
