@@ -19,7 +19,7 @@ from meshes.gear import (
     involute,
 )
 
-USUAL_PIN_MODULES = 1.728  # of external gears, Van Keuren's series
+DEFAULT_PIN_MODULES = 1.728  # of external gears, Van Keuren's series
 
 
 def span(gear: Involute, thickness: float, teeth: int) -> float:
@@ -126,7 +126,7 @@ def require_seated(gear: SpurGear, pin: float) -> None:
         raise GeometryError("pin", "the pin touches the root")
 
 
-def usual_span_teeth(gear: SpurGear) -> int | None:
+def default_span_teeth(gear: SpurGear) -> int | None:
     """Number of teeth whose span touches flanks nearest to radius r + x m.
 
     None where no span touches the involute. All spans that do differ by base pitches.
@@ -144,12 +144,12 @@ def _span_fits(gear: SpurGear, teeth: int) -> bool:
     return 2 * teeth <= gear.teeth and span_contact(length).is_on_flank(gear)
 
 
-def usual_pin_diameter(gear: SpurGear) -> float | None:
+def default_pin_diameter(gear: SpurGear) -> float | None:
     """1.728 modules, else the pin that touches flanks at radius r + x m.
 
     None where neither touches the involute and protrudes over the tip circle.
     """
-    pins = USUAL_PIN_MODULES * gear.module, _pin_at_shifted_circle(gear)
+    pins = DEFAULT_PIN_MODULES * gear.module, _pin_at_shifted_circle(gear)
     return next((pin for pin in pins if pin and _pin_fits(gear, pin)), None)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fegear.files.errors import InputError
-from fegear.gearset.materials import Material, materials
+from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.problems import nearest, shown
@@ -92,7 +92,7 @@ def _inferences(blanks: list[Blank]) -> list[str]:
     return [tooth.inference for b in blanks if (tooth := b.thickness).inference]
 
 
-def _material(entry: GearEntry) -> tuple[str, Material]:
+def _material(entry: GearEntry) -> tuple[str, NamedMaterial]:
     """Name with what differs from it, and the values."""
     named = materials()[entry.material]
     own = {

@@ -15,10 +15,10 @@ from fegear.gearset.pitch_errors import tooth_pair_errors
 from fegear.gearset.zones import Zones, zones
 from meshes import SpurGear
 from meshes.tooth_thickness import (
+    default_pin_diameter,
+    default_span_teeth,
     pin_dimension,
     span,
-    usual_pin_diameter,
-    usual_span_teeth,
 )
 
 
@@ -86,7 +86,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
 
 def _measured_figures(teeth: SpurGear) -> dict[str, Any]:
     """What a drawing states of the tooth thickness, None where nothing fits."""
-    number, pin = usual_span_teeth(teeth), usual_pin_diameter(teeth)
+    number, pin = default_span_teeth(teeth), default_pin_diameter(teeth)
     thickness = teeth.tooth_thickness
     return {
         "span_teeth": number,

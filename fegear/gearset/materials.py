@@ -11,7 +11,7 @@ STEEL = "steel"  # of a gear whose file says nothing
 
 
 @dataclass(frozen=True, kw_only=True)
-class Material:
+class NamedMaterial:
     """Elastic values of a material at 23 C, in the units of a gear-set file.
 
     condition : to which they apply, besides the temperature
@@ -25,10 +25,12 @@ class Material:
 
 
 @cache
-def materials() -> dict[str, Material]:
+def materials() -> dict[str, NamedMaterial]:
     """All materials by name, in the order of the file."""
     text = (resources.files("fegear.gearset") / "materials.toml").read_text("utf-8")
-    return {name: Material(**values) for name, values in tomllib.loads(text).items()}
+    return {
+        name: NamedMaterial(**values) for name, values in tomllib.loads(text).items()
+    }
 
 
 def material_names() -> tuple[str, ...]:

@@ -176,9 +176,9 @@ def rpm_setting(instead: str) -> Any:
 
 def refuse_both(study: Any, *names: str) -> None:
     """Raise InputError where two of some settings are given."""
-    given = [name for name in names if getattr(study, name) not in (None, ())]
-    if len(given) > 1:
-        shown = " and ".join(display_name(study, name) for name in given)
+    present = [name for name in names if getattr(study, name) not in (None, ())]
+    if len(present) > 1:
+        shown = " and ".join(display_name(study, name) for name in present)
         raise InputError(f"{shown} exclude each other")
 
 

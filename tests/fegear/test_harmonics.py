@@ -19,8 +19,8 @@ def test_harmonics_are_those_of_the_transform(values):
     harmonics = mesh_harmonics(values, 5)
     assert len(harmonics) == min(5, (values.size - 1) // 2)
     for part in harmonics:
-        found = part.amplitude * np.exp(1j * part.phase)
-        assert found == pytest.approx(spectrum[part.order], abs=1e-9)
+        harmonics_found = part.amplitude * np.exp(1j * part.phase)
+        assert harmonics_found == pytest.approx(spectrum[part.order], abs=1e-9)
 
 
 @given(st.floats(0.0, 5.0), st.floats(-3.1, 3.1), st.integers(1, 4))
@@ -42,8 +42,10 @@ def test_a_rectangular_wave_has_its_series(double):
     for part in mesh_harmonics(wave, 5):
         turn = math.pi * part.order * double
         amplitude = 2.0 / (math.pi * part.order) * math.sin(turn)
-        found = part.amplitude * np.exp(1j * part.phase)
-        assert found == pytest.approx(amplitude * np.exp(-1j * turn), abs=1e-3)
+        harmonics_found = part.amplitude * np.exp(1j * part.phase)
+        assert harmonics_found == pytest.approx(
+            amplitude * np.exp(-1j * turn), abs=1e-3
+        )
 
 
 def test_what_repeats_later_than_a_base_pitch_is_left_out():

@@ -16,6 +16,8 @@ from meshes.gear import Involute
 from meshes.outline import MeshSize, half_sector_outline
 from meshes.profile import flank_points, turn
 from meshes.tooth_thickness import (
+    default_pin_diameter,
+    default_span_teeth,
     least_pin_dimension,
     pin_contact,
     pin_dimension,
@@ -25,8 +27,6 @@ from meshes.tooth_thickness import (
     span_contact,
     thickness_of_pins,
     thickness_of_span,
-    usual_pin_diameter,
-    usual_span_teeth,
 )
 
 MIRROR = np.array([-1.0, 1.0])
@@ -111,7 +111,7 @@ GEARS = [*random_gears(12, seed=4), make_gear(38, 15e-3), make_gear(55, 20e-3)]
 @pytest.mark.parametrize("gear", GEARS)
 def test_span_is_the_distance_of_parallel_planes(gear):
     """Calipers with their jaws along the axis of symmetry of some teeth."""
-    number = usual_span_teeth(gear)
+    number = default_span_teeth(gear)
     roll = np.linspace(gear.form_roll_length, gear.tip_roll_length, 200_001)
     right = turn(flank_points(gear, roll), 0.5 * (number - 1) * gear.pitch_angle)
     widest = int(right[:, 0].argmax())
@@ -134,7 +134,7 @@ def tooth_outline(gear) -> np.ndarray:
 @pytest.mark.parametrize("gear", GEARS)
 def test_pins_touch_the_outline(gear):
     """Each pin is lowered into its space until it touches the outline."""
-    pin, outline = usual_pin_diameter(gear), tooth_outline(gear)
+    pin, outline = default_pin_diameter(gear), tooth_outline(gear)
     axis = 0.5 * gear.pitch_angle  # of the space, clockwise from the tooth
     flanks = np.concatenate([outline, turn(outline * MIRROR, gear.pitch_angle)])
 
@@ -151,7 +151,7 @@ def test_pins_touch_the_outline(gear):
 
 @pytest.mark.parametrize("gear", GEARS)
 def test_usual_tools_touch_flanks_near_the_middle(gear):
-    number, pin = usual_span_teeth(gear), usual_pin_diameter(gear)
+    number, pin = default_span_teeth(gear), default_pin_diameter(gear)
     by_span = span_contact(span(gear, gear.tooth_thickness, number))
     by_pin = pin_contact(gear, gear.tooth_thickness, pin)
     middle = gear.reference_radius + gear.profile_shift * gear.module
@@ -167,7 +167,7 @@ def test_a_pin_of_another_series_where_the_usual_one_does_not_fit():
     gear = make_gear(
         60, 20e-3, profile_shift=1.35, tip_radius=tip, pressure_angle=angle
     )
-    pin = usual_pin_diameter(gear)
+    pin = default_pin_diameter(gear)
     assert pin is not None
     assert pin > 1.8 * gear.module
     require_seated(gear, pin)

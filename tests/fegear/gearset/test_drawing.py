@@ -15,7 +15,7 @@ from fegear.files.templates import template_text
 from fegear.gearset import GearSet, make_gear_set, read_gear_set
 from fegear.gearset.derived import gear_figures
 from fegear.gearset.materials import materials
-from meshes.tooth_thickness import pin_dimension, span, usual_span_teeth
+from meshes.tooth_thickness import default_span_teeth, pin_dimension, span
 
 PLAIN = {
     "name": "one",
@@ -59,7 +59,7 @@ def test_diameters_are_twice_the_radii():
 @given(shift=st.floats(-0.1, 0.4), thinning_um=st.floats(-200.0, 300.0))
 def test_span_and_shift_give_the_thinning(shift, thinning_um):
     gear = teeth_of(shift=shift, profile_shift=shift, tooth_thinning_um=thinning_um)
-    number = usual_span_teeth(gear)
+    number = default_span_teeth(gear)
     length_mm = 1e3 * span(gear, gear.tooth_thickness, number)
     keys = {"span_mm": length_mm, "span_teeth": number}
     by_span = teeth_of(shift=shift, profile_shift=shift, **keys)
