@@ -188,7 +188,7 @@ class GearDefaults(Keys):
     )
     material: MaterialName = Field(
         default=STEEL,
-        description="NamedMaterial, whose values are those of young_modulus_GPa, "
+        description="Material, whose values are those of young_modulus_GPa, "
         "poisson_ratio and density_kg_per_m3 where they are left out.",
     )
     young_modulus_GPa: Annotated[float, Field(ge=1e-3, le=1e5)] | None = Field(
@@ -323,7 +323,7 @@ class ProfileEntry(Keys):
 
     crowning_um: Signed = Field(
         default=0.0,
-        description="NamedMaterial missing at both ends of the active profile, by a "
+        description="Material missing at both ends of the active profile, by a "
         "parabola over the roll angle that is zero in the middle.",
     )
     slope_um: Signed = Field(
