@@ -215,6 +215,13 @@ def text(r: random.Random, tables: dict[str, Any]) -> bytes:
 FILES = ["out.csv", "out.png", "out.vtu", "none/out.csv", "", "x" * 300, "\x1b.csv"]
 WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--mesh": ["1", "2", "9", "0"],
+    "--harmonic-count": ["1", "7", "0", "9999"],
+    "--path": FILES,
+    "--harris": FILES,
+    "--objective": ["largest", "mean", "least"],
+    "--shape": ["linear", "parabolic", "round"],
+    "--max-relief-um": ["5", "0", "1e300", "nan"],
+    "--torques": ["t.csv", "none/t.csv"],
     "--gear": ["1", "3", "0"],
     "--torque": ["5", "50", "0", "1e8", "1e300", "nan"],
     "--positions": ["1", "4", "8", "0", "9999999"],
@@ -340,6 +347,7 @@ BASE = {
     ),
     "stiffness": ("SET --resolution coarse --positions 2", 6),
     "compare": ("SET", 2),
+    "relief": ("SET --resolution coarse --positions 4 --starts 1", 2),
     "mesh": ("SET --resolution coarse --output out.vtu", 2),
     "dynamics": ("SET --resolution coarse --fidelity quasistatic --speeds 3000", 2),
     "identify": ("SET --resolution coarse", 1),

@@ -40,7 +40,7 @@ RATTLES = (  # of the group `rattle`
 )
 BENCHMARKS = (  # of the group `bench`
     *("stiffness", "dynamics", "lumped", "branches", "stability"),
-    *("eccentric", "clatter", "all"),
+    *("growth", "eccentric", "clatter", "all"),
 )
 
 

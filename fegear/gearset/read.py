@@ -54,7 +54,9 @@ def load_gear_set(
     >>> fegear.load_gear_set("liu-pair").name
     'liu-pair'
     """
-    return read_gear_set(*_text_of(fspath(name_or_path)), edits)
+    name = fspath(name_or_path)
+    folder = Path() if name in builtin_names() else Path(name).parent
+    return _read(*_text_of(name), edits, folder)
 
 
 def load_tables(name_or_path: str, edits: Mapping[str, Any]) -> dict[str, Any]:

@@ -86,7 +86,7 @@ class ReliefProblem:
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
-        """Of the design (2 n,): magnitudes [um], then lengths [base pitches]."""
+        """Limits of a design (2 n,): magnitudes [um], then lengths [base pitches]."""
         magnitudes = [(0.0, self.max_magnitude / MICRO)] * len(self.ranges)
         return magnitudes + [entry.lengths for entry in self.ranges]
 

@@ -58,7 +58,7 @@ STUDIES = {
     "relief": (
         "relief",
         "ReliefDesign",
-        "Profile relief of least transmission error over a range of torques.",
+        "Profile relief of least transmission error over torque.",
     ),
     "render": (
         "render",

@@ -1,4 +1,4 @@
-"""Profile relief of least transmission error over a range of torques."""
+"""Profile relief of least transmission error over torque."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ from fegear.studies.trains import (
     chosen_torques,
     mesh_index,
     mesh_setting,
-    speeds_setting,
+    torques_setting,
 )
 from lumped.common.options import Range
 
@@ -84,7 +84,7 @@ class ReliefDesign(
     command="relief",
     example="relief liu-pair --torque 60:140:20 -o best.toml --plot best.png",
 ):
-    """Profile relief of least transmission error over a range of torques.
+    """Profile relief of least transmission error over torque.
 
     Magnitude and length of the reliefs of both gears are sought together, from several
     starts, so that the objective is least: the largest, or the mean, peak to peak of
@@ -99,12 +99,7 @@ class ReliefDesign(
 
     gear_set: GearSetRef = DEFAULT_PAIR
     mesh: int = mesh_setting()
-    torque: tuple[float, ...] = speeds_setting(
-        (),
-        "Torques on the driving gear of the mesh [N\u00a0m]; numbers with commas, or a "
-        "range. [default: all load cases of the gear set]",
-        Range(above=0.0, below=1e9),
-    )
+    torque: tuple[float, ...] = torques_setting("driving gear of the mesh")
     objective: Objective = setting(
         "largest",
         "Peak to peak of the static transmission error to minimise. largest: that of "

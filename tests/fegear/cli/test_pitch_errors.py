@@ -128,7 +128,7 @@ def test_a_map_runs_over_all_pairs(uneven, tmp_path):
     over = "--over", "torque_Nm=60,80"
     run("map", uneven, *over, "--at", 1500, "-o", path, "--steps", 64)
     rows = [line.split(",") for line in path.read_text().splitlines()[-2:]]
-    assert [row[2 + len(QUANTITIES)] for row in rows] == [str(CYCLES)] * 2
+    assert [row[3 + len(QUANTITIES)] for row in rows] == [str(CYCLES)] * 2
 
 
 def test_closed_forms_are_said_to_know_none(uneven, equal):
