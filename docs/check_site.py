@@ -65,7 +65,7 @@ def broken_links(pages: dict[Path, PageParser]) -> Iterator[str]:
 
 
 def declared_names() -> Iterator[tuple[str, str]]:
-    """What must be found: the page's folder or name, and the words."""
+    """Yield the folder or the name of a page, and words that it must contain."""
     import fegear
     import lumped
     from fegear.files.codes import codes
@@ -86,7 +86,7 @@ def declared_names() -> Iterator[tuple[str, str]]:
 
 
 def missing_names(site: Path, pages: dict[Path, PageParser]) -> Iterator[str]:
-    """What is declared and not on its page."""
+    """Yield a line for each name that is declared and not on its page."""
     texts = {
         path.relative_to(site.resolve()).as_posix(): "".join(page.text)
         for path, page in pages.items()

@@ -192,19 +192,7 @@ def find_best_relief(
     transmission error at each torque, with a constraint for each position (epigraph
     form), in a trust region that grows and shrinks with the gain.
     """
-    evaluations = 0
-    memory: dict[bytes, tuple[Array, Array]] = {}
-
-    def solved(design: Array) -> tuple[Array, Array]:
-        nonlocal evaluations
-        key = design.tobytes()
-        if key not in memory:
-            memory.clear()
-            memory[key] = problem.ste(design)
-            evaluations += 1
-        return memory[key]
-
-    best, best_value = starts[0], np.inf
+    best, best_value, evaluations = starts[0], np.inf, 0
     random = np.random.default_rng(0)
     bounds = np.array(problem.bounds)
     neighbours = NEIGHBOURS[: len(starts)]
@@ -218,27 +206,27 @@ def find_best_relief(
                 -1.0, 1.0, best.size
             )
             start = np.clip(best + way * np.ptp(bounds, axis=1), *bounds.T)
-        design = _local_search(problem, solved, start, objective)
-        value = objective_value(peak_to_peak(solved(design)[0]), objective)
+        design, value, count = _local_search(problem, start, objective)
+        evaluations += count
         if value < best_value:
             best, best_value = design, value
     progress(total, total)
-    ranges = peak_to_peak(solved(best)[0])
+    ranges = peak_to_peak(problem.ste(best)[0])
     return BestRelief(best, ranges, best_value, evaluations, len(starts))
 
 
 def _local_search(
-    problem: ReliefProblem,
-    solved: Callable[[Array], tuple[Array, Array]],
-    start: Array,
-    objective: Objective,
-) -> Array:
-    """Sequential linear programming in a trust region, over scaled designs."""
+    problem: ReliefProblem, start: Array, objective: Objective
+) -> tuple[Array, float, int]:
+    """Design, its value [m], and the number of solutions of the mesh cycle.
+
+    Sequential linear programming in a trust region, over scaled designs.
+    """
     bounds = np.array(problem.bounds)
     scale = np.ptp(bounds, axis=1)
     design, radius = start, FIRST_RADIUS
-    ste, slopes = solved(design)
-    value = objective_value(peak_to_peak(ste), objective)
+    ste, slopes = problem.ste(design)
+    value, evaluations = objective_value(peak_to_peak(ste), objective), 1
     for _ in range(MAX_STEPS):
         low = np.maximum((bounds[:, 0] - design) / scale, -radius)
         high = np.minimum((bounds[:, 1] - design) / scale, radius)
@@ -246,7 +234,8 @@ def _local_search(
         if value - predicted < RELATIVE_GAIN * value:
             break
         candidate = np.clip(design + scale * step, *bounds.T)
-        ste_there, slopes_there = solved(candidate)
+        ste_there, slopes_there = problem.ste(candidate)
+        evaluations += 1
         reached = objective_value(peak_to_peak(ste_there), objective)
         gain = (value - reached) / (value - predicted)
         if gain > 0.0:
@@ -254,7 +243,7 @@ def _local_search(
         radius *= 2.0 if gain > GOOD_GAIN else 1.0 if gain > POOR_GAIN else 0.3
         if radius < MIN_RADIUS:
             break
-    return design
+    return design, value, evaluations
 
 
 def _linear_step(

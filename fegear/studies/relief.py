@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.output import write_text
 from fegear.files.toml import toml_text
@@ -258,8 +259,15 @@ class ReliefResult(StudyResult):
             "torques": self.rows,
             "starts": self.study.starts,
             "evaluations": self.evaluations,
-            "warnings": self.warnings,
+            "warnings": [*self.warnings, *self._worse()],
         }
+
+    def _worse(self) -> Iterator[str]:
+        """Yield a warning where the gear set was as good before."""
+        before, after = self._objective("before_um"), self._objective("after_um")
+        if after >= before:
+            text = f"no relief within the limits gives less than {before:.4g} um"
+            yield with_code("W28", text)
 
     def _objective(self, name: str) -> float:
         values = np.array([row[name] for row in self.rows])

@@ -24,6 +24,7 @@ from fegear.statics.best_relief import (
     starting_designs,
 )
 from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.studies.trains import GearSetRef
 
 COARSE = StaticsSettings(resolution="coarse")
 TORQUES = np.array([60.0, 100.0, 140.0])
@@ -127,6 +128,20 @@ def test_the_written_gear_set_has_the_transmission_error_that_is_shown(tmp_path)
     after = [row["after_um"] for row in result.rows]
     np.testing.assert_allclose(1e6 * peak_to_peak(solved.cycle.ste), after, rtol=1e-9)
     assert max(after) < 0.7 * max(row["before_um"] for row in result.rows)
+
+
+def test_a_design_that_is_not_better_is_reported():
+    study = fegear.ReliefDesign(
+        gear_set=GearSetRef(
+            name="liu-pair", edits=("mesh.1.tip_relief.magnitude_um=6",)
+        ),
+        torque=(100.0,),
+        max_relief_um=0.01,
+        starts=1,
+        elements=StaticsSettings(resolution="coarse", positions=16),
+    )
+    (warning,) = fegear.run(study).summary["warnings"]
+    assert warning.endswith(" um [W28]")
 
 
 WORDS = st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=8)
