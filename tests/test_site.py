@@ -16,7 +16,9 @@ DIRECTIVE = re.compile(r"^```\{([\w-]+)\} ?(.*)$", re.MULTILINE)
 
 
 def load_checks() -> Any:
-    spec = importlib.util.spec_from_file_location("site", DOCS / "check_site.py")
+    spec = importlib.util.spec_from_file_location(
+        "check_site", DOCS / "_checks" / "check_site.py"
+    )
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -1,6 +1,6 @@
 """Check a built site: no broken link, and a place for everything that is declared.
 
-python docs/check_site.py OUT
+python docs/_checks/check_site.py OUT
 """
 
 from __future__ import annotations
