@@ -25,7 +25,8 @@ class GearPair:
     """Driving and driven gear at a centre distance [m].
 
     Positions on the line of action are measured by the roll length of the
-    driver, s1, from its base circle's point of tangency; s2 = length - s1.
+    driver, s1, from its base circle's point of tangency; s2 = length - s1. One of the
+    gears may be internal: its roll lengths are negative, and so is the length.
 
     Raises GeometryError if the two cannot run together.
     """
@@ -42,7 +43,16 @@ class GearPair:
     @property
     def operating_pressure_angle(self) -> float:
         bases = self.driver.base_radius + self.driven.base_radius
-        return math.acos(bases / self.center_distance)
+        return math.acos(abs(bases) / self.center_distance)
+
+    @property
+    def is_internal(self) -> bool:
+        return self.sign < 0
+
+    @property
+    def sign(self) -> int:
+        """-1 for a pair with an internal gear, else 1."""
+        return self.driver.sign * self.driven.sign
 
     @property
     def base_pitch(self) -> float:
@@ -51,7 +61,8 @@ class GearPair:
     @property
     def line_of_action(self) -> float:
         """Distance between the two points of tangency, a sin(aw)."""
-        return self.center_distance * math.sin(self.operating_pressure_angle)
+        sine = math.sin(self.operating_pressure_angle)
+        return self.sign * self.center_distance * sine
 
     @property
     def pitch_point(self) -> float:
@@ -88,7 +99,7 @@ class GearPair:
         """Normal backlash along the line of action."""
         one, two = self.driver, self.driven
         angle = self.operating_pressure_angle
-        gap = involute(angle) - one.base_half_angle + math.pi / one.teeth
+        gap = involute(angle) - one.base_half_angle + 0.5 * one.pitch_angle
         return 2.0 * one.base_radius * gap + 2.0 * two.base_radius * (
             involute(angle) - two.base_half_angle
         )
@@ -114,12 +125,15 @@ def require_common_pitch(pair: GearPair) -> None:
 
 
 def require_path(pair: GearPair) -> None:
-    bases = pair.driver.base_radius + pair.driven.base_radius
+    if pair.driver.sign + pair.driven.sign < 0:
+        raise GeometryError("internal", "both gears are internal; only one may be")
+    bases = abs(pair.driver.base_radius + pair.driven.base_radius)
+    name = "difference" if pair.is_internal else "sum"
     a = pair.center_distance
     if not bases < a < math.inf:
         raise GeometryError(
             "center_distance",
-            f"{1e3 * a:.9g} mm; must exceed the sum of base radii "
+            f"{1e3 * a:.9g} mm; must exceed the {name} of base radii "
             f"{ceiled(1e3 * bases)} mm",
         )
     if not pair.contact_ratio >= 1.0:
@@ -159,7 +173,8 @@ def require_clearances(pair: GearPair) -> None:
                 f"interference; at most {floored(1e3 * allowed)} mm",
                 other[name],
             )
-        clearance = pair.center_distance - mate.tip_radius - gear.root_radius
+        distance = pair.sign * pair.center_distance
+        clearance = distance - mate.tip_radius - gear.root_radius
         if clearance <= 0.0:
             raise GeometryError(
                 "tip_radius",
@@ -225,6 +240,6 @@ def tight_center_distance(pair: GearPair) -> float:
     """Centre distance [m] of these gears without backlash."""
     one, two = pair.driver, pair.driven
     bases = one.base_radius + two.base_radius
-    filled = one.base_radius * (one.base_half_angle - math.pi / one.teeth)
+    filled = one.base_radius * (one.base_half_angle - 0.5 * one.pitch_angle)
     value = (filled + two.base_radius * two.base_half_angle) / bases
-    return bases / math.cos(inverse_involute(value))
+    return abs(bases) / math.cos(inverse_involute(value))

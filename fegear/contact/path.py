@@ -50,7 +50,7 @@ def contact_diameters(pair: GearPair, position: Array) -> tuple[Array, Array]:
     gears = pair.driver, pair.driven
     angles = roll_angles(pair, position)
     one, two = (
-        2.0 * gear.base_radius * np.hypot(1.0, angle)
+        2.0 * abs(gear.base_radius) * np.hypot(1.0, angle)
         for gear, angle in zip(gears, angles, strict=True)
     )
     return one, two
@@ -62,7 +62,7 @@ def sliding_over_pitch_speed(pair: GearPair, position: Array) -> Array:
     Negative before the pitch point and positive past it.
     """
     radius = pair.driver.base_radius / math.cos(pair.operating_pressure_angle)
-    driven_radius = radius * pair.driven.teeth / pair.driver.teeth
+    driven_radius = radius * pair.driven.base_radius / pair.driver.base_radius
     return position * pair.base_pitch * (1.0 / radius + 1.0 / driven_radius)
 
 
