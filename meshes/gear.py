@@ -192,21 +192,13 @@ class SpurGear(Involute):
 
     def require_generated_tooth(self) -> None:
         """Require that the rack cuts a whole tooth with a tip land on a body."""
-        half_width, _depth = self.rack_tip_center
-        widest = self.rack_tip_radius
-        if half_width < -1e-9 * self.module:
-            alpha = self.pressure_angle
-            widest += half_width / (1.0 / math.cos(alpha) - math.tan(alpha))
-            limit = f"does not fit the rack tip, at most {floored(1e3 * widest)} mm"
-            raise GeometryError(
-                "rack_tip_radius", f"{stated_mm(self.rack_tip_radius)}; {limit}"
-            )
+        self._require_rack_tip()
         if self.is_undercut and not waist(self) > MIN_WAIST * self.module:
+            foot, least = floored(1e3 * waist(self)), 1e3 * MIN_WAIST * self.module
             raise GeometryError(
                 "profile_shift",
-                f"{self.profile_shift:g}; undercut leaves {floored(1e3 * waist(self))} mm "
-                f"of the tooth's foot, at least {ceiled(1e3 * MIN_WAIST * self.module)} mm "
-                "is needed",
+                f"{self.profile_shift:g}; undercut leaves {foot} mm of the tooth's "
+                f"foot, at least {ceiled(least)} mm is needed",
             )
         require(
             "tip_radius",
@@ -214,21 +206,35 @@ class SpurGear(Involute):
             stated_mm(self.tip_radius),
             f"must exceed the form radius {ceiled(1e3 * self.form_radius)} mm",
         )
-        require(
-            "tip_radius",
-            self.tip_thickness > 0.05 * self.module,
-            stated_mm(self.tip_radius),
-            f"the tooth is pointed: tip thickness {floored(1e3 * self.tip_thickness)} mm, "
-            f"at least {ceiled(50.0 * self.module)} mm is needed",
-        )
+        self.require_tip_land()
         largest_hub = self.root_radius - 0.5 * self.module
         require(
             "hub_radius",
             self.hub_radius <= largest_hub * (1.0 + SLACK),
             stated_mm(self.hub_radius),
-            f"at most {floored(1e3 * largest_hub)} mm, half a module below the root circle "
-            f"{stated_mm(self.root_radius)}",
+            f"at most {floored(1e3 * largest_hub)} mm, half a module below the root "
+            f"circle {stated_mm(self.root_radius)}",
         )
+
+    def require_tip_land(self) -> None:
+        thickness = self.tip_thickness
+        require(
+            "tip_radius",
+            thickness > 0.05 * self.module,
+            stated_mm(abs(self.tip_radius)),
+            f"the tooth is pointed: tip thickness {floored(1e3 * thickness)} mm, at "
+            f"least {ceiled(50.0 * self.module)} mm is needed",
+        )
+
+    def _require_rack_tip(self) -> None:
+        half_width, _depth = self.rack_tip_center
+        widest = self.rack_tip_radius
+        if half_width < -1e-9 * self.module:
+            alpha = self.pressure_angle
+            widest += half_width / (1.0 / math.cos(alpha) - math.tan(alpha))
+            limit = f"does not fit the rack tip, at most {floored(1e3 * widest)} mm"
+            rounding = stated_mm(self.rack_tip_radius)
+            raise GeometryError("rack_tip_radius", f"{rounding}; {limit}")
 
 
 MIN_WAIST = 0.3  # thickness of an undercut tooth, in modules

@@ -136,25 +136,8 @@ class InternalGear(SpurGear):
 
     def require_generated_tooth(self) -> None:
         """Require that the cutter leaves a tooth with a tip land in an existing rim."""
-        rounding, rb = self.rack_tip_radius, self.cutter_base_radius
-        require(
-            "dedendum",
-            self.rounding_center_radius > rb,
-            stated_mm(self.dedendum),
-            f"at least {ceiled(1e3 * (self.dedendum + rb - self.rounding_center_radius))} "
-            "mm, the cutter's tip must be beyond its base circle",
-        )
-        require(
-            "rack_tip_radius",
-            self.rounding_angle >= -1e-9,
-            stated_mm(rounding),
-            f"does not fit the tip of a cutter of {self.cutter_teeth} teeth",
-        )
-        tip, base, form = (
-            -self.tip_radius,
-            -self.base_radius,
-            -self.form_radius,
-        )
+        self._require_cutter_tip()
+        tip, base, form = -self.tip_radius, -self.base_radius, -self.form_radius
         require(
             "tip_radius",
             tip > base,
@@ -167,13 +150,7 @@ class InternalGear(SpurGear):
             stated_mm(tip),
             f"must be below the form radius {floored(1e3 * form)} mm",
         )
-        require(
-            "tip_radius",
-            self.tip_thickness > 0.05 * self.module,
-            stated_mm(tip),
-            f"the tooth is pointed: tip thickness {floored(1e3 * self.tip_thickness)} "
-            f"mm, at least {ceiled(50.0 * self.module)} mm is needed",
-        )
+        self.require_tip_land()
         smallest, rim = -self.root_radius + 0.5 * self.module, -self.hub_radius
         require(
             "hub_radius",
@@ -181,4 +158,20 @@ class InternalGear(SpurGear):
             stated_mm(rim),
             f"at least {ceiled(1e3 * smallest)} mm, half a module beyond the root "
             f"circle {stated_mm(-self.root_radius)}",
+        )
+
+    def _require_cutter_tip(self) -> None:
+        missing = self.cutter_base_radius - self.rounding_center_radius
+        require(
+            "dedendum",
+            missing < 0.0,
+            stated_mm(self.dedendum),
+            f"at least {ceiled(1e3 * (self.dedendum + missing))} mm, the cutter's tip "
+            "must be beyond its base circle",
+        )
+        require(
+            "rack_tip_radius",
+            self.rounding_angle >= -1e-9,
+            stated_mm(self.rack_tip_radius),
+            f"does not fit the tip of a cutter of {self.cutter_teeth} teeth",
         )

@@ -7,7 +7,6 @@ of the tooth.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from types import ModuleType
 
