@@ -10,7 +10,8 @@ the tooth points up as that of an external gear does.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from meshes.gear import (
     SLACK,
@@ -18,13 +19,12 @@ from meshes.gear import (
     SpurGear,
     ceiled,
     floored,
-    inverse_involute,
-    involute,
     require,
     stated_mm,
 )
+from meshes.shaper import ShaperCutter, shaper_cutter
 
-MIN_CUTTER_TEETH = 5
+FEWEST_CUTTER_TEETH = 5  # of a cutter, and fewer than the ring has
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +35,7 @@ class InternalGear(SpurGear):
     dedendum : depth of the space beyond the reference circle
     rack_tip_radius : rounding of the cutter's tips, which generates the root fillet
     hub_radius : outer radius of the ring, where it is held, negative
-    cutter_teeth : number of teeth of the cutter, whose profile shift is zero
+    cutter_teeth : number of teeth of the cutter
 
     Raises GeometryError if no such gear can be cut.
     """
@@ -50,89 +50,39 @@ class InternalGear(SpurGear):
     def is_undercut(self) -> bool:
         return False
 
+    @cached_property
+    def cutter(self) -> ShaperCutter:
+        sharp = shaper_cutter(
+            self, self.base_half_angle, self.root_radius, self.cutter_teeth
+        )
+        return replace(sharp, rounding=self.rack_tip_radius)
+
+    @property
+    def cutting_angle(self) -> float:
+        """Pressure angle of ring and cutter [rad]."""
+        bases = -self.base_radius - self.cutter.base_radius
+        return math.acos(bases / self.cutter.center_distance)
+
     @property
     def rack_roll_length(self) -> float:
-        """Roll length down to which the cutter's involute reaches."""
-        contact = self.rack_tip_radius + self.rounding_roll_length
-        return -(contact + self.cutting_line)
+        """Roll length that the involute of the cutter reaches."""
+        line = self.cutter.center_distance * math.sin(self.cutting_angle)
+        return -(self.cutter.flank_roll_length + line)
 
     @property
     def form_normal_angle(self) -> float:
         return 0.5 * math.pi - self.cutting_angle
-
-    @property
-    def cutter_base_radius(self) -> float:
-        radius = 0.5 * self.module * self.cutter_teeth
-        return radius * math.cos(self.pressure_angle)
-
-    @property
-    def cutter_base_half_angle(self) -> float:
-        return 0.5 * math.pi / self.cutter_teeth + involute(self.pressure_angle)
-
-    @property
-    def cutting_angle(self) -> float:
-        """Pressure angle of cutter and ring without backlash [rad]."""
-        rb, cutter_rb = self.base_radius, self.cutter_base_radius
-        filled = cutter_rb * (self.cutter_base_half_angle - math.pi / self.cutter_teeth)
-        value = (filled + rb * self.base_half_angle) / (rb + cutter_rb)
-        if not value > 0.0:
-            raise GeometryError(
-                "profile_shift",
-                f"{self.profile_shift:g}; a cutter of {self.cutter_teeth} teeth cannot "
-                "cut so thick a tooth",
-            )
-        return inverse_involute(value)
-
-    @property
-    def cutting_distance(self) -> float:
-        """Distance of the centres of ring and cutter, positive."""
-        bases = abs(self.base_radius) - self.cutter_base_radius
-        return bases / math.cos(self.cutting_angle)
-
-    @property
-    def cutting_line(self) -> float:
-        """Distance of the points of tangency of ring and cutter, positive."""
-        return self.cutting_distance * math.sin(self.cutting_angle)
-
-    @property
-    def cutter_tip_radius(self) -> float:
-        return -self.root_radius - self.cutting_distance
-
-    @property
-    def rounding_center_radius(self) -> float:
-        """Distance of the centre of the tip rounding from that of the cutter."""
-        return self.cutter_tip_radius - self.rack_tip_radius
-
-    @property
-    def rounding_roll_length(self) -> float:
-        """Roll length of the centre of the tip rounding on the cutter."""
-        r, rb = self.rounding_center_radius, self.cutter_base_radius
-        return math.sqrt(max(0.0, r * r - rb * rb))
-
-    @property
-    def rounding_angle(self) -> float:
-        """Angle of the centre of the tip rounding from the cutter's tooth axis [rad].
-
-        It lies on an involute that is inside that of the flank by the rounding.
-        """
-        rb = self.cutter_base_radius
-        roll = self.rounding_roll_length / rb
-        half = self.cutter_base_half_angle - self.rack_tip_radius / rb
-        return half - (roll - math.atan(roll))
 
     def require_sizes(self) -> None:
         rows = [("tip_radius", -self.tip_radius), ("hub_radius", -self.hub_radius)]
         for field, length in rows:
             ok = 0.0 < length < math.inf
             require(field, ok, stated_mm(length), "must be positive and finite")
-        most = self.teeth - MIN_CUTTER_TEETH
-        require(
-            "cutter_teeth",
-            MIN_CUTTER_TEETH <= self.cutter_teeth <= most,
-            f"{self.cutter_teeth}",
-            f"allowed {MIN_CUTTER_TEETH} to {most}, {MIN_CUTTER_TEETH} fewer than the "
-            "ring has",
-        )
+        fewest = FEWEST_CUTTER_TEETH
+        most = self.teeth - fewest
+        ok = fewest <= self.cutter_teeth <= most
+        allowed = f"allowed {fewest} to {most}, {fewest} fewer than the ring has"
+        require("cutter_teeth", ok, f"{self.cutter_teeth}", allowed)
 
     def require_generated_tooth(self) -> None:
         """Require that the cutter leaves a tooth with a tip land in an existing rim."""
@@ -161,7 +111,11 @@ class InternalGear(SpurGear):
         )
 
     def _require_cutter_tip(self) -> None:
-        missing = self.cutter_base_radius - self.rounding_center_radius
+        try:
+            cutter = self.cutter
+        except ValueError as error:
+            raise GeometryError("profile_shift", f"{self.profile_shift:g}; {error}")
+        missing = cutter.base_radius - cutter.center_radius
         require(
             "dedendum",
             missing < 0.0,
@@ -169,9 +123,11 @@ class InternalGear(SpurGear):
             f"at least {ceiled(1e3 * (self.dedendum + missing))} mm, the cutter's tip "
             "must be beyond its base circle",
         )
+        widest = cutter.widest_rounding
         require(
             "rack_tip_radius",
-            self.rounding_angle >= -1e-9,
+            self.rack_tip_radius <= widest * (1.0 + SLACK),
             stated_mm(self.rack_tip_radius),
-            f"does not fit the tip of a cutter of {self.cutter_teeth} teeth",
+            f"does not fit the tip of a cutter of {self.cutter_teeth} teeth, at most "
+            f"{floored(1e3 * widest)} mm",
         )

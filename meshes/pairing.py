@@ -7,14 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from meshes.gear import (
-    GeometryError,
-    SpurGear,
-    ceiled,
-    floored,
-    inverse_involute,
-    involute,
-)
+from meshes.gear import GeometryError, SpurGear, ceiled, floored
+from meshes.involute import inverse_involute, involute
 from meshes.profile import fillet_points
 
 PATH_POINTS = 400  # of the path of a tip corner through an undercut

@@ -83,15 +83,15 @@ def _shaped_fillet(gear: InternalGear, beta: NDArray[np.float64]) -> Points:
     rolling meets its circle about the cutter's centre; ring and cutter turn in the same
     sense.
     """
-    sn, c = np.sin(beta), np.cos(beta)
+    cutter, sn, c = gear.cutter, np.sin(beta), np.cos(beta)
     rolling = -gear.base_radius / math.cos(gear.cutting_angle)  # radii of the circles
-    cutter_rolling = rolling - gear.cutting_distance
-    center = gear.rounding_center_radius
-    way = np.sqrt(center**2 - (cutter_rolling * sn) ** 2) - cutter_rolling * c
-    turned = np.arctan2(way * sn, cutter_rolling + way * c) - gear.rounding_angle
-    depth = way + gear.rack_tip_radius
+    cutter_rolling = rolling - cutter.center_distance
+    way = np.sqrt(cutter.center_radius**2 - (cutter_rolling * sn) ** 2)
+    way -= cutter_rolling * c
+    turned = np.arctan2(way * sn, cutter_rolling + way * c) - cutter.center_angle
+    depth = way + cutter.rounding
     points = np.stack([-depth * sn, -rolling - depth * c], axis=-1)
-    ring_turned = turned * gear.cutter_teeth / gear.teeth
+    ring_turned = turned * cutter.teeth / gear.teeth
     return turn(points, 0.5 * gear.pitch_angle - ring_turned)
 
 

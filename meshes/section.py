@@ -57,13 +57,13 @@ def _along_fillet(gear: SpurGear, n: int) -> float:
     """Integral of r^n dtheta from form to root circle, r^2 dtheta = y dx - x dy."""
     from numpy.polynomial import Chebyshev
 
-    end = gear.form_normal_angle
-    x, y = (
-        Chebyshev.interpolate(
-            lambda beta, i=i: fillet_points(gear, beta)[..., i], FILLET_DEGREE, (0, end)
+    def coordinate(i: int) -> Chebyshev:
+        return Chebyshev.interpolate(
+            lambda beta: fillet_points(gear, beta)[..., i], FILLET_DEGREE, (0, end)
         )
-        for i in range(2)
-    )
+
+    end = gear.form_normal_angle
+    x, y = coordinate(0), coordinate(1)
     node, weight = np.polynomial.legendre.leggauss(POINTS)
     beta = 0.5 * end * (1.0 + node)
     squared = x(beta) ** 2 + y(beta) ** 2

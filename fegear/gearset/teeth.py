@@ -17,7 +17,8 @@ from fegear.gearset.thickness import (
     tooth_thickness,
 )
 from lumped.common.checks import require_present
-from meshes.gear import GeometryError, Involute, SpurGear, floored
+from meshes.gear import GeometryError, SpurGear, floored
+from meshes.involute import Involute
 
 __all__ = ["MM", "UM", "Blank", "Tip", "blank_of"]
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import GearEntry
-from meshes.gear import GeometryError, Involute, SpurGear, ceiled
+from meshes.gear import GeometryError, SpurGear, ceiled
+from meshes.involute import Involute
 from meshes.tooth_thickness import (
     least_pin_dimension,
     pin_contact,
