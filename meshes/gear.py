@@ -52,6 +52,11 @@ class SpurGear(Involute):
         self.require_generated_tooth()
 
     @property
+    def outer_radius(self) -> float:
+        """Largest radius of the body, positive."""
+        return self.tip_radius
+
+    @property
     def root_radius(self) -> float:
         shift = self.profile_shift * self.module
         return self.reference_radius + shift - self.dedendum

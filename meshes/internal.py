@@ -47,6 +47,10 @@ class InternalGear(SpurGear):
         return -1
 
     @property
+    def outer_radius(self) -> float:
+        return -self.hub_radius
+
+    @property
     def is_undercut(self) -> bool:
         return False
 
@@ -114,7 +118,9 @@ class InternalGear(SpurGear):
         try:
             cutter = self.cutter
         except ValueError as error:
-            raise GeometryError("profile_shift", f"{self.profile_shift:g}; {error}")
+            raise GeometryError(
+                "profile_shift", f"{self.profile_shift:g}; {error}"
+            ) from None
         missing = cutter.base_radius - cutter.center_radius
         require(
             "dedendum",

@@ -8,6 +8,7 @@ plus the number of base pitches by which a pair is ahead of the reference pair.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,17 +73,19 @@ def sliding_sign(position: Array) -> Array:
     return np.where(moving, -np.sign(position), 0.0)
 
 
-def sliding_per_base_pitch(teeth: tuple[int, int]) -> float:
+def sliding_per_base_pitch(teeth: Sequence[int]) -> float:
     """Sliding a base pitch from the pitch point, over the speed along the line of
     action.
+
+    teeth : of driver and driven gear, negative of an internal one
     """
-    return 2.0 * math.pi * sum(1.0 / z for z in teeth)
+    return 2.0 * math.pi * abs(sum(1.0 / z for z in teeth))
 
 
-def loss_factor(teeth: tuple[int, int], position: Array, share: ArrayLike) -> Array:
+def loss_factor(teeth: Sequence[int], position: Array, share: ArrayLike) -> Array:
     """Loss factor H_V: friction loss over friction coefficient and transmitted power.
 
-    teeth : of driver and driven gear
+    teeth : of driver and driven gear, negative of an internal one
     position : (n, k) of the pairs on the path [base pitches], at equal steps
     share : (..., n, k) part of the mesh force that each pair carries
 

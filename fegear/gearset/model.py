@@ -313,7 +313,8 @@ class GearSet:
             senses[gear] = sense
             waiting += [(other, sense) for other in self.axis(gear)]
             for mesh in (self.meshes[number] for number in self.meshes_of[gear]):
-                waiting.append((mesh.driver + mesh.driven - gear, -sense))
+                other = mesh.driver + mesh.driven - gear
+                waiting.append((other, -sense * mesh.pair.sign))
 
 
 def _require_fields(part: Any) -> None:
