@@ -10,6 +10,7 @@ import numpy as np
 from meshes.gear import GeometryError, SpurGear, ceiled, floored
 from meshes.involute import inverse_involute, involute
 from meshes.profile import fillet_points
+from meshes.tip_interference import largest_tip, tip_clearance
 
 PATH_POINTS = 400  # of the path of a tip corner through an undercut
 
@@ -141,6 +142,8 @@ def require_path(pair: GearPair) -> None:
 def _remedy(pair: GearPair) -> str:
     """Changes that raise the contact ratio to 1."""
     one, two = pair.driver, pair.driven
+    if pair.is_internal:
+        return "larger tips of the gear or smaller ones of the ring"
     if one.is_undercut or two.is_undercut:
         return "less undercut by a profile shift or more teeth, or larger tips"
     path = one.tip_roll_length + two.tip_roll_length - one.base_pitch
@@ -160,11 +163,14 @@ def require_clearances(pair: GearPair) -> None:
             require_undercut_clearance(pair, name)
         elif start < gear.form_roll_length:
             allowed = math.hypot(mate.base_radius, length - gear.form_roll_length)
+            limit = f"at most {floored(1e3 * allowed)} mm"
+            if mate.sign < 0:
+                limit = f"at least {ceiled(1e3 * allowed)} mm"
             raise GeometryError(
                 "tip_radius",
-                f"{1e3 * mate.tip_radius:.9g} mm of the mate digs below the form "
+                f"{1e3 * abs(mate.tip_radius):.9g} mm of the mate digs below the form "
                 f"circle of the {name} gear ({gear.teeth} teeth), trochoid "
-                f"interference; at most {floored(1e3 * allowed)} mm",
+                f"interference; {limit}",
                 other[name],
             )
         distance = pair.sign * pair.center_distance
@@ -172,16 +178,43 @@ def require_clearances(pair: GearPair) -> None:
         if clearance <= 0.0:
             raise GeometryError(
                 "tip_radius",
-                f"{1e3 * mate.tip_radius:.9g} mm of the mate meets the root circle of "
-                f"the {name} gear ({gear.teeth} teeth), clearance "
+                f"{1e3 * abs(mate.tip_radius):.9g} mm of the mate meets the root circle "
+                f"of the {name} gear ({gear.teeth} teeth), clearance "
                 f"{1e3 * clearance:.6g} mm; it must be positive",
                 other[name],
             )
+    if pair.is_internal:
+        require_tip_clearance(pair)
     if pair.backlash < -1e-9 * pair.base_pitch:  # round-off does not jam the gears
         raise GeometryError(
             "backlash",
             f"{1e6 * pair.backlash:.6g} um; teeth would jam, it must not be negative: "
-            f"centre distance at least {ceiled(1e3 * tight_center_distance(pair))} mm",
+            f"centre distance {tight_distance(pair)}",
+        )
+
+
+def tight_distance(pair: GearPair) -> str:
+    """The bound of the centre distance at which backlash begins, in words."""
+    distance = 1e3 * tight_center_distance(pair)
+    if pair.is_internal:
+        return f"at most {floored(distance)} mm"
+    return f"at least {ceiled(distance)} mm"
+
+
+def require_tip_clearance(pair: GearPair) -> None:
+    """Require that a gear's tips pass those of the ring beside the path."""
+    gear, ring, role = pair.driver, pair.driven, "driver"
+    if gear.sign < 0:
+        gear, ring, role = ring, gear, "driven"
+    clearance = tip_clearance(gear, ring, pair.center_distance)
+    if clearance <= 0.0:
+        allowed = largest_tip(gear, ring, pair.center_distance)
+        raise GeometryError(
+            "tip_radius",
+            f"{1e3 * gear.tip_radius:.9g} mm meets tips of the ring beside the path of "
+            f"contact, tip interference by {ceiled(-1e3 * clearance)} mm; at most "
+            f"{floored(1e3 * allowed)} mm, or a ring of more teeth",
+            role,
         )
 
 
@@ -193,7 +226,7 @@ def require_undercut_clearance(pair: GearPair, name: str) -> None:
     gear, mate, role = pair.driver, pair.driven, "driven"
     if name == "driven":
         gear, mate, role = mate, gear, "driver"
-    clearance = undercut_clearance(gear, mate, pair.center_distance)
+    clearance = undercut_clearance(gear, mate, pair.line_of_action)
     if clearance <= 0.0:
         raise GeometryError(
             "tip_radius",
@@ -204,7 +237,7 @@ def require_undercut_clearance(pair: GearPair, name: str) -> None:
         )
 
 
-def undercut_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -> float:
+def undercut_clearance(gear: SpurGear, mate: SpurGear, line: float) -> float:
     """Least distance, along circles, of the mate's tip corner from the fillet [m].
 
     Of the side that carries load, while the corner is below the form circle of the
@@ -213,9 +246,10 @@ def undercut_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -
     Both flanks cross the line of action at one point. In coordinates of the line, from
     the gear's point of tangency, its centre is at (0, -rb); the corner is an involute
     point of the mate, turned about its centre.
+
+    line : length of the line of action [m]
     """
     rb, mate_rb = gear.base_radius, mate.base_radius
-    line = math.sqrt(center_distance**2 - (rb + mate_rb) ** 2)
     tip, form = mate.tip_roll_length, gear.form_roll_length
     roll = line - tip + np.linspace(-1.0, 1.0, PATH_POINTS) * gear.base_pitch
     turn = (tip - line + roll) / mate_rb
