@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from meshes.gear import GeometryError, SpurGear, ceiled, floored
+from meshes.gear import GeometryError, SpurGear, ceiled, floored, stated_mm
 from meshes.involute import inverse_involute, involute
 from meshes.profile import fillet_points
 from meshes.tip_interference import largest_tip, tip_clearance
@@ -48,6 +48,11 @@ class GearPair:
     def sign(self) -> int:
         """-1 for a pair with an internal gear, else 1."""
         return self.driver.sign * self.driven.sign
+
+    @property
+    def driver_arm(self) -> float:
+        """Arm of the mesh force about the driver's centre, its base radius."""
+        return abs(self.driver.base_radius)
 
     @property
     def base_pitch(self) -> float:
@@ -178,7 +183,7 @@ def require_clearances(pair: GearPair) -> None:
         if clearance <= 0.0:
             raise GeometryError(
                 "tip_radius",
-                f"{1e3 * abs(mate.tip_radius):.9g} mm of the mate meets the root circle "
+                f"{stated_mm(abs(mate.tip_radius))} of the mate meets the root circle "
                 f"of the {name} gear ({gear.teeth} teeth), clearance "
                 f"{1e3 * clearance:.6g} mm; it must be positive",
                 other[name],
