@@ -81,10 +81,9 @@ class RexsWriter:
             attribute("span_measurement", base_tangent(gear, span), "mm"),
             attribute("number_of_teeth_for_span_measurement", span),
         )
+        angle = math.degrees(geometry.pressure_angle)
         flank = (
-            attribute(
-                "normal_pressure_angle", math.degrees(geometry.pressure_angle), "deg"
-            ),
+            attribute("normal_pressure_angle", angle, "deg"),
             attribute("addendum_modification_coefficient", geometry.profile_shift),
         )
         left, right = (
@@ -111,7 +110,9 @@ class RexsWriter:
 
     def _axes(self) -> list[tuple[int, ...]]:
         indices = range(len(self.gear_set.gears))
-        return list(dict.fromkeys(tuple(self.gear_set.axis(i)) for i in indices))
+        return list(
+            dict.fromkeys(tuple(sorted(self.gear_set.axis(i))) for i in indices)
+        )
 
     def _shaft(self, unit: int, axis: tuple[int, ...], gears: list[int]) -> None:
         shaft = self._component("shaft", f"shaft of {axis[0]}")
@@ -180,7 +181,9 @@ def as_xml(tree: dict[str, Any]) -> str:
         for r in tree["relations"]
     )
     cases = "".join(
-        f'<load_case id="{case["id"]}">{"".join(map(_xml, case["components"]))}</load_case>'
+        f'<load_case id="{case["id"]}">'
+        + "".join(map(_xml, case["components"]))
+        + "</load_case>"
         for case in tree["load_spectrum"]["load_cases"]
     )
     return (

@@ -6,12 +6,13 @@ Lengths in mm and angles in degrees, as in the gear-set file.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 from fegear.files.errors import InputError
-from fegear.files.toml import toml_text
+from fegear.files.toml import toml_text, toml_value
+from fegear.rexs.left_out import parts_left_out, speeds_left_out
 from fegear.rexs.model import Component, RexsModel
 from fegear.rexs.stages import Gearbox, Stage, ratios_from_input
 
@@ -21,29 +22,6 @@ TOOLS = ("rack_shaped_tool",)
 DEFAULT_HUB = 0.6
 MIN_RIM_MODULES = 1.0  # between bore and root, of a bore that is a shaft's diameter
 MAX_MISPLACED = 0.01  # of the centre distance: positions say the same
-# read by this module, besides what the stages read
-READ_KINDS = frozenset(
-    "cylindrical_gear cylindrical_stage cylindrical_stage_gear_data stage_gear_data "
-    "shaft shaft_section material rack_shaped_tool cylindrical_gear_flank "
-    "flank_geometry external_load gear_unit".split()
-)
-READ_ATTRIBUTES = frozenset(
-    (
-        *SHIFT,
-        *"number_of_teeth normal_module normal_pressure_angle face_width tip_diameter "
-        "root_diameter addendum_modification helix_angle helix_angle_reference_diameter "
-        "span_measurement number_of_teeth_for_span_measurement center_distance "
-        "support_vector u_coordinate_on_shaft is_driving_gear elastic_modulus "
-        "poisson_ratio density addendum_reference_profile tip_radius tip_radius_factor "
-        "addendum_coefficient_reference_profile".split(),
-    )
-)
-# positions and directions that say nothing new, and orders of tools
-SILENT_ATTRIBUTES = frozenset(
-    "u_axis_vector w_axis_vector reference_component_for_position "
-    "material_designation name".split()
-)
-LISTED_NAMES = 6  # of what is left out, in one line
 
 
 @dataclass(frozen=True)
@@ -197,10 +175,9 @@ class _Conversion:
         if shaft is None or middle is None:
             return None
         parts = self.gearbox.parts("assembly", "assembly", shaft.number, "part")
-        sections = (part for part in parts if part.kind == "shaft_section")
-        return max(
-            filter(None, (_diameter_at(s, middle) for s in sections)), default=None
-        )
+        sections = [part for part in parts if part.kind == "shaft_section"]
+        diameters = [_diameter_at(section, middle) for section in sections]
+        return max(filter(None, diameters), default=None)
 
     def _measured(self, sources: list[Component]) -> bool:
         names = "span_measurement", "number_of_teeth_for_span_measurement"
@@ -338,8 +315,9 @@ def convert_gearbox(model: RexsModel, source: str, name: str) -> RexsGearSet:
         "description": f"Spur stages of {source}, REXS {model.version}",
         "inferences": convert.assumed,
     }
-    left_out = (*spur.left_out, *_left_out_parts(gearbox), *_speeds(gearbox))
-    text = _commented(toml_text(heading | tables), gearbox, left_out)
+    left_out = (*spur.left_out, *parts_left_out(gearbox), *speeds_left_out(gearbox))
+    text = toml_text(heading | tables)
+    text = _commented(text, gearbox, convert.assumed, left_out)
     return RexsGearSet(text, tuple(convert.assumed), left_out)
 
 
@@ -352,6 +330,11 @@ def _names(gears: list[Component]) -> dict[int, str]:
         else f"{gear.name or 'gear'} ({gear.number})"
         for gear in gears
     }
+
+
+def _position(gear: Component) -> float:
+    """Position along the shaft [mm]."""
+    return gear.quantity("u_coordinate_on_shaft", "length") or 0.0
 
 
 def _of_tool(tool: Component, module: float) -> dict[str, float]:
@@ -399,51 +382,16 @@ def _center_line(stage: Stage, distance: float) -> float | None:
     return math.degrees(math.atan2(up, across))
 
 
-def _left_out_parts(gearbox: Gearbox) -> Iterator[str]:
-    """A line for each type of component, and each type's attributes, not read."""
-    kinds: dict[str, list[Component]] = {}
-    for component in gearbox.model.components.values():
-        kinds.setdefault(component.kind, []).append(component)
-    for kind, parts in sorted(kinds.items()):
-        if kind not in READ_KINDS:
-            yield f"{len(parts)} {kind}: {_listed(part.label for part in parts)}"
-    used = [*gearbox.spur_stages.gears, *_others(gearbox)]
-    unread: dict[str, dict[str, None]] = {}
-    for part in used:
-        for name in part.attributes.keys() - READ_ATTRIBUTES - SILENT_ATTRIBUTES:
-            unread.setdefault(part.kind, {})[name] = None
-    for kind, names in sorted(unread.items()):
-        yield f"attributes of {kind}: {_listed(sorted(names))}"
+def _on_lines(assumed: Iterable[str]) -> Iterator[str]:
+    """The key `inferences` with an entry on each line."""
+    yield "inferences = ["
+    yield from (f"    {toml_value(line)}," for line in assumed)
+    yield "]"
 
 
-def _others(gearbox: Gearbox) -> Iterator[Component]:
-    """Stages and flanks that are read, besides gears."""
-    for stage in gearbox.spur_stages.stages:
-        yield stage.component
-    for gear in gearbox.spur_stages.gears:
-        for side in ("left", "right"):
-            yield from gearbox.parts("flank", "gear", gear.number, side)
-
-
-def _speeds(gearbox: Gearbox) -> Iterator[str]:
-    """A line on rotational speeds, which commands take and gear sets have not."""
-    axis = gearbox.spur_stages.input_axis
-    cases = [case.get(axis) for case in gearbox.model.load_cases]
-    parts = [*filter(None, cases), gearbox.model.components[axis]]
-    stated = (part.quantity("rotational_speed", "speed") for part in parts)
-    speeds = dict.fromkeys(abs(speed) for speed in stated if speed)
-    if speeds:
-        text = ", ".join(f"{speed:g}" for speed in speeds)
-        yield f"rotational_speed of the input: {text} rpm, which commands take as --rpm"
-
-
-def _listed(items: Any) -> str:
-    names = list(items)
-    more = len(names) - LISTED_NAMES
-    return ", ".join(names[:LISTED_NAMES]) + (f" and {more} more" if more > 0 else "")
-
-
-def _commented(text: str, gearbox: Gearbox, left_out: tuple[str, ...]) -> str:
+def _commented(
+    text: str, gearbox: Gearbox, assumed: Iterable[str], left_out: tuple[str, ...]
+) -> str:
     """The file with what was left out, and the component of each table."""
     spur = gearbox.spur_stages
     labels = {
@@ -459,5 +407,5 @@ def _commented(text: str, gearbox: Gearbox, left_out: tuple[str, ...]) -> str:
     for line in text.splitlines():
         if line in labels:
             lines.append(f"# {next(labels[line])}")
-        lines.append(line)
+        lines += [*_on_lines(assumed)] if line.startswith("inferences = ") else [line]
     return "\n".join(lines) + "\n"

@@ -82,7 +82,7 @@ class _TreeBuilder(ElementTree.TreeBuilder):
 def _xml_tree(data: bytes) -> dict[str, Any]:
     """The tree of a JSON file from XML."""
     try:
-        root = ElementTree.fromstring(  # noqa: S314  # entities are refused above
+        root = ElementTree.fromstring(  # entities are refused above
             data, ElementTree.XMLParser(target=_TreeBuilder())
         )
     except (ElementTree.ParseError, LookupError, ValueError) as error:
@@ -212,8 +212,8 @@ def _relation(entry: dict[str, Any], components: Mapping[int, Component]) -> Rel
     for role, other in roles:
         if other not in components:
             raise InputError(
-                f"relation {number}: ref with role {role} has id = {other}; there is no "
-                "such component"
+                f"relation {number}: ref with role {role} has id = {other}; "
+                "there is no such component"
             )
     return Relation(number, _clean(entry.get("type")), roles)
 

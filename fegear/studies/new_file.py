@@ -78,23 +78,36 @@ class NewFile(Study, command="new", example="new pair -o my-pair.toml"):
         return NewFileResult(self, template_text(self.kind))
 
     def _convert(self, job: Job) -> NewFileResult:
-        gear_set = gear_set_of_rexs(self.source)
-        return NewFileResult(self, gear_set.text, gear_set.assumed, gear_set.left_out)
+        converted = gear_set_of_rexs(self.source)
+        return NewFileResult(
+            self,
+            converted.text,
+            converted.assumed,
+            converted.left_out,
+            problem_of(converted),
+        )
 
 
 def gear_set_of_rexs(path: str | Path) -> RexsGearSet:
-    """The gear-set file of a REXS file; InputError where it would be refused."""
+    """The gear-set file of a REXS file."""
     source = Path(path)
     if source.suffix.lower() not in ENDINGS:
         raise InputError(f"{path}: a REXS file ends with {', '.join(ENDINGS)}")
     model = read_rexs(source)
     name = printable(source.stem).replace('"', "'")
     try:
-        result = convert_gearbox(model, printable(source.name), name)
-        read_gear_set(result.text, "as a gear set")
+        return convert_gearbox(model, printable(source.name), name)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return result
+
+
+def problem_of(converted: RexsGearSet) -> str:
+    """Why the gear set is refused as it is, or nothing."""
+    try:
+        read_gear_set(converted.text)
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -103,12 +116,14 @@ class NewFileResult(StudyResult):
 
     assumed : values that are not in it, and how they were chosen
     left_out : what the gear set has not
+    problem : why it is refused until it is mended, or nothing
     """
 
     study: NewFile
     text: str
     assumed: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    problem: str = ""
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -117,6 +132,7 @@ class NewFileResult(StudyResult):
                 "source": self.study.source,
                 "assumed": list(self.assumed),
                 "left_out": list(self.left_out),
+                "to_mend": self.problem,
                 "text": self.text,
             }
         return {"kind": self.study.kind, "text": self.text}
@@ -137,3 +153,5 @@ class NewFileResult(StudyResult):
         yield f"gear set: {COMMANDS['pair']}"
         yield from (f"assumed: {line}" for line in self.assumed)
         yield from (f"left out: {line}" for line in self.left_out)
+        if self.problem:
+            yield f"to mend: {self.problem}"

@@ -12,7 +12,7 @@ from fegear.gearset.read import builtin_names, read_gear_set
 from fegear.rexs import convert_gearbox
 from fegear.rexs.reading import parse_rexs
 from fegear.studies.new_file import gear_set_of_rexs
-from tests.rexs_files import RexsWriter, as_json, as_xml
+from tests.rexs_files import RexsWriter, as_json, as_xml, attribute
 
 BUILT_IN = builtin_names()
 
@@ -85,9 +85,7 @@ def test_places_of_gears_are_directions_of_meshes():
     gears = [c for c in tree["components"] if c["type"] == "cylindrical_gear"]
     for index, gear in enumerate(gears):
         vector = [7.0, *places[index]]
-        gear["attributes"].append(
-            {"id": "support_vector", "unit": "mm", "value": vector}
-        )
+        gear["attributes"].append(attribute("support_vector", vector, "mm"))
     for write in as_xml, as_json:
         read = gear_set_of(write(tree))
         assert [m.center_line for m in read.meshes] == pytest.approx(angles, rel=1e-12)
