@@ -383,6 +383,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     },
     "new": {
         "KIND": swap("new pair -o f.toml", "pair", "idler"),
+        "--from": swap("new --from BOX1 -o f.toml --json", "BOX1", "BOX2"),
         "--output": swap("new pair -o f.toml", "f.toml", "g.toml"),
         "--json": plus("new pair -o f.toml", "--json"),
     },

@@ -184,7 +184,7 @@ def test_values_and_units(version):
     assert tables["load"] == {"gear": "Rad (11)", "torques_Nm": [40.0]}
     assert tables["shaft"] == [{"gears": ["gear (22)", "Rad (21)"]}]
     assert [m["center_distance_mm"] for m in tables["mesh"]] == pytest.approx(
-        [70, 91.5]
+        [70.5, 91.5]
     )
     assert tables["mesh"][0]["driver"] == "Rad (11)"
 
