@@ -20,6 +20,7 @@ from cli_commands import ROOT_COMMAND, commands
 from history_files import written
 from pydantic import BaseModel
 from quick_benchmarks import answer_at_once
+from rexs_files import RexsWriter, as_xml
 
 from fegear.cli import run
 from fegear.gearset import read_gear_set
@@ -891,6 +892,9 @@ def files(tmp_path_factory) -> dict[str, str]:
             'name = "rms_distance"\nallowed = 9\nreason = "for a test"\n'
         )
     (folder / "pair.toml").write_text(toml(PAIR))
+    for name, tables in (("box1", PAIR), ("box2", other)):
+        tree = RexsWriter(read_gear_set(toml(tables))).tree()
+        (folder / f"{name}.rexs").write_text(as_xml(tree))
     written(folder / "history.csv")
     wheel = (
         'name = "{}"\nbase_radius_mm = 40\ninertia_kg_m2 = {}\ntooth_play_mm = 0.1\n'
@@ -909,7 +913,14 @@ def files(tmp_path_factory) -> dict[str, str]:
         "case.toml",
         "third.toml",
     )
-    file_names = (*inputs, "history.csv", "falling.csv", "slower.csv")
+    file_names = (
+        *inputs,
+        "box1.rexs",
+        "box2.rexs",
+        "history.csv",
+        "falling.csv",
+        "slower.csv",
+    )
     return {Path(name).stem.upper(): str(folder / name) for name in file_names}
 
 

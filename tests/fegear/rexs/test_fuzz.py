@@ -7,13 +7,13 @@ import re
 from pathlib import Path
 
 import pytest
+from rexs_files import RexsWriter, as_json, as_xml
 from typer.testing import CliRunner
 
 from fegear import load_gear_set
 from fegear.cli import app
 from fegear.files.errors import InputError
 from fegear.studies.new_file import gear_set_of_rexs, problem_of
-from tests.rexs_files import RexsWriter, as_json, as_xml
 
 TREE = RexsWriter(load_gear_set("liu-countershaft")).tree()
 TEXTS = (as_xml(TREE), as_json(TREE))

@@ -6,13 +6,13 @@ import math
 import zipfile
 
 import pytest
+from rexs_files import RexsWriter, as_json, as_xml, attribute
 
 from fegear import load_gear_set
 from fegear.gearset.read import builtin_names, read_gear_set
 from fegear.rexs import convert_gearbox
 from fegear.rexs.reading import parse_rexs
 from fegear.studies.new_file import gear_set_of_rexs
-from tests.rexs_files import RexsWriter, as_json, as_xml, attribute
 
 BUILT_IN = builtin_names()
 
