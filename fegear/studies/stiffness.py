@@ -17,6 +17,7 @@ from fegear.files.codes import with_code
 from fegear.files.memory import peak_memory_MB
 from fegear.files.output import INTO_PICTURE
 from fegear.gearset.model import GearSet
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.harmonics import Harmonic
 from fegear.statics.plausibility import (
     MAX_ERROR_ESTIMATE,
@@ -64,6 +65,7 @@ ELEMENTS = SettingsGroup(
         *("positions", "friction", "plane", "resolution", "body", "corner_contact")
     ),
 )
+MIN_POSITIONS = 2
 COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
     "mean k\n1e8 N/m": cell("mean_stiffness_N_per_m", 5, 1e-8),
@@ -125,6 +127,15 @@ class MeshStiffness(
     )
     elements: StaticsSettings = group(ELEMENTS)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        positions = self.elements.positions
+        if positions < MIN_POSITIONS:
+            raise InputError(
+                f"positions = {positions}; allowed {MIN_POSITIONS} or more, as a "
+                "single position has no peak to peak"
+            )
+
     @property
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
@@ -146,7 +157,7 @@ class MeshStiffness(
         self, gears: GearSet, index: int, torques: tuple[float, ...], job: Job
     ) -> StiffnessResult:
         solved = solve_mesh(gears, index, torques, self.elements, job.report)
-        return StiffnessResult(self, gears.name, solved)
+        return StiffnessResult(self, gears.name, solved, (*gear_set_warnings(gears),))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -154,6 +165,7 @@ class StiffnessResult(StudyResult):
     study: MeshStiffness
     gear_set: str
     solved: StaticsResult
+    gear_warnings: tuple[str, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -177,7 +189,7 @@ class StiffnessResult(StudyResult):
                 for t in range(solved.cycle.torque.size)
             ],
             "evidence": evidence(solved),
-            "warnings": table_warnings(solved),
+            "warnings": [*self.gear_warnings, *table_warnings(solved)],
             "seconds": {name: round(s, 4) for name, s in solved.seconds.items()},
             "peak_memory_MB": round(peak_memory_MB(), 1),
         }
