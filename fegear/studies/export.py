@@ -134,6 +134,7 @@ class ModelExportResult(StudyResult):
     train: Train
     modes: Modes
     origins: list[str]
+    warnings: tuple[str, ...] = ()
 
     @property
     def coordinates(self) -> list[str]:

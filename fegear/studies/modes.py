@@ -144,6 +144,7 @@ class ModesResult(StudyResult):
     modes: Modes
     origins: list[str]
     system: LumpedSystem | None = None
+    gear_warnings: tuple[str, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:

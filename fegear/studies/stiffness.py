@@ -14,6 +14,7 @@ from fegear.contact.edges import edge_pairs, edge_positions
 from fegear.figures.path import draw_harris, draw_path
 from fegear.figures.statics import draw_table
 from fegear.files.codes import with_code
+from fegear.files.errors import InputError
 from fegear.files.memory import peak_memory_MB
 from fegear.files.output import INTO_PICTURE
 from fegear.gearset.model import GearSet

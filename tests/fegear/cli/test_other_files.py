@@ -24,7 +24,11 @@ GIVEN = [
     ("clatter", template_text("pair"), "a gear-set file, which `fegear stiffness` and"),
     ("rattle critical", template_text("gearbox"), "a gearbox file, which"),
     ("clatter", template_text("case"), "a gearbox file is needed"),
-    ("validate", template_text("pair"), "a gear-set file, which `fegear stiffness`"),
+    (
+        "validate -o out",
+        template_text("pair"),
+        "a gear-set file, which `fegear stiffness`",
+    ),
     ("show", TABLE, "seems to be a table, such as `--table` of `fegear sweep` reads"),
     ("show", as_xml(TREE), "a REXS file, which `fegear new --from` reads"),
     ("show", as_json(TREE), "a REXS file, which `fegear new --from` reads"),
@@ -36,7 +40,8 @@ GIVEN = [
 @pytest.mark.parametrize(
     ("command", "text", "message"), GIVEN, ids=[f"{c}-{m[:30]}" for c, _, m in GIVEN]
 )
-def test_a_file_of_another_kind(tmp_path, command, text, message):
+def test_a_file_of_another_kind(tmp_path, monkeypatch, command, text, message):
+    monkeypatch.chdir(tmp_path)
     path = tmp_path / "given.toml"
     path.write_text(text)
     result = CliRunner().invoke(app, [*command.split(), str(path)])
