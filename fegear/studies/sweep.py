@@ -9,7 +9,9 @@ from functools import cached_property, partial
 from itertools import pairwise
 from typing import Literal
 
+from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
+from fegear.files.speeds import written_speeds
 from fegear.gearset.speeds import driver_teeth
 from fegear.studies.columns import meanings
 from fegear.studies.responses import ResponsesResult, sweep_warnings
@@ -20,7 +22,6 @@ from fegear.studies.study import (
     Study,
     Task,
     display_name,
-    refusal,
     setting,
 )
 from fegear.studies.table import Table
@@ -94,9 +95,11 @@ class SweptSpeeds:
         """Refuse speeds that fall, as the direction orders them."""
         speeds = getattr(self, name)
         if len(speeds) > 1 and all(b < a for a, b in pairwise(speeds)):
-            down = display_name(self, "direction")
-            why = f"must rise; {down} down passes them from the highest to the lowest"
-            raise refusal(self, name, why)
+            shown = f"{display_name(self, name)} = {written_speeds(speeds)}"
+            down = f"{display_name(self, 'direction')} down"
+            raise InputError(
+                f"{shown}; must rise; {down} passes them from the highest to the lowest"
+            )
 
     @property
     def directions(self) -> tuple[Direction, ...]:

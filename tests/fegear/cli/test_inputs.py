@@ -644,6 +644,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "SET": swap(ABLATION, "SET", "OTHER"),
         "--output": plus(ABLATION, "-o b.csv"),
         "--speeds": swap(ABLATION, "2000", "2100"),
+        "--rpm": swap(ABLATION, "--speeds 2000", "--rpm 6000"),
         "--torque": plus(ABLATION, "--torque 30"),
         "--tolerance": plus(ABLATION, "--tolerance 0.9"),
         "--set": plus(ABLATION, "--set gear.a.inertia_kg_m2=1e-3"),

@@ -12,9 +12,10 @@ from fegear.files.errors import InputError
 from fegear.gearset.speeds import driver_teeth
 from fegear.studies.axes import parsed_axis
 from fegear.studies.responses import SHOWN_FREQUENCIES, _first_frequencies
+from fegear.studies.trains import GearSetRef
 from validation.studies.budget import Ablation
 
-PAIR = fegear.GearSetRef(name="liu-pair")
+PAIR = GearSetRef(name="liu-pair")
 
 
 @pytest.mark.parametrize("study", [fegear.Sweep, fegear.Dynamics])
