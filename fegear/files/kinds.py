@@ -21,8 +21,8 @@ READ_BY = {
     "gearbox": "`fegear clatter` reads",
     "case": "`fegear validate` reads",
 }
-REXS = "a REXS file, which `fegear new --from` reads"
-MESH_TABLE = "a table, such as `--table` of `fegear sweep` reads"
+REXS = "a REXS file, which `fegear new` reads"
+MESH_TABLE = "a table, such as `fegear sweep` reads of meshes"
 # by the ending of a name: files that are no text
 KIND_OF_ENDING = {
     **dict.fromkeys((".rexs", ".rexsz", ".rexsj"), REXS),

@@ -14,7 +14,7 @@ from fegear.files.errors import InputError
 from fegear.files.toml import toml_text, toml_value
 from fegear.rexs.left_out import parts_left_out, speeds_left_out
 from fegear.rexs.model import Component, RexsModel
-from fegear.rexs.stages import Gearbox, Stage, ratios_from_input
+from fegear.rexs.stages import RexsGearbox, Stage, ratios_from_input
 
 SHIFT = ("addendum_modification_coefficient", "profile_shift_coefficient")
 TOOLS = ("rack_shaped_tool",)
@@ -41,7 +41,7 @@ class RexsGearSet:
 class _Conversion:
     """A conversion, which notes what it assumes."""
 
-    gearbox: Gearbox
+    gearbox: RexsGearbox
     assumed: list[str] = field(default_factory=list)
 
     def gear(self, gear: Component, name: str) -> dict[str, Any]:
@@ -263,7 +263,9 @@ class _Conversion:
         self.assumed.append(f"input: gear {names[gear.number]}, by {spur.rule}")
         torques = self._input_torques()
         if not torques:
-            self.assumed.append("torque: none is stated; give --torque or add [load]")
+            self.assumed.append(
+                "torque: none is stated; add [load], or give it to commands"
+            )
             return {}
         return {"load": {"gear": names[gear.number], "torques_Nm": torques}}
 
@@ -301,7 +303,7 @@ def convert_gearbox(model: RexsModel, source: str, name: str) -> RexsGearSet:
 
     source : name of the REXS file; name : of the gear set
     """
-    gearbox = Gearbox(model)
+    gearbox = RexsGearbox(model)
     spur, convert = gearbox.spur_stages, _Conversion(gearbox)
     names = _names(spur.gears)
     gears = [convert.gear(gear, names[gear.number]) for gear in spur.gears]
@@ -390,7 +392,7 @@ def _on_lines(assumed: Iterable[str]) -> Iterator[str]:
 
 
 def _commented(
-    text: str, gearbox: Gearbox, assumed: Iterable[str], left_out: tuple[str, ...]
+    text: str, gearbox: RexsGearbox, assumed: Iterable[str], left_out: tuple[str, ...]
 ) -> str:
     """The file with what was left out, and the component of each table."""
     spur = gearbox.spur_stages

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from fegear.rexs.model import Component
-from fegear.rexs.stages import Gearbox
+from fegear.rexs.stages import RexsGearbox
 
 READ_KINDS = (
     *("gear_unit", "shaft", "shaft_section", "external_load", "material"),
@@ -27,7 +27,7 @@ SILENT_ATTRIBUTES = (
 LISTED_NAMES = 6  # in one line
 
 
-def parts_left_out(gearbox: Gearbox) -> Iterator[str]:
+def parts_left_out(gearbox: RexsGearbox) -> Iterator[str]:
     """A line for each type of component, and each type's attributes, not read."""
     kinds: dict[str, list[Component]] = {}
     for component in gearbox.model.components.values():
@@ -44,7 +44,7 @@ def parts_left_out(gearbox: Gearbox) -> Iterator[str]:
         yield f"attributes of {kind}: {_listed(sorted(names))}"
 
 
-def _others(gearbox: Gearbox) -> Iterator[Component]:
+def _others(gearbox: RexsGearbox) -> Iterator[Component]:
     """Stages and flanks that are read, besides gears."""
     for stage in gearbox.spur_stages.stages:
         yield stage.component
@@ -53,7 +53,7 @@ def _others(gearbox: Gearbox) -> Iterator[Component]:
             yield from gearbox.parts("flank", "gear", gear.number, side)
 
 
-def speeds_left_out(gearbox: Gearbox) -> Iterator[str]:
+def speeds_left_out(gearbox: RexsGearbox) -> Iterator[str]:
     """A line on rotational speeds, which commands take and gear sets have not."""
     axis = gearbox.spur_stages.input_axis
     cases = [case.get(axis) for case in gearbox.model.load_cases]
@@ -62,7 +62,7 @@ def speeds_left_out(gearbox: Gearbox) -> Iterator[str]:
     speeds = dict.fromkeys(abs(speed) for speed in stated if speed)
     if speeds:
         text = ", ".join(f"{speed:g}" for speed in speeds)
-        yield f"rotational_speed of the input: {text} rpm, which commands take as --rpm"
+        yield f"rotational_speed of the input: {text} rpm, an option of commands"
 
 
 def _listed(items: Iterable[str]) -> str:

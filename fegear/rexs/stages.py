@@ -33,7 +33,7 @@ class Stage:
 class SpurStages:
     """Spur stages that power reaches from the input, driver first.
 
-    input_axis : see `Gearbox.axis_of`; rule : how the input was chosen
+    input_axis : see `RexsGearbox.axis_of`; rule : how the input was chosen
     left_out : a line for each stage that is not among them
     """
 
@@ -49,7 +49,7 @@ class SpurStages:
 
 
 @dataclass(frozen=True)
-class Gearbox:
+class RexsGearbox:
     """A REXS model, and what its relations say about gears, shafts and flanks."""
 
     model: RexsModel
@@ -216,7 +216,9 @@ def _rejection(stage: Stage) -> str:
     return ""
 
 
-def ratios_from_input(gearbox: Gearbox, stages: Iterable[Stage]) -> Mapping[int, float]:
+def ratios_from_input(
+    gearbox: RexsGearbox, stages: Iterable[Stage]
+) -> Mapping[int, float]:
     """Torque on each axis per torque on the input, by the numbers of teeth."""
     spur = gearbox.spur_stages
     ratios = {spur.input_axis: 1.0}

@@ -29,9 +29,9 @@ GIVEN = [
         template_text("pair"),
         "a gear-set file, which `fegear stiffness`",
     ),
-    ("show", TABLE, "seems to be a table, such as `--table` of `fegear sweep` reads"),
-    ("show", as_xml(TREE), "a REXS file, which `fegear new --from` reads"),
-    ("show", as_json(TREE), "a REXS file, which `fegear new --from` reads"),
+    ("show", TABLE, "seems to be a table, such as `fegear sweep` reads of meshes"),
+    ("show", as_xml(TREE), "a REXS file, which `fegear new` reads"),
+    ("show", as_json(TREE), "a REXS file, which `fegear new` reads"),
     ("show", "<html><p>page</p></html>", "seems to be XML or HTML"),
     ("show", "name = 'a'\n[[gear]\n", "TOML syntax"),
 ]
@@ -52,7 +52,7 @@ def test_a_file_of_another_kind(tmp_path, monkeypatch, command, text, message):
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [("box.rexs", "`fegear new --from`"), ("k.nc", "--table"), ("k.xlsx", "--table")],
+    [("box.rexs", "`fegear new`"), ("k.nc", "a table"), ("k.xlsx", "a table")],
 )
 def test_a_name_that_says_what_it_is(tmp_path, name, message):
     path = tmp_path / name
