@@ -22,6 +22,7 @@ from fegear.studies.study import (
     StudyResult,
     Task,
     argument,
+    display_name,
     setting,
 )
 
@@ -62,14 +63,14 @@ class NewFile(Study, command="new", example="new pair -o my-pair.toml"):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.source:
-            if self.kind:
-                raise InputError(f"kind = {self.kind}; none is needed with --from")
-        elif self.kind not in TEMPLATES:
-            kind = self.kind or "nothing"
+        source = display_name(self, "source")
+        if self.source and self.kind:
             raise InputError(
-                f"kind = {kind}; allowed are {', '.join(TEMPLATES)}, or --from FILE"
+                f"{source} = {self.source}; kind {self.kind} excludes it, leave one out"
             )
+        if not self.source and self.kind not in TEMPLATES:
+            kind, kinds = self.kind or "nothing", ", ".join(TEMPLATES)
+            raise InputError(f"kind = {kind}; allowed are {kinds}, or {source} FILE")
 
     def tasks(self) -> Iterator[Task]:
         yield Task("file", self._convert if self.source else self._read_template)
