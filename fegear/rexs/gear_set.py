@@ -114,7 +114,8 @@ class _Conversion:
         tip = self._first(sources, "tip_diameter", "length")
         if tip is None:
             self.assumed.append(
-                f"tip of {gear.label}: addendum of 1 module, not stated"
+                f"tip of {gear.label}: 1 + profile shift modules above the reference "
+                "circle, not stated"
             )
             return {}
         return {"tip_diameter_mm": tip}
