@@ -12,6 +12,11 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.files.toml import toml_text, toml_value
+from fegear.rexs.geometry import (
+    center_line,
+    diameter_at,
+    root_of_tool,
+)
 from fegear.rexs.left_out import parts_left_out, speeds_left_out
 from fegear.rexs.model import Component, RexsModel
 from fegear.rexs.stages import RexsGearbox, Stage, ratios_from_input
@@ -21,7 +26,6 @@ TOOLS = ("rack_shaped_tool",)
 # of the reference diameter, of a bore that the file does not state
 DEFAULT_HUB = 0.6
 MIN_RIM_MODULES = 1.0  # between bore and root, of a bore that is a shaft's diameter
-MAX_MISPLACED = 0.01  # of the centre distance: positions say the same
 
 
 @dataclass(frozen=True)
@@ -128,7 +132,7 @@ class _Conversion:
         root = self._first(sources, "root_diameter", "length")
         result: dict[str, float] = {}
         if tool is not None:
-            result = _of_tool(tool, module)
+            result = root_of_tool(tool, module)
         if "dedendum_mm" not in result and root is not None:
             reference = 0.5 * module * entry["teeth"]
             shift = module * entry.get("profile_shift", 0.0)
@@ -177,7 +181,7 @@ class _Conversion:
             return None
         parts = self.gearbox.parts("assembly", "assembly", shaft.number, "part")
         sections = [part for part in parts if part.kind == "shaft_section"]
-        diameters = [_diameter_at(section, middle) for section in sections]
+        diameters = [diameter_at(section, middle) for section in sections]
         return max(filter(None, diameters), default=None)
 
     def _measured(self, sources: list[Component]) -> bool:
@@ -232,7 +236,7 @@ class _Conversion:
             "driven": names[driven.number],
             "center_distance_mm": distance,
         }
-        line = _center_line(stage, distance)
+        line = center_line(stage, distance)
         if line is None:
             self.assumed.append(
                 f"direction of {stage.component.label}: in a row, no support_vector of "
@@ -333,56 +337,6 @@ def _names(gears: list[Component]) -> dict[int, str]:
         else f"{gear.name or 'gear'} ({gear.number})"
         for gear in gears
     }
-
-
-def _position(gear: Component) -> float:
-    """Position along the shaft [mm]."""
-    return gear.quantity("u_coordinate_on_shaft", "length") or 0.0
-
-
-def _of_tool(tool: Component, module: float) -> dict[str, float]:
-    """Dedendum of a gear, the addendum of its tool, and the rounding of its tip."""
-    result = {}
-    for key, length, factor in (
-        (
-            "dedendum_mm",
-            "addendum_reference_profile",
-            "addendum_coefficient_reference_profile",
-        ),
-        ("rack_tip_radius_mm", "tip_radius", "tip_radius_factor"),
-    ):
-        value = tool.quantity(length, "length")
-        relative = tool.quantity(factor, "ratio")
-        if value is None and relative is not None:
-            value = relative * module
-        if value is not None and value > 0.0:
-            result[key] = value
-    return result
-
-
-def _diameter_at(section: Component, position: float) -> float | None:
-    """Outer diameter of a section of a shaft, None beside it."""
-    start = section.quantity("u_coordinate_on_shaft", "length")
-    length = section.quantity("length", "length")
-    first = section.quantity("outer_diameter_begin", "length")
-    if start is None or not length or first is None:
-        return None
-    part = (position - start) / length
-    if not 0.0 <= part <= 1.0:
-        return None
-    last = section.quantity("outer_diameter_end", "length")
-    return first if last is None else first + part * (last - first)
-
-
-def _center_line(stage: Stage, distance: float) -> float | None:
-    """Direction from driver to driven gear, by their places across the u axis."""
-    places = [gear.vector("support_vector") for gear in stage.gears]
-    if places[0] is None or places[1] is None:
-        return None
-    across, up = (places[1][n] - places[0][n] for n in (1, 2))
-    if abs(math.hypot(across, up) - distance) > MAX_MISPLACED * distance:
-        return None
-    return math.degrees(math.atan2(up, across))
 
 
 def _on_lines(assumed: Iterable[str]) -> Iterator[str]:
