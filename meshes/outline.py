@@ -30,7 +30,8 @@ class MeshSize:
     """Edges along the tooth outline; the interior is graded from them.
 
     flank_edges : number of edges from the tip corner to the form circle
-    flank_grading : edges grow like cosh from the corner; 0 is uniform
+    flank_grading : edges grow like cosh from the corner; 0 is uniform. An undercut
+        flank has one edge more, and they grow from both of its ends
     fillet_edges : number of edges along the trochoid
     tooth_size, hub_size : edge lengths inside the tooth and below it, in modules
     body_growth : thickness of a layer deep in the body over its depth
@@ -77,10 +78,14 @@ class Edges:
 
 def flank_arcs(gear: SpurGear, size: MeshSize) -> NDArray[np.float64]:
     """Arc lengths (edges + 1,) of the flank vertices from the tip corner."""
-    t = np.linspace(0.0, 1.0, size.flank_edges + 1)
-    if size.flank_grading == 0.0:
-        return gear.flank_length * t
     beta = size.flank_grading
+    if gear.is_undercut:
+        t = np.linspace(-1.0, 1.0, size.flank_edges + 2)
+        part = np.tanh(0.5 * beta * t) / math.tanh(0.5 * beta) if beta > 0.0 else t
+        return 0.5 * gear.flank_length * (1.0 + part)
+    t = np.linspace(0.0, 1.0, size.flank_edges + 1)
+    if beta == 0.0:
+        return gear.flank_length * t
     return gear.flank_length * np.sinh(beta * t) / math.sinh(beta)
 
 

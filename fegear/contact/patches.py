@@ -236,6 +236,8 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
     tip_end, root_end = max(0.0, patch.arc - half_width), patch.arc + half_width
     if master.undercut_roll > 0.0:
         root_end = min(root_end, master.length)
+    if slave.undercut_roll > 0.0:
+        tip_end = arc_facing_edge(mesh, flanks, patch, tip_end)
     patch.first_arc = root_end
     patch.step = (root_end - tip_end) / (nodes.size - 1)
     initial_gap = extra_gap + patch.driver_advance * closing_rate(flanks, patch)
@@ -255,9 +257,33 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
 
 
 @compiled_part
+def arc_facing_edge(mesh, flanks, patch, tip_end):
+    """Arc of the master opposite the edge of the slave's undercut, at least tip_end.
+
+    A patch that ends there has a node at the edge, where the pressure is largest.
+    """
+    master, slave = flanks[patch.master], flanks[1 - patch.master]
+    line, crossings, edge = mesh.line_of_action, patch.crossings, slave.undercut_roll
+    low, high = tip_end, patch.arc
+    for arc, is_edge_within in ((low, True), (high, False)):
+        roll = separation(master, slave, line, crossings, roll_of_arc(master, arc))[1]
+        if (roll < edge) != is_edge_within:
+            return tip_end
+    while high - low > ARC_RTOL * 1e-4 * master.length:
+        middle = 0.5 * (low + high)
+        s = roll_of_arc(master, middle)
+        if separation(master, slave, line, crossings, s)[1] < edge:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@compiled_part
 def set_stencil(patch, gear, a, arc, flank, count):
     """Find the place in the flank's table at which support point a is read."""
     weights = patch.weights[gear, a]
+    both_ends = flank.undercut_roll > 0.0
     patch.first[gear, a] = place_stencil(
-        arc, flank.length, flank.grading, count, weights
+        arc, flank.length, flank.grading, both_ends, count, weights
     )
