@@ -25,6 +25,7 @@ from fegear.elasticity.flank_grid import place_stencil
 from lumped.common.compiled import compiled_part
 
 CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
+CORNER_OVERLAP = 2e-3  # of a flank's length, beyond the tip where an edge still touches
 COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
 MIN_ROLL = 0.02  # of the line of action, least radius of curvature
 MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
@@ -55,7 +56,11 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     nominal = patch.crossings[0]  # the master's roll length
     if patch.crossings[1] < slave.undercut_roll * (1.0 - 1e-12):
         place_edge_patch(mesh, flanks, patch, s1, extra_gap)
-        return
+        if patch.present or nominal <= master.tip_roll:
+            return
+        # the edge has not reached the mate's tip, whose corner may touch above it
+        patch.master = 1 - patch.master
+        turn_driver(mesh, patch, s1, 0.0)
     off_path = nominal > master.tip_roll * (1.0 + 1e-12)
     if off_path and not mesh.corner_contact:
         return
@@ -86,10 +91,14 @@ def place_edge_patch(mesh, flanks, patch, s1, extra_gap):
     patch.master = 1 - patch.master
     patch.arc = flanks[patch.master].length
     turn_driver(mesh, patch, s1, 0.0)
-    set_contact(mesh, flanks, patch, True, 0.0)
-    if patch.present:
-        advance = min(patch.closing_ste, MAX_TURN * mesh.base_pitch)
-        turn_driver(mesh, patch, s1, advance)
+    master, slave = flanks[patch.master], flanks[1 - patch.master]
+    s = roll_of_arc(master, patch.arc)
+    gap = separation(master, slave, mesh.line_of_action, patch.crossings, s)[0]
+    # levers and gap are those where they touch, maybe just below the mate's tip
+    turn_driver(mesh, patch, s1, min(gap, MAX_TURN * mesh.base_pitch))
+    set_contact(mesh, flanks, patch, True, extra_gap)
+    if not patch.present:
+        turn_driver(mesh, patch, s1, 0.0)
         set_contact(mesh, flanks, patch, True, extra_gap)
 
 
@@ -167,7 +176,10 @@ def set_contact(mesh, flanks, patch, off_path, extra_gap):
         master, slave, mesh.line_of_action, patch.crossings, s
     )
     patch.mate_arc = arc_of_roll(slave, s_slave)
-    patch.present = 0.0 <= patch.mate_arc <= slave.length
+    is_edge = master.undercut_roll > 0.0 and patch.arc >= master.length
+    # while edge and tip corner meet, each is just beyond the other's flank
+    lowest = -CORNER_OVERLAP * slave.length if is_edge else 0.0
+    patch.present = lowest <= patch.mate_arc <= slave.length
     if not patch.present:
         patch.closing_ste = NO_FLANK_GAP
         return

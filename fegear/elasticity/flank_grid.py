@@ -47,9 +47,7 @@ def _place_stencils(arcs, length, grading, both_ends, count):
     first = np.empty(arcs.size, np.int64)
     weights = np.empty((arcs.size, STENCIL))
     for i in range(arcs.size):
-        first[i] = place_stencil(
-            arcs[i], length, grading, both_ends, count, weights[i]
-        )
+        first[i] = place_stencil(arcs[i], length, grading, both_ends, count, weights[i])
     return first, weights
 
 
