@@ -407,8 +407,7 @@ def table_warnings(solved: StaticsResult) -> list[str]:
 def _tip_lines(solved: StaticsResult) -> Iterator[str]:
     """Warnings of tips that meet the edge of an undercut, at the largest torque."""
     t, pair = int(np.abs(solved.cycle.torque).argmax()), solved.problem.pair
-    torque, ste = solved.cycle.torque[t], solved.cycle.ste[t]
-    closed = ste.max() if torque > 0.0 else -pair.backlash - ste.min()
+    torque, closed = solved.cycle.torque[t], solved.cycle.ste[t].max()
     where = f"mesh {solved.mesh + 1} at {torque:g} N m"
     yield from tip_warnings(where, pair, float(closed))
 
