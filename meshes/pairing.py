@@ -18,7 +18,7 @@ from meshes.gear import (
 )
 from meshes.profile import fillet_points
 
-PATH_POINTS = 400  # of the path of a tip corner through an undercut
+PATH_POINTS = 4000  # of the path of a tip corner through an undercut
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ def tip_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -> flo
     """
     line = _line_length(gear, mate, center_distance)
     start = max(line - mate.tip_roll_length, gear.form_roll_length)
-    roll = start + np.linspace(-1.0, 0.0, 10 * PATH_POINTS) * gear.base_pitch
+    roll = start + np.linspace(-1.0, 0.0, PATH_POINTS) * gear.base_pitch
     angle = _fillet_gap(gear, mate, line, roll)[1]
     return float(gear.base_radius * angle.min(initial=math.inf))
 
