@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshes.gear import (
     GeometryError,
@@ -17,7 +18,7 @@ from meshes.gear import (
 )
 from meshes.profile import fillet_points
 
-PATH_POINTS = 400  # of the path of a tip corner through an undercut
+PATH_POINTS = 4000  # of the path of a tip corner through an undercut
 
 
 @dataclass(frozen=True)
@@ -200,15 +201,44 @@ def undercut_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -
 
     Of the side that carries load, while the corner is below the form circle of the
     undercut gear; infinite where it stays above.
-
-    Both flanks cross the line of action at one point. In coordinates of the line, from
-    the gear's point of tangency, its centre is at (0, -rb); the corner is an involute
-    point of the mate, turned about its centre.
     """
-    rb, mate_rb = gear.base_radius, mate.base_radius
-    line = math.sqrt(center_distance**2 - (rb + mate_rb) ** 2)
-    tip, form = mate.tip_roll_length, gear.form_roll_length
-    roll = line - tip + np.linspace(-1.0, 1.0, PATH_POINTS) * gear.base_pitch
+    line = _line_length(gear, mate, center_distance)
+    start = line - mate.tip_roll_length
+    roll = start + np.linspace(-1.0, 1.0, PATH_POINTS) * gear.base_pitch
+    radius, angle = _fillet_gap(gear, mate, line, roll)
+    return float((radius * angle).min(initial=math.inf))
+
+
+def tip_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -> float:
+    """Transmission error at which the mate's tip corner meets the fillet [m].
+
+    Of rigid teeth, along the line of action, before the path of contact begins: on it
+    the teeth in contact yield together. It is least where the corner passes the edge of
+    the undercut gear; infinite where it stays above.
+    """
+    line = _line_length(gear, mate, center_distance)
+    start = max(line - mate.tip_roll_length, gear.form_roll_length)
+    roll = start + np.linspace(-1.0, 0.0, PATH_POINTS) * gear.base_pitch
+    angle = _fillet_gap(gear, mate, line, roll)[1]
+    return float(gear.base_radius * angle.min(initial=math.inf))
+
+
+def _line_length(gear: SpurGear, mate: SpurGear, center_distance: float) -> float:
+    return math.sqrt(center_distance**2 - (gear.base_radius + mate.base_radius) ** 2)
+
+
+def _fillet_gap(
+    gear: SpurGear, mate: SpurGear, line: float, roll: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Radius (n,) of the mate's tip corner [m] and its angle (n,) from the fillet.
+
+    roll : of the gear where both flanks cross the line of action [m]
+
+    In coordinates of the line, from the gear's point of tangency, its centre is at
+    (0, -rb); the corner is an involute point of the mate, turned about its centre. The
+    angle [rad] is infinite above the form circle of the gear.
+    """
+    rb, mate_rb, tip = gear.base_radius, mate.base_radius, mate.tip_roll_length
     turn = (tip - line + roll) / mate_rb
     x = line - np.cos(turn) * tip + np.sin(turn) * mate_rb
     y = mate_rb - np.sin(turn) * tip - np.cos(turn) * mate_rb + rb
@@ -217,8 +247,7 @@ def undercut_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -
     angle = gear.base_half_angle + np.arctan2(x, y) - roll / rb
     fillet = fillet_points(gear, np.linspace(0.0, gear.form_normal_angle, PATH_POINTS))
     edge = np.interp(radius, np.hypot(*fillet.T), np.arctan2(*fillet.T))
-    inside = radius < math.hypot(rb, form)
-    return float((radius * (angle - edge))[inside].min(initial=math.inf))
+    return radius, np.where(radius < gear.form_radius, angle - edge, math.inf)
 
 
 def tight_center_distance(pair: GearPair) -> float:
