@@ -31,8 +31,10 @@ class MeshSize:
     """Edges along the tooth outline; the interior is graded from them.
 
     flank_edges : number of edges from the tip corner to the form circle
-    flank_grading : edges grow like cosh from the corner; 0 is uniform
-    fillet_edges : number of edges along the trochoid
+    flank_grading : edges grow like cosh from the corner; 0 is uniform. An undercut
+        flank has one edge more, and they grow from both of its ends
+    fillet_edges : number of edges along the trochoid; that of an undercut tooth has
+        more, which grow from the flank
     tooth_size, hub_size : edge lengths inside the tooth and below it, in modules
     body_growth : thickness of a layer deep in the body over its depth
     largest_layer : largest thickness of a layer, in modules
@@ -78,10 +80,14 @@ class Edges:
 
 def flank_arcs(gear: SpurGear, size: MeshSize) -> NDArray[np.float64]:
     """Arc lengths (edges + 1,) of the flank vertices from the tip corner."""
-    t = np.linspace(0.0, 1.0, size.flank_edges + 1)
-    if size.flank_grading == 0.0:
-        return gear.flank_length * t
     beta = size.flank_grading
+    if gear.is_undercut:
+        t = np.linspace(-1.0, 1.0, size.flank_edges + 2)
+        part = np.tanh(0.5 * beta * t) / math.tanh(0.5 * beta) if beta > 0.0 else t
+        return 0.5 * gear.flank_length * (1.0 + part)
+    t = np.linspace(0.0, 1.0, size.flank_edges + 1)
+    if beta == 0.0:
+        return gear.flank_length * t
     return gear.flank_length * np.sinh(beta * t) / math.sinh(beta)
 
 
@@ -104,6 +110,24 @@ def _graded(length: float, first: float, largest: float) -> NDArray[np.float64]:
     return stops * (length / stops[-1])
 
 
+def _fillet_parameters(
+    gear: SpurGear, size: MeshSize, fillet: Curve, arcs: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Normal angles, from the steepest on, of the vertices of the fillet.
+
+    At the edge of an undercut the first edge is as long as the last one of the flank:
+    a load near it acts on the fillet as it does on the tip land.
+    """
+    edges = size.fillet_edges
+    steepest = gear.form_normal_angle
+    if not gear.is_undercut:
+        return _equal_arcs(fillet, 0.0, steepest, edges)
+    dense = _equal_arcs(fillet, 0.0, steepest, 40 * edges)
+    length = float(np.hypot(*np.diff(fillet(dense), axis=0).T).sum())
+    stops = _graded(length, float(arcs[-1] - arcs[-2]), length / edges)
+    return np.interp(stops, np.linspace(0.0, length, len(dense)), dense)
+
+
 def half_sector_outline(gear: SpurGear, size: MeshSize) -> list[Edges]:
     """Tip land, flank, fillet and root land, from the tooth axis to the cut."""
     arcs = flank_arcs(gear, size)
@@ -123,7 +147,7 @@ def half_sector_outline(gear: SpurGear, size: MeshSize) -> list[Edges]:
     outline = [
         Edges("tip", lambda angle: polar(gear.tip_radius, angle), to_axis),
         Edges("flank", flank, arcs),
-        Edges("fillet", fillet, _equal_arcs(fillet, 0.0, steepest, size.fillet_edges)),
+        Edges("fillet", fillet, _fillet_parameters(gear, size, fillet, arcs)),
     ]
     bottom = fillet_points(gear, 0.0)
     start, cut = angle_of(gear, bottom), 0.5 * gear.pitch_angle

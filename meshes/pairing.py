@@ -6,13 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshes.gear import GeometryError, SpurGear, ceiled, floored, stated_mm
 from meshes.involute import inverse_involute, involute
 from meshes.profile import fillet_points
-from meshes.tip_interference import largest_tip, tip_clearance
+from meshes.tip_interference import corner_clearance, largest_tip
 
-PATH_POINTS = 400  # of the path of a tip corner through an undercut
+PATH_POINTS = 4000  # of the path of a tip corner through an undercut
 
 
 @dataclass(frozen=True)
@@ -211,7 +212,7 @@ def require_tip_clearance(pair: GearPair) -> None:
     gear, ring, role = pair.driver, pair.driven, "driver"
     if gear.sign < 0:
         gear, ring, role = ring, gear, "driven"
-    clearance = tip_clearance(gear, ring, pair.center_distance)
+    clearance = corner_clearance(gear, ring, pair.center_distance)
     if clearance <= 0.0:
         allowed = largest_tip(gear, ring, pair.center_distance)
         raise GeometryError(
@@ -231,7 +232,7 @@ def require_undercut_clearance(pair: GearPair, name: str) -> None:
     gear, mate, role = pair.driver, pair.driven, "driven"
     if name == "driven":
         gear, mate, role = mate, gear, "driver"
-    clearance = undercut_clearance(gear, mate, pair.line_of_action)
+    clearance = undercut_clearance(gear, mate, pair.center_distance)
     if clearance <= 0.0:
         raise GeometryError(
             "tip_radius",
@@ -247,16 +248,45 @@ def undercut_clearance(gear: SpurGear, mate: SpurGear, line: float) -> float:
 
     Of the side that carries load, while the corner is below the form circle of the
     undercut gear; infinite where it stays above.
-
-    Both flanks cross the line of action at one point. In coordinates of the line, from
-    the gear's point of tangency, its centre is at (0, -rb); the corner is an involute
-    point of the mate, turned about its centre.
-
-    line : length of the line of action [m]
     """
-    rb, mate_rb = gear.base_radius, mate.base_radius
-    tip, form = mate.tip_roll_length, gear.form_roll_length
-    roll = line - tip + np.linspace(-1.0, 1.0, PATH_POINTS) * gear.base_pitch
+    line = _line_length(gear, mate, center_distance)
+    start = line - mate.tip_roll_length
+    roll = start + np.linspace(-1.0, 1.0, PATH_POINTS) * gear.base_pitch
+    radius, angle = _fillet_gap(gear, mate, line, roll)
+    return float((radius * angle).min(initial=math.inf))
+
+
+def tip_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -> float:
+    """Transmission error at which the mate's tip corner meets the fillet [m].
+
+    Of rigid teeth, along the line of action, before the path of contact begins: on it
+    the teeth in contact yield together. It is least where the corner passes the edge of
+    the undercut gear; infinite where it stays above.
+    """
+    line = _line_length(gear, mate, center_distance)
+    start = max(line - mate.tip_roll_length, gear.form_roll_length)
+    roll = start + np.linspace(-1.0, 0.0, PATH_POINTS) * gear.base_pitch
+    angle = _fillet_gap(gear, mate, line, roll)[1]
+    return float(gear.base_radius * angle.min(initial=math.inf))
+
+
+def _line_length(gear: SpurGear, mate: SpurGear, center_distance: float) -> float:
+    bases = gear.base_radius + mate.base_radius
+    return gear.sign * mate.sign * math.sqrt(center_distance**2 - bases**2)
+
+
+def _fillet_gap(
+    gear: SpurGear, mate: SpurGear, line: float, roll: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Radius (n,) of the mate's tip corner [m] and its angle (n,) from the fillet.
+
+    roll : of the gear where both flanks cross the line of action [m]
+
+    In coordinates of the line, from the gear's point of tangency, its centre is at
+    (0, -rb); the corner is an involute point of the mate, turned about its centre. The
+    angle [rad] is infinite above the form circle of the gear.
+    """
+    rb, mate_rb, tip = gear.base_radius, mate.base_radius, mate.tip_roll_length
     turn = (tip - line + roll) / mate_rb
     x = line - np.cos(turn) * tip + np.sin(turn) * mate_rb
     y = mate_rb - np.sin(turn) * tip - np.cos(turn) * mate_rb + rb
@@ -265,8 +295,7 @@ def undercut_clearance(gear: SpurGear, mate: SpurGear, line: float) -> float:
     angle = gear.base_half_angle + np.arctan2(x, y) - roll / rb
     fillet = fillet_points(gear, np.linspace(0.0, gear.form_normal_angle, PATH_POINTS))
     edge = np.interp(radius, np.hypot(*fillet.T), np.arctan2(*fillet.T))
-    inside = radius < math.hypot(rb, form)
-    return float((radius * (angle - edge))[inside].min(initial=math.inf))
+    return radius, np.where(radius < gear.form_radius, angle - edge, math.inf)
 
 
 def tight_center_distance(pair: GearPair) -> float:

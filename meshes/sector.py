@@ -37,7 +37,7 @@ class SectorMesh:
     triangles : (m, 6) counterclockwise corners, then mid-sides of edges 01, 12, 20
     edges : (k, 3) ends, then mid-side, by boundary name on the right half; names
         with `left_` are the mirror images
-    flank_nodes : (flank_edges + 1,) vertices of the right flank, from the tip
+    flank_nodes : (edges + 1,) vertices of the right flank, from the tip
         corner to the form circle
     flank_arcs : arc lengths of these vertices from the corner [m]
     """

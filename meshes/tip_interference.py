@@ -8,7 +8,7 @@ from meshes.gear import SpurGear
 from meshes.involute import involute
 
 
-def tip_clearance(gear: SpurGear, ring: SpurGear, center_distance: float) -> float:
+def corner_clearance(gear: SpurGear, ring: SpurGear, center_distance: float) -> float:
     """Arc on the ring's tip circle between two tip corners where they pass [m].
 
     The corner of the gear's loaded flank leaves the ring's tip circle where both tip
@@ -39,7 +39,7 @@ def largest_tip(gear: SpurGear, ring: SpurGear, center_distance: float) -> float
         if not low < middle < high:
             break
         shorter = replace(gear, tip_radius=middle)
-        if tip_clearance(shorter, ring, center_distance) > 0.0:
+        if corner_clearance(shorter, ring, center_distance) > 0.0:
             low = middle
         else:
             high = middle

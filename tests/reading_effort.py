@@ -53,6 +53,7 @@ CAPITALS = {
     *(
         "MEMORYSTATUSEX",
         "PCHIP",
+        "REXS",
         "ROSS",
         "TOML",
         "FILE",

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from fegear.files.errors import InputError
+from fegear.files.kinds import require_kind
 from fegear.files.output import read_text
 from fegear.gearset.problems import first_problem
 from fegear.gearset.read import parsed_toml, path_of
@@ -306,6 +307,7 @@ def _folder() -> Traversable:
 
 def _named(text: str, folder: Path) -> NamedGearbox:
     tables = parsed_toml(text)
+    require_kind(tables, "gearbox")
     try:
         file = GearboxFile.model_validate(tables)
     except ValidationError as error:

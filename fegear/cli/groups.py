@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import field, fields, is_dataclass
 from inspect import Parameter, Signature, signature
+from keyword import iskeyword
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
@@ -166,7 +167,8 @@ def _parameter(name: str, declared: Setting) -> str:
 
 
 def _name_of(flag: str) -> str:
-    return flag.removeprefix("--").replace("-", "_")
+    name = flag.removeprefix("--").replace("-", "_")
+    return f"{name}_" if iskeyword(name) else name
 
 
 def _require_allowed(option: Parameter, value: Any) -> None:

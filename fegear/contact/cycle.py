@@ -316,14 +316,13 @@ def store_relief_rates(constants, patch, nodes, rate, cell):
 def store_pair(constants, patch, nodes, q, cell):
     """Load, largest pressure and load centre of a pair with nodal forces q (n,)."""
     master_moment, slave_moment = 0.0, 0.0
-    peak = 2.0 * q[-1]  # the last node carries half a hat
+    peak = 2.0 * max(q[0], q[-1])  # the nodes at both ends carry half a hat
     for i in range(q.size):
         nodes[i].force = q[i]
         cell.load += q[i]
         master_moment += q[i] * (patch.first_arc - i * patch.step)
         slave_moment += q[i] * nodes[i].mate_arc
-        if i < q.size - 1:
-            peak = max(peak, q[i])
+        peak = max(peak, q[i])
     if cell.load > 0.0:
         cell.pressure = peak / patch.step
         cell.arc[patch.master] = master_moment / cell.load

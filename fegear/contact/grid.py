@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 class PatchTables(NamedTuple):
-    """Tables for patches of equally many nodes; the last node is an end.
+    """Tables for patches of equally many nodes, whose ends carry half hats.
 
     logarithm : (nodes, nodes) mean of ln|row - column| over the column's hat
     sign : (nodes, nodes) mean of sgn(row - column) over it
@@ -30,12 +30,17 @@ class PatchTables(NamedTuple):
 
 @lru_cache(maxsize=16)
 def contact_grid(nodes: int) -> PatchTables:
-    """Hats of unit half-length, but half a hat at the last node."""
+    """Hats of unit half-length, but half a hat at the first and the last node.
+
+    A patch ends in contact only where a flank ends, at its tip or an undercut: beyond
+    its ends there is no body to carry the other half.
+    """
     steps = np.arange(nodes)[:, None] - np.arange(nodes)[None, :]
     logarithm = hat_logarithm(np.abs(steps).astype(float))
+    logarithm[:, 0] = end_hat_logarithm(-steps[:, 0].astype(float))
     logarithm[:, -1] = end_hat_logarithm(steps[:, -1].astype(float))
     sign = np.sign(steps).astype(float)
-    sign[-1, -1] = 1.0
+    sign[0, 0], sign[-1, -1] = -1.0, 1.0
     angles = np.pi * (np.arange(SUPPORT) + 0.5) / SUPPORT
     points = np.cos(angles)[::-1].copy()
     x = np.linspace(-1.0, 1.0, nodes)

@@ -160,7 +160,9 @@ def pair_coupling(
     positions, pairs = arc.shape[:2]
     count = tables.shape[3]
     stencils = [
-        flank_stencils(arc[..., g], flank.length, flank.grading, count)
+        flank_stencils(
+            arc[..., g], flank.length, flank.grading, count, flank.undercut_roll > 0.0
+        )
         for g, flank in enumerate(flanks)
     ]
     normal, tangential = (np.zeros((positions, pairs, pairs)) for _ in range(2))

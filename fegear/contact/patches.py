@@ -25,6 +25,7 @@ from fegear.elasticity.flank_grid import place_stencil
 from lumped.common.compiled import compiled_part
 
 CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
+CORNER_OVERLAP = 2e-3  # of a flank's length, beyond the tip where an edge still touches
 COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
 MIN_ROLL = 0.02  # of the line of action, least radius of curvature
 MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
@@ -63,7 +64,11 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     is_undercut = slave.undercut_roll > 0.0
     if is_undercut and patch.crossings[1] < slave.undercut_roll * (1.0 - 1e-12):
         place_edge_patch(mesh, flanks, patch, s1, extra_gap)
-        return
+        if patch.present or nominal <= master.tip_roll:
+            return
+        # the edge has not reached the mate's tip, whose corner may touch above it
+        patch.master = 1 - patch.master
+        turn_driver(mesh, patch, s1, 0.0)
     off_path = nominal > master.tip_roll + 1e-12 * abs(master.tip_roll)
     if off_path and not mesh.corner_contact:
         return
@@ -94,10 +99,14 @@ def place_edge_patch(mesh, flanks, patch, s1, extra_gap):
     patch.master = 1 - patch.master
     patch.arc = flanks[patch.master].length
     turn_driver(mesh, patch, s1, 0.0)
-    set_contact(mesh, flanks, patch, True, 0.0)
-    if patch.present:
-        advance = min(patch.closing_ste, MAX_TURN * mesh.base_pitch)
-        turn_driver(mesh, patch, s1, advance)
+    master, slave = flanks[patch.master], flanks[1 - patch.master]
+    s = roll_of_arc(master, patch.arc)
+    gap = separation(master, slave, mesh.line_of_action, patch.crossings, s)[0]
+    # levers and gap are those where they touch, maybe just below the mate's tip
+    turn_driver(mesh, patch, s1, min(gap, MAX_TURN * mesh.base_pitch))
+    set_contact(mesh, flanks, patch, True, extra_gap)
+    if not patch.present:
+        turn_driver(mesh, patch, s1, 0.0)
         set_contact(mesh, flanks, patch, True, extra_gap)
 
 
@@ -176,7 +185,10 @@ def set_contact(mesh, flanks, patch, off_path, extra_gap):
         master, slave, mesh.line_of_action, patch.crossings, s
     )
     patch.mate_arc = arc_of_roll(slave, s_slave)
-    patch.present = 0.0 <= patch.mate_arc <= slave.length
+    is_edge = master.undercut_roll > 0.0 and patch.arc >= master.length
+    # while edge and tip corner meet, each is just beyond the other's flank
+    lowest = -CORNER_OVERLAP * slave.length if is_edge else 0.0
+    patch.present = lowest <= patch.mate_arc <= slave.length
     if not patch.present:
         patch.closing_ste = NO_FLANK_GAP
         return
@@ -245,6 +257,8 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
     tip_end, root_end = max(0.0, patch.arc - half_width), patch.arc + half_width
     if master.undercut_roll > 0.0:
         root_end = min(root_end, master.length)
+    if slave.undercut_roll > 0.0:
+        tip_end = arc_facing_edge(mesh, flanks, patch, tip_end)
     patch.first_arc = root_end
     patch.step = (root_end - tip_end) / (nodes.size - 1)
     initial_gap = extra_gap + patch.driver_advance * closing_rate(flanks, patch)
@@ -264,9 +278,33 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
 
 
 @compiled_part
+def arc_facing_edge(mesh, flanks, patch, tip_end):
+    """Arc of the master opposite the edge of the slave's undercut, at least tip_end.
+
+    A patch that ends there has a node at the edge, where the pressure is largest.
+    """
+    master, slave = flanks[patch.master], flanks[1 - patch.master]
+    line, crossings, edge = mesh.line_of_action, patch.crossings, slave.undercut_roll
+    low, high = tip_end, patch.arc
+    for arc, is_edge_within in ((low, True), (high, False)):
+        roll = separation(master, slave, line, crossings, roll_of_arc(master, arc))[1]
+        if (roll < edge) != is_edge_within:
+            return tip_end
+    while high - low > ARC_RTOL * 1e-4 * master.length:
+        middle = 0.5 * (low + high)
+        s = roll_of_arc(master, middle)
+        if separation(master, slave, line, crossings, s)[1] < edge:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@compiled_part
 def set_stencil(patch, gear, a, arc, flank, count):
     """Find the place in the flank's table at which support point a is read."""
     weights = patch.weights[gear, a]
+    both_ends = flank.undercut_roll > 0.0
     patch.first[gear, a] = place_stencil(
-        arc, flank.length, flank.grading, count, weights
+        arc, flank.length, flank.grading, both_ends, count, weights
     )

@@ -67,14 +67,13 @@ def cross_compliance(
     mirrored = source.flank == LEFT
     flank = receiver.flank if not mirrored else (LEFT, RIGHT)[receiver.flank == LEFT]
     tooth_offset = (-tooth_offset if mirrored else tooth_offset) % sector.gear.teeth
-    grid = sector.gear.flank_length, sector.size.flank_grading
     tables = {
         int(offset): _flank_table(sector, int(offset), flank)
         for offset in np.unique(tooth_offset)
     }
-    count = len(next(iter(tables.values())))
     (i, u), (j, v) = (
-        flank_stencils(side.arcs(gear), *grid, count) for side in (receiver, source)
+        flank_stencils(side.arcs(gear), *sector.flank_grid)
+        for side in (receiver, source)
     )
     block = np.zeros((u.shape[0], *tooth_offset.shape))
     for offset, table in tables.items():

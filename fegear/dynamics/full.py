@@ -260,9 +260,8 @@ def _field(
             flanks += [side.flank] * (end - start)
             arcs.append(side.arcs(gear_index))
         start = end
-    points = cyclic_gear.flanks[0].arcs
-    grid = points[-1], cyclic_gear.flank_grading, len(points)
-    index, weights = flank_stencils(np.concatenate(arcs, axis=1), *grid)
+    all_arcs = np.concatenate(arcs, axis=1)
+    index, weights = flank_stencils(all_arcs, *cyclic_gear.flank_grid)
     return ElasticField(
         gear_index=gear_index,
         cyclic_gear=cyclic_gear,

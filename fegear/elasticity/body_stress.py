@@ -43,8 +43,7 @@ def point_loads(sector: CyclicSector, load: ToothLoad, angle: float) -> Array:
     """
     forces = load.normal if angle == 0.0 else load.rootward
     count = len(sector.flanks[RIGHT].arcs)
-    grid = sector.gear.flank_length, sector.size.flank_grading, count
-    index, weights = flank_stencils(load.arcs, *grid)
+    index, weights = flank_stencils(load.arcs, *sector.flank_grid)
     total = np.zeros(count)
     np.add.at(total, index, weights * forces[:, None])
     return total

@@ -21,7 +21,7 @@ from meshes import MeshSize, SpurGear
 
 Arrays = dict[str, NDArray[Any]]
 Body = TypeVar("Body")  # a dataclass of numbers and arrays
-FORMAT = 4  # raise when geometry, mesh, elasticity or the file layout change
+FORMAT = 5  # raise when geometry, mesh, elasticity or the file layout change
 
 
 def cache_directory() -> Path:

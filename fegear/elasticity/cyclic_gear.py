@@ -38,6 +38,7 @@ class CyclicGear:
     stiffness, mass_matrix : (unknowns + m, unknowns + m) of a sector, right cut last
         [Pa], [kg/m]
     flanks : right and left one, with freedoms as rows of a field
+    flank_grid : of their points, as in `CyclicSector`
     rotation : (unknowns,) displacement under a unit clockwise turn of the whole gear
         about its centre [m], equal for all sectors
     momentum : (unknowns,) its momentum [kg], with the share of the nodes on the hub
@@ -50,7 +51,7 @@ class CyclicGear:
     stiffness: csr_array
     mass_matrix: csr_array
     flanks: tuple[FlankPoints, ...]
-    flank_grading: float
+    flank_grid: tuple[float, float, int, bool]
     rotation: Array
     momentum: Array
     inertia: float
@@ -111,7 +112,7 @@ def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
             replace(flank, dofs=np.searchsorted(interior, flank.dofs))
             for flank in sector.flanks
         ),
-        flank_grading=sector.size.flank_grading,
+        flank_grid=sector.flank_grid,
         rotation=left.T @ rigid_modes[:, 0],
         momentum=_assemble_cyclic(
             cut_transformation.T @ momentum[:, :1], count, unknowns

@@ -36,8 +36,9 @@ class FlankCompliance:
         under a unit inward normal load at point j; of the loaded tooth itself only the
         smooth remainder, without the half-plane kernel
     tangential : same shape, displacement toward the root
-    flank_length : [m]; points lie at arcs flank_length sinh(beta t) / sinh(beta)
-        from the tip corner, t = 1/n, 2/n, ..., 1; grading is beta
+    flank_length : [m]
+    grading : of the points between the ends of the flank, beta of
+        `fegear.elasticity.flank_grid`
     modulus, poisson : E' [Pa] and nu' of the plane state
     split : whether the half-plane kernel was taken out of the loaded tooth
     """

@@ -1,8 +1,10 @@
 """Interpolation between the points of a flank.
 
 Point i of n lies at the arc length l_i = length sinh(beta t) / sinh(beta) from the tip
-corner, t = (i + 1) / n; beta = 0 spaces points evenly. Values are smooth in t, in which
-they are interpolated by cubics over four points (Lagrange).
+corner, t = (i + 1) / n; beta = 0 spaces points evenly. An undercut flank has corners at
+both ends, toward which points are graded: l_i = length / 2 (1 + tanh(beta (t - 1/2)) /
+tanh(beta / 2)), t = (i + 1) / (n + 1). Values are smooth in t, in which they are
+interpolated by cubics over four points (Lagrange).
 """
 
 from __future__ import annotations
@@ -17,15 +19,20 @@ STENCIL = 4  # points that an interpolated value is made of
 
 
 @compiled_part
-def place_stencil(arc, length, grading, count, weights):
+def place_stencil(arc, length, grading, both_ends, count, weights):
     """First of the four points around an arc [m]; weights (4,) are overwritten.
 
-    Arcs beyond the ends count as the ends.
+    Arcs beyond the outermost points count as these.
     """
     ratio = min(max(arc / length, 0.0), 1.0)
-    if grading > 0.0:
+    intervals = count + 1 if both_ends else count
+    if grading > 0.0 and both_ends:
+        # twice the inverse hyperbolic tangent of (2 ratio - 1) tanh(beta / 2)
+        part = (2.0 * ratio - 1.0) * math.tanh(0.5 * grading)
+        ratio = 0.5 + 0.5 * math.log((1.0 + part) / (1.0 - part)) / grading
+    elif grading > 0.0:
         ratio = math.asinh(ratio * math.sinh(grading)) / grading
-    grid_position = min(max(ratio * count - 1.0, 0.0), count - 1.0)
+    grid_position = min(max(ratio * intervals - 1.0, 0.0), count - 1.0)
     first = min(max(int(grid_position) - 1, 0), count - STENCIL)
     u = grid_position - first
     weights[0] = -(u - 1.0) * (u - 2.0) * (u - 3.0) / 6.0
@@ -36,21 +43,24 @@ def place_stencil(arc, length, grading, count, weights):
 
 
 @compiled
-def _place_stencils(arcs, length, grading, count):
+def _place_stencils(arcs, length, grading, both_ends, count):
     first = np.empty(arcs.size, np.int64)
     weights = np.empty((arcs.size, STENCIL))
     for i in range(arcs.size):
-        first[i] = place_stencil(arcs[i], length, grading, count, weights[i])
+        first[i] = place_stencil(arcs[i], length, grading, both_ends, count, weights[i])
     return first, weights
 
 
-def flank_stencils(arcs, length, grading, count):
+def flank_stencils(arcs, length, grading, count, both_ends=False):
     """Indices and weights (..., 4) of flank points that interpolate at arcs (...).
 
     length : of the flank [m]; grading : beta; count : n
+    both_ends : whether points are graded toward both ends, as on undercut flanks
     """
     positions = np.asarray(arcs, float)
     flat = np.ascontiguousarray(positions.ravel())
-    first, weights = _place_stencils(flat, float(length), float(grading), count)
+    first, weights = _place_stencils(
+        flat, float(length), float(grading), both_ends, count
+    )
     index = first.reshape(positions.shape)[..., None] + np.arange(STENCIL)
     return index, weights.reshape(*positions.shape, STENCIL)

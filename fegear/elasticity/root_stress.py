@@ -104,7 +104,7 @@ class RootInfluence:
         """Stress (t, 2, f) under forces (t, 2) on a right flank at arcs (t,)."""
         inside = np.clip(arc, self.arcs[0], self.arcs[-1])
         grid = self.gear.flank_length, self.grading, len(self.arcs)
-        index, weights = flank_stencils(inside, *grid)
+        index, weights = flank_stencils(inside, *grid, self.gear.is_undercut)
         corners = self.remainder[MAX_TOOTH_OFFSET + tooth][index]
         influence = np.einsum("tp,tpdsf->tdsf", weights, corners)
         if tooth == 0:

@@ -39,7 +39,9 @@ RIGHT, LEFT = 0, 1  # flanks of a tooth
 
 @dataclass(frozen=True)
 class FlankPoints:
-    """Vertices of a flank where loads act, all but the tip corner itself.
+    """Vertices of a flank where loads act, all but the corners at its ends.
+
+    An undercut flank has one at both ends, others at the tip alone.
 
     points : (n, 2) [m]; inward, rootward : (n, 2) unit vectors
     arcs : (n,) from the tip corner [m]; dofs : (n, 2) along x and y
@@ -134,18 +136,31 @@ class CyclicSector:
     @cached_property
     def flanks(self) -> tuple[FlankPoints, FlankPoints]:
         """The right flank, and the left one as its mirror image."""
-        mesh, arcs, mirror = self.mesh, self.mesh.flank_arcs[1:], np.array([-1.0, 1.0])
+        mesh, mirror = self.mesh, np.array([-1.0, 1.0])
+        # a load at the edge of an undercut has no field of a half-plane
+        inner = slice(1, -1) if self.gear.is_undercut else slice(1, None)
+        arcs, nodes = mesh.flank_arcs[inner], mesh.flank_nodes[inner]
         _, inward = flank_frame(self.gear, arcs)
         rootward = np.stack([-inward[:, 1], inward[:, 0]], axis=1)
-        nodes = mesh.flank_nodes[1:]
         points, dofs = mesh.points[nodes], self.node_dofs
-        left = dofs[mesh.edges["left_flank"][:, 1]]
+        left_nodes = mesh.edges["left_flank"][:, 1]
+        left = dofs[left_nodes[: len(nodes)]]
         return (
             FlankPoints(points, inward, rootward, arcs, dofs[nodes]),
             FlankPoints(
                 points * mirror, inward * mirror, rootward * mirror, arcs, left
             ),
         )
+
+    @property
+    def flank_grid(self) -> tuple[float, float, int, bool]:
+        """Length [m], grading, number of points and whether graded toward both ends.
+
+        As `flank_stencils` takes them.
+        """
+        count = len(self.flanks[RIGHT].arcs)
+        grading, both_ends = self.size.flank_grading, self.gear.is_undercut
+        return self.gear.flank_length, grading, count, both_ends
 
     @cached_property
     def polar(self) -> Array:

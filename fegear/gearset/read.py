@@ -15,6 +15,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from fegear.files.errors import InputError
+from fegear.files.kinds import KIND_OF_ENDING, kind_of_text, require_kind
 from fegear.files.output import read_text
 from fegear.gearset.build import build_gear_set
 from fegear.gearset.edit import edited
@@ -89,6 +90,8 @@ def path_of(name_or_path: str, kind: str, names: Sequence[str]) -> Path:
             f"{name_or_path}: neither a file nor a built-in {kind}"
             f"{nearest(name_or_path, names)} (built-in: {', '.join(names)})"
         )
+    if seems := KIND_OF_ENDING.get(path.suffix.lower()):
+        raise InputError(f"{path}: seems to be {seems}; a {kind} file is TOML")
     return path
 
 
@@ -168,6 +171,8 @@ def parsed_toml(text: str) -> dict[str, Any]:
     except RecursionError:
         raise InputError("TOML syntax: nested too deeply") from None
     except ValueError as error:  # of TOML, or an integer of thousands of digits
+        if seems := kind_of_text(text):
+            raise InputError(f"not TOML: seems to be {seems}") from None
         match = re.search(r"at line (\d+)", str(error))
         line = text.splitlines()[int(match[1]) - 1].strip() if match else ""
         quoted = f": {line[:60]}" if line else ""
@@ -191,6 +196,7 @@ def _builtin_folder() -> Traversable:
 
 
 def _document(raw_tables: Mapping[str, Any], edits: Mapping[str, Any]) -> Document:
+    require_kind(raw_tables, "gear-set")
     tables = with_defaults(edited(raw_tables, edits))
     try:
         return Document.model_validate(tables)

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from fegear.files.errors import InputError
+from fegear.files.kinds import require_kind
 from fegear.files.output import read_text
 from fegear.gearset.problems import first_problem
 from fegear.gearset.read import builtin_names, parsed_toml, path_of
@@ -273,6 +274,7 @@ def _edited(tables: dict[str, Any], edits: Mapping[str, Any]) -> dict[str, Any]:
 def _named(tables: dict[str, Any], changes: Mapping[str, Any]) -> NamedMachine:
     if "gear" in tables:
         raise InputError(OF_A_GEAR_SET)
+    require_kind(tables, "machine")
     try:
         file = MachineFile.model_validate(tables)
     except ValidationError as error:

@@ -390,7 +390,7 @@ def _pair_field(
     x, y = (points - frame.center).T
     elastic = frame.vectors(sector.at(flank)[:, :2])
     pressure = load.normal / load.step
-    pressure[-1] *= 2.0  # the last node carries half a hat, see fegear.contact.grid
+    pressure[[0, -1]] *= 2.0  # end nodes carry half a hat, see fegear.contact.grid
     return PairField(
         tooth=-load.tooth if stand.back else load.tooth,
         points=points,

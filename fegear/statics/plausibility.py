@@ -10,6 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from fegear.files.codes import with_code
+from meshes.pairing import tip_clearance
 
 if TYPE_CHECKING:
     from fegear.gearset.model import Mesh
@@ -98,6 +99,27 @@ def undercut_warnings(number: int, pair: GearPair) -> Iterator[str]:
             f"mesh {number}: the tip circle of the mate reaches below the form circle "
             f"of the undercut {role} ({gear.teeth} teeth); contact ratio "
             f"{pair.contact_ratio:.4g}, {lost:.3g} less than without undercut",
+        )
+
+
+def tip_warnings(where: str, pair: GearPair, deflection: float) -> Iterator[str]:
+    """A line for each undercut gear whose edge the mate's tip meets under load.
+
+    where : mesh and torque; deflection : largest transmission error of the loaded side
+        [m]
+    """
+    for role, gear, mate in (
+        ("driver", pair.driver, pair.driven),
+        ("driven gear", pair.driven, pair.driver),
+    ):
+        clearance = tip_clearance(gear, mate, pair.center_distance)
+        if not (gear.is_undercut and clearance < deflection):
+            continue
+        yield with_code(
+            "W36",
+            f"{where}: the mate's tip passes the edge of the undercut {role} "
+            f"({gear.teeth} teeth) at a clearance of {1e6 * clearance:.3g} um, which "
+            f"the transmission error of {1e6 * deflection:.3g} um closes",
         )
 
 

@@ -13,9 +13,11 @@ import numpy as np
 from fegear.files.errors import InputError
 from fegear.files.records import Records
 from fegear.files.speeds import MESH_FREQUENCY
+from fegear.gearset.speeds import driver_teeth, mesh_frequency
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.axes import axis_setting
 from fegear.studies.columns import meanings
+from fegear.studies.driver_speed import DRIVER_SPEED
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import (
@@ -36,6 +38,7 @@ from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
     COUPLED,
     FREQUENCY,
+    RPM,
     lumped_integration,
     lumped_model,
     refuse_both,
@@ -79,6 +82,8 @@ COLUMNS = (
 )
 
 
+# by name, what a speed as a parameter may be
+SPEEDS = {MESH_FREQUENCY: FREQUENCY, DRIVER_SPEED: RPM}
 SECTIONS = SettingsGroup(kind=SectionSettings, exposed=expose("sections"))
 
 
@@ -101,9 +106,9 @@ class Bifurcations(
     unit = "value"
 
     over: Axis = axis_setting(
-        "Parameter: mesh_frequency_Hz of the first mesh, a key of the gear set, "
-        "torque_Nm or damping_ratio, with N values from A to B, or values with "
-        "commas."
+        "Parameter: mesh_frequency_Hz of the first mesh, driver_speed_rpm of its "
+        "driver, a key of the gear set, torque_Nm or damping_ratio, with N values "
+        "from A to B, or values with commas."
     )
     at: float | None = setting(
         None,
@@ -138,17 +143,17 @@ class Bifurcations(
                 needed = f"needs a mesh frequency, {display_name(self, 'at')} HZ"
                 raise InputError(f"{over} {axis.name}; {needed}")
         elif fixed:
-            why = f"{over} {MESH_FREQUENCY} replaces it, leave it out"
+            why = f"{over} {axis.name} replaces it, leave it out"
             raise refusal(self, fixed, why)
         for value in axis.values if self.over_speed else ():
-            if value not in FREQUENCY:
-                where = f"{over} {MESH_FREQUENCY} = {value:g}"
-                raise InputError(f"{where}; allowed {FREQUENCY}")
+            if value not in SPEEDS[axis.name]:
+                where = f"{over} {axis.name} = {value:g}"
+                raise InputError(f"{where}; allowed {SPEEDS[axis.name]}")
 
     @property
     def over_speed(self) -> bool:
         """Whether the speed varies."""
-        return self.over.name == MESH_FREQUENCY
+        return self.over.name in SPEEDS
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -169,7 +174,17 @@ class Bifurcations(
         return replace(self.integration, multiples=self.period_multiple)
 
     def prepare(self) -> BifurcationsProblem:
-        return BifurcationsProblem.of(with_frequencies(self, {"at": self.rpm}))
+        return BifurcationsProblem.of(
+            with_frequencies(self._over_frequency(), {"at": self.rpm})
+        )
+
+    def _over_frequency(self) -> Bifurcations:
+        """The study with mesh frequencies [Hz] in place of speeds of rotation."""
+        if self.over.name != DRIVER_SPEED:
+            return self
+        teeth = driver_teeth(self.gear_set.loaded)
+        frequencies = (mesh_frequency(teeth, rpm) for rpm in self.over.values)
+        return replace(self, over=Axis(MESH_FREQUENCY, tuple(frequencies)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from fegear.elasticity.root_stress import RootInfluence
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import driver_teeth
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.studies.page import Page
@@ -346,7 +347,10 @@ class DynamicsProblem(Problem):
                 },
                 header=self.header,
                 driver_teeth=driver_teeth(self.gears),
-                warnings=tuple(sweep_warnings(self.gears, (*by_elements, *beside))),
+                warnings=(
+                    *gear_set_warnings(self.gears),
+                    *sweep_warnings(self.gears, (*by_elements, *beside)),
+                ),
             ),
             frequencies=self.frequencies,
             branches=by_elements,

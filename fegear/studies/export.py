@@ -23,6 +23,7 @@ from fegear.files.output import (
 from fegear.files.version import package_version
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.excitation import StiffnessSource
 from fegear.studies.modes import FE_SETTINGS, mean_stiffnesses
 from fegear.studies.page import Page, RowTable, cell
@@ -113,7 +114,10 @@ class ModelExport(
         train = train_of(gears, torque, self.translations, self.damping_ratio)
         modes = natural_modes(train, [value for value, _ in stiffnesses])
         origins = [origin for _, origin in stiffnesses]
-        return ModelExportResult(self, gears.name, torque, train, modes, origins)
+        warnings = (*gear_set_warnings(gears),)
+        return ModelExportResult(
+            self, gears.name, torque, train, modes, origins, warnings
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -130,6 +134,7 @@ class ModelExportResult(StudyResult):
     train: Train
     modes: Modes
     origins: list[str]
+    warnings: tuple[str, ...] = ()
 
     @property
     def coordinates(self) -> list[str]:
@@ -201,7 +206,13 @@ class ModelExportResult(StudyResult):
     def summary(self) -> dict[str, Any]:
         arrays = {name: value.tolist() for name, value in self.arrays.items()}
         about = {"gear_set": self.gear_set, "translations": self.study.translations}
-        return {**about, **self.texts, **arrays, "units": UNITS, "warnings": []}
+        return {
+            **about,
+            **self.texts,
+            **arrays,
+            "units": UNITS,
+            "warnings": list(self.warnings),
+        }
 
     @property
     def table(self) -> Table:

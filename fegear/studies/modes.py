@@ -12,6 +12,7 @@ import numpy as np
 from fegear.files.codes import with_code
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations, StiffnessSource, unmodified
 from fegear.studies.page import ColumnTable, Page
@@ -102,7 +103,16 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         ratio = system.train.damping_ratio
         modes = modes_under_load(system)
         name = self.gears.name
-        return ModesResult(self, name, load, ratio, modes, origins, system)
+        return ModesResult(
+            self,
+            name,
+            load,
+            ratio,
+            modes,
+            origins,
+            system,
+            (*gear_set_warnings(self.gears),),
+        )
 
     def _linear(self, load: float | None, job: Job) -> ModesResult:
         torque = load or 0.0
@@ -112,7 +122,10 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         modes = natural_modes(train, [value for value, _ in stiffnesses])
         origins = [origin for _, origin in stiffnesses]
         name, ratio = self.gears.name, train.damping_ratio
-        return ModesResult(self, name, load, ratio, modes, origins)
+        warnings = (*gear_set_warnings(self.gears),)
+        return ModesResult(
+            self, name, load, ratio, modes, origins, gear_warnings=warnings
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,6 +144,7 @@ class ModesResult(StudyResult):
     modes: Modes
     origins: list[str]
     system: LumpedSystem | None = None
+    gear_warnings: tuple[str, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -159,10 +173,11 @@ class ModesResult(StudyResult):
 
     def _bodies(self) -> dict[str, Any]:
         if self.system is None:
-            return {**bodies_described({}), "warnings": []}
+            return {**bodies_described({}), "warnings": list(self.gear_warnings)}
         speeds = default_speeds(self.system)
         entries = bodies_described(body_entries(self.system, speeds))
-        return entries | {"warnings": list(body_modes_warnings(self.system, speeds))}
+        warnings = body_modes_warnings(self.system, speeds)
+        return entries | {"warnings": [*self.gear_warnings, *warnings]}
 
     @property
     def table(self) -> Table:

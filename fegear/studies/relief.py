@@ -15,6 +15,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import write_text
 from fegear.files.toml import toml_text
 from fegear.gearset.model import ReliefShape
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
 from fegear.statics.best_relief import (
     MICRO,
@@ -171,7 +172,10 @@ class ReliefDesign(
                 _ste(after, index, shown, quick),
             ),
             evaluations=best.evaluations,
-            warnings=table_warnings(solve_mesh(after, index, torques, settings)),
+            warnings=[
+                *gear_set_warnings(after),
+                *table_warnings(solve_mesh(after, index, torques, settings)),
+            ],
             tables=tables,
         )
 

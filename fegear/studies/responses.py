@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Branches = Sequence[tuple[float, Branch]]  # torque on the input gear [N m], branch
+SHOWN_FREQUENCIES = 8  # natural frequencies in a line
 UNITS = {
     "frequency": "frequency_Hz",
     "frequency_from": "frequency_from_Hz",
@@ -162,7 +163,7 @@ class ResponsesResult(StudyResult):
     def page(self) -> Page:
         values = self.summary
         yield from self.facts.notes
-        lines = ", ".join(f"{f:.1f}" for f in values["natural_frequencies_Hz"])
+        lines = _first_frequencies(values["natural_frequencies_Hz"])
         first, last = values["first_speed_Hz"], values["last_speed_Hz"]
         span = f"{first:g} Hz" if first == last else f"{first:g} to {last:g} Hz"
         yield (
@@ -185,6 +186,13 @@ class ResponsesResult(StudyResult):
         if "model_1_branches" in values:
             yield "Model 1 for comparison"
             yield from _page_of_branches(values["model_1_branches"], values["speeds"])
+
+
+def _first_frequencies(frequencies: Sequence[float]) -> str:
+    """The lowest frequencies [Hz], and how many more there are."""
+    lines = ", ".join(f"{f:.1f}" for f in frequencies[:SHOWN_FREQUENCIES])
+    more = len(frequencies) - SHOWN_FREQUENCIES
+    return f"{lines} and {more} more, all by --json" if more > 0 else lines
 
 
 def _summarise_branches(branches: Branches) -> list[dict[str, Any]]:

@@ -14,15 +14,18 @@ from fegear.contact.edges import edge_pairs, edge_positions
 from fegear.figures.path import draw_harris, draw_path
 from fegear.figures.statics import draw_table
 from fegear.files.codes import with_code
+from fegear.files.errors import InputError
 from fegear.files.memory import peak_memory_MB
 from fegear.files.output import INTO_PICTURE
 from fegear.gearset.model import GearSet
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.harmonics import Harmonic
 from fegear.statics.plausibility import (
     MAX_ERROR_ESTIMATE,
     MAX_IMBALANCE,
     check_warnings,
     plausibility_warnings,
+    tip_warnings,
     undercut_warnings,
 )
 from fegear.statics.solving import (
@@ -64,6 +67,7 @@ ELEMENTS = SettingsGroup(
         *("positions", "friction", "plane", "resolution", "body", "corner_contact")
     ),
 )
+MIN_POSITIONS = 2
 COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
     "mean k\n1e8 N/m": cell("mean_stiffness_N_per_m", 5, 1e-8),
@@ -125,6 +129,15 @@ class MeshStiffness(
     )
     elements: StaticsSettings = group(ELEMENTS)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        positions = self.elements.positions
+        if positions < MIN_POSITIONS:
+            raise InputError(
+                f"positions = {positions}; allowed {MIN_POSITIONS} or more, as a "
+                "single position has no peak to peak"
+            )
+
     @property
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
@@ -146,7 +159,7 @@ class MeshStiffness(
         self, gears: GearSet, index: int, torques: tuple[float, ...], job: Job
     ) -> StiffnessResult:
         solved = solve_mesh(gears, index, torques, self.elements, job.report)
-        return StiffnessResult(self, gears.name, solved)
+        return StiffnessResult(self, gears.name, solved, (*gear_set_warnings(gears),))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -154,6 +167,7 @@ class StiffnessResult(StudyResult):
     study: MeshStiffness
     gear_set: str
     solved: StaticsResult
+    gear_warnings: tuple[str, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -177,7 +191,7 @@ class StiffnessResult(StudyResult):
                 for t in range(solved.cycle.torque.size)
             ],
             "evidence": evidence(solved),
-            "warnings": table_warnings(solved),
+            "warnings": [*self.gear_warnings, *table_warnings(solved)],
             "seconds": {name: round(s, 4) for name, s in solved.seconds.items()},
             "peak_memory_MB": round(peak_memory_MB(), 1),
         }
@@ -400,7 +414,15 @@ def table_warnings(solved: StaticsResult) -> list[str]:
         )
     ]
     cut = undercut_warnings(solved.mesh + 1, solved.problem.pair)
-    return [*cut, *(unphysical or _evidence_warnings(solved))]
+    return [*cut, *_tip_lines(solved), *(unphysical or _evidence_warnings(solved))]
+
+
+def _tip_lines(solved: StaticsResult) -> Iterator[str]:
+    """Warnings of tips that meet the edge of an undercut, at the largest torque."""
+    t, pair = int(np.abs(solved.cycle.torque).argmax()), solved.problem.pair
+    torque, closed = solved.cycle.torque[t], solved.cycle.ste[t].max()
+    where = f"mesh {solved.mesh + 1} at {torque:g} N m"
+    yield from tip_warnings(where, pair, float(closed))
 
 
 def _finite_pressure(solved: StaticsResult, t: int) -> float:

@@ -6,13 +6,24 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import pairwise
 from typing import Literal
 
+from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
+from fegear.files.speeds import written_speeds
 from fegear.gearset.speeds import driver_teeth
 from fegear.studies.columns import meanings
 from fegear.studies.responses import ResponsesResult, sweep_warnings
-from fegear.studies.study import PLOT, Draw, Job, Study, Task, setting
+from fegear.studies.study import (
+    PLOT,
+    Draw,
+    Job,
+    Study,
+    Task,
+    display_name,
+    setting,
+)
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts, TrainProblem, bodies_described
 from fegear.studies.trains import (
@@ -77,6 +88,18 @@ class SweptSpeeds:
     def __post_init__(self) -> None:
         super().__post_init__()  # type: ignore[misc]
         refuse_both(self, "speeds", "rpm")
+        for name in ("speeds", "rpm"):
+            self._require_rising(name)
+
+    def _require_rising(self, name: str) -> None:
+        """Refuse speeds that fall, as the direction orders them."""
+        speeds = getattr(self, name)
+        if len(speeds) > 1 and all(b < a for a, b in pairwise(speeds)):
+            shown = f"{display_name(self, name)} = {written_speeds(speeds)}"
+            down = f"{display_name(self, 'direction')} down"
+            raise InputError(
+                f"{shown}; must rise; {down} passes them from the highest to the lowest"
+            )
 
     @property
     def directions(self) -> tuple[Direction, ...]:

@@ -15,7 +15,7 @@ from scipy.optimize import brentq, minimize_scalar
 from fegear.gearset.draw import tooth_outline
 from meshes import GearPair, GeometryError
 from meshes.outline import MeshSize, half_sector_outline
-from meshes.pairing import undercut_clearance
+from meshes.pairing import tip_clearance, undercut_clearance
 from meshes.profile import fillet_points, flank_points
 from meshes.undercut import fillet_at
 
@@ -165,14 +165,18 @@ def test_the_path_of_contact_ends_where_the_flank_is_cut_off():
     assert 1.2 < pair.contact_ratio < 1.3
 
 
-def clearance_of_polygon(gear, mate, center_distance):
-    """The same from points: the mate's tooth turns beside the gear's outline."""
+def clearance_of_polygon(gear, mate, center_distance, along_line=False):
+    """The same from points: the mate's tooth turns beside the gear's outline.
+
+    along_line : on the base circle, before the path of contact begins
+    """
     ratio = gear.teeth / mate.teeth
     angle = math.acos((gear.base_radius + mate.base_radius) / center_distance)
     best = math.inf
+    start = gear.form_roll_length / gear.base_radius - math.tan(angle)
     fillet = fillet_points(gear, np.linspace(0.0, gear.form_normal_angle, 2000))
     radii, angles = np.hypot(*fillet.T), np.arctan2(*fillet.T)
-    for turn in np.linspace(-0.6, 0.6, 2001):
+    for turn in np.linspace(-0.6, 0.6, 6001):
         # centre of the mate above; flanks touch at the pitch point at turn 0
         gear_axis = gear.half_angle(gear.base_radius / math.cos(angle)) + turn
         corner = mate.half_angle(mate.base_radius / math.cos(angle))
@@ -184,7 +188,10 @@ def clearance_of_polygon(gear, mate, center_distance):
         if gear.root_radius < radius < gear.form_radius:
             place = gear_axis + math.atan2(x, y)
             edge = np.interp(radius, radii, angles)
-            best = min(best, radius * (place - edge))
+            if not along_line:
+                best = min(best, radius * (place - edge))
+            elif -turn < start:  # the gear turns against its roll length
+                best = min(best, gear.base_radius * (place - edge))
     return best
 
 
@@ -196,3 +203,20 @@ def test_clearance_of_the_undercut_is_that_of_polygons(teeth):
     assert clearance > 0.0
     expected = clearance_of_polygon(gear, mate, center)
     assert clearance == pytest.approx(expected, abs=3e-6)
+
+
+@pytest.mark.parametrize("teeth", [10, 12, 14])
+def test_clearance_of_the_tip_before_the_path_is_that_of_polygons(teeth):
+    gear, mate = gear_of(teeth, 0.05), gear_of(45)
+    center = 0.5 * MODULE * (teeth + 45.1) + 1e-5
+    expected = clearance_of_polygon(gear, mate, center, along_line=True)
+    clearance = tip_clearance(gear, mate, center)
+    assert clearance == pytest.approx(expected, abs=3e-6)
+    assert 0.0 < clearance < 1e-4
+
+
+def test_tips_stay_above_the_fillet_before_the_path_of_ordinary_teeth():
+    for teeth, other in [(20, 45), (30, 30), (60, 18)]:
+        gear, mate = gear_of(teeth), gear_of(other)
+        center = 0.5 * MODULE * (teeth + other) + 1e-5
+        assert math.isinf(tip_clearance(gear, mate, center))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
 from pathlib import Path
@@ -17,14 +17,25 @@ from fegear.gearset.model import GearSet
 from fegear.studies.columns import meanings
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import ColumnTable, Page, number
-from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
+from fegear.studies.study import (
+    Draw,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    display_name,
+    setting,
+)
 from fegear.studies.table import Table
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     GearSetRef,
     chosen_torque,
+    refuse_both,
+    rpms_setting,
     speeds_setting,
     torque_setting,
+    with_frequencies,
 )
 from lumped.common.options import Range
 from lumped.figures.drawing import draw_title
@@ -52,10 +63,11 @@ class Ablation(
 
     gear_set: GearSetRef
     speeds: tuple[float, ...] = speeds_setting(
-        MISSING,
+        (),
         "Mesh frequencies of the first mesh [Hz]; a number, or several with commas, as "
-        "well.",
+        "well; this or --rpm. [default: none]",
     )
+    rpm: tuple[float, ...] = rpms_setting("--speeds")
     torque: float | None = torque_setting()
     tolerance: float = setting(
         0.05,
@@ -69,6 +81,13 @@ class Ablation(
         "them. [default: none]",
         metavar="DIR",
     )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_both(self, "speeds", "rpm")
+        if not (self.speeds or self.rpm):
+            speeds, rpm = display_name(self, "speeds"), display_name(self, "rpm")
+            raise InputError(f"{speeds} A:B:STEP or {rpm} A:B:STEP is needed")
 
     @property
     def gears(self) -> GearSet:
@@ -85,7 +104,8 @@ class Ablation(
         yield Task("runs", self._compared)
 
     def _compared(self, job: Job) -> AblationResult:
-        speeds, name = written_speeds(self.speeds), self.gear_set.name
+        in_hertz: Any = with_frequencies(self, {"speeds": self.rpm})
+        speeds, name = written_speeds(in_hertz.speeds), self.gear_set.name
         if self.gear_set.preloaded is not None:
             raise InputError(f"gear_set = {name}; must be a name or a path")
         try:

@@ -364,4 +364,5 @@ _FILE = DataFile(
         "printed": Printed,
     },
     former={"budget": "ablation", "wave": "single_speed"},
+    kind="case",
 )

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationE
 from pydantic_core import ErrorDetails
 
 from fegear.files.errors import InputError
+from fegear.files.kinds import require_kind
 from fegear.files.speeds import parsed_speeds
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.problems import PHRASES, nearest, shown
@@ -64,11 +65,13 @@ class DataFile(Generic[T]):
     tables : by the key of the list the class of its entries, or the classes by the
         `kind` that an entry names
     former : keys of earlier versions, which are read as well, and what they are now
+    kind : of a file that a user writes, see `fegear.files.kinds`, or nothing
     """
 
     content: type[T]
     tables: Mapping[str, type | Mapping[str, type]]
     former: Mapping[str, str] = field(default_factory=dict)
+    kind: str = ""
 
     @cached_property
     def _adapter(self) -> TypeAdapter[T]:
@@ -78,7 +81,10 @@ class DataFile(Generic[T]):
     def read(self, text: str, source: str) -> T:
         """The content of TOML text; `source` begins the message of an InputError."""
         try:
-            return self._adapter.validate_python(self._renamed(parsed_toml(text)))
+            tables = parsed_toml(text)
+            if self.kind:
+                require_kind(tables, self.kind)
+            return self._adapter.validate_python(self._renamed(tables))
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
         except ValidationError as error:

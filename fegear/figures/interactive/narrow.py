@@ -12,6 +12,7 @@ from fegear.figures.interactive.layout import (
     GAP,
     LABEL_LINE,
     LETTER,
+    TITLE_LETTER,
     PanelMargins,
     Picture,
     box_of,
@@ -31,7 +32,6 @@ MIN_HEIGHT, MAX_HEIGHT = 150.0, 320.0  # pixels, of a panel
 MAX_EQUAL_HEIGHT = 420.0  # pixels, of one whose axes have equal units
 TEXT_LINE = 15.0  # pixels, of a named tick
 BAR_HEIGHT = 66.0  # pixels, of a horizontal colour bar with its numbers and label
-TITLE_LETTER = 7.0  # pixels, of a letter of the title of a panel
 LEGEND_FONT = 11.0  # pixels
 
 

@@ -11,21 +11,26 @@ from fegear.figures.interactive.elements import Element
 from fegear.figures.interactive.layout import (
     ENTRY_LINE,
     GAP,
+    LABEL_LINE,
+    TITLE_LETTER,
     PanelMargins,
     Picture,
     box_of,
+    breakpoint_of,
     legend_rows,
     panel_titles,
     rounded,
     title_of_figure,
     title_text,
+    wrapped,
 )
 from fegear.figures.interactive.legends import ShownLegend
 from fegear.figures.interactive.styles import PIXELS_PER_INCH
-from fegear.figures.interactive.texts import markup
+from fegear.figures.interactive.texts import line_count, markup
 
 LEGEND_FONT = 11.0  # pixels
 STRETCH = 1.1  # of heights, as numbers and labels of plotly take more room
+AT_TOP = 0.99  # of the height of all panels
 EDGE_PART = 0.38  # part of a panel from its edge, where a legend is at that edge
 
 
@@ -42,21 +47,41 @@ def wide_layout(picture: Picture, frames: dict[FigurePanel, PanelMargins]) -> El
     sides = _margins(picture, frames, size, low, high)
     layout |= {f"margin.{side}": length for side, length in sides.items()}
     layout["margin.t"] += height
+    domains = {panel: (box - low) / (high - low) for panel, box in boxes.items()}
+    titles, added = _wrapped_titles(picture, domains, layout)
+    layout["margin.t"] += added
     layout |= title_of_figure(picture, title, "wide", layout["margin.t"])
     inner = STRETCH * size[1] * (high[1] - low[1])
     layout["height"] = round(inner + layout["margin.t"] + layout["margin.b"])
-    domains = {panel: (box - low) / (high - low) for panel, box in boxes.items()}
     for panel, domain in domains.items():
         layout[f"xaxis{panel.ending}.domain"] = domain[:, 0].tolist()
         layout[f"yaxis{panel.ending}.domain"] = domain[:, 1].tolist()
         layout[f"xaxis{panel.ending}.title.text"] = markup(panel.axes.get_xlabel())
         layout[f"yaxis{panel.ending}.title.text"] = markup(panel.axes.get_ylabel())
-    for number, _, text in panel_titles(picture):
-        layout[f"annotations[{number}].text"] = markup(text)
+    layout |= titles
     _place_bars(layout, picture, low, high)
     for shown in picture.legends:
         _place_legend(layout, shown, domains, height)
     return rounded(layout)
+
+
+def _wrapped_titles(
+    picture: Picture, domains: dict[FigurePanel, Array], layout: Element
+) -> tuple[Element, float]:
+    """Titles of panels in lines that fit on the narrowest page that is wide.
+
+    The second value is what they take above the panels more than in the picture
+    [pixels].
+    """
+    inner = breakpoint_of(picture) - layout["margin.l"] - layout["margin.r"]
+    titles, added = Element(), 0.0
+    for number, panel, text in panel_titles(picture):
+        (left, right), (_, top) = domains[panel].T
+        marked = wrapped(text, max(1, int(inner * (right - left) / TITLE_LETTER)))
+        titles[f"annotations[{number}].text"] = marked
+        if top > AT_TOP:
+            added = max(added, line_count(marked) - line_count(markup(text)))
+    return titles, LABEL_LINE * added
 
 
 def _margins(

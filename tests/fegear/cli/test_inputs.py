@@ -20,6 +20,7 @@ from cli_commands import ROOT_COMMAND, commands
 from history_files import written
 from pydantic import BaseModel
 from quick_benchmarks import answer_at_once
+from rexs_files import RexsWriter, as_xml
 
 from fegear.cli import run
 from fegear.gearset import read_gear_set
@@ -383,6 +384,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     },
     "new": {
         "KIND": swap("new pair -o f.toml", "pair", "idler"),
+        "--from": swap("new --from BOX1 -o f.toml --json", "BOX1", "BOX2"),
         "--output": swap("new pair -o f.toml", "f.toml", "g.toml"),
         "--json": plus("new pair -o f.toml", "--json"),
     },
@@ -642,6 +644,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "SET": swap(ABLATION, "SET", "OTHER"),
         "--output": plus(ABLATION, "-o b.csv"),
         "--speeds": swap(ABLATION, "2000", "2100"),
+        "--rpm": swap(ABLATION, "--speeds 2000", "--rpm 6000"),
         "--torque": plus(ABLATION, "--torque 30"),
         "--tolerance": plus(ABLATION, "--tolerance 0.9"),
         "--set": plus(ABLATION, "--set gear.a.inertia_kg_m2=1e-3"),
@@ -890,6 +893,9 @@ def files(tmp_path_factory) -> dict[str, str]:
             'name = "rms_distance"\nallowed = 9\nreason = "for a test"\n'
         )
     (folder / "pair.toml").write_text(toml(PAIR))
+    for name, tables in (("box1", PAIR), ("box2", other)):
+        tree = RexsWriter(read_gear_set(toml(tables))).tree()
+        (folder / f"{name}.rexs").write_text(as_xml(tree))
     written(folder / "history.csv")
     wheel = (
         'name = "{}"\nbase_radius_mm = 40\ninertia_kg_m2 = {}\ntooth_play_mm = 0.1\n'
@@ -908,7 +914,14 @@ def files(tmp_path_factory) -> dict[str, str]:
         "case.toml",
         "third.toml",
     )
-    file_names = (*inputs, "history.csv", "falling.csv", "slower.csv")
+    file_names = (
+        *inputs,
+        "box1.rexs",
+        "box2.rexs",
+        "history.csv",
+        "falling.csv",
+        "slower.csv",
+    )
     return {Path(name).stem.upper(): str(folder / name) for name in file_names}
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -17,8 +18,8 @@ from fegear.contact.edges import edge_arcs
 from fegear.contact.loads import patch_load
 from fegear.contact.problem import run_kernel, solve_cycle
 from fegear.files.errors import InputError
-from fegear.gearset import make_gear_set
-from fegear.statics.plausibility import undercut_warnings
+from fegear.gearset import load_gear_set, make_gear_set
+from fegear.statics.plausibility import tip_warnings, undercut_warnings
 from fegear.statics.solving import RESOLUTIONS, Resolution, StaticsSettings, solve_mesh
 from fegear.studies.stiffness import table_warnings
 from meshes import MeshSize, sector_mesh
@@ -35,7 +36,7 @@ TABLES = {
     "mesh": [{"driver": "pinion", "driven": "wheel", "center_distance_mm": 114.02}],
     "load": {"gear": "pinion", "torques_Nm": [TORQUE]},
 }
-SIZE = MeshSize(flank_edges=160, flank_grading=0.0, fillet_edges=16)
+SIZE = MeshSize(fillet_edges=16)
 
 
 @lru_cache(maxsize=8)
@@ -46,14 +47,39 @@ def solved(resolution="default", positions=64):
     return solve_mesh(make_gear_set(TABLES), 0, [TORQUE], settings)
 
 
+def refined_arcs(length, loads):
+    """Arcs of a flank's vertices, close together where loads are [m].
+
+    loads : (arcs (n,), line loads (n,), step) of each pair
+    """
+    narrow = []
+    for arcs, normal, step in loads:
+        loaded = arcs[normal > 0.0]
+        narrow.append((loaded.mean(), 0.5 * np.ptp(loaded) + step))
+        narrow.append((arcs[np.argmax(normal)], 3.0 * step))
+
+    def edge(arc):
+        near = [max(w / 4.0, 0.3 * (abs(arc - x) - w)) for x, w in narrow]
+        return min(*near, 1e-4)
+
+    stops = [0.0]
+    while stops[-1] < length:
+        stops.append(stops[-1] + edge(stops[-1]))
+    return np.array(stops) * length / stops[-1]
+
+
 def work_on_whole_gear(gear, loads):
     """Work of the loads of tooth pairs on a whole gear, over their displacement [N].
 
-    loads : (tooth, arcs (n,), line loads (n,) [N/m]) of each pair, teeth to the right
+    loads : (tooth, arcs (n,), line loads (n,) [N/m], step [m]) of each pair, teeth to
+        the right
 
-    Plane stress; the hub is held; shares the mesh of the sector with the program.
+    Plane stress; the hub is held. It shares the mesh of the sector with the program,
+    with other vertices on the flank.
     """
-    sector = sector_mesh(gear, SIZE)
+    arcs = refined_arcs(gear.flank_length, [load[1:] for load in loads])
+    with patch("meshes.outline.flank_arcs", return_value=arcs):
+        sector = sector_mesh(gear, SIZE)
     angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
     copies = np.vstack([turn(sector.points, a) for a in angles])
     near = cKDTree(copies).query_ball_point(copies, 1e-9)
@@ -66,66 +92,89 @@ def work_on_whole_gear(gear, loads):
     stiffness = linear_elasticity(E * nu / (1 - nu**2), 0.5 * E / (1 + nu))
     K, places = stiffness.assemble(basis), basis.doflocs.T
     force, tree = np.zeros(basis.N), cKDTree(places)
-    for tooth, arcs, normal in loads:
+    for tooth, *load in loads:
         angle = tooth * gear.pitch_angle
-        for nodes, vectors in nodal_loads(gear, sector, arcs, normal):
+        nodal = list(nodal_loads(gear, sector, *load))
+        total = sum(np.hypot(*vectors.sum(axis=0)) for _, vectors in nodal)
+        for nodes, vectors in nodal:
             points = turn(sector.points[nodes], angle)
-            for point, vector in zip(points, turn(vectors, angle), strict=True):
+            vectors = turn(vectors, angle) * load[1].sum() / total
+            for point, vector in zip(points, vectors, strict=True):
                 force[sorted(tree.query_ball_point(point, 1e-9))] += vector
     held = np.flatnonzero(np.hypot(*places.T) < gear.hub_radius * (1 + 1e-6))
     return float(force @ solve(*condense(K, force, D=held)))
 
 
-def nodal_loads(gear, sector, arcs, loads):
+def nodal_loads(gear, sector, arcs, loads, step):
     """Nodes (3,) and forces (3, 2) of the flank's edges under a piecewise linear load.
 
-    arcs : (n,) equally spaced; loads : (n,) of the hats [N/m]
+    arcs : (n,) of the hats; loads : (n,) of the hats, of which the first and the last
+        are halves [N/m]
     """
-    order = np.argsort(arcs)
-    arcs, pressure = arcs[order], loads[order] / np.abs(np.diff(arcs)).mean()
-    x, weight = np.polynomial.legendre.leggauss(8)
+    # far from the load, arcs may belong to points behind the base circle
+    loaded = np.flatnonzero(loads)
+    inside = slice(max(loaded[0] - 1, 0), loaded[-1] + 2)
+    pressure = loads / step
+    pressure[[0, -1]] *= 2.0
+    order = np.argsort(arcs[inside])
+    arcs, pressure = arcs[inside][order], pressure[inside][order]
+    x, weight = np.polynomial.legendre.leggauss(4)
     x, weight = 0.5 * (1.0 + x), 0.5 * weight
-    shapes = np.stack([(1 - x) * (1 - 2 * x), x * (2 * x - 1), 4 * x * (1 - x)])
     ends = zip(sector.flank_arcs[:-1], sector.flank_arcs[1:], strict=True)
     for edge, (low, high) in zip(sector.edges["flank"], ends, strict=True):
-        arc = low + (high - low) * x
+        kinks = arcs[(arcs > low) & (arcs < high)]
+        stops = np.concatenate([[low], kinks, [high]])
+        arc = (stops[:-1, None] + np.diff(stops)[:, None] * x).ravel()
+        weights = (np.diff(stops)[:, None] * weight).ravel()
         p = np.interp(arc, arcs, pressure, left=0.0, right=0.0)
+        t = (arc - low) / (high - low)
+        shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)])
         tangent = flank_tangents(gear, roll_length_at_arc(gear, arc))
         inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        yield edge, (high - low) * np.einsum("sq,q,q,qc->sc", shapes, weight, p, inward)
+        yield edge, np.einsum("sq,q,q,qc->sc", shapes, weights, p, inward)
 
 
+# one pair; two, of which one leaves; and before, beside and behind the path's start
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("position", "pairs", "tolerance"), [(0.1, 1, 2e-3), (0.55, 2, 5e-3)]
+    ("position", "pairs"),
+    [(0.1, 1), (0.55, 2), (0.4047, 2), (0.4497, 2), (0.4567, 2), (0.4747, 2)],
 )
-def test_deflection_is_that_of_whole_gears(position, pairs, tolerance):
+def test_deflection_is_that_of_whole_gears(position, pairs):
     """Under the contact pressure: transmission error less gaps, weighted by loads."""
     problem = solved().problem
     result = run_kernel(problem, np.array([TORQUE]), np.array([position]))
     touching = np.flatnonzero(result.nodes.force.any(axis=1))
     assert touching.size == pairs
     loads = [patch_load(problem, result, int(pair)) for pair in touching]
-    total, on_gaps = (
-        sum(load.normal @ weight for load, weight in zip(loads, weights, strict=True))
-        for weights in (
-            [np.ones(load.normal.size) for load in loads],
-            [result.nodes.gap[pair] for pair in touching],
+    arms = result.cells[0, 0].moment_arms[touching, 0]
+    forces = np.array([load.normal.sum() for load in loads])
+    on_gaps = sum(
+        load.normal @ result.nodes.gap[pair]
+        for load, pair in zip(loads, touching, strict=True)
+    )
+    work = sum(
+        work_on_whole_gear(gear, loads_on_gear)
+        for gear, loads_on_gear in (
+            (
+                problem.pair.driver,
+                [(x.tooth, x.driver_arcs, x.normal, x.step) for x in loads],
+            ),
+            (
+                problem.pair.driven,
+                [(-x.tooth, x.driven_arcs, x.normal, x.step) for x in loads],
+            ),
         )
     )
-    work = work_on_whole_gear(
-        problem.pair.driver, [(x.tooth, x.driver_arcs, x.normal) for x in loads]
-    )
-    work += work_on_whole_gear(
-        problem.pair.driven, [(-x.tooth, x.driven_arcs, x.normal) for x in loads]
-    )
-    ste = (work + on_gaps) / total
-    assert result.rows.ste[0, 0] == pytest.approx(ste, rel=tolerance)
+    # off the path, a pair closes by less than the transmission error
+    closing = forces @ arms / problem.pair.driver.base_radius
+    ste = (work + on_gaps) / closing
+    assert result.rows.ste[0, 0] == pytest.approx(ste, rel=2e-3)
 
 
 @pytest.mark.slow
 def test_mean_transmission_error_converges(monkeypatch):
-    """At first order on the path, which begins at an edge; better with its contact."""
+    """Better than at first order, on the path alone and with contact of the edge."""
     positions = np.arange(64) / 64
 
     def means(factor):
@@ -141,8 +190,8 @@ def test_mean_transmission_error_converges(monkeypatch):
     best = np.array(means(2.8))
     errors = [np.abs(means(factor) / best - 1.0) for factor in (0.5, 0.71, 1.0)]
     assert np.max(errors) < 2e-3
-    assert np.log2(errors[0][0] / errors[2][0]) > 0.8
-    assert errors[2][1] < 3e-4
+    assert (np.log2(np.divide(errors[0], errors[2])) > [2.0, 1.5]).all()
+    assert (errors[2] < [2e-4, 6e-4]).all()
 
 
 def test_without_corner_contact_no_pair_touches_below_the_form_circle():
@@ -183,6 +232,17 @@ def test_transmission_error_does_not_jump_where_the_path_begins():
     assert np.ptp(ste) < 5e-3 * ste.mean()
     without = replace(problem, corner_contact=False)
     assert np.ptp(solve_cycle(without, [TORQUE], positions).ste) > 0.3 * ste.mean()
+
+
+def test_transmission_error_does_not_jump_where_the_edge_meets_the_tip_corner():
+    """Before, the mate's tip corner touches the flank above the edge."""
+    pair = solved().problem.pair
+    passed = -0.316 + np.arange(-12, 13) * 1e-3  # base pitches before the path begins
+    cycle = solve_cycle(solved().problem, [TORQUE], pair.path[0] + passed)
+    load = cycle.load[0][:, cycle.teeth.tolist().index(0)]
+    assert load[0] == 0.0
+    assert load[-1] > 0.05 * load.max()
+    assert np.abs(np.diff(cycle.ste[0])).max() < 0.1 * cycle.ste.mean()
 
 
 def test_driver_and_driven_gear_can_change_roles():
@@ -251,6 +311,20 @@ def test_the_end_of_an_undercut_flank_is_an_edge():
     edges = edge_arcs(problem)
     assert edges[0][-1] == pytest.approx(problem.pair.driver.flank_length)
     assert edges[1].size == 1
+
+
+@pytest.mark.parametrize(("torque", "warned"), [(TORQUE, True), (20.0, False)])
+def test_a_warning_says_that_the_tip_strikes_the_edge(torque, warned):
+    settings = StaticsSettings(resolution="coarse", positions=16, estimate_error=False)
+    solution = solve_mesh(make_gear_set(TABLES), 0, [torque], settings)
+    strikes = [line for line in table_warnings(solution) if line.endswith("[W36]")]
+    assert len(strikes) == warned
+    assert all("at a clearance of 7.4 um" in line for line in strikes)
+
+
+def test_ordinary_teeth_have_no_edge_to_strike():
+    pair = load_gear_set("liu-pair").meshes[0].pair
+    assert not list(tip_warnings("mesh 1", pair, 1e-3))
 
 
 def test_a_warning_says_how_much_of_the_path_is_lost():

@@ -1,0 +1,368 @@
+"""A gear-set file from a REXS model: spur stages, and a line for all that is left out.
+
+Lengths in mm and angles in degrees, as in the gear-set file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from fegear.files.errors import InputError
+from fegear.files.toml import toml_text, toml_value
+from fegear.rexs.geometry import (
+    center_line,
+    diameter_at,
+    root_of_tool,
+)
+from fegear.rexs.left_out import parts_left_out, speeds_left_out
+from fegear.rexs.model import Component, RexsModel
+from fegear.rexs.stages import RexsGearbox, Stage, ratios_from_input
+
+SHIFT = ("addendum_modification_coefficient", "profile_shift_coefficient")
+TOOLS = ("rack_shaped_tool",)
+# of the reference diameter, of a bore that the file does not state
+DEFAULT_HUB = 0.6
+MIN_RIM_MODULES = 1.0  # between bore and root, of a bore that is a shaft's diameter
+
+
+@dataclass(frozen=True)
+class RexsGearSet:
+    """A gear set as text of its file, and what was made of the REXS file.
+
+    assumed : values that it lacks, and how they were chosen
+    left_out : what it has and the gear set has not
+    """
+
+    text: str
+    assumed: tuple[str, ...]
+    left_out: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Conversion:
+    """A conversion, which notes what it assumes."""
+
+    gearbox: RexsGearbox
+    assumed: list[str] = field(default_factory=list)
+
+    def gear(self, gear: Component, name: str) -> dict[str, Any]:
+        sources = self._sources(gear)
+        module = self._first(sources, "normal_module", "length")
+        if module is None:
+            raise InputError(f"{gear.label}: attribute normal_module is missing")
+        teeth = gear.require_integer("number_of_teeth")
+        entry: dict[str, Any] = {"name": name, "teeth": teeth, "module_mm": module}
+        entry |= self._pressure_angle(gear, sources)
+        entry |= self._shift(gear, sources, module)
+        entry |= self._tip(gear, sources)
+        entry |= self._root(gear, sources, entry)
+        entry["face_width_mm"] = gear.require_quantity("face_width", "length")
+        entry["hub_diameter_mm"] = self._hub(gear, entry)
+        return entry | self._span(gear, sources, entry) | self._material(gear)
+
+    def _sources(self, gear: Component) -> list[Component]:
+        """Where attributes of teeth are: flanks, or the gear."""
+        parts = self.gearbox.parts
+        flanks = [
+            flank
+            for side in ("left", "right")
+            for flank in parts("flank", "gear", gear.number, side)
+        ]
+        return [gear, *flanks]
+
+    def _first(
+        self, sources: list[Component], name: str, quantity: str
+    ) -> float | None:
+        """A value that all sources agree on."""
+        stated = [
+            (source, value)
+            for source in sources
+            if (value := source.quantity(name, quantity)) is not None
+        ]
+        for source, value in stated[1:]:
+            first, other = stated[0]
+            if not math.isclose(value, other, rel_tol=1e-9, abs_tol=1e-12):
+                raise InputError(
+                    f"{source.label}: {name} = {value:g}; must be that of "
+                    f"{first.label}, {other:g}: flanks of a gear are alike"
+                )
+        return stated[0][1] if stated else None
+
+    def _pressure_angle(
+        self, gear: Component, sources: list[Component]
+    ) -> dict[str, float]:
+        angle = self._first(sources, "normal_pressure_angle", "angle")
+        if angle is None:
+            self.assumed.append(f"pressure angle of {gear.label}: 20 deg, not stated")
+            return {}
+        return {"pressure_angle_deg": angle}
+
+    def _shift(
+        self, gear: Component, sources: list[Component], module: float
+    ) -> dict[str, float]:
+        for name in SHIFT:
+            if (shift := self._first(sources, name, "ratio")) is not None:
+                return {"profile_shift": shift}
+        length = self._first(sources, "addendum_modification", "length")
+        if length is not None:
+            return {"profile_shift": length / module}
+        if self._measured(sources):
+            return {}
+        self.assumed.append(f"profile shift of {gear.label}: 0, not stated")
+        return {}
+
+    def _tip(self, gear: Component, sources: list[Component]) -> dict[str, float]:
+        tip = self._first(sources, "tip_diameter", "length")
+        if tip is None:
+            self.assumed.append(
+                f"tip of {gear.label}: 1 + profile shift modules above the reference "
+                "circle, not stated"
+            )
+            return {}
+        return {"tip_diameter_mm": tip}
+
+    def _root(
+        self, gear: Component, sources: list[Component], entry: dict[str, Any]
+    ) -> dict[str, float]:
+        """Dedendum and tip of the rack, of the tool or by the root circle."""
+        module, tool = entry["module_mm"], self._tool(gear)
+        root = self._first(sources, "root_diameter", "length")
+        result: dict[str, float] = {}
+        if tool is not None:
+            result = root_of_tool(tool, module)
+        if "dedendum_mm" not in result and root is not None:
+            reference = 0.5 * module * entry["teeth"]
+            shift = module * entry.get("profile_shift", 0.0)
+            result["dedendum_mm"] = reference + shift - 0.5 * root
+        if "dedendum_mm" not in result:
+            self.assumed.append(
+                f"dedendum of {gear.label}: 1.25 modules, no rack_shaped_tool with "
+                "addendum_coefficient_reference_profile, and no root_diameter"
+            )
+        return result
+
+    def _tool(self, gear: Component) -> Component | None:
+        parts = self.gearbox.parts
+        tools = [
+            *parts("reference", "origin", gear.number, "referenced"),
+            *parts("", "workpiece", gear.number, "tool"),
+        ]
+        return next((tool for tool in tools if tool.kind in TOOLS), None)
+
+    def _hub(self, gear: Component, entry: dict[str, Any]) -> float:
+        """Diameter of the bore: that of the shaft, where it leaves a rim."""
+        reference = float(entry["module_mm"] * entry["teeth"])
+        dedendum = entry.get("dedendum_mm", 1.25 * entry["module_mm"])
+        shift = entry.get("profile_shift", 0.0) * entry["module_mm"]
+        largest = reference + 2.0 * (
+            shift - dedendum - MIN_RIM_MODULES * entry["module_mm"]
+        )
+        diameter = self._shaft_diameter(gear)
+        if diameter is not None and 0.0 < diameter <= largest:
+            return diameter
+        reason = (
+            "no shaft_section at the gear"
+            if diameter is None
+            else f"its shaft_section of {diameter:g} mm leaves no rim below the root"
+        )
+        self.assumed.append(
+            f"bore of {gear.label}: {DEFAULT_HUB:g} of the reference diameter, {reason}"
+        )
+        return DEFAULT_HUB * reference
+
+    def _shaft_diameter(self, gear: Component) -> float | None:
+        """Outer diameter of the shaft at the middle of the gear."""
+        shaft = self.gearbox.shaft_of(gear)
+        middle = gear.quantity("u_coordinate_on_shaft", "length")
+        if shaft is None or middle is None:
+            return None
+        parts = self.gearbox.parts("assembly", "assembly", shaft.number, "part")
+        sections = [part for part in parts if part.kind == "shaft_section"]
+        diameters = [diameter_at(section, middle) for section in sections]
+        return max(filter(None, diameters), default=None)
+
+    def _measured(self, sources: list[Component]) -> bool:
+        names = "span_measurement", "number_of_teeth_for_span_measurement"
+        return all(any(n in s.attributes for s in sources) for n in names)
+
+    def _span(
+        self, gear: Component, sources: list[Component], entry: dict[str, Any]
+    ) -> dict[str, Any]:
+        if not self._measured(sources):
+            self.assumed.append(
+                f"tooth thickness of {gear.label}: without thinning, no "
+                "span_measurement with number_of_teeth_for_span_measurement"
+            )
+            return {}
+        span = self._first(sources, "span_measurement", "length")
+        name = "number_of_teeth_for_span_measurement"
+        source = next(s for s in sources if name in s.attributes)
+        return {"span_mm": span, "span_teeth": source.require_integer(name)}
+
+    def _material(self, gear: Component) -> dict[str, float]:
+        """Elastic values and density, of the gear's material or its shaft's."""
+        material = self._referenced_material(gear)
+        shaft = self.gearbox.shaft_of(gear)
+        if material is None and shaft is not None:
+            material = self._referenced_material(shaft)
+            if material is not None:
+                self.assumed.append(
+                    f"material of {gear.label}: {material.label}, that of its shaft"
+                )
+        if material is None:
+            self.assumed.append(f"material of {gear.label}: steel, none is referenced")
+            return {}
+        return {
+            key: material.require_quantity(name, quantity)
+            for key, name, quantity in (
+                ("young_modulus_GPa", "elastic_modulus", "modulus"),
+                ("poisson_ratio", "poisson_ratio", "ratio"),
+                ("density_kg_per_m3", "density", "density"),
+            )
+        }
+
+    def _referenced_material(self, part: Component) -> Component | None:
+        parts = self.gearbox.parts("reference", "origin", part.number, "referenced")
+        return next((item for item in parts if item.kind == "material"), None)
+
+    def mesh(self, stage: Stage, names: dict[int, str]) -> dict[str, Any]:
+        distance = stage.component.require_quantity("center_distance", "length")
+        driver, driven = stage.gears
+        entry: dict[str, Any] = {
+            "driver": names[driver.number],
+            "driven": names[driven.number],
+            "center_distance_mm": distance,
+        }
+        line = center_line(stage, distance)
+        if line is None:
+            self.assumed.append(
+                f"direction of {stage.component.label}: in a row, no support_vector of "
+                "both gears at the centre distance"
+            )
+            return entry
+        return entry | {"center_line_deg": line}
+
+    def shafts(self, names: dict[int, str]) -> Iterator[dict[str, Any]]:
+        """Gears that share a shaft, in order along it."""
+        gears = self.gearbox.spur_stages.gears
+        for axis in dict.fromkeys(map(self.gearbox.axis_of, gears)):
+            here = [gear for gear in gears if self.gearbox.axis_of(gear) == axis]
+            if len(here) < 2:
+                continue
+            here.sort(
+                key=lambda g: g.quantity("u_coordinate_on_shaft", "length") or 0.0
+            )
+            yield {"gears": [names[gear.number] for gear in here]}
+            label = self.gearbox.model.components[axis].label
+            self.assumed.append(
+                f"torsion of {label}: rigid between its gears; add "
+                "stiffness_Nm_per_rad to the [[shaft]]"
+            )
+
+    def load(self, names: dict[int, str]) -> dict[str, Any]:
+        spur = self.gearbox.spur_stages
+        gear = spur.stages[0].first
+        self.assumed.append(f"input: gear {names[gear.number]}, by {spur.rule}")
+        torques = self._input_torques()
+        if not torques:
+            self.assumed.append(
+                "torque: none is stated; add [load], or give it to commands"
+            )
+            return {}
+        return {"load": {"gear": names[gear.number], "torques_Nm": torques}}
+
+    def _input_torques(self) -> list[float]:
+        """Torques of the load cases on the input, of its shaft or another one's."""
+        model, spur = self.gearbox.model, self.gearbox.spur_stages
+        ratios = ratios_from_input(self.gearbox, spur.stages)
+        for axis, ratio in ratios.items():
+            cases = [self._torque_on(axis, case) for case in model.load_cases or [{}]]
+            torques = list(dict.fromkeys(t / ratio for t in cases if t > 0.0))
+            if torques and axis != spur.input_axis:
+                label = model.components[axis].label
+                self.assumed.append(
+                    f"torque on the input: that on {label} over the ratio {ratio:g}"
+                )
+            if torques:
+                return torques
+        return []
+
+    def _torque_on(self, axis: int, case: Any) -> float:
+        """Magnitude of the torque on a shaft in a load case, 0 where it has none."""
+        total = 0.0
+        for load in self.gearbox.loads_of(axis):
+            stated = case.get(load.number)
+            for source in filter(None, (stated, load)):
+                torque = source.quantity("torque_around_u_axis", "torque")
+                if torque is not None:
+                    total += torque
+                    break
+        return abs(total)
+
+
+def convert_gearbox(model: RexsModel, source: str, name: str) -> RexsGearSet:
+    """The spur stages of a model as a gear-set file.
+
+    source : name of the REXS file; name : of the gear set
+    """
+    gearbox = RexsGearbox(model)
+    spur, convert = gearbox.spur_stages, _Conversion(gearbox)
+    names = _names(spur.gears)
+    gears = [convert.gear(gear, names[gear.number]) for gear in spur.gears]
+    meshes = [convert.mesh(stage, names) for stage in spur.stages]
+    tables: dict[str, Any] = {"gear": gears, "mesh": meshes}
+    if shafts := list(convert.shafts(names)):
+        tables["shaft"] = shafts
+    tables |= convert.load(names)
+    heading = {
+        "name": name,
+        "description": f"Spur stages of {source}, REXS {model.version}",
+        "inferences": convert.assumed,
+    }
+    left_out = (*spur.left_out, *parts_left_out(gearbox), *speeds_left_out(gearbox))
+    text = toml_text(heading | tables)
+    text = _commented(text, gearbox, convert.assumed, left_out)
+    return RexsGearSet(text, tuple(convert.assumed), left_out)
+
+
+def _names(gears: list[Component]) -> dict[int, str]:
+    """A name for each gear, with its id where a name is used twice or missing."""
+    labels = [gear.name for gear in gears]
+    return {
+        gear.number: gear.name
+        if gear.name and labels.count(gear.name) == 1
+        else f"{gear.name or 'gear'} ({gear.number})"
+        for gear in gears
+    }
+
+
+def _on_lines(assumed: Iterable[str]) -> Iterator[str]:
+    """The key `inferences` with an entry on each line."""
+    yield "inferences = ["
+    yield from (f"    {toml_value(line)}," for line in assumed)
+    yield "]"
+
+
+def _commented(
+    text: str, gearbox: RexsGearbox, assumed: Iterable[str], left_out: tuple[str, ...]
+) -> str:
+    """The file with what was left out, and the component of each table."""
+    spur = gearbox.spur_stages
+    labels = {
+        "[[gear]]": iter([gear.label for gear in spur.gears]),
+        "[[mesh]]": iter([stage.component.label for stage in spur.stages]),
+    }
+    lines = [
+        "# From a REXS file; `inferences` lists what was assumed. Left out of it:",
+        *(f"# - {line}" for line in left_out or ["nothing"]),
+        "# `fegear keys gear-set` explains all keys.",
+        "",
+    ]
+    for line in text.splitlines():
+        if line in labels:
+            lines.append(f"# {next(labels[line])}")
+        lines += [*_on_lines(assumed)] if line.startswith("inferences = ") else [line]
+    return "\n".join(lines) + "\n"
