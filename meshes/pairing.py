@@ -243,7 +243,7 @@ def require_undercut_clearance(pair: GearPair, name: str) -> None:
         )
 
 
-def undercut_clearance(gear: SpurGear, mate: SpurGear, line: float) -> float:
+def undercut_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -> float:
     """Least distance, along circles, of the mate's tip corner from the fillet [m].
 
     Of the side that carries load, while the corner is below the form circle of the
