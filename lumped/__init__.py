@@ -16,12 +16,13 @@ from lumped.train.modes import Modes, natural_modes
 from lumped.train.pitch_errors import pair_errors
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable, read_table, write_table
-from lumped.train.train import Gear, Mesh, Shaft, Train, TrainError
+from lumped.train.train import Carrier, Gear, Mesh, Shaft, Train, TrainError
 from lumped.train.waves import Wave
 
 __all__ = [
     "Attractor",
     "Branch",
+    "Carrier",
     "Gear",
     "History",
     "LumpedSystem",

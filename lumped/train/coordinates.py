@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.train.train import Mesh, Train, TrainError
+from lumped.train.train import Carrier, Gear, Mesh, Train, TrainError
 
 Array = NDArray[np.float64]
+BALANCE_RTOL = 1e-9  # of the moment of masses about the axis of a carrier
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +24,8 @@ class Coordinates:
     """Inertias, springs and loads in n physical coordinates (rad and m).
 
     labels : ("pinion", "rotation"), ("pinion", "x"), ...
-    indices : index of the coordinate by gear index and "rotation", "x" or "y"
+    indices : index of the coordinate by gear index and "rotation", "x" or "y"; a
+        carrier counts as the gear after the last; held rotations are not there
     mass : (n,) [kg m2 or kg]
     load : (n,) external loads [N m or N]
     mesh_rows : (meshes, n) rows; mesh deflection is row times displacement [m]
@@ -42,27 +44,76 @@ class Coordinates:
 
 def train_coordinates(train: Train) -> Coordinates:
     """Degrees of freedom of a train; raises TrainError if nothing can move."""
-    groups = rigid_groups(train)
+    bodies = _bodies(train)
     indices: dict[tuple[int, str], int] = {}
     labels: list[tuple[str, str]] = []
-    for members in groups:
-        directions = ["rotation"]
-        if any(train.gears[g].bearing_stiffness for g in members):
+    for members in [*rigid_groups(train), *_carriers(train)]:
+        directions = [] if any(bodies[b].is_held for b in members) else ["rotation"]
+        if any(bodies[b].bearing_stiffness for b in members):
             _require_masses(train, members)
             directions += ["x", "y"]
-        name = "+".join(train.gears[g].name for g in members)
+        name = "+".join(bodies[b].name for b in members)
         for kind in directions:
-            indices |= {(g, kind): len(labels) for g in members}
+            indices |= {(b, kind): len(labels) for b in members}
             labels.append((name, kind))
+    if not labels:
+        raise TrainError("every gear is held; at least one must move")
     n = len(labels)
     mass, load = np.zeros(n), np.zeros(n)
-    for (gear, kind), i in indices.items():
-        part = train.gears[gear]
-        mass[i] += part.inertia if kind == "rotation" else part.mass or 0.0
-        load[i] += part.torque if kind == "rotation" else 0.0
+    for (number, kind), i in indices.items():
+        body = bodies[number]
+        mass[i] += body.inertia if kind == "rotation" else body.mass or 0.0
+        load[i] += body.torque if kind == "rotation" else 0.0
+    for index, added in _carried_masses(train, indices).items():
+        mass[index] += added
     rows = np.array([_mesh_row(train, mesh, indices, n) for mesh in train.meshes])
     stiffness, elongations = _springs(train, indices, n)
     return Coordinates(tuple(labels), indices, mass, load, rows, elongations, stiffness)
+
+
+def _bodies(train: Train) -> tuple[Gear | Carrier, ...]:
+    """The gears, then the carrier if there is one."""
+    return (*train.gears, *((train.carrier,) if train.carrier else ()))
+
+
+def _carriers(train: Train) -> list[tuple[int, ...]]:
+    return [(len(train.gears),)] if train.carrier else []
+
+
+def _carried_masses(
+    train: Train, indices: Mapping[tuple[int, str], int]
+) -> dict[int, float]:
+    """Masses of gears without bearings on the carrier, by its coordinates.
+
+    Raises TrainError where their centre of mass is off the axis of a carrier that
+    translates: its translations and its rotation would be coupled by inertia.
+    """
+    carrier, number = train.carrier, len(train.gears)
+    if carrier is None:
+        return {}
+    fixed = [
+        (train.gears[g], angle)
+        for g, angle in zip(carrier.gears, carrier.angles, strict=True)
+        if train.gears[g].bearing_stiffness is None
+    ]
+    if missing := [gear.name for gear, _ in fixed if gear.mass is None]:
+        raise TrainError(f"gear {missing[0]!r}: mass is needed on a carrier")
+    masses = [gear.mass or 0.0 for gear, _ in fixed]
+    total = math.fsum(masses)
+    moment = abs(
+        sum(m * np.exp(1j * angle) for m, (_, angle) in zip(masses, fixed, strict=True))
+    )
+    if (number, "x") in indices and moment > BALANCE_RTOL * total:
+        raise TrainError(
+            f"carrier {carrier.name!r}: gears without bearings are not balanced about "
+            "its axis; give each a bearing_stiffness"
+        )
+    added = {"rotation": total * carrier.radius**2, "x": total, "y": total}
+    return {
+        indices[number, kind]: mass
+        for kind, mass in added.items()
+        if (number, kind) in indices
+    }
 
 
 def rigid_groups(train: Train) -> list[tuple[int, ...]]:
@@ -79,11 +130,12 @@ def rigid_groups(train: Train) -> list[tuple[int, ...]]:
 
 
 def _require_masses(train: Train, members: tuple[int, ...]) -> None:
-    for gear in members:
-        if train.gears[gear].mass is None:
+    bodies = _bodies(train)
+    for number in members:
+        if bodies[number].mass is None:
             raise TrainError(
-                f"gear {train.gears[gear].name!r}: mass is needed, a gear on its "
-                "shaft has a bearing_stiffness"
+                f"gear {bodies[number].name!r}: mass is needed, a gear on its shaft "
+                "has a bearing_stiffness"
             )
 
 
@@ -119,11 +171,46 @@ def _mesh_row(
     direction = dict(zip("xy", line_of_action(train, mesh), strict=True))
     for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
         # both gears' rotations close the mesh in the driver's sense
-        row[indices[gear, "rotation"]] += sense * train.gears[gear].base_radius
+        if (gear, "rotation") in indices:
+            row[indices[gear, "rotation"]] += sense * train.gears[gear].base_radius
         for axis, cosine in direction.items():
-            if (gear, axis) in indices:
-                row[indices[gear, axis]] += side * cosine
+            for index, motion in center_motion(train, gear, axis, indices):
+                row[index] += side * cosine * motion
     return row
+
+
+def center_motion(
+    train: Train, gear: int, axis: str, indices: Mapping[tuple[int, str], int]
+) -> list[tuple[int, float]]:
+    """Coordinates that move a gear's centre along an axis, and by how much each.
+
+    On elastic bearings the centre has coordinates of its own; otherwise it is fixed, or
+    a point of the carrier.
+    """
+    if (gear, axis) in indices:
+        return [(indices[gear, axis], 1.0)]
+    carrier = train.carrier
+    if carrier is None or gear not in carrier.gears:
+        return []
+    return _carrier_point(train, carrier, carrier.gears.index(gear), axis, indices)
+
+
+def _carrier_point(
+    train: Train,
+    carrier: Carrier,
+    place: int,
+    axis: str,
+    indices: Mapping[tuple[int, str], int],
+) -> list[tuple[int, float]]:
+    """As `center_motion`, of the point of the carrier under one of its gears."""
+    number, angle = len(train.gears), carrier.angles[place]
+    by_rotation = -math.sin(angle) if axis == "x" else math.cos(angle)
+    motions = {"rotation": carrier.radius * by_rotation, axis: 1.0}
+    return [
+        (indices[number, kind], motion)
+        for kind, motion in motions.items()
+        if (number, kind) in indices
+    ]
 
 
 def _springs(
@@ -131,14 +218,26 @@ def _springs(
 ) -> tuple[Array, Array]:
     """Stiffness (springs,) and elongation rows (springs, n)."""
     springs: list[tuple[float, list[tuple[int, float]]]] = []
-    for i, gear in enumerate(train.gears):
-        for axis, stiffness in zip("xy", gear.bearing_stiffness or (), strict=False):
-            springs.append((stiffness, [(indices[i, axis], 1.0)]))
-        springs.append((gear.coupling_stiffness, [(indices[i, "rotation"], 1.0)]))
+    carrier = train.carrier
+    for i, body in enumerate(_bodies(train)):
+        for axis, stiffness in zip("xy", body.bearing_stiffness or (), strict=False):
+            ends = [(indices[i, axis], 1.0)]
+            if carrier and i in carrier.gears:
+                place = carrier.gears.index(i)
+                point = _carrier_point(train, carrier, place, axis, indices)
+                ends += [(index, -motion) for index, motion in point]
+            springs.append((stiffness, ends))
+        if (i, "rotation") in indices:
+            springs.append((body.coupling_stiffness, [(indices[i, "rotation"], 1.0)]))
     for shaft in train.shafts:
         if shaft.stiffness is not None:
-            one, two = (indices[gear, "rotation"] for gear in shaft.gears)
-            springs.append((shaft.stiffness, [(one, 1.0), (two, -1.0)]))
+            signed = zip(shaft.gears, (1.0, -1.0), strict=True)
+            ends = [
+                (indices[gear, "rotation"], sign)
+                for gear, sign in signed
+                if (gear, "rotation") in indices
+            ]
+            springs.append((shaft.stiffness, ends))
     springs = [(stiffness, ends) for stiffness, ends in springs if stiffness > 0.0]
     rows = np.zeros((len(springs), n))
     for row, (_, ends) in zip(rows, springs, strict=True):

@@ -37,7 +37,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.checks import require_between, require_fields
-from lumped.train.coordinates import Coordinates, line_of_centers, rolling_sense
+from lumped.train.coordinates import (
+    Coordinates,
+    center_motion,
+    line_of_centers,
+    rolling_sense,
+)
 from lumped.train.excitation import MeshExcitation
 from lumped.train.train import Mesh, Train
 from lumped.train.waves import Wave, constant_wave, multiply_waves
@@ -155,7 +160,8 @@ def friction_rows(train: Train, coordinates: Coordinates) -> FrictionRows:
         for row, angle in sides:
             row[m] = _row_at_pitch(train, mesh, coordinates, sense * angle)
         for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
-            per_metre[m, coordinates.indices[gear, "rotation"]] += sense * side
+            if (gear, "rotation") in coordinates.indices:
+                per_metre[m, coordinates.indices[gear, "rotation"]] += sense * side
     return FrictionRows(drive, back, per_metre)
 
 
@@ -168,13 +174,14 @@ def _row_at_pitch(
     force_angle = line_of_centers(train, mesh) + angle
     for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
         arm = rolling_sense(train, mesh) * train.gears[gear].base_radius * slope
-        row[coordinates.indices[gear, "rotation"]] += arm
+        if (gear, "rotation") in coordinates.indices:
+            row[coordinates.indices[gear, "rotation"]] += arm
         for axis, cosine in (
             ("x", math.cos(force_angle)),
             ("y", math.sin(force_angle)),
         ):
-            if (gear, axis) in coordinates.indices:
-                row[coordinates.indices[gear, axis]] += side * cosine
+            for index, motion in center_motion(train, gear, axis, coordinates.indices):
+                row[index] += side * cosine * motion
     return row
 
 

@@ -44,6 +44,8 @@ class Gear:
         Torsional stiffness to ground [N m/rad].
     torque : float, optional
         Constant external torque [N m], positive counter-clockwise.
+    is_held : bool, optional
+        Whether its rotation is prevented.
 
     Raises
     ------
@@ -61,6 +63,7 @@ class Gear:
     bearing_stiffness: tuple[float, float] | None = None
     coupling_stiffness: float = 0.0
     torque: float = 0.0
+    is_held: bool = False
 
     def __post_init__(self) -> None:
         prefix = f"gear {self.name!r}: "
@@ -69,17 +72,81 @@ class Gear:
         radius = self.base_radius
         allowed = is_number(radius) and 0.0 < abs(radius) < math.inf
         _require(allowed, f"{prefix}base_radius", radius, "finite and not 0")
-        _require_positive(f"{prefix}inertia", self.inertia)
-        _require_not_negative(f"{prefix}coupling_stiffness", self.coupling_stiffness)
-        _require_finite(f"{prefix}torque", self.torque)
-        require_fields(self)
-        if self.bearing_stiffness is not None:
-            for stiffness in self.bearing_stiffness:
-                _require_not_negative(f"{prefix}bearing_stiffness", stiffness)
-            if self.mass is None:
-                raise TrainError(f"{prefix}mass is needed with a bearing_stiffness")
-        if self.mass is not None:
-            _require_positive(f"{prefix}mass", self.mass)
+        _require_body(self, prefix)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Carrier:
+    """Rigid body that carries the centres of gears around its axis.
+
+    The bearings of its gears support them on it. Its rotation moves their centres
+    along their circle; coordinates are those of the frame that rotates with it at its
+    nominal speed, whose gyroscopic and centripetal terms are left out.
+
+    Parameters
+    ----------
+    name : str
+        Name of the carrier.
+    gears : tuple of int
+        Indices of its gears, from 0.
+    radius : float
+        Distance of their centres from its axis [m].
+    angles : tuple of float
+        Direction of each centre, counter-clockwise from x [rad].
+    inertia : float
+        Polar moment of inertia about its axis without its gears [kg m2].
+    mass : float, optional
+        Mass without its gears [kg], required only with bearings.
+    bearing_stiffness : tuple of 2 float, optional
+        Stiffnesses kx, ky [N/m] of its bearing; None for a fixed axis.
+    coupling_stiffness : float, optional
+        Torsional stiffness to ground [N m/rad].
+    torque : float, optional
+        Constant external torque [N m], positive counter-clockwise.
+    is_held : bool, optional
+        Whether its rotation is prevented.
+
+    Raises
+    ------
+    TrainError
+        If a value is not allowed.
+    ValueError
+        If a value is not of its type.
+    """
+
+    name: str
+    gears: tuple[int, ...]
+    radius: float
+    angles: tuple[float, ...]
+    inertia: float
+    mass: float | None = None
+    bearing_stiffness: tuple[float, float] | None = None
+    coupling_stiffness: float = 0.0
+    torque: float = 0.0
+    is_held: bool = False
+
+    def __post_init__(self) -> None:
+        prefix = f"carrier {self.name!r}: "
+        _require_positive(f"{prefix}radius", self.radius)
+        _require_body(self, prefix)
+        if len(self.gears) != len(self.angles) or not self.gears:
+            counts = f"{len(self.gears)} gears and {len(self.angles)} angles"
+            raise TrainError(f"{prefix}{counts}; as many are needed, one or more")
+
+
+def _require_body(body: Gear | Carrier, prefix: str) -> None:
+    """Require values of a rotating body within their limits."""
+    _require_positive(f"{prefix}inertia", body.inertia)
+    _require_not_negative(f"{prefix}coupling_stiffness", body.coupling_stiffness)
+    _require_finite(f"{prefix}torque", body.torque)
+    require_fields(body)
+    if body.bearing_stiffness is not None:
+        for stiffness in body.bearing_stiffness:
+            _require_not_negative(f"{prefix}bearing_stiffness", stiffness)
+        if body.mass is None:
+            raise TrainError(f"{prefix}mass is needed with a bearing_stiffness")
+    if body.mass is not None:
+        _require_positive(f"{prefix}mass", body.mass)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,6 +237,8 @@ class Train:
         Shafts, with indices into `gears`.
     damping_ratio : float, optional
         Damping ratio of every vibration mode.
+    carrier : Carrier, optional
+        Carrier of some of the gears; speeds and senses are those relative to it.
 
     Raises
     ------
@@ -183,6 +252,7 @@ class Train:
     meshes: tuple[Mesh, ...]
     shafts: tuple[Shaft, ...] = ()
     damping_ratio: float = 0.0
+    carrier: Carrier | None = None
 
     def __post_init__(self) -> None:
         _require_not_negative("damping_ratio", self.damping_ratio)
@@ -193,6 +263,7 @@ class Train:
             index for mesh in self.meshes for index in (mesh.driver, mesh.driven)
         ]
         indices += [index for shaft in self.shafts for index in shaft.gears]
+        indices += self.carrier.gears if self.carrier else ()
         count = len(self.gears)
         for index in indices:
             allowed = f"0 to {count - 1}"
@@ -224,7 +295,10 @@ class Train:
 
     @cached_property
     def speeds(self) -> tuple[Fraction, ...]:
-        """Nominal rotation of each gear per rotation of the first mesh's driver."""
+        """Nominal rotation of each gear per rotation of the first mesh's driver.
+
+        Both are relative to the carrier, if there is one.
+        """
         speeds: dict[int, Fraction] = {}
         for start in (self.meshes[0].driver, *range(len(self.gears))):
             if start not in speeds:
