@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fegear.files.errors import InputError
+from fegear.gearset.carriers import carrier_inferences, carrier_of
 from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.pitch_errors import require_room
@@ -46,10 +47,12 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
         _mesh(document, number, place, tips, teeth, torques[number], folder)
         for number, place in enumerate(spacings)
     ]
+    gears = tuple(map(_gear, document.gear, teeth))
+    distances = [place.center_distance for place in spacings]
     gear_set = GearSet(
         name=document.name,
         description=document.description,
-        gears=tuple(map(_gear, document.gear, teeth)),
+        gears=gears,
         meshes=tuple(meshes),
         shafts=tuple(
             Shaft(
@@ -59,7 +62,12 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
             for shaft in document.shaft
         ),
         damping_ratio=document.dynamics.damping_ratio,
-        inferences=(*document.inferences, *_inferences(blanks)),
+        inferences=(
+            *document.inferences,
+            *_inferences(blanks),
+            *carrier_inferences(document),
+        ),
+        carrier=carrier_of(document, gears, distances),
     )
     require_room(gear_set)
     return gear_set
@@ -72,7 +80,7 @@ def require_known_gears(document: Document) -> None:
     uses += [(mesh.label, "driven", mesh.driven) for mesh in document.mesh]
     for number, shaft in enumerate(document.shaft, 1):
         uses += [(f"shaft {number}", "gears", name) for name in shaft.gears]
-    if document.load:
+    if document.load and not document.planetary:
         uses.append(("load", "gear", document.load.gear))
     for where, key, name in uses:
         if name not in names:

@@ -12,10 +12,11 @@ from copy import deepcopy
 from typing import Any
 
 from fegear.files.errors import InputError
+from fegear.gearset.planetary import MESH_SIDES, expanded
 from fegear.gearset.problems import known_keys, nearest
 from fegear.gearset.schema import START_KEYS, replaced_keys
 
-LISTS = ("gear", "mesh", "shaft")
+LISTS = ("gear", "mesh", "shaft", "planetary")
 DEFAULT_START = {"tip_relief": "HPSTC", "root_relief": "LPSTC"}
 
 
@@ -23,15 +24,39 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     """The tables of a TOML file with some values set; the originals stay.
 
     A relief that is not there yet begins at the HPSTC or LPSTC unless its start is
-    set as well; a relief magnitude of 0 takes the relief away. Raises InputError for
+    set as well; a relief magnitude of 0 takes the relief away. A planetary set is
+    expanded; what is set in tables that the file has, such as those of its planet, is
+    set before, the rest in gears and meshes of single planets. Raises InputError for
     a name that leads nowhere.
     """
     copy: dict[str, Any] = {key: _python_value(value) for key, value in tables.items()}
-    for name in sorted(edits, key=_is_single_value):
-        _set(copy, name, _python_value(edits[name]))
-    for mesh in _tables_of(copy, "mesh"):
-        _settle_reliefs(mesh)
+    names = sorted(edits, key=_is_single_value)
+    if "planetary" in copy:
+        first = [name for name in names if _is_there(copy, name)]
+        _set_all(copy, {name: edits[name] for name in first})
+        copy = deepcopy(expanded(copy))
+        names = [name for name in names if name not in first]
+    _set_all(copy, {name: edits[name] for name in names})
     return copy
+
+
+def _set_all(tables: dict[str, Any], edits: Mapping[str, Any]) -> None:
+    """Set values in the order of their names, then complete the reliefs."""
+    for name, value in edits.items():
+        _set(tables, name, _python_value(value))
+    for mesh in _tables_of(tables, "mesh"):
+        _settle_reliefs(mesh)
+    for planetary in _tables_of(tables, "planetary"):
+        for side in MESH_SIDES:
+            if isinstance(mesh := planetary.get(side), dict):
+                _settle_reliefs(mesh)
+
+
+def _is_there(tables: dict[str, Any], name: str) -> bool:
+    """Whether a name leads to a table of no list or to an entry of one."""
+    require_known_key(name)
+    kind, *path = name.split(".")
+    return kind not in LISTS or _find(tables, kind, path[0]) is not None
 
 
 def _is_single_value(name: str) -> bool:
@@ -96,13 +121,21 @@ def _table(tables: dict[str, Any], path: list[str], name: str) -> dict[str, Any]
 
 
 def _entry(tables: dict[str, Any], kind: str, which: str, name: str) -> dict[str, Any]:
-    entries = _tables_of(tables, kind)
-    numbered = [entry for i, entry in enumerate(entries, 1) if which == str(i)]
-    for entry in (*numbered, *(e for e in entries if e.get("name") == which)):
+    entry = _find(tables, kind, which)
+    if entry is not None:
         return entry
+    entries = _tables_of(tables, kind)
     names = [str(entry.get("name", i)) for i, entry in enumerate(entries, 1)]
     hint = f" (known: {', '.join(names)})" if names else ""
     raise InputError(f"{name}: no {kind} {which}{hint}")
+
+
+def _find(tables: dict[str, Any], kind: str, which: str) -> dict[str, Any] | None:
+    """An entry of a list by its number or name, None if there is none."""
+    entries = _tables_of(tables, kind)
+    numbered = [entry for i, entry in enumerate(entries, 1) if which == str(i)]
+    named = [entry for entry in entries if entry.get("name") == which]
+    return next(iter(numbered + named), None)
 
 
 def _tables_of(tables: dict[str, Any], kind: str) -> list[dict[str, Any]]:

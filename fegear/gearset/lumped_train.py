@@ -13,7 +13,7 @@ from itertools import pairwise
 import lumped.train.train as lumped
 from fegear.files.errors import InputError
 from fegear.gearset.inertia import inertia_of, mass_of
-from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.model import Carrier, GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import external_torques, power_path
 
@@ -34,7 +34,8 @@ def train_of(
     translations : gears with bearings move in the plane; else no centre moves
     damping_ratio : of every mode, in place of the gear set's
     """
-    if translations and not any(gear.bearing_stiffness for gear in gear_set.gears):
+    bodies = *gear_set.gears, *((carrier,) if (carrier := gear_set.carrier) else ())
+    if translations and not any(body.bearing_stiffness for body in bodies):
         raise InputError(
             f"{gear_set.name}: no gear has bearing_kx_N_per_m and bearing_ky_N_per_m; "
             "at least one is needed for translations"
@@ -43,12 +44,13 @@ def train_of(
     try:
         return lumped.Train(
             gears=tuple(
-                _lumped_gear(gear, external, translations)
-                for gear, external in zip(gear_set.gears, torques, strict=True)
+                _lumped_gear(gear_set, index, torques[index], translations)
+                for index in range(len(gear_set.gears))
             ),
             meshes=tuple(_lumped_meshes(gear_set)),
             shafts=tuple(_lumped_shafts(gear_set)),
             damping_ratio=_damping_ratio(gear_set, damping_ratio),
+            carrier=carrier and _lumped_carrier(carrier, torques[-1], translations),
         )
     except lumped.TrainError as error:
         raise InputError(f"{gear_set.name}: {error}") from None
@@ -58,6 +60,11 @@ def with_efficiency(
     gear_set: GearSet, train: lumped.Train, efficiency: float
 ) -> lumped.Train:
     """A train whose output torque is lowered by what its meshes lose."""
+    if gear_set.carrier is not None:
+        raise InputError(
+            f"{gear_set.name}: torque of the input with friction; not of planetary "
+            "sets yet, whose torque is nominal"
+        )
     out = power_path(gear_set).out
     gears = list(train.gears)
     gears[out] = replace(gears[out], torque=efficiency * gears[out].torque)
@@ -69,7 +76,10 @@ def _damping_ratio(gear_set: GearSet, override: float | None) -> float:
     return next(ratio for ratio in named if ratio is not None)
 
 
-def _lumped_gear(gear: Gear, torque: float, translations: bool) -> lumped.Gear:
+def _lumped_gear(
+    gear_set: GearSet, index: int, torque: float, translations: bool
+) -> lumped.Gear:
+    gear, carrier = gear_set.gears[index], gear_set.carrier
     return lumped.Gear(
         name=gear.name,
         teeth=gear.geometry.teeth,
@@ -79,6 +89,24 @@ def _lumped_gear(gear: Gear, torque: float, translations: bool) -> lumped.Gear:
         bearing_stiffness=gear.bearing_stiffness if translations else None,
         coupling_stiffness=gear.coupling_stiffness,
         torque=torque,
+        is_held=carrier is not None and carrier.is_held(index),
+    )
+
+
+def _lumped_carrier(
+    carrier: Carrier, torque: float, translations: bool
+) -> lumped.Carrier:
+    return lumped.Carrier(
+        name=carrier.name,
+        gears=carrier.planets,
+        radius=carrier.radius,
+        angles=carrier.angles,
+        inertia=carrier.inertia,
+        mass=carrier.mass,
+        bearing_stiffness=carrier.bearing_stiffness if translations else None,
+        coupling_stiffness=carrier.coupling_stiffness,
+        torque=torque,
+        is_held=carrier.members.held == "carrier",
     )
 
 

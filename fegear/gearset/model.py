@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any, Literal
 
 from fegear.files.errors import InputError
+from fegear.gearset.members import Member, Members
 from lumped.common.checks import is_number, require_fields
 from meshes import GearPair, SpurGear
 
@@ -17,6 +18,7 @@ ReliefShape = Literal["linear", "parabolic"]
 Interpolation = Literal["cubic", "linear"]
 MAX_PROFILE_POINTS = 1000  # of a measured profile; machines print some 500
 RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
+CARRIER = "carrier"  # its name, as that of a gear
 MAX_COUNT = 1e18  # of any number, beyond all limits of files
 
 
@@ -185,6 +187,54 @@ class Shaft:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Carrier:
+    """Carrier of the planets between a sun and a ring, by their indices.
+
+    Senses of rotation and mesh frequencies of the gear set are relative to it.
+
+    members : teeth and roles of sun, ring and carrier, by which their speeds and
+        torques are related
+    radius : of the circle of the planets' axes [m]
+    angles : direction of each planet's axis, counter-clockwise from x [rad]
+    inertia, mass : without planets [kg m2], [kg]
+    bearing_stiffness : kx, ky [N/m], or None for an axis that does not move
+    coupling_stiffness : torsional, to ground [N m/rad]
+    torques : on the input member, the set's load cases [N m]
+    """
+
+    members: Members
+    sun: int
+    planets: tuple[int, ...]
+    ring: int
+    radius: float
+    angles: tuple[float, ...]
+    inertia: float
+    mass: float
+    name: str = CARRIER
+    bearing_stiffness: tuple[float, float] | None = None
+    coupling_stiffness: float = 0.0
+    torques: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        _require_fields(self)
+        _require_positive(self, "radius", "inertia", "mass", "bearing_stiffness")
+        _require_within(self, "coupling_stiffness", 0.0, MAX_COUNT)
+        if len(self.planets) != len(self.angles):
+            raise InputError(
+                f"angles = {len(self.angles)} values; {len(self.planets)} planets need "
+                "each"
+            )
+
+    def gear_of(self, member: Member) -> int | None:
+        """Index of the gear that is a member, None for the carrier."""
+        return {"sun": self.sun, "ring": self.ring, "carrier": None}[member]
+
+    def is_held(self, gear: int) -> bool:
+        """Whether a gear is the member that does not rotate."""
+        return gear == self.gear_of(self.members.held)
+
+
+@dataclass(frozen=True, kw_only=True)
 class GearSet:
     """Gears, their meshes and shafts.
 
@@ -207,6 +257,8 @@ class GearSet:
         Damping ratio of every vibration mode, from 0 to below 1; None leaves it open.
     inferences : tuple of str, optional
         Sentences on what the file did not give and how it was inferred.
+    carrier : fegear.gearset.model.Carrier or None, optional
+        Carrier of the planets of a planetary set.
 
     Raises
     ------
@@ -228,6 +280,7 @@ class GearSet:
     shafts: tuple[Shaft, ...] = ()
     damping_ratio: float | None = None
     inferences: tuple[str, ...] = ()
+    carrier: Carrier | None = None
 
     def __post_init__(self) -> None:
         _require_fields(self)
@@ -238,6 +291,8 @@ class GearSet:
         last = len(self.gears) - 1
         indices: list[tuple[int, ...]] = [mesh.gears for mesh in self.meshes]
         indices += [shaft.gears for shaft in self.shafts]
+        if (carrier := self.carrier) is not None:
+            indices.append((carrier.sun, *carrier.planets, carrier.ring))
         for gear in (gear for gears in indices for gear in gears):
             if not 0 <= gear <= last:
                 raise InputError(

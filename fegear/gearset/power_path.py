@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from fegear.files.errors import InputError
-from fegear.gearset.model import GearSet, Mesh
+from fegear.gearset.model import Carrier, GearSet, Mesh
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,13 @@ class PowerPath:
 
 @lru_cache(maxsize=64)
 def power_path(gear_set: GearSet) -> PowerPath:
-    """The power path; raises InputError where a train branches or has no end."""
+    """The power path; raises InputError where a train branches or has no end.
+
+    In a planetary set all meshes pass on an equal share, and an input or output that
+    is the carrier has the index after that of the last gear.
+    """
+    if gear_set.carrier is not None:
+        return _planetary_path(gear_set, gear_set.carrier)
     first = _first_mesh(gear_set)
     number: int | None = first
     factors: dict[int, float] = {}
@@ -56,6 +62,8 @@ def power_path(gear_set: GearSet) -> PowerPath:
 
 def input_torques(gear_set: GearSet) -> tuple[float, ...]:
     """Load cases of the gear set on the input gear [N m], or empty."""
+    if gear_set.carrier is not None:
+        return gear_set.carrier.torques
     return gear_set.meshes[power_path(gear_set).meshes[0]].torques
 
 
@@ -66,14 +74,42 @@ def mesh_torques_at(gear_set: GearSet, torque: float) -> tuple[float, ...]:
 
 
 def external_torques(gear_set: GearSet, torque: float) -> tuple[float, ...]:
-    """Torque on every gear from outside [N m], counter-clockwise."""
+    """Torque on every gear from outside [N m], counter-clockwise.
+
+    In a planetary set that on its carrier is the last.
+    """
     _require_torque(gear_set, torque)
+    if gear_set.carrier is not None:
+        return _planetary_torques(gear_set, gear_set.carrier, torque)
     path, senses = power_path(gear_set), gear_set.senses
     torques = [0.0] * len(gear_set.gears)
     torques[path.into] = senses[path.into] * torque
     last = path.meshes[-1]
     ratio = _ratio(gear_set.meshes[last])
     torques[path.out] = -senses[path.out] * torque * path.factors[last] * ratio
+    return tuple(torques)
+
+
+def _planetary_path(gear_set: GearSet, carrier: Carrier) -> PowerPath:
+    members, last = carrier.members, len(gear_set.gears)
+    ends = map(carrier.gear_of, (members.input, members.output))
+    into, out = (last if gear is None else gear for gear in ends)
+    teeth = [mesh.pair.driver.teeth for mesh in gear_set.meshes]
+    factors = tuple(members.torque_factor(number) for number in teeth)
+    return PowerPath(tuple(range(len(factors))), factors, into, out)
+
+
+def _planetary_torques(
+    gear_set: GearSet, carrier: Carrier, torque: float
+) -> tuple[float, ...]:
+    """Torques of the members, in the sense in which the driver of the meshes turns."""
+    members = carrier.members
+    sense = gear_set.senses[carrier.sun] * (1 if members.sun_drives else -1)
+    scale = sense * torque / abs(members.weights[members.input])
+    torques = [0.0] * (len(gear_set.gears) + 1)
+    torques[carrier.sun] = scale * members.weights["sun"]
+    torques[carrier.ring] = scale * members.weights["ring"]
+    torques[-1] = scale * members.weights["carrier"]
     return tuple(torques)
 
 

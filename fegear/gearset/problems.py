@@ -31,7 +31,7 @@ PHRASES = {
         "must not be empty nor hold quotes, control or format characters"
     ),
 }
-TABLES_IN_LISTS = ("gear", "mesh", "shaft")
+TABLES_IN_LISTS = ("gear", "mesh", "shaft", "planetary")
 OTHER_GEARS = re.compile(r"helix|helical|spiral|internal|bevel|worm|overlap", re.I)
 EXTERNAL_SPUR = "external spur gears only"
 
@@ -116,7 +116,7 @@ def _label(kind: str, index: int, tables: Mapping[str, Any]) -> str:
         return f"gear {shown(name)}"
     if kind == "mesh" and isinstance(driver, str) and isinstance(driven, str):
         return mesh_label(driver, driven)
-    return f"{kind} {index + 1}"
+    return kind if kind == "planetary" else f"{kind} {index + 1}"
 
 
 def _dotted(parts: Iterable[int | str]) -> str:

@@ -19,6 +19,7 @@ from pydantic import (
 )
 
 from fegear.gearset.materials import STEEL, material_names, require_material
+from fegear.gearset.members import Member
 from fegear.gearset.model import Interpolation, ReliefShape
 
 Item = TypeVar("Item")
@@ -395,34 +396,15 @@ class ProfileEntry(Keys):
         return self
 
 
-class MeshEntry(Keys):
-    """[[mesh]]; a relief or profile without a gear's role applies to both gears."""
+class MeshKeys(Keys):
+    """Keys of a mesh that do not say which gears are where.
 
-    driver: Name = Field(description="Name of the driving gear.")
-    driven: Name = Field(description="Name of the driven gear.")
-    center_distance_mm: Length | None = Field(
-        default=None, description="Centre distance."
-    )
-    operating_pressure_angle_deg: Annotated[float, Field(ge=5.0, le=45.0)] | None = (
-        Field(
-            default=None,
-            description="Operating pressure angle, instead of center_distance_mm.",
-        )
-    )
+    A relief or profile without a gear's role applies to both gears.
+    """
+
     contact_ratio: Annotated[float, Field(ge=1.0, le=1e2)] | None = Field(
         default=None,
         description="Contact ratio, from which tips follow that are not given.",
-    )
-    phase: Signed | None = Field(
-        default=None,
-        description="Position of the mesh cycle when the first mesh is at its pitch "
-        "point, in base pitches. [default: that of the teeth, where they "
-        "fix it]",
-    )
-    center_line_deg: Signed | None = Field(
-        default=None,
-        description="Direction from driver to driven gear, counter-clockwise from x. "
-        "[default: all centres in a row along x]",
     )
     backlash_um: NotNegative | None = Field(
         default=None,
@@ -469,11 +451,42 @@ class MeshEntry(Keys):
     )
 
     @model_validator(mode="after")
-    def _exclusive(self) -> MeshEntry:
-        require_exactly_one(self, *SPACING_KEYS)
+    def _exclusive(self) -> MeshKeys:
         for place in ("tip_relief", "root_relief", "profile"):
             for role in ("driver", "driven"):
                 require_at_most_one(self, place, f"{role}_{place}")
+        return self
+
+
+class MeshEntry(MeshKeys):
+    """[[mesh]]."""
+
+    driver: Name = Field(description="Name of the driving gear.")
+    driven: Name = Field(description="Name of the driven gear.")
+    center_distance_mm: Length | None = Field(
+        default=None, description="Centre distance."
+    )
+    operating_pressure_angle_deg: Annotated[float, Field(ge=5.0, le=45.0)] | None = (
+        Field(
+            default=None,
+            description="Operating pressure angle, instead of center_distance_mm.",
+        )
+    )
+    phase: Signed | None = Field(
+        default=None,
+        description="Position of the mesh cycle when the first mesh is at its pitch "
+        "point, in base pitches. [default: that of the teeth, where they "
+        "fix it]",
+    )
+    center_line_deg: Signed | None = Field(
+        default=None,
+        description="Direction from driver to driven gear, counter-clockwise from x. "
+        "[default: all centres in a row along x]",
+    )
+
+    @model_validator(mode="after")
+    def _two_gears(self) -> MeshEntry:
+        require_exactly_one(self, *SPACING_KEYS)
         if self.driver == self.driven:
             raise ValueError(f'driven = "{self.driven}"; must differ from the driver')
         return self
@@ -504,6 +517,91 @@ class ShaftEntry(Keys):
     )
 
 
+class PlanetaryEntry(Keys):
+    """[[planetary]]: equal planets on a carrier between a sun and a ring.
+
+    Its planets and meshes become [[gear]] and [[mesh]] tables, see `expanded`.
+    """
+
+    sun: Name = Field(description="Name of the sun gear.")
+    planet: Name = Field(
+        description="Name of the gear that all planets are equal to, which become "
+        "NAME-1, NAME-2 and so on."
+    )
+    ring: Name = Field(description="Name of the internal gear.")
+    planets: Annotated[int, Field(ge=2, le=12)] = Field(
+        description="Number of planets."
+    )
+    input: Member = Field(default="sun", description="Member that is driven.")
+    output: Member = Field(default="carrier", description="Member that drives.")
+    held: Member = Field(default="ring", description="Member that does not rotate.")
+    center_distance_mm: Length | None = Field(
+        default=None,
+        description="Distance of the planets' axes from that of the sun. [default: "
+        "half the module times the teeth of sun and planet, without profile shift]",
+    )
+    positions_deg: Entries[Signed] | None = Field(
+        default=None,
+        description="Direction of each planet, counter-clockwise from x. [default: "
+        "equally spaced, the first along x]",
+    )
+    carrier_inertia_kg_m2: Inertia | None = Field(
+        default=None,
+        description="Moment of inertia of the carrier without planets. [default: of "
+        "two disks that reach to the axes of the planets, together as thick as a "
+        "planet is wide and of its density]",
+    )
+    carrier_mass_kg: Mass | None = Field(
+        default=None,
+        description="Mass of the carrier without planets. [default: of these disks]",
+    )
+    carrier_bearing_kx_N_per_m: Stiffness | None = Field(
+        default=None,
+        description="Stiffness of the carrier's bearing along x; without it its axis "
+        "does not move.",
+    )
+    carrier_bearing_ky_N_per_m: Stiffness | None = Field(
+        default=None,
+        description="Stiffness of the carrier's bearing along y; without it its axis "
+        "does not move.",
+    )
+    carrier_coupling_stiffness_Nm_per_rad: Annotated[
+        float, Field(ge=0.0, le=1e15)
+    ] = Field(
+        default=0.0,
+        description="Torsional stiffness of a spring between carrier and ground.",
+    )
+    sun_mesh: MeshKeys | None = Field(
+        default=None, description="Keys of all meshes of the sun."
+    )
+    ring_mesh: MeshKeys | None = Field(
+        default=None, description="Keys of all meshes of the ring."
+    )
+
+    @model_validator(mode="after")
+    def _whole(self) -> PlanetaryEntry:
+        require_all_or_none(self, *(f"carrier_{key}" for key in BEARING_KEYS))
+        members = self.input, self.output, self.held
+        if len(set(members)) < len(members):
+            raise ValueError(
+                f'input = "{self.input}", output = "{self.output}", held = '
+                f'"{self.held}"; must be sun, carrier and ring, each once'
+            )
+        if len({self.sun, self.planet, self.ring}) < 3:
+            raise ValueError("sun, planet and ring; must be three gears")
+        positions = self.positions_deg
+        if positions is not None and len(positions) != self.planets:
+            raise ValueError(
+                f"positions_deg has {len(positions)} entries; one for each of the "
+                f"{self.planets} planets is needed"
+            )
+        return self
+
+    @property
+    def planet_names(self) -> list[str]:
+        return [f"{self.planet}-{n}" for n in range(1, self.planets + 1)]
+
+
 MIN_TORQUE = 1e-6  # N m; less is lost in round-off of the no-load transmission error
 
 
@@ -527,7 +625,9 @@ def _each_once(torques: tuple[float, ...]) -> tuple[float, ...]:
 class LoadEntry(Keys):
     """[load]: the torque cases on the input gear."""
 
-    gear: Name = Field(description="Name of the input gear.")
+    gear: Name = Field(
+        description='Name of the input gear, or "carrier" of a planetary set.'
+    )
     torques_Nm: Annotated[
         Entries[
             Annotated[
@@ -549,6 +649,12 @@ class DynamicsEntry(Keys):
     )
 
 
+def _at_most_one(entries: tuple[PlanetaryEntry, ...]) -> tuple[PlanetaryEntry, ...]:
+    if len(entries) > 1:
+        raise ValueError(f"{len(entries)} planetary sets; one is allowed")
+    return entries
+
+
 class Document(Keys):
     """A whole gear set file."""
 
@@ -560,6 +666,9 @@ class Document(Keys):
     )
     defaults: GearDefaults = Field(
         default=GearDefaults(), description="Keys that gears share."
+    )
+    planetary: Annotated[Entries[PlanetaryEntry], AfterValidator(_at_most_one)] = Field(
+        default=(), description="Planets on a carrier between a sun and a ring."
     )
     gear: Annotated[Entries[GearEntry], Field(min_length=1)] = Field(
         description="The gears."

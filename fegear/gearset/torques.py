@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from fegear.files.errors import InputError
-from fegear.gearset.schema import Document, MeshEntry
+from fegear.gearset.carriers import input_name, members_of
+from fegear.gearset.schema import Document, LoadEntry, MeshEntry
 from lumped.common.checks import require_present
 
 
@@ -16,6 +17,8 @@ def mesh_torques(document: Document) -> list[tuple[float, ...]]:
     load = document.load
     if load is None:
         return [()] * len(document.mesh)
+    if document.planetary:
+        return _planetary_torques(document, load)
     shafts = _shaft_of(document)
     driving, driven = _meshes_by_shaft(document, shafts)
     _require_input(document, driven, shafts)
@@ -33,6 +36,21 @@ def mesh_torques(document: Document) -> list[tuple[float, ...]]:
         tuple(torque * factors[number] for torque in load.torques_Nm)
         for number in range(len(document.mesh))
     ]
+
+
+def _planetary_torques(
+    document: Document, load: LoadEntry
+) -> list[tuple[float, ...]]:
+    """Torques of meshes that share the load equally."""
+    name, members = input_name(document), members_of(document)
+    if load.gear != name:
+        raise InputError(
+            f'load: gear = "{load.gear}"; must be "{name}", the input of the planetary '
+            "set"
+        )
+    teeth = {gear.name: gear.teeth for gear in document.gear}
+    factors = [members.torque_factor(teeth[mesh.driver]) for mesh in document.mesh]
+    return [tuple(t * factor for t in load.torques_Nm) for factor in factors]
 
 
 def _shaft_of(document: Document) -> dict[str, int]:

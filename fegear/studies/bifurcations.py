@@ -13,7 +13,7 @@ import numpy as np
 from fegear.files.errors import InputError
 from fegear.files.records import Records
 from fegear.files.speeds import MESH_FREQUENCY
-from fegear.gearset.speeds import driver_teeth, mesh_frequency
+from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.axes import axis_setting
 from fegear.studies.columns import meanings
@@ -182,7 +182,7 @@ class Bifurcations(
         """The study with mesh frequencies [Hz] in place of speeds of rotation."""
         if self.over.name != DRIVER_SPEED:
             return self
-        teeth = driver_teeth(self.gear_set.loaded)
+        teeth = cycles_per_turn(self.gear_set.loaded)
         frequencies = (mesh_frequency(teeth, rpm) for rpm in self.over.values)
         return replace(self, over=Axis(MESH_FREQUENCY, tuple(frequencies)))
 

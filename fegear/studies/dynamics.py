@@ -17,7 +17,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.gearset.speeds import driver_teeth
+from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.studies.page import Page
 from fegear.studies.responses import ResponsesResult, sweep_warnings
@@ -346,7 +346,7 @@ class DynamicsProblem(Problem):
                     "body_modes_left_out": None,
                 },
                 header=self.header,
-                driver_teeth=driver_teeth(self.gears),
+                cycles_per_turn=cycles_per_turn(self.gears),
                 warnings=(
                     *gear_set_warnings(self.gears),
                     *sweep_warnings(self.gears, (*by_elements, *beside)),

@@ -12,7 +12,7 @@ from typing import Literal
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
 from fegear.files.speeds import written_speeds
-from fegear.gearset.speeds import driver_teeth
+from fegear.gearset.speeds import cycles_per_turn
 from fegear.studies.columns import meanings
 from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.study import (
@@ -200,7 +200,7 @@ class SweepProblem(TrainProblem):
             header=file_header(self.gears, model, ratio, method)
             | entries
             | study.gear_set.entries,
-            driver_teeth=driver_teeth(self.gears),
+            cycles_per_turn=cycles_per_turn(self.gears),
             notes=(self.reason,) if self.reason else (),
             warnings=(
                 *self.warnings_at_rest(self.systems),

@@ -15,7 +15,7 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.gearset.speeds import driver_teeth
+from fegear.gearset.speeds import cycles_per_turn
 from fegear.gearset.zones import zones
 from fegear.statics.excitation import ExcitationSource, unmodified
 from fegear.statics.plausibility import mesh_warnings
@@ -149,7 +149,7 @@ class TheoryProblem(TrainProblem):
                 "model": self.model.name,
                 "torque_Nm": format_exact(torque),
             },
-            driver_teeth=driver_teeth(self.gears),
+            cycles_per_turn=cycles_per_turn(self.gears),
             notes=self.notes,
             warnings=(
                 *self.warnings_at_rest({torque: system}),

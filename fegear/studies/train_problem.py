@@ -42,20 +42,20 @@ class TrainFacts:
 
     summary : first entries of the summary, None for what varies
     header : entries of files
-    driver_teeth : number of teeth of the first mesh's driver, None where it varies
+    cycles_per_turn : mesh cycles per turn of the driver, None where they vary
     notes : lines of the page, such as what the model leaves out
     warnings : of the train and of what was computed
     """
 
     summary: Mapping[str, Any]
     header: Mapping[str, str]
-    driver_teeth: int | None = None
+    cycles_per_turn: float | None = None
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
     def with_driver_speed(self, table: Table) -> Table:
         """A table of these gears with the driver's speed beside mesh frequencies."""
-        return with_driver_speed(table, self.driver_teeth)
+        return with_driver_speed(table, self.cycles_per_turn)
 
     @property
     def title(self) -> str:

@@ -16,7 +16,7 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
-from fegear.gearset.speeds import driver_teeth, mesh_frequency
+from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation import StiffnessSource
 from fegear.statics.mesh_table_files import TABLE_FILE
 from fegear.studies.axes import limits_or_single, written_limits
@@ -190,7 +190,7 @@ def with_frequencies(study: Study, speeds: Mapping[str, Any]) -> Study:
     given = {name: rpm for name, rpm in speeds.items() if rpm not in (None, ())}
     if not given:
         return study
-    teeth = driver_teeth(study.gear_set.loaded)
+    teeth = cycles_per_turn(study.gear_set.loaded)
     frequencies = {
         name: tuple(mesh_frequency(teeth, one) for one in rpm)
         if isinstance(rpm, tuple)

@@ -12,7 +12,7 @@ from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.gearset.edit import require_known_key
 from fegear.gearset.model import GearSet
-from fegear.gearset.speeds import driver_teeth
+from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.axes import require_axes
 from fegear.studies.study import display_name, refusal
@@ -211,7 +211,7 @@ class ParametricProblem(TrainProblem):
         return TrainFacts(
             summary=summary,
             header={**header, **self.study.gear_set.entries},
-            driver_teeth=None if varies_teeth else driver_teeth(self.gears),
+            cycles_per_turn=None if varies_teeth else cycles_per_turn(self.gears),
             notes=self.notes,
             warnings=(*at_rest, *warnings),
         )

@@ -6,7 +6,7 @@ import pytest
 
 import fegear
 from fegear.gearset import load_gear_set
-from fegear.gearset.speeds import driver_rpm, driver_teeth, mesh_frequency
+from fegear.gearset.speeds import driver_rpm, cycles_per_turn, mesh_frequency
 
 TEETH = 38  # of the driver of liu-pair
 PAIR = {"gear_set": "liu-pair"}
@@ -57,7 +57,7 @@ def test_the_driver_of_the_first_mesh_counts():
 
 
 def test_the_conversion_leads_back():
-    assert driver_teeth(load_gear_set("liu-pair")) == TEETH
+    assert cycles_per_turn(load_gear_set("liu-pair")) == TEETH
     for rpm in (1500.0, 1.0 / 3.0, 2999.9):
         frequency = mesh_frequency(TEETH, rpm)
         assert driver_rpm(TEETH, frequency) == pytest.approx(rpm, rel=1e-14)

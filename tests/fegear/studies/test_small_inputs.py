@@ -9,7 +9,7 @@ import pytest
 import fegear
 from fegear.cli import run
 from fegear.files.errors import InputError
-from fegear.gearset.speeds import driver_teeth
+from fegear.gearset.speeds import cycles_per_turn
 from fegear.studies.axes import parsed_axis
 from fegear.studies.responses import SHOWN_FREQUENCIES, _first_frequencies
 from fegear.studies.trains import GearSetRef
@@ -48,7 +48,7 @@ def test_only_the_first_natural_frequencies_are_printed():
 def test_bifurcations_over_the_speed_of_rotation():
     over = parsed_axis("driver_speed_rpm=1200:1500:4")
     study = fegear.Bifurcations(gear_set=PAIR, over=over)
-    teeth = driver_teeth(fegear.load_gear_set("liu-pair"))
+    teeth = cycles_per_turn(fegear.load_gear_set("liu-pair"))
     problem = study.prepare()
     assert problem.study.over.name == "mesh_frequency_Hz"
     expected = [rpm * teeth / 60.0 for rpm in over.values]
