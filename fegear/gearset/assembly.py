@@ -16,50 +16,59 @@ WHOLE = 1e-4  # deviation from a whole number that is round-off of positions
 MOST_PLANETS = 12
 
 
-def require_assembly(members: Members, positions_deg: Sequence[float]) -> None:
-    """Require that all planets fit; raises InputError with the nearest that would."""
-    teeth = members.sun + members.ring
-    steps = [(p - positions_deg[0]) * teeth / 360.0 for p in positions_deg]
-    off = [n for n, step in enumerate(steps) if abs(step - round(step)) > WHOLE]
-    if not off:
-        return
-    fitting = [positions_deg[0] + round(step) * 360.0 / teeth for step in steps]
-    listed = ", ".join(f"{angle:.10g}" for angle in fitting)
-    raise InputError(
-        f"planetary: planet {off[0] + 1} cannot be assembled; teeth of sun and ring, "
-        f"{teeth}, times the angle to the first planet are {steps[off[0]]:.6g} turns, "
-        f"a whole number is needed; nearest positions_deg = [{listed}]; equally "
-        f"spaced {_listed(equal_numbers(teeth))} planets fit"
-    )
-
-
-def equal_numbers(teeth: int) -> list[int]:
-    """Numbers of equally spaced planets that fit; teeth : of sun and ring together."""
-    return [n for n in range(2, MOST_PLANETS + 1) if teeth % n == 0]
-
-
-def require_room(
-    radius: float, tip_radius: float, positions_deg: Sequence[float]
+def require_assembly(
+    members: Members,
+    positions_deg: Sequence[float],
+    radius: float,
+    tip_radius: float,
 ) -> None:
-    """Require that tips of neighbouring planets do not meet.
+    """Require that all planets fit; raises InputError with the nearest that would.
 
-    radius : of the circle of their centres [m]; tip_radius : of a planet [m]
+    radius : of the circle of their axes; tip_radius : of a planet
     """
-    turned = sorted(math.fmod(math.fmod(p, 360.0) + 360.0, 360.0) for p in positions_deg)
-    gaps = [b - a for a, b in zip(turned, [*turned[1:], turned[0] + 360.0], strict=True)]
-    least = math.degrees(2.0 * math.asin(min(1.0, tip_radius / radius)))
-    if min(gaps) > least:
-        return
-    most = math.ceil(360.0 / least) - 1
-    overlap = 2e3 * (tip_radius - radius * math.sin(math.radians(0.5 * min(gaps))))
-    raise InputError(
-        f"planetary: tips of neighbouring planets overlap by {overlap:.4g} mm at "
-        f"{min(gaps):.6g} deg between them; more than {least:.6g} deg is needed, "
-        f"{most} equally spaced planets at most"
-    )
+    teeth, least = members.sun + members.ring, least_angle(radius, tip_radius)
+    steps = [(p - positions_deg[0]) * teeth / 360.0 for p in positions_deg]
+    equal = f"equally spaced, {_listed(equal_numbers(teeth, least))} fit"
+    off = [n for n, step in enumerate(steps) if abs(step - round(step)) > WHOLE]
+    if off:
+        fitting = [positions_deg[0] + round(step) * 360.0 / teeth for step in steps]
+        listed = ", ".join(f"{angle:.10g}" for angle in fitting)
+        gap = least_gap(fitting)
+        nearest = f"nearest positions_deg = [{listed}]; " if gap > least else ""
+        raise InputError(
+            f"planetary: planet {off[0] + 1} cannot be assembled; teeth of sun and "
+            f"ring, {teeth}, times the angle to the first planet are "
+            f"{steps[off[0]]:.6g} turns, a whole number is needed; {nearest}{equal}"
+        )
+    gap = least_gap(positions_deg)
+    if not gap > least:
+        overlap = 2e3 * (tip_radius - radius * math.sin(math.radians(0.5 * gap)))
+        raise InputError(
+            f"planetary: tips of neighbouring planets overlap by {overlap:.4g} mm at "
+            f"{gap:.6g} deg between them; more than {least:.6g} deg is needed; {equal}"
+        )
+
+
+def equal_numbers(teeth: int, least: float = 0.0) -> list[int]:
+    """Numbers of equally spaced planets that fit.
+
+    teeth : of sun and ring together; least : angle between neighbours [deg]
+    """
+    numbers = range(2, MOST_PLANETS + 1)
+    return [n for n in numbers if teeth % n == 0 and 360.0 / n > least]
+
+
+def least_angle(radius: float, tip_radius: float) -> float:
+    """Angle between neighbours whose tips just touch [deg]."""
+    return math.degrees(2.0 * math.asin(min(1.0, tip_radius / radius)))
+
+
+def least_gap(positions_deg: Sequence[float]) -> float:
+    """Smallest angle between neighbouring planets [deg]."""
+    turned = sorted(position % 360.0 for position in positions_deg)
+    following = [*turned[1:], turned[0] + 360.0]
+    return min(b - a for a, b in zip(turned, following, strict=True))
 
 
 def _listed(numbers: Sequence[int]) -> str:
-    if not numbers:
-        return f"no number up to {MOST_PLANETS} of"
-    return " or ".join(map(str, numbers))
+    return " or ".join(map(str, numbers)) or f"no number of 2 to {MOST_PLANETS}"

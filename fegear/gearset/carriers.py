@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from fegear.files.errors import InputError
-from fegear.gearset.assembly import require_assembly, require_room
+from fegear.gearset.assembly import require_assembly
 from fegear.gearset.members import Members
 from fegear.gearset.model import CARRIER, Carrier, Gear
 from fegear.gearset.schema import Document, PlanetaryEntry
@@ -32,9 +32,8 @@ def carrier_of(
     positions = [_position(document, entry, name) for name in entry.planet_names]
     if max(distances) - min(distances) > 1e-9 * max(distances):
         raise InputError("planetary: center_distance_mm of all meshes must be the same")
-    require_assembly(members, positions)
     tip_radius = max(gears[planet].geometry.tip_radius for planet in planets)
-    require_room(distances[0], tip_radius, positions)
+    require_assembly(members, positions, distances[0], tip_radius)
     kx, ky = entry.carrier_bearing_kx_N_per_m, entry.carrier_bearing_ky_N_per_m
     mass = default_mass(gears[planets[0]], distances[0])
     inertia = 0.5 * mass * distances[0] ** 2

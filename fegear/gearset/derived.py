@@ -12,6 +12,7 @@ from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors
+from fegear.gearset.planetary_figures import planetary_figures
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.zones import Zones, zones
 from meshes import SpurGear
@@ -38,6 +39,7 @@ def gear_set_figures(gear_set: GearSet) -> dict[str, Any]:
             }
             for shaft in gear_set.shafts
         ],
+        "planetary": planetary_figures(gear_set),
         "damping_ratio": gear_set.damping_ratio,
         "inferences": list(gear_set.inferences),
         "warnings": list(gear_set_warnings(gear_set)),

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.patches import Patch
 
 COLOURS = ("#4477aa", "#cc9944", "#559966", "#aa5588", "#8866bb", "#778899")
+CARRIER_COLOUR = "#444444"
 ACTION = "#cc2222"
 MM = 1e3  # millimetres in a metre
 BORE_POINTS = 360
@@ -82,6 +83,7 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
     _draw_gears(whole, gear_set, placed, outline_width=0.5)
     _draw_gears(detail, gear_set, placed, outline_width=1.3)
     _label_gears(whole, gear_set, placed)
+    _draw_carrier(whole, gear_set, placed)
     for number, mesh in enumerate(gear_set.meshes):
         _draw_action(whole, mesh, placed, number)
     _draw_detail(detail, gear_set, placed)
@@ -120,6 +122,25 @@ def _draw_gears(
     axes.autoscale_view()
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
+
+
+def _draw_carrier(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
+    """The circle of the planets' axes, an arm to each, and what arrows are against."""
+    from matplotlib.patches import Circle
+
+    carrier = gear_set.carrier
+    if carrier is None:
+        return
+    sun = placed.places[carrier.sun]
+    style: dict[str, Any] = {"color": CARRIER_COLOUR, "lw": 1.6, "zorder": 24}
+    circle = Circle(
+        (MM * sun.x, MM * sun.y), MM * carrier.radius, fill=False, ls="--", **style
+    )
+    axes.add_patch(circle)
+    for place in (placed.places[planet] for planet in carrier.planets):
+        arm = np.array([[sun.x, place.x], [sun.y, place.y]])
+        axes.plot(*(MM * arm), marker="o", ms=3.5, **style)
+    axes.set_title("carrier: dashed circle and arms; rotation is against it", size=9)
 
 
 def _filled_body(

@@ -47,9 +47,9 @@ def _set_all(tables: dict[str, Any], edits: Mapping[str, Any]) -> None:
     for mesh in _tables_of(tables, "mesh"):
         _settle_reliefs(mesh)
     for planetary in _tables_of(tables, "planetary"):
-        for side in MESH_SIDES:
-            if isinstance(mesh := planetary.get(side), dict):
-                _settle_reliefs(mesh)
+        for side in map(planetary.get, MESH_SIDES):
+            if isinstance(side, dict):
+                _settle_reliefs(side)
 
 
 def _is_there(tables: dict[str, Any], name: str) -> bool:

@@ -34,7 +34,8 @@ def train_of(
     translations : gears with bearings move in the plane; else no centre moves
     damping_ratio : of every mode, in place of the gear set's
     """
-    bodies = *gear_set.gears, *((carrier,) if (carrier := gear_set.carrier) else ())
+    carrier = gear_set.carrier
+    bodies = *gear_set.gears, *((carrier,) if carrier else ())
     if translations and not any(body.bearing_stiffness for body in bodies):
         raise InputError(
             f"{gear_set.name}: no gear has bearing_kx_N_per_m and bearing_ky_N_per_m; "
@@ -50,7 +51,9 @@ def train_of(
             meshes=tuple(_lumped_meshes(gear_set)),
             shafts=tuple(_lumped_shafts(gear_set)),
             damping_ratio=_damping_ratio(gear_set, damping_ratio),
-            carrier=carrier and _lumped_carrier(carrier, torques[-1], translations),
+            carrier=_lumped_carrier(carrier, torques[-1], translations)
+            if carrier
+            else None,
         )
     except lumped.TrainError as error:
         raise InputError(f"{gear_set.name}: {error}") from None

@@ -3,7 +3,8 @@
 With z_s and z_r teeth of sun and ring, speeds and torques of sun, ring and carrier
 satisfy
 
-    z_s w_s + z_r w_r - (z_s + z_r) w_c = 0,    T_s : T_r : T_c = z_s : z_r : -(z_s + z_r)
+    z_s w_s + z_r w_r - (z_s + z_r) w_c = 0
+    T_s : T_r : T_c = z_s : z_r : -(z_s + z_r)
 
 (Willis, and the balance of a planet). Friction is left out but in `efficiency`.
 """

@@ -119,13 +119,12 @@ def _meshes(
 
 def _number(gear: dict[str, Any], key: str) -> float | None:
     value = gear.get(key)
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return value if is_number and math.isfinite(value) and value else None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    return value if math.isfinite(value) and value else None
 
 
-def _center_distance(
-    entry: PlanetaryEntry, tables: dict[str, Any]
-) -> dict[str, float]:
+def _center_distance(entry: PlanetaryEntry, tables: dict[str, Any]) -> dict[str, float]:
     """As given, else of gears without profile shift; empty where a key is wrong."""
     if entry.center_distance_mm is not None:
         return {"center_distance_mm": entry.center_distance_mm}

@@ -565,11 +565,11 @@ class PlanetaryEntry(Keys):
         description="Stiffness of the carrier's bearing along y; without it its axis "
         "does not move.",
     )
-    carrier_coupling_stiffness_Nm_per_rad: Annotated[
-        float, Field(ge=0.0, le=1e15)
-    ] = Field(
-        default=0.0,
-        description="Torsional stiffness of a spring between carrier and ground.",
+    carrier_coupling_stiffness_Nm_per_rad: Annotated[float, Field(ge=0.0, le=1e15)] = (
+        Field(
+            default=0.0,
+            description="Torsional stiffness of a spring between carrier and ground.",
+        )
     )
     sun_mesh: MeshKeys | None = Field(
         default=None, description="Keys of all meshes of the sun."

@@ -38,9 +38,7 @@ def mesh_torques(document: Document) -> list[tuple[float, ...]]:
     ]
 
 
-def _planetary_torques(
-    document: Document, load: LoadEntry
-) -> list[tuple[float, ...]]:
+def _planetary_torques(document: Document, load: LoadEntry) -> list[tuple[float, ...]]:
     """Torques of meshes that share the load equally."""
     name, members = input_name(document), members_of(document)
     if load.gear != name:

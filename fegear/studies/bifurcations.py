@@ -182,8 +182,8 @@ class Bifurcations(
         """The study with mesh frequencies [Hz] in place of speeds of rotation."""
         if self.over.name != DRIVER_SPEED:
             return self
-        teeth = cycles_per_turn(self.gear_set.loaded)
-        frequencies = (mesh_frequency(teeth, rpm) for rpm in self.over.values)
+        cycles = cycles_per_turn(self.gear_set.loaded)
+        frequencies = (mesh_frequency(cycles, rpm) for rpm in self.over.values)
         return replace(self, over=Axis(MESH_FREQUENCY, tuple(frequencies)))
 
 

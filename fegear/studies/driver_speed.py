@@ -14,20 +14,20 @@ from fegear.studies.table import Table
 DRIVER_SPEED = "driver_speed_rpm"
 
 
-def with_driver_speed(table: Table, teeth: int | None) -> Table:
+def with_driver_speed(table: Table, cycles: float | None) -> Table:
     """A table with the driver's speed beside the frequency of the first mesh.
 
-    teeth : of the first mesh's driver; the table stays as it is if None, and where it
-        has no mesh frequency
+    cycles : of the first mesh per turn of the driver, in a planetary set of its input;
+        the table stays as it is if None, and where it has no mesh frequency
     """
-    if teeth is None or MESH_FREQUENCY not in table.names:
+    if cycles is None or MESH_FREQUENCY not in table.names:
         return table
     place = list(table.names).index(MESH_FREQUENCY) + 1
 
     def rows() -> Iterator[Sequence[Any]]:
         for row in table.rows():
             cells = list(row)
-            yield [*cells[:place], driver_rpm(teeth, cells[place - 1]), *cells[place:]]
+            yield [*cells[:place], driver_rpm(cycles, cells[place - 1]), *cells[place:]]
 
     names = *table.names[:place], DRIVER_SPEED, *table.names[place:]
     header = {**table.header, **meanings("sweep", DRIVER_SPEED)}

@@ -59,6 +59,19 @@ HEADERS = {
     "lpstc_roll_angle_deg": "LPSTC, roll angle [deg]",
     "hpstc_roll_angle_deg": "HPSTC, roll angle [deg]",
     "tip_root_clearance_mm": "Tip to mate's root [mm]",
+    "mesh_cycles_per_turn": "Mesh cycles per turn of the input",
+    "center_radius_mm": "Circle of the planets' axes, radius [mm]",
+    "positions_deg": "Positions of the planets [deg]",
+    "input_torques_Nm": "Torques on the input [N m]",
+    "speed_over_input": "Speed over that of the input",
+    "speed_against_carrier_over_input": "Speed against the carrier over the input's",
+    "torque_over_input": "Torque from outside over that on the input",
+    "power_over_input": "Power from outside over that of the input",
+    "rolling_power_over_input": "Power rolling through the meshes over the input's",
+    "loss_per_friction": "Power lost over the input's, per coefficient of friction",
+    "phase_deg": "Phases of the planets [deg]",
+    "torque_sum": "Sum of the planets' torques, 1 if all are in phase",
+    "force_sum": "Sum of the planets' forces, largest of both senses",
     "magnitude_um": "[um]",
     "length_pitches": "length [pitch angles]",
 }
@@ -66,6 +79,9 @@ HEADERS = {
 HIDDEN_OF_GEARS = {"name", "form_roll_angle_deg", "tip_roll_angle_deg"}
 HIDDEN_OF_MESHES = {"driver", "driven", "ratio", "flanks"}
 DRAWING = ".dxf"
+# What alone differs between meshes of equal planets
+PLACES = {"driver", "driven", "center_line_deg", "phase_pitches", "phase_origin"}
+PLACES |= {"geometric_phase_pitches"}
 HIDDEN_OF_FLANKS = {"gear", "role"}
 
 
@@ -120,6 +136,9 @@ class DerivedGeometryResult(StudyResult):
         values = self.summary
         gears, meshes = values["gears"], values["meshes"]
         yield ": ".join(filter(None, (values["name"], values["description"]))) + "\n"
+        if values["planetary"]:
+            yield from _planetary(values)
+            gears, meshes = _without_equal_planets(gears, meshes)
         names = [gear["name"] for gear in gears]
         yield _sheet("Gear", names, gears, HIDDEN_OF_GEARS)
         pairs = [f"{mesh['driver']} > {mesh['driven']}" for mesh in meshes]
@@ -134,6 +153,46 @@ class DerivedGeometryResult(StudyResult):
         if values["inferences"]:
             yield "Inferred, not printed by the source:"
         yield from (f"- {inference}" for inference in values["inferences"])
+
+
+def _planetary(values: dict[str, Any]) -> Page:
+    """Motion and power of the members, harmonics, phases and the carrier."""
+    figures = values["planetary"]
+    lists = "members", "harmonics"
+    alone = {key: value for key, value in figures.items() if key not in lists}
+    yield _sheet("Planetary set", ["value"], [alone], set())
+    members, harmonics = figures["members"], figures["harmonics"]
+    yield _sheet("Member", [row["member"] for row in members], members, {"member"})
+    names = [str(row["harmonic"]) for row in harmonics]
+    yield _sheet("Harmonic of the mesh", names, harmonics, {"harmonic"})
+    meshes = values["meshes"]
+    pairs = [f"{mesh['driver']} > {mesh['driven']}" for mesh in meshes]
+    phases = [shown(mesh["phase_pitches"]) for mesh in meshes]
+    lines = [shown(mesh["center_line_deg"]) for mesh in meshes]
+    columns = {header("phase_pitches"): phases, header("center_line_deg"): lines}
+    yield ColumnTable(pairs, columns, "Mesh")
+
+
+def _without_equal_planets(
+    gears: list[dict[str, Any]], meshes: list[dict[str, Any]]
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Gears and meshes that differ from those before by more than name and place."""
+    return _different(gears, {"name"}), _different(meshes, PLACES)
+
+
+def _different(items: list[dict[str, Any]], apart: set[str]) -> list[dict[str, Any]]:
+    seen: list[dict[str, Any]] = []
+    different = []
+    for item in items:
+        kept = {key: value for key, value in item.items() if key not in apart}
+        kept["flanks"] = [
+            {key: value for key, value in flank.items() if key != "gear"}
+            for flank in item.get("flanks", [])
+        ]
+        if kept not in seen:
+            seen.append(kept)
+            different.append(item)
+    return different
 
 
 def shaft_line(gears: Sequence[str], stiffness_Nm_per_rad: float | None) -> str:

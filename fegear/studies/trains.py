@@ -154,7 +154,10 @@ def speeds_setting(
     return setting(default, text, allowed, parse=read, **how | options)
 
 
-RPM_HELP = "Rotational speed of the first mesh's driver [rpm], instead of {}."
+RPM_HELP = (
+    "Rotational speed of the first mesh's driver, in a planetary set of its input "
+    "[rpm], instead of {}."
+)
 
 
 def rpms_setting(instead: str) -> Any:
@@ -190,11 +193,11 @@ def with_frequencies(study: Study, speeds: Mapping[str, Any]) -> Study:
     given = {name: rpm for name, rpm in speeds.items() if rpm not in (None, ())}
     if not given:
         return study
-    teeth = cycles_per_turn(study.gear_set.loaded)
+    cycles = cycles_per_turn(study.gear_set.loaded)
     frequencies = {
-        name: tuple(mesh_frequency(teeth, one) for one in rpm)
+        name: tuple(mesh_frequency(cycles, one) for one in rpm)
         if isinstance(rpm, tuple)
-        else mesh_frequency(teeth, rpm)
+        else mesh_frequency(cycles, rpm)
         for name, rpm in given.items()
     }
     of_rotation = {
