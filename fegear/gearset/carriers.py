@@ -7,7 +7,7 @@ import math
 from fegear.files.errors import InputError
 from fegear.gearset.assembly import require_assembly
 from fegear.gearset.members import Members
-from fegear.gearset.model import CARRIER, Carrier, Gear
+from fegear.gearset.model import CARRIER, Carrier, Gear, GearSet
 from fegear.gearset.schema import Document, PlanetaryEntry
 
 
@@ -51,6 +51,17 @@ def carrier_of(
         coupling_stiffness=entry.carrier_coupling_stiffness_Nm_per_rad,
         torques=torques,
     )
+
+
+def require_no_carrier(gear_set: GearSet, what: str, instead: str) -> None:
+    """Raise InputError for a planetary set where something has none.
+
+    what : has none; instead : what to do
+    """
+    if gear_set.carrier is not None:
+        raise InputError(
+            f"{gear_set.name}: {what} has no planet carrier yet; {instead}"
+        )
 
 
 def members_of(document: Document) -> Members:

@@ -41,6 +41,7 @@ from fegear.train.lumped_models import (
     lumped_system,
 )
 from lumped.common.checks import require_present
+from lumped.train.mode_families import Family, mode_families, multiplicities
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.system import LumpedSystem
 
@@ -124,7 +125,9 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         name, ratio = self.gears.name, train.damping_ratio
         warnings = (*gear_set_warnings(self.gears),)
         return ModesResult(
-            self, name, load, ratio, modes, origins, gear_warnings=warnings
+            *(self, name, load, ratio, modes, origins),
+            gear_warnings=warnings,
+            families=mode_families(train, modes) if train.carrier else (),
         )
 
 
@@ -135,6 +138,7 @@ class ModesResult(StudyResult):
     torque : on the input gear [N m], None where nothing depends on it
     origins : of the mean stiffness of each mesh, in words
     system : of the coupled model, None for others
+    families : of the modes of a planetary set, empty for others
     """
 
     study: NaturalModes
@@ -145,6 +149,7 @@ class ModesResult(StudyResult):
     origins: list[str]
     system: LumpedSystem | None = None
     gear_warnings: tuple[str, ...] = ()
+    families: tuple[Family, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -165,11 +170,19 @@ class ModesResult(StudyResult):
                     "frequency_Hz": float(modes.frequency_Hz[i]),
                     "mesh_energy": [float(part) for part in modes.mesh_energy[:, i]],
                     "kind": name_mode(modes, i),
+                    **self._family(i),
                 }
                 for i in range(modes.frequency_Hz.size)
             ],
             **self._bodies(),
         }
+
+    def _family(self, i: int) -> dict[str, Any]:
+        """Family and multiplicity of a mode of a planetary set, None for others."""
+        if not self.families:
+            return {"family": None, "multiplicity": None}
+        same = multiplicities(self.modes.frequency_Hz.tolist())
+        return {"family": self.families[i], "multiplicity": same[i]}
 
     def _bodies(self) -> dict[str, Any]:
         if self.system is None:
@@ -183,9 +196,10 @@ class ModesResult(StudyResult):
     def table(self) -> Table:
         """A row for every mode."""
         meshes = range(1, len(self.origins) + 1)
-        names = "frequency_Hz", *(f"mesh{m}_energy_fraction" for m in meshes), "kind"
+        last = ("kind", "family", "multiplicity") if self.families else ("kind",)
+        names = "frequency_Hz", *(f"mesh{m}_energy_fraction" for m in meshes), *last
         rows = [
-            (mode["frequency_Hz"], *mode["mesh_energy"], mode["kind"])
+            (mode["frequency_Hz"], *mode["mesh_energy"], *(mode[key] for key in last))
             for mode in self.summary["modes"]
         ]
         header = {
@@ -219,6 +233,8 @@ class ModesResult(StudyResult):
             ]
             for m, entry in enumerate(values["mean_stiffness"])
         }
+        if self.families:
+            columns["family"] = [mode["family"] for mode in modes]
         columns["what moves most"] = [mode["kind"] for mode in modes]
         frequencies = [f"{mode['frequency_Hz']:10.1f}" for mode in modes]
         yield ColumnTable(frequencies, columns, "natural\nfrequency [Hz]", title)

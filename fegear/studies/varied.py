@@ -206,7 +206,10 @@ class ParametricProblem(TrainProblem):
             "torque_Nm": None if TORQUE in self.study.names else self.load,
             "damping_ratio": self.ratio,
         }
-        varies_teeth = any(name.endswith(".teeth") for name in self.study.names)
+        names = self.study.names
+        varies_teeth = any(
+            name.endswith(".teeth") or name.startswith("planetary.") for name in names
+        )
         at_rest = self.warnings_at_rest({self.load: self._any_system})
         return TrainFacts(
             summary=summary,
