@@ -34,7 +34,7 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     if "planetary" in copy:
         first = [name for name in names if _is_there(copy, name)]
         _set_all(copy, {name: edits[name] for name in first})
-        copy = deepcopy(expanded(copy))
+        copy = expanded(copy)
         names = [name for name in names if name not in first]
     _set_all(copy, {name: edits[name] for name in names})
     return copy

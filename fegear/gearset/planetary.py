@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from copy import deepcopy
 from typing import Any
 
 from pydantic import ValidationError
@@ -96,7 +97,7 @@ def _gears(entry: PlanetaryEntry, gears: list[Any]) -> Iterator[Any]:
     """All gears, the planet once for each of its names."""
     for gear in gears:
         if isinstance(gear, dict) and gear.get("name") == entry.planet:
-            yield from (gear | {"name": name} for name in entry.planet_names)
+            yield from (deepcopy(gear) | {"name": n} for n in entry.planet_names)
         else:
             yield gear
 
@@ -114,7 +115,7 @@ def _meshes(
             ends = (planet, entry.sun, inward), (entry.ring, planet, outward)
         for (driver, driven, line), side in zip(ends, MESH_SIDES, strict=True):
             gears = {"driver": driver, "driven": driven, "center_line_deg": line}
-            yield gears | dict(table.get(side) or {})
+            yield gears | deepcopy(table.get(side) or {})
 
 
 def _number(gear: dict[str, Any], key: str) -> float | None:
