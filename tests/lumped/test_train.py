@@ -94,7 +94,7 @@ def test_first_driver_sets_the_sense_even_if_listed_last():
     ("changes", "message"),
     [
         ({"teeth": 0}, r"gear 'a': teeth = 0; must be at least 1"),
-        ({"base_radius": 0.0}, "base_radius = 0.0; must be positive"),
+        ({"base_radius": 0.0}, "base_radius = 0.0; must be finite and not 0"),
         ({"inertia": math.nan}, "inertia = nan"),
         ({"coupling_stiffness": -1.0}, "coupling_stiffness = -1.0; must be 0 or more"),
         ({"torque": math.inf}, "torque = inf; must be finite"),

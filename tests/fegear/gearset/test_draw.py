@@ -68,7 +68,7 @@ def test_centres_are_at_their_distance(name, number):
     one, two = placed.places[mesh.driver], placed.places[mesh.driven]
     distance = np.hypot(two.x - one.x, two.y - one.y)
     assert distance == pytest.approx(mesh.pair.center_distance)
-    assert one.sense == -two.sense
+    assert one.sense == -two.sense * mesh.pair.sign
 
 
 @pytest.mark.parametrize(("name", "number"), PAIRS)
@@ -77,8 +77,12 @@ def test_drawn_teeth_do_not_overlap(name, number):
     from matplotlib.path import Path
 
     mesh, _, (one, two) = outlines(name, number)
-    for points, body in ((one, two), (two, one)):
-        inside = points[Path(body).contains_points(points)]
+    signs = mesh.pair.driver.sign, mesh.pair.driven.sign
+    for points, body, sign in ((one, two, signs[1]), (two, one, signs[0])):
+        within = Path(body).contains_points(points)
+        inside = points[
+            within if sign > 0 else ~within
+        ]  # a ring is outside of its line
         depths = [distance_to(body, point) for point in inside]
         assert max(depths, default=0.0) < 2e-3 * mesh.pair.driver.module
 

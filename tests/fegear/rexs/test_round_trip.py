@@ -14,7 +14,8 @@ from fegear.rexs import convert_gearbox
 from fegear.rexs.reading import parse_rexs
 from fegear.studies.new_file import gear_set_of_rexs
 
-BUILT_IN = builtin_names()
+# planetary sets are not written as REXS
+BUILT_IN = [name for name in builtin_names() if load_gear_set(name).carrier is None]
 
 
 def gear_set_of(text: str):

@@ -6,7 +6,7 @@ import pytest
 
 import fegear
 from fegear.gearset import load_gear_set
-from fegear.gearset.speeds import driver_rpm, cycles_per_turn, mesh_frequency
+from fegear.gearset.speeds import cycles_per_turn, driver_rpm, mesh_frequency
 
 TEETH = 38  # of the driver of liu-pair
 PAIR = {"gear_set": "liu-pair"}
