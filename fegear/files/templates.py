@@ -6,7 +6,8 @@ from importlib import resources
 
 # by kind, the package with its file in the folder `templates`; see `register_template`
 TEMPLATES = dict.fromkeys(
-    ("pair", "idler", "counter-shaft", "machine", "gearbox"), "fegear.files"
+    ("pair", "idler", "counter-shaft", "planetary", "machine", "gearbox"),
+    "fegear.files",
 )
 
 

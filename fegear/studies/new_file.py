@@ -28,7 +28,9 @@ from fegear.studies.study import (
 
 # by kind, which commands read such a file
 COMMANDS = {
-    **dict.fromkeys(("pair", "idler", "counter-shaft"), "read by stiffness and sweep"),
+    **dict.fromkeys(
+        ("pair", "idler", "counter-shaft", "planetary"), "read by stiffness and sweep"
+    ),
     "machine": "read by rattle critical and rattle basin",
     "gearbox": "read by clatter",
     "case": "read by validate",
@@ -50,7 +52,8 @@ class NewFile(Study, command="new", example="new pair -o my-pair.toml"):
 
     kind: str = argument(
         "KIND",
-        "pair, idler, counter-shaft, machine, gearbox or case; none with --from.",
+        "pair, idler, counter-shaft, planetary, machine, gearbox or case; none with "
+        "--from.",
         default="",
     )
     source: str = setting(

@@ -26,7 +26,7 @@ READERS = {
     "gearbox": load_gearbox,
     "case": load_case,
 }
-GEAR_SETS = "pair", "idler", "counter-shaft"
+GEAR_SETS = "pair", "idler", "counter-shaft", "planetary"
 TEMPLATES_OF = {kind: (kind,) for kind in READERS} | {"gear-set": GEAR_SETS}
 KEYS = {kind: file_keys(kind) for kind in FILE_KINDS}
 WORD = re.compile(r"[A-Za-z_]\w*")
