@@ -1,0 +1,135 @@
+"""Studies of a planetary set: what is shown, modes, and vibration over speed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fegear
+from fegear.files.errors import InputError
+from fegear.gearset.draw import gear_set_figure
+from fegear.studies.trains import GearSetRef
+from fegear.train.lumped_models import LumpedModel, StiffnessSource
+
+SET = "planetary-24-36-96"
+WAVES = tuple(
+    f"planetary.1.{side}.{key}={value}"
+    for side, mean in (("sun_mesh", 3e8), ("ring_mesh", 4e8))
+    for key, value in (("mean_stiffness_N_per_m", mean), ("stiffness_variation", 0.3))
+)
+FIVE = (  # 36/24/84, in which five planets fit
+    *("gear.sun.teeth=36", "gear.planet.teeth=24", "gear.planet.hub_radius_mm=12"),
+    *("gear.ring.teeth=84", "gear.ring.rim_radius_mm=100"),
+)
+
+
+def given(planets: int, *edits: str) -> GearSetRef:
+    """The set with given stiffness and a number of planets."""
+    teeth = FIVE if planets > 4 else ()
+    count = f"planetary.1.planets={planets}"
+    return GearSetRef(name=SET, edits=(*teeth, *WAVES, count, *edits))
+
+
+def modes(planets: int, *edits: str, translations: bool = True) -> list[dict]:
+    study = fegear.NaturalModes(
+        gear_set=given(planets, *edits), translations=translations
+    )
+    return fegear.run(study).summary["modes"]
+
+
+@pytest.mark.parametrize("planets", [3, 4, 5])
+def test_modes_have_all_freedoms_but_the_held_and_their_families(planets):
+    found = modes(planets)
+    assert len(found) == 3 * (planets + 3) - 1
+    families = [mode["family"] for mode in found]
+    assert families.count("rotational") == 5  # 6, less the ring's rotation
+    assert families.count("translational") == 12
+    assert families.count("planet") == 3 * (planets - 3)
+    for mode in found:
+        if mode["family"] == "translational":
+            assert mode["multiplicity"] == 2
+        if mode["family"] == "planet":
+            assert mode["multiplicity"] == planets - 3
+
+
+def test_modes_without_translations_are_rotations():
+    found = modes(3, translations=False)
+    assert [mode["family"] for mode in found].count("planet") == 2
+    assert len(found) == 5  # sun, carrier and three planets
+
+
+def test_modes_of_ordinary_trains_have_no_family():
+    study = fegear.NaturalModes(gear_set=GearSetRef(name="liu-idler"))
+    result = fegear.run(study)
+    assert {mode["family"] for mode in result.summary["modes"]} == {None}
+    assert "family" not in result.table.names
+
+
+def test_one_stiffer_bearing_mixes_the_families():
+    found = modes(3, "gear.planet-2.bearing_kx_N_per_m=9e8")
+    assert "mixed" in {mode["family"] for mode in found}
+
+
+def sweep(planets: int, *edits: str, **settings):
+    model = LumpedModel(
+        number=1, translations=True, stiffness=StiffnessSource(kind="rectangular")
+    )
+    study = fegear.Sweep(
+        gear_set=given(planets, *edits), model=model, torque=(60.0,), **settings
+    )
+    return fegear.run(study)
+
+
+@pytest.mark.parametrize("planets", [3, 4])
+def test_planets_in_phase_vibrate_alike_and_lose_contact(planets):
+    result = sweep(planets, speeds=tuple(np.arange(4000.0, 9000.0, 500.0)))
+    rows = [
+        dict(zip(result.table.names, row, strict=True)) for row in result.table.rows()
+    ]
+    by_speed: dict = {}
+    for row in rows:
+        key = row["mesh_frequency_Hz"], row["direction"], row["mesh"] % 2
+        by_speed.setdefault(key, []).append(row["dte_rms_m"])
+    for values in by_speed.values():
+        assert len(values) == planets
+        assert values == pytest.approx([values[0]] * planets, rel=1e-6)
+    assert max(row["contact_loss_fraction"] for row in rows) > 0.1
+
+
+def test_speed_is_that_of_the_input():
+    result = sweep(3, rpm=(6000.0,))
+    row = dict(zip(result.table.names, next(iter(result.table.rows())), strict=True))
+    assert row["driver_speed_rpm"] == pytest.approx(6000.0)
+    assert row["mesh_frequency_Hz"] == pytest.approx(100.0 * 24 * 96 / 120)
+
+
+def test_harmonics_without_a_sum_leave_the_rotation_alone():
+    """With z_s / N not whole the first harmonics drive no rotation of the members."""
+    figures = fegear.run(fegear.DerivedGeometry(gear_set=given(5))).summary["planetary"]
+    drives = [row["drives"] for row in figures["harmonics"]]
+    assert drives == ["translation", "planets", "planets", "translation", "rotation"]
+
+
+def test_show_draws_the_carrier_and_lists_equal_planets_once():
+    result = fegear.run(fegear.DerivedGeometry(gear_set=GearSetRef(name=SET)))
+    text = "\n".join(map(str, result.page()))
+    assert "planet-3 > ring" in text
+    assert "Flanks of sun > planet-1" in text
+    assert "Flanks of sun > planet-2" not in text
+    figure = gear_set_figure(GearSetRef(name=SET).loaded)
+    assert "carrier" in figure.axes[0].get_title()
+
+
+def test_single_planets_that_differ_are_listed():
+    edits = ("gear.planet-2.mass_kg=2",)
+    result = fegear.run(
+        fegear.DerivedGeometry(gear_set=GearSetRef(name=SET, edits=edits))
+    )
+    assert any(
+        "planet-2" in str(part) and "Mass" in str(part) for part in result.page()
+    )
+
+
+def test_dynamics_refuses_a_carrier():
+    with pytest.raises(InputError, match="fegear dynamics has no planet carrier yet"):
+        fegear.run(fegear.Dynamics(gear_set=GearSetRef(name=SET), speeds=(1000.0,)))
