@@ -10,10 +10,9 @@ import math
 from collections.abc import Sequence
 
 from fegear.files.errors import InputError
-from fegear.gearset.members import Members
+from fegear.gearset.members import MAX_PLANETS, Members
 
 WHOLE = 1e-4  # deviation from a whole number that is round-off of positions
-MOST_PLANETS = 12
 
 
 def require_assembly(
@@ -54,7 +53,7 @@ def equal_numbers(teeth: int, least: float = 0.0) -> list[int]:
 
     teeth : of sun and ring together; least : angle between neighbours [deg]
     """
-    numbers = range(2, MOST_PLANETS + 1)
+    numbers = range(2, MAX_PLANETS + 1)
     return [n for n in numbers if teeth % n == 0 and 360.0 / n > least]
 
 
@@ -71,4 +70,4 @@ def least_gap(positions_deg: Sequence[float]) -> float:
 
 
 def _listed(numbers: Sequence[int]) -> str:
-    return " or ".join(map(str, numbers)) or f"no number of 2 to {MOST_PLANETS}"
+    return " or ".join(map(str, numbers)) or f"no number of 2 to {MAX_PLANETS}"

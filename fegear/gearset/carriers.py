@@ -7,13 +7,13 @@ import math
 from fegear.files.errors import InputError
 from fegear.gearset.assembly import require_assembly
 from fegear.gearset.members import Members
-from fegear.gearset.model import CARRIER, Carrier, Gear, GearSet
+from fegear.gearset.model import CARRIER, Gear, GearSet, PlanetCarrier
 from fegear.gearset.schema import Document, PlanetaryEntry
 
 
 def carrier_of(
     document: Document, gears: tuple[Gear, ...], distances: list[float]
-) -> Carrier | None:
+) -> PlanetCarrier | None:
     """The carrier, None without a planetary set.
 
     Raises InputError where gears and meshes are not those of the set, or where its
@@ -38,7 +38,7 @@ def carrier_of(
     mass = default_mass(gears[planets[0]], distances[0])
     inertia = 0.5 * mass * distances[0] ** 2
     torques = document.load.torques_Nm if document.load else ()
-    return Carrier(
+    return PlanetCarrier(
         members=members,
         sun=sun,
         planets=planets,
@@ -53,14 +53,14 @@ def carrier_of(
     )
 
 
-def require_no_carrier(gear_set: GearSet, what: str, instead: str) -> None:
-    """Raise InputError for a planetary set where something has none.
+def require_no_carrier(gear_set: GearSet, model: str, instead: str) -> None:
+    """Raise InputError for a planetary set for a model without carriers.
 
-    what : has none; instead : what to do
+    model : its name; instead : what to do
     """
     if gear_set.carrier is not None:
         raise InputError(
-            f"{gear_set.name}: {what} has no planet carrier yet; {instead}"
+            f"{gear_set.name}: {model} has no planet carrier yet; {instead}"
         )
 
 

@@ -140,7 +140,9 @@ def _draw_carrier(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     for place in (placed.places[planet] for planet in carrier.planets):
         arm = np.array([[sun.x, place.x], [sun.y, place.y]])
         axes.plot(*(MM * arm), marker="o", ms=3.5, **style)
-    axes.set_title("carrier: dashed circle and arms; arrows show rotation against it", size=9)
+    axes.set_title(
+        "carrier: dashed circle and arms; arrows show rotation against it", size=9
+    )
 
 
 def _filled_body(

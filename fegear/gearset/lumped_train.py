@@ -13,7 +13,7 @@ from itertools import pairwise
 import lumped.train.train as lumped
 from fegear.files.errors import InputError
 from fegear.gearset.inertia import inertia_of, mass_of
-from fegear.gearset.model import Carrier, GearSet
+from fegear.gearset.model import GearSet, PlanetCarrier
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import external_torques, power_path
 
@@ -97,7 +97,7 @@ def _lumped_gear(
 
 
 def _lumped_carrier(
-    carrier: Carrier, torque: float, translations: bool
+    carrier: PlanetCarrier, torque: float, translations: bool
 ) -> lumped.Carrier:
     return lumped.Carrier(
         name=carrier.name,

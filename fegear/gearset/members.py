@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 Member = Literal["sun", "carrier", "ring"]
+MAX_PLANETS = 12
 MEMBERS: tuple[Member, ...] = get_args(Member)
 
 

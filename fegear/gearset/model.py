@@ -187,7 +187,7 @@ class Shaft:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Carrier:
+class PlanetCarrier:
     """Carrier of the planets between a sun and a ring, by their indices.
 
     Senses of rotation and mesh frequencies of the gear set are relative to it.
@@ -280,7 +280,7 @@ class GearSet:
     shafts: tuple[Shaft, ...] = ()
     damping_ratio: float | None = None
     inferences: tuple[str, ...] = ()
-    carrier: Carrier | None = None
+    carrier: PlanetCarrier | None = None
 
     def __post_init__(self) -> None:
         _require_fields(self)

@@ -126,7 +126,8 @@ def _number(gear: dict[str, Any], key: str) -> float | None:
 
 
 def _center_distance(entry: PlanetaryEntry, tables: dict[str, Any]) -> dict[str, float]:
-    """As given, else of gears without profile shift; empty where a key is wrong."""
+    """Centre distance, if not given of gears without profile shift; empty where a key
+    is wrong."""
     if entry.center_distance_mm is not None:
         return {"center_distance_mm": entry.center_distance_mm}
     names = entry.sun, entry.planet, entry.ring

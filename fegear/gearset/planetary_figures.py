@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fegear.gearset.members import MEMBERS
-from fegear.gearset.model import Carrier, GearSet
+from fegear.gearset.model import GearSet, PlanetCarrier
 from lumped.common.checks import require_present
 from meshes import GearPair
 
@@ -78,7 +78,7 @@ def member_figures(gear_set: GearSet) -> list[dict[str, Any]]:
     return [*rows, planet]
 
 
-def _role(carrier: Carrier, member: str) -> str:
+def _role(carrier: PlanetCarrier, member: str) -> str:
     members = carrier.members
     roles = {members.input: "input", members.output: "output", members.held: "held"}
     return roles[member]  # type: ignore[index]

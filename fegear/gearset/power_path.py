@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from fegear.files.errors import InputError
-from fegear.gearset.model import Carrier, GearSet, Mesh
+from fegear.gearset.model import GearSet, Mesh, PlanetCarrier
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def external_torques(gear_set: GearSet, torque: float) -> tuple[float, ...]:
     return tuple(torques)
 
 
-def _planetary_path(gear_set: GearSet, carrier: Carrier) -> PowerPath:
+def _planetary_path(gear_set: GearSet, carrier: PlanetCarrier) -> PowerPath:
     members, last = carrier.members, len(gear_set.gears)
     ends = map(carrier.gear_of, (members.input, members.output))
     into, out = (last if gear is None else gear for gear in ends)
@@ -100,7 +100,7 @@ def _planetary_path(gear_set: GearSet, carrier: Carrier) -> PowerPath:
 
 
 def _planetary_torques(
-    gear_set: GearSet, carrier: Carrier, torque: float
+    gear_set: GearSet, carrier: PlanetCarrier, torque: float
 ) -> tuple[float, ...]:
     """Torques of the members, in the sense in which the driver of the meshes turns."""
     members = carrier.members

@@ -19,7 +19,7 @@ from pydantic import (
 )
 
 from fegear.gearset.materials import STEEL, material_names, require_material
-from fegear.gearset.members import Member
+from fegear.gearset.members import MAX_PLANETS, Member
 from fegear.gearset.model import Interpolation, ReliefShape
 
 Item = TypeVar("Item")
@@ -529,7 +529,7 @@ class PlanetaryEntry(Keys):
         "NAME-1, NAME-2 and so on."
     )
     ring: Name = Field(description="Name of the internal gear.")
-    planets: Annotated[int, Field(ge=2, le=12)] = Field(
+    planets: Annotated[int, Field(ge=2, le=MAX_PLANETS)] = Field(
         description="Number of planets."
     )
     input: Member = Field(default="sun", description="Member that is driven.")

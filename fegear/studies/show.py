@@ -184,13 +184,13 @@ def _different(items: list[dict[str, Any]], apart: set[str]) -> list[dict[str, A
     seen: list[dict[str, Any]] = []
     different = []
     for item in items:
-        kept = {key: value for key, value in item.items() if key not in apart}
-        kept["flanks"] = [
+        figures = {key: value for key, value in item.items() if key not in apart}
+        figures["flanks"] = [
             {key: value for key, value in flank.items() if key != "gear"}
             for flank in item.get("flanks", [])
         ]
-        if kept not in seen:
-            seen.append(kept)
+        if figures not in seen:
+            seen.append(figures)
             different.append(item)
     return different
 

@@ -202,7 +202,7 @@ def _carrier_point(
     axis: str,
     indices: Mapping[tuple[int, str], int],
 ) -> list[tuple[int, float]]:
-    """As `center_motion`, of the point of the carrier under one of its gears."""
+    """Motion of the point of a carrier under one of its gears, as `center_motion`."""
     number, angle = len(train.gears), carrier.angles[place]
     by_rotation = -math.sin(angle) if axis == "x" else math.cos(angle)
     motions = {"rotation": carrier.radius * by_rotation, axis: 1.0}

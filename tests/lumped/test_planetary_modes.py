@@ -120,12 +120,12 @@ def test_frequencies_that_lin_and_parker_print():
     train = planetary(3)
     modes = modes_of(train)
     families = np.array(mode_families(train, modes))
-    found = {name: modes.frequency_Hz[families == name] for name in set(families)}
-    assert found["rotational"] == pytest.approx(ROTATIONAL, abs=0.05)
-    assert found["translational"] == pytest.approx(
+    computed = {name: modes.frequency_Hz[families == name] for name in set(families)}
+    assert computed["rotational"] == pytest.approx(ROTATIONAL, abs=0.05)
+    assert computed["translational"] == pytest.approx(
         np.repeat(TRANSLATIONAL, 2), abs=0.05
     )
-    assert set(found) == {"rotational", "translational"}
+    assert set(computed) == {"rotational", "translational"}
 
 
 @pytest.mark.parametrize("planets", [4, 5, 6])
@@ -136,8 +136,8 @@ def test_families_have_the_multiplicities_of_equal_planets(planets):
     counts = {name: int((families == name).sum()) for name in set(families)}
     extra = planets - 3
     assert counts == {"rotational": 6, "translational": 12, "planet": 3 * extra}
-    found = modes.frequency_Hz[families == "planet"]
-    assert found == pytest.approx(np.repeat(PLANET, extra), abs=0.05)
+    computed = modes.frequency_Hz[families == "planet"]
+    assert computed == pytest.approx(np.repeat(PLANET, extra), abs=0.05)
     expected = {"rotational": 1, "translational": 2, "planet": extra}
     same = multiplicities(modes.frequency_Hz)
     assert list(same) == [expected[family] for family in families]
@@ -145,10 +145,10 @@ def test_families_have_the_multiplicities_of_equal_planets(planets):
 
 @pytest.mark.parametrize("angles", [None, [0.0, 1.3, 2.9, 4.4]])
 def test_frequencies_are_those_of_the_textbook_matrices(angles):
-    found = modes_of(planetary(4, angles)).frequency_Hz
+    computed = modes_of(planetary(4, angles)).frequency_Hz
     expected = textbook_frequencies(4, angles)
-    assert found[1:] == pytest.approx(expected[1:], rel=1e-9)
-    assert found[0] == 0.0
+    assert computed[1:] == pytest.approx(expected[1:], rel=1e-9)
+    assert computed[0] == 0.0
 
 
 def test_planets_that_differ_mix_the_families():
@@ -172,10 +172,10 @@ def held(train: lumped.Train, *names: str) -> lumped.Train:
 def test_held_carrier_on_a_fixed_axis_is_a_train_with_fixed_centres():
     with_carrier = held(planetary(3), "carrier")
     without = replace(with_carrier, carrier=None)
-    found, expected = (
+    computed, expected = (
         modes_of(train).frequency_Hz for train in (with_carrier, without)
     )
-    assert found == pytest.approx(expected, rel=1e-12)
+    assert computed == pytest.approx(expected, rel=1e-12)
 
 
 def test_planets_without_bearings_are_those_on_stiff_bearings():

@@ -23,7 +23,7 @@ FIVE = (  # 36/24/84, in which five planets fit
 )
 
 
-def given(planets: int, *edits: str) -> GearSetRef:
+def set_of(planets: int, *edits: str) -> GearSetRef:
     """The set with given stiffness and a number of planets."""
     teeth = FIVE if planets > 4 else ()
     count = f"planetary.1.planets={planets}"
@@ -32,20 +32,20 @@ def given(planets: int, *edits: str) -> GearSetRef:
 
 def modes(planets: int, *edits: str, translations: bool = True) -> list[dict]:
     study = fegear.NaturalModes(
-        gear_set=given(planets, *edits), translations=translations
+        gear_set=set_of(planets, *edits), translations=translations
     )
     return fegear.run(study).summary["modes"]
 
 
 @pytest.mark.parametrize("planets", [3, 4, 5])
 def test_modes_have_all_freedoms_but_the_held_and_their_families(planets):
-    found = modes(planets)
-    assert len(found) == 3 * (planets + 3) - 1
-    families = [mode["family"] for mode in found]
+    listed = modes(planets)
+    assert len(listed) == 3 * (planets + 3) - 1
+    families = [mode["family"] for mode in listed]
     assert families.count("rotational") == 5  # 6, less the ring's rotation
     assert families.count("translational") == 12
     assert families.count("planet") == 3 * (planets - 3)
-    for mode in found:
+    for mode in listed:
         if mode["family"] == "translational":
             assert mode["multiplicity"] == 2
         if mode["family"] == "planet":
@@ -53,9 +53,9 @@ def test_modes_have_all_freedoms_but_the_held_and_their_families(planets):
 
 
 def test_modes_without_translations_are_rotations():
-    found = modes(3, translations=False)
-    assert [mode["family"] for mode in found].count("planet") == 2
-    assert len(found) == 5  # sun, carrier and three planets
+    listed = modes(3, translations=False)
+    assert [mode["family"] for mode in listed].count("planet") == 2
+    assert len(listed) == 5  # sun, carrier and three planets
 
 
 def test_modes_of_ordinary_trains_have_no_family():
@@ -66,8 +66,8 @@ def test_modes_of_ordinary_trains_have_no_family():
 
 
 def test_one_stiffer_bearing_mixes_the_families():
-    found = modes(3, "gear.planet-2.bearing_kx_N_per_m=9e8")
-    assert "mixed" in {mode["family"] for mode in found}
+    listed = modes(3, "gear.planet-2.bearing_kx_N_per_m=9e8")
+    assert "mixed" in {mode["family"] for mode in listed}
 
 
 def sweep(planets: int, *edits: str, **settings):
@@ -75,7 +75,7 @@ def sweep(planets: int, *edits: str, **settings):
         number=1, translations=True, stiffness=StiffnessSource(kind="rectangular")
     )
     study = fegear.Sweep(
-        gear_set=given(planets, *edits), model=model, torque=(60.0,), **settings
+        gear_set=set_of(planets, *edits), model=model, torque=(60.0,), **settings
     )
     return fegear.run(study)
 
@@ -105,7 +105,9 @@ def test_speed_is_that_of_the_input():
 
 def test_harmonics_without_a_sum_leave_the_rotation_alone():
     """With z_s / N not whole the first harmonics drive no rotation of the members."""
-    figures = fegear.run(fegear.DerivedGeometry(gear_set=given(5))).summary["planetary"]
+    figures = fegear.run(fegear.DerivedGeometry(gear_set=set_of(5))).summary[
+        "planetary"
+    ]
     drives = [row["drives"] for row in figures["harmonics"]]
     assert drives == ["translation", "planets", "planets", "translation", "rotation"]
 
