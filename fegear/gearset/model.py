@@ -257,7 +257,7 @@ class GearSet:
         Damping ratio of every vibration mode, from 0 to below 1; None leaves it open.
     inferences : tuple of str, optional
         Sentences on what the file did not give and how it was inferred.
-    carrier : fegear.gearset.model.Carrier or None, optional
+    carrier : fegear.gearset.model.PlanetCarrier or None, optional
         Carrier of the planets of a planetary set.
 
     Raises

@@ -26,7 +26,7 @@ from fegear.cli import run
 from fegear.gearset import read_gear_set
 from fegear.gearset.edit import LISTS, edited
 from fegear.gearset.problems import model_of
-from fegear.gearset.schema import Document, GearDefaults, replaced_keys
+from fegear.gearset.schema import Document, GearDefaults, MeshKeys, replaced_keys
 
 Tables = dict[str, Any]
 PAIR: Tables = {
@@ -1095,6 +1095,45 @@ def profile_keys(profile: str, tables: Tables) -> dict[str, Key]:
     return {f"mesh.{profile}.{name}": case for name, case in cases.items()}
 
 
+STATED = {"mean_stiffness_N_per_m": 1e8, "stiffness_variation": 0.3, "load_share": 0.5}
+PLANETARY: Tables = {
+    "name": "planetary",
+    "defaults": {
+        "module_mm": 2.0,
+        "face_width_mm": 10.0,
+        "tooth_thinning_um": 40.0,
+        **STIFF_BEARING,
+    },
+    "gear": [
+        {"name": "s", "teeth": 24, "hub_radius_mm": 12.0},
+        {"name": "p", "teeth": 36, "hub_radius_mm": 20.0},
+        {"name": "r", "teeth": 96, "internal": True, "rim_radius_mm": 112.0},
+    ],
+    "planetary": [
+        {
+            "sun": "s",
+            "planet": "p",
+            "ring": "r",
+            "planets": 3,
+            **{f"carrier_{key}": value for key, value in STIFF_BEARING.items()},
+            "sun_mesh": STATED,
+            "ring_mesh": STATED,
+        }
+    ],
+    "load": {"gear": "s", "torques_Nm": [20.0]},
+}
+PLANETARY_KEYS = {
+    **dict.fromkeys(("sun", "planet", "ring"), Key("z", (), PLANETARY)),
+    **dict.fromkeys(("input", "output", "held"), Key("planet", (), PLANETARY)),
+    "planets": Key(4, (PLANE, SHOWN), PLANETARY),
+    "center_distance_mm": Key(60.1, (PLANE, SHOWN), PLANETARY),
+    "positions_deg": Key([0.0, 99.0, 240.0], (PLANE, SHOWN), PLANETARY),
+    "carrier_inertia_kg_m2": Key(0.01, (PLANE, SHOWN), PLANETARY),
+    "carrier_mass_kg": Key(3.0, (PLANE, SHOWN), PLANETARY),
+    "carrier_bearing_kx_N_per_m": Key(3e8, (PLANE, SHOWN), PLANETARY),
+    "carrier_bearing_ky_N_per_m": Key(3e8, (PLANE, SHOWN), PLANETARY),
+    "carrier_coupling_stiffness_Nm_per_rad": Key(1e4, (PLANE, SHOWN), PLANETARY),
+}
 LONE = {"name": "z", "teeth": 31, "inertia_kg_m2": 5e-4, "mass_kg": 0.5}
 SPARE = {k: v for k, v in PAIR.items() if k != "load"} | {"gear": [*PAIR["gear"], LONE]}
 JOINED = SHAFT | {"gear": [*SHAFT["gear"], LONE]}
@@ -1126,6 +1165,7 @@ KEYS: dict[str, Key] = {
     },
     "shaft.gears": Key(["b", "c", "z"], (MODES,), JOINED),
     "shaft.stiffness_Nm_per_rad": Key(2e4, (MODES, ONE_SWEEP), SHAFT),
+    **{f"planetary.{name}": key for name, key in PLANETARY_KEYS.items()},
     "load.gear": Key("b"),
     "load.torques_Nm": Key([30.0], TEETH),
     "dynamics.damping_ratio": Key(0.1, (ONE_SWEEP, MOVING)),
@@ -1133,11 +1173,14 @@ KEYS: dict[str, Key] = {
 
 
 def leaves(model: type[BaseModel], path: str = "") -> Iterator[str]:
-    """Dotted names of all keys of the schema but [defaults]', which are a gear's."""
+    """Dotted names of all keys of the schema but [defaults]', which are a gear's, and
+    those of both meshes of planets, which are a mesh's."""
     for name, field in model.model_fields.items():
         table, key = model_of(field.annotation), f"{path}{name}"
         if key == "defaults":
             assert table is GearDefaults
+        elif table is MeshKeys:
+            assert key.startswith("planetary.")
         elif table is None:
             yield key
         else:
@@ -1146,6 +1189,16 @@ def leaves(model: type[BaseModel], path: str = "") -> Iterator[str]:
 
 def test_every_key_of_a_gear_set_file_has_a_case():
     assert set(KEYS) == set(leaves(Document))
+
+
+@pytest.mark.parametrize("side", ["sun_mesh", "ring_mesh"])
+@pytest.mark.parametrize("name", ["backlash_um", "load_share", "contact_ratio"])
+def test_keys_of_planets_meshes_are_those_of_every_mesh(name, side):
+    key = KEYS[f"mesh.{name}"]
+    at_once = edited(PLANETARY, {f"planetary.1.{side}.{name}": key.value})
+    first = 1 if side == "sun_mesh" else 2
+    meshes = {f"mesh.{n}.{name}": key.value for n in range(first, 7, 2)}
+    assert at_once["mesh"] == edited(PLANETARY, meshes)["mesh"]
 
 
 def changed_tables(name: str, key: Key) -> Tables:
