@@ -1123,7 +1123,8 @@ PLANETARY: Tables = {
     "load": {"gear": "s", "torques_Nm": [20.0]},
 }
 PLANETARY_KEYS = {
-    **dict.fromkeys(("sun", "planet", "ring"), Key("z", (), PLANETARY)),
+    **dict.fromkeys(("sun", "planet"), Key("r", (), PLANETARY)),
+    "ring": Key("s", (), PLANETARY),
     **dict.fromkeys(("input", "output", "held"), Key("planet", (), PLANETARY)),
     "planets": Key(4, (PLANE, SHOWN), PLANETARY),
     "center_distance_mm": Key(60.1, (PLANE, SHOWN), PLANETARY),
