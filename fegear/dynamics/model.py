@@ -116,9 +116,6 @@ def modal_matrices(
     mean = modes.mean_stiffness[:, None, None]
     meshes = modes.mesh_shapes[:, :, None] * modes.mesh_shapes[:, None, :]
     stiffness = np.diag(angular**2) - (mean * meshes).sum(axis=0)
-    rotation_indices = [
-        space.indices[g, "rotation"] for g in range(len(gear_set.gears))
-    ]
     parts = [elastic_body(g, gear) for g, gear in enumerate(elastic)]
     count = 0
     for part in parts:
@@ -131,7 +128,7 @@ def modal_matrices(
         stiffness=stiffness,
         damping=2.0 * ratio * angular,
         load=is_supported(reference) * (modes.shapes.T @ space.load),
-        rotation=modes.shapes[rotation_indices],
+        rotation=np.stack([modes.rotation_of(g) for g in range(len(gear_set.gears))]),
         **arrays,
     )
 

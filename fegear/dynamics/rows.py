@@ -13,7 +13,7 @@ from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian
 from fegear.dynamics.sides import ContactSide
 from fegear.gearset.model import GearSet
-from lumped.train.coordinates import line_of_centers
+from lumped.train.coordinates import center_motion, line_of_centers
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -110,13 +110,13 @@ def _hub_rows(reference: LumpedSystem, side: ContactSide) -> Array:
     lever = side.load_curves.moment_arms.transpose(1, 0, 2)
     rows = np.zeros((2, *lever.shape[:2], space.mass.size))
     for column, (g, sign) in enumerate(zip(side.gears, (1.0, -1.0), strict=True)):
-        rotation = space.indices[g, "rotation"]
-        rows[0, ..., rotation] += sense * lever[..., column]
-        rows[1, ..., rotation] -= sense * lever[..., 2 + column]
+        if (rotation := space.indices.get((g, "rotation"))) is not None:  # not held
+            rows[0, ..., rotation] += sense * lever[..., column]
+            rows[1, ..., rotation] -= sense * lever[..., 2 + column]
         for axis, *components in zip("xy", normal, tangent, strict=True):
-            if (g, axis) in space.indices:
+            for index, motion in center_motion(reference.train, g, axis, space.indices):
                 for row, component in zip(rows, components, strict=True):
-                    row[..., space.indices[g, axis]] += sign * component
+                    row[..., index] += sign * component * motion
     return rows @ (reference.modes.shapes * is_supported(reference))
 
 

@@ -7,7 +7,7 @@ import math
 from fegear.files.errors import InputError
 from fegear.gearset.assembly import require_assembly
 from fegear.gearset.members import Members
-from fegear.gearset.model import CARRIER, Gear, GearSet, PlanetCarrier
+from fegear.gearset.model import CARRIER, Gear, PlanetCarrier
 from fegear.gearset.schema import Document, PlanetaryEntry
 
 
@@ -51,17 +51,6 @@ def carrier_of(
         coupling_stiffness=entry.carrier_coupling_stiffness_Nm_per_rad,
         torques=torques,
     )
-
-
-def require_no_carrier(gear_set: GearSet, model: str, instead: str) -> None:
-    """Raise InputError for a planetary set for a model without carriers.
-
-    model : its name; instead : what to do
-    """
-    if gear_set.carrier is not None:
-        raise InputError(
-            f"{gear_set.name}: {model} has no planet carrier yet; {instead}"
-        )
 
 
 def members_of(document: Document) -> Members:

@@ -15,7 +15,6 @@ from fegear.elasticity.cache import cached_root_influence
 from fegear.elasticity.root_stress import RootInfluence
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
-from fegear.gearset.carriers import require_no_carrier
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn
@@ -151,7 +150,6 @@ class Dynamics(
     def prepare(self) -> DynamicsProblem:
         settings = {"torque": self.torque, "damping_ratio": self.damping_ratio}
         refuse_edits(self, settings, self.translations)
-        require_no_carrier(self.gear_set.loaded, "fegear dynamics", "use fegear sweep")
         study = with_frequencies(self, {"speeds": self.rpm})
         return DynamicsProblem(study, self.gear_set.loaded)
 

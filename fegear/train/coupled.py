@@ -98,11 +98,7 @@ def contacts_of(
         gear_set, reference, load_curves, no_elastic_gears, cross_mesh
     )
     moving, modes = reference.moving, reference.modes
-    coordinate_indices = modes.coordinates.indices
-    rotation_shapes = [
-        modes.shapes[coordinate_indices[g, "rotation"]]
-        for g in range(len(no_elastic_gears))
-    ]
+    rotation_shapes = [modes.rotation_of(g) for g in range(len(no_elastic_gears))]
     reliefs = [
         cached_inertia_relief(settings.sector(g), g.density) for g in gear_set.gears
     ]

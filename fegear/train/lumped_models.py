@@ -15,7 +15,6 @@ from fegear.boundary import public
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.version import package_version
-from fegear.gearset.carriers import require_no_carrier
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
@@ -245,7 +244,6 @@ def lumped_system(
     source = excitations or model.excitations
     contact_source = None
     if model.number == "coupled":
-        require_no_carrier(gear_set, "the coupled model", "use model 1, 2 or 3")
         contact_source = _known_contacts(gear_set, model, source)
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
     on_meshes = mesh_torques_at(gear_set, torque)
@@ -313,8 +311,6 @@ def resolve_model(
 def _needs_model_1(model: LumpedModel, gear_set: GearSet, method: Method) -> str:
     """Why a gear set cannot have the coupled model, empty if it can."""
     source = model.stiffness
-    if gear_set.carrier is not None:
-        return "the coupled model has no planet carrier"
     if model.friction:
         return "the coupled model has no friction"
     if method != "rk4":

@@ -52,6 +52,22 @@ class Modes:
         """Natural angular frequencies (n,) [rad/s]."""
         return 2.0 * np.pi * self.frequency_Hz
 
+    def rotation_of(self, gear: int) -> Array:
+        """Rotation of a gear in each mode.
+
+        Parameters
+        ----------
+        gear : int
+            Index of the gear, from 0.
+
+        Returns
+        -------
+        (n,) array
+            Rotations, 0 of a gear that is held.
+        """
+        index = self.coordinates.indices.get((gear, "rotation"))
+        return np.zeros(self.shapes.shape[1]) if index is None else self.shapes[index]
+
     @property
     def stiffness_matrix(self) -> Array:
         """Stiffness matrix (n, n) of meshes, bearings, couplings and shafts."""

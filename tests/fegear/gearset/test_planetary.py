@@ -30,7 +30,7 @@ from fegear.gearset.power_path import (
 from fegear.gearset.read import load_tables
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation import StiffnessSource
-from fegear.train.lumped_models import LumpedModel, lumped_system, resolve_model
+from fegear.train.lumped_models import LumpedModel, lumped_system
 
 SET = "planetary-24-36-96"
 ROLES = list(itertools.permutations(MEMBERS))
@@ -302,16 +302,6 @@ def test_torques_balance_and_planets_share_equally():
         forces = system.modes.mean_stiffness * system.static_deflection
         force = 60.0 / 3 / gear_set.meshes[0].pair.driver.base_radius
         assert forces == pytest.approx(np.full(6, force), rel=1e-9)
-
-
-def test_coupled_model_has_no_carrier_yet():
-    with pytest.raises(InputError, match="no planet carrier yet; use model 1, 2"):
-        lumped_system(loaded(), 60.0, LumpedModel(number="coupled"))
-    model, reason = resolve_model(LumpedModel(number="auto"), loaded())
-    assert (model.number, reason) == (
-        1,
-        "model 1: the coupled model has no planet carrier",
-    )
 
 
 @pytest.mark.parametrize(("sun", "planets"), [(24, 3), (24, 4), (36, 5), (25, 3)])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import fegear
-from fegear.files.errors import InputError
 from fegear.gearset.draw import gear_set_figure
 from fegear.studies.trains import GearSetRef
 from fegear.train.lumped_models import LumpedModel, StiffnessSource
@@ -130,8 +129,3 @@ def test_single_planets_that_differ_are_listed():
     assert any(
         "planet-2" in str(part) and "Mass" in str(part) for part in result.page()
     )
-
-
-def test_dynamics_refuses_a_carrier():
-    with pytest.raises(InputError, match="fegear dynamics has no planet carrier yet"):
-        fegear.run(fegear.Dynamics(gear_set=GearSetRef(name=SET), speeds=(1000.0,)))
