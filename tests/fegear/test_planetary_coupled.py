@@ -22,6 +22,7 @@ def system_of(number, without=(), translations=True, **edits):
     return lumped_system(load_gear_set(SET, changes), 60.0, model)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("translations", [False, True])
 def test_without_its_parts_it_has_the_frequencies_of_model_1(translations):
     """What is left of the difference is the tangent of the loaded teeth."""
@@ -50,6 +51,7 @@ def test_frequencies_of_equal_planets_come_in_pairs():
     assert (gaps < 1e-6).sum() == 6  # of translational modes of three planets
 
 
+@pytest.mark.slow
 def test_transmission_errors_at_rest_are_those_of_the_tables():
     """Each mesh alone; that of the ring varies by 0.2 um only, which is 2.5 % off."""
     model = LumpedModel(
