@@ -65,8 +65,8 @@ def with_efficiency(
     """A train whose output torque is lowered by what its meshes lose."""
     if gear_set.carrier is not None:
         raise InputError(
-            f"{gear_set.name}: torque of the input with friction; not of planetary "
-            "sets yet, whose torque is nominal"
+            "torque_of = input; a planetary set has the nominal torque alone, use "
+            "nominal"
         )
     out = power_path(gear_set).out
     gears = list(train.gears)
