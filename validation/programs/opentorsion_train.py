@@ -1,0 +1,114 @@
+"""Trains in openTorsion: natural frequencies, and the response to transmission error.
+
+    python -m validation.programs.opentorsion_train FOLDER
+
+openTorsion is linear with a constant stiffness of each mesh, as model 2 of fegear.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.programs.comparison import (
+    ComparedValue,
+    compare_motions,
+    run_comparison,
+)
+from validation.programs.export_files import LINEAR
+from validation.programs.exported_pair import (
+    Array,
+    ExportedPair,
+    Motion,
+    read_motion,
+    read_pair,
+)
+
+FREQUENCY_TOLERANCE, MOTION_TOLERANCE = 1e-6, 1.0  # %
+
+
+def build_assembly(
+    inertia: Array, radii: Array, mesh_stiffness: Array, damping: float = 0.0
+) -> Any:
+    """Gears in a row, of which each drives the next.
+
+    radii : (m, 2), of the driver and the driven gear of each mesh
+    damping : viscous, along the line of action of each mesh [N s/m]
+    """
+    from opentorsion import Assembly, Disk, ElasticGear
+
+    discs = [Disk(node, value) for node, value in enumerate(inertia)]
+    gears = [ElasticGear(0, 0.0, radii[0, 0])]
+    for m, (k, (driver, driven)) in enumerate(zip(mesh_stiffness, radii, strict=True)):
+        at_driver = driver**2  # stiffness is that of the driver's rotation [N m/rad]
+        gears.append(
+            ElasticGear(
+                m + 1,
+                0.0,
+                driven,
+                k=k * at_driver,
+                c=damping * at_driver,
+                parent=gears[-1],
+            )
+        )
+    return Assembly([], discs, elastic_gear_elements=gears)
+
+
+def natural_frequencies(assembly: Any) -> Array:
+    """Without the free rotation [Hz]."""
+    squares, _ = assembly.undamped_modal_analysis()
+    return np.sqrt(np.sort(np.real(squares))[1:]) / (2.0 * np.pi)
+
+
+def forced_motion(pair: ExportedPair, assembly: Any, mesh_frequency: float) -> Motion:
+    """The steady motion under the load and the static transmission error."""
+    lines = np.fft.rfft(pair.static_error)[1:] * 2.0 / pair.static_error.size
+    lines[-1] *= 0.5  # half of the sampling rate
+    angular = 2.0 * np.pi * mesh_frequency * np.arange(1, lines.size + 1)
+    torque = pair.mean_stiffness * pair.base_radius[:, None] * lines
+    rotation, _ = assembly.ss_response(torque, angular)
+    time = np.arange(pair.position.size + 1) / (pair.position.size * mesh_frequency)
+    waves = np.exp(1j * np.outer(angular, time))
+    static = pair.base_radius @ pair.static_rotation
+    deflection = static + np.real((pair.base_radius @ rotation) @ waves)
+    error = np.append(pair.static_error, pair.static_error[0]) - np.mean(
+        pair.static_error
+    )
+    return Motion(time, deflection, pair.mean_stiffness * (deflection - error))
+
+
+def compare(folder: Path) -> list[ComparedValue]:
+    """Natural frequencies of a train of three gears, and a forced motion of a pair."""
+    idler = np.load(folder / "idler.npz")
+    rows = np.abs(idler["mesh_vectors"])
+    radii = np.array([row[m : m + 2] for m, row in enumerate(rows)])
+    train = build_assembly(
+        np.diag(idler["M"]), radii, idler["mesh_stiffness_N_per_m"]
+    )
+    ours = idler["natural_frequency_Hz"][1:]
+    frequencies = [
+        ComparedValue(
+            f"liu-idler: natural frequency {i + 1}",
+            "Hz",
+            *map(float, both),
+            tolerance=FREQUENCY_TOLERANCE,
+        )
+        for i, both in enumerate(zip(ours, natural_frequencies(train), strict=True))
+    ]
+    pair = read_pair(folder)
+    assembly = build_assembly(
+        pair.inertia,
+        pair.base_radius[None, :],
+        np.array([pair.mean_stiffness]),
+        pair.damping,
+    )
+    theirs = forced_motion(pair, assembly, LINEAR)
+    motion = read_motion(folder, LINEAR, model=2)
+    label = f"liu-pair, {LINEAR} Hz"
+    return [*frequencies, *compare_motions(label, motion, theirs, MOTION_TOLERANCE)]
+
+
+if __name__ == "__main__":
+    run_comparison(__doc__ or "", compare, ("opentorsion", "numpy", "scipy"))
