@@ -27,19 +27,29 @@ from validation.programs.exported_pair import (
 )
 
 FREQUENCY_TOLERANCE, MOTION_TOLERANCE = 1e-6, 1.0  # %
+GROUND_INERTIA = 1e9  # of what turns uniformly [kg m2]
 
 
 def build_assembly(
-    inertia: Array, radii: Array, mesh_stiffness: Array, damping: float = 0.0
+    inertia: Array,
+    radii: Array,
+    mesh_stiffness: Array,
+    ground_stiffness: Array,
+    damping: float = 0.0,
 ) -> Any:
     """Gears in a row, of which each drives the next.
 
     radii : (m, 2), of the driver and the driven gear of each mesh
+    ground_stiffness : of shafts from the gears to what turns uniformly [N m/rad]
     damping : viscous, along the line of action of each mesh [N s/m]
     """
-    from opentorsion import Assembly, Disk, ElasticGear
+    from opentorsion import Assembly, Disk, ElasticGear, Shaft
 
     discs = [Disk(node, value) for node, value in enumerate(inertia)]
+    ground = len(discs)
+    shafts = [Shaft(i, ground, k=k) for i, k in enumerate(ground_stiffness) if k > 0.0]
+    if shafts:
+        discs.append(Disk(ground, GROUND_INERTIA))
     gears = [ElasticGear(0, 0.0, radii[0, 0])]
     for m, (k, (driver, driven)) in enumerate(zip(mesh_stiffness, radii, strict=True)):
         at_driver = driver**2  # stiffness is that of the driver's rotation [N m/rad]
@@ -53,7 +63,7 @@ def build_assembly(
                 parent=gears[-1],
             )
         )
-    return Assembly([], discs, elastic_gear_elements=gears)
+    return Assembly(shafts, discs, elastic_gear_elements=gears)
 
 
 def natural_frequencies(assembly: Any) -> Array:
@@ -82,12 +92,12 @@ def forced_motion(pair: ExportedPair, assembly: Any, mesh_frequency: float) -> M
 def compare(folder: Path) -> list[ComparedValue]:
     """Natural frequencies of a train of three gears, and a forced motion of a pair."""
     idler = np.load(folder / "idler.npz")
-    rows = np.abs(idler["mesh_vectors"])
-    radii = np.array([row[m : m + 2] for m, row in enumerate(rows)])
-    train = build_assembly(
-        np.diag(idler["M"]), radii, idler["mesh_stiffness_N_per_m"]
-    )
-    ours = idler["natural_frequency_Hz"][1:]
+    rows, stiffness = idler["mesh_vectors"], idler["mesh_stiffness_N_per_m"]
+    radii = np.array([np.abs(row[m : m + 2]) for m, row in enumerate(rows)])
+    ground = np.diag(idler["K"] - rows.T @ (stiffness[:, None] * rows))
+    ground = np.where(ground > 1e-9 * np.diag(idler["K"]), ground, 0.0)
+    train = build_assembly(np.diag(idler["M"]), radii, stiffness, ground)
+    ours = idler["natural_frequency_Hz"]
     frequencies = [
         ComparedValue(
             f"liu-idler: natural frequency {i + 1}",
@@ -102,6 +112,7 @@ def compare(folder: Path) -> list[ComparedValue]:
         pair.inertia,
         pair.base_radius[None, :],
         np.array([pair.mean_stiffness]),
+        np.zeros(2),
         pair.damping,
     )
     theirs = forced_motion(pair, assembly, LINEAR)

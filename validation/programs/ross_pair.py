@@ -63,6 +63,7 @@ def build_rotors(pair: ExportedPair) -> Any:
             for n in range(2)
         ]
         rotors.append(ross.Rotor([shaft], [gear], bearings))
+
     class DampedRotor(ross.MultiRotor):
         """Two rotors with damping between the teeth."""
 
