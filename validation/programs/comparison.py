@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.programs.exported_pair import Array, Motion
+from validation.programs.exported_pair import Motion
 
 RECORDED = Path(__file__).with_name("recorded")
 
@@ -65,12 +65,15 @@ def compare_motions(
             "largest distance": (0.0, distance, float(np.ptp(one))),
         }
         rows += [
-            ComparedValue(f"{label}: {name}, {measure}", unit, *of_both, tolerance)
-            for measure, of_both in values.items()
+            ComparedValue(f"{label}: {name}, {measure}", unit, a, b, scale, tolerance)
+            for measure, (a, b, scale) in values.items()
         ]
     lost = [100.0 * float(np.mean(m.force[:-1] <= 0.0)) for m in (ours, theirs)]
     if any(lost):
-        rows.append(ComparedValue(f"{label}: contact lost", "% of time", *lost, 100.0))
+        lost_time = ComparedValue(
+            f"{label}: contact lost", "% of time", lost[0], lost[1], 100.0
+        )
+        rows.append(lost_time)
     return rows
 
 

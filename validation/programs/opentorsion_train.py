@@ -102,7 +102,8 @@ def compare(folder: Path) -> list[ComparedValue]:
         ComparedValue(
             f"liu-idler: natural frequency {i + 1}",
             "Hz",
-            *map(float, both),
+            float(both[0]),
+            float(both[1]),
             tolerance=FREQUENCY_TOLERANCE,
         )
         for i, both in enumerate(zip(ours, natural_frequencies(train), strict=True))

@@ -67,7 +67,7 @@ def build_rotors(pair: ExportedPair) -> Any:
     class DampedRotor(ross.MultiRotor):
         """Two rotors with damping between the teeth."""
 
-        def C(self, frequency: float) -> Array:  # noqa: N802
+        def C(self, frequency: float) -> Array:
             gears = self.mesh.driving_gear, self.mesh.driven_gear
             dofs = [i for gear in gears for i in gear.dof_global_index.values()]
             matrix = super().C(frequency)
@@ -133,7 +133,7 @@ def parting_force(
 
 
 def compare(folder: Path) -> list[ComparedValue]:
-    """Rows in permanent contact, and with contact loss by a mesh that pulls or parts."""
+    """Rows in permanent contact, and with contact loss by a mesh that pulls."""
     pair = read_pair(folder)
     cases = (
         (LINEAR, 128, False, TOLERANCE),
