@@ -2,8 +2,8 @@
 
     python -m validation.programs.fmu_pair FOLDER
 
-The inertias are here: each step gives angles and speeds to the FMU and takes its torques
-back, by the explicit trapezoidal rule.
+The inertias are here: each step gives angles and speeds to the FMU, and takes its
+torques back for a step of second order.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fegear
-from validation.programs import exudyn_pair, opentorsion_train
+from validation.programs import exudyn_pair, fmu_pair, opentorsion_train
 from validation.programs.comparison import (
     ComparedValue,
     compare_motions,
@@ -17,10 +17,10 @@ from validation.programs.comparison import (
     recorded_page,
     recorded_rows,
 )
-from validation.programs.export_files import write_files
+from validation.programs.export_files import FMU, LINEAR, write_files
 from validation.programs.exported_pair import ExportedPair, Motion, read_pair
 
-RECORDED = "exudyn", "opentorsion", "ross"
+RECORDED = "exudyn", "opentorsion", "ross", "fmu"
 
 
 @pytest.fixture(scope="module")
@@ -112,3 +112,19 @@ def test_a_pair_is_read_from_the_files_of_two_commands(tmp_path):
     reduced = 1.0 / float(np.sum(pair.base_radius**2 / pair.inertia))
     expected = 2.0 * 0.04 * math.sqrt(pair.mean_stiffness * reduced)
     assert pair.damping == pytest.approx(expected)
+
+
+@pytest.mark.slow
+def test_fmpy_gives_our_motion_and_converges(exported):
+    pytest.importorskip("fmpy")
+    pytest.importorskip("pythonfmu")
+    require_met(fmu_pair.compare(exported), recorded_rows("fmu"))
+    pair, path = read_pair(exported), exported / FMU
+    motions = [
+        fmu_pair.simulate_pair(path, pair, LINEAR, steps)
+        for steps in (64, 128, 256, 512)
+    ]
+    waves = [motion.deflection[:: motion.time.size // 64] for motion in motions]
+    errors = [float(np.abs(wave - waves[-1]).max()) for wave in waves[:-1]]
+    assert errors[1] < errors[0] / 3.0  # second order: 4 against the exact motion
+    assert errors[2] < errors[1] / 3.0
