@@ -22,7 +22,7 @@ from lumped.train.excitation import MeshExcitation
 from lumped.train.waves import Wave
 
 PROGRAM = Path(__file__).with_name("gear_mesh.py")
-MODEL = "GearMesh"  # class of the program, name of the libraries
+MODEL = "GearMesh"  # name of the model and of its libraries
 OLDEST_DATE = (1980, 1, 1, 0, 0, 0)  # of an archive, so that equal meshes are equal
 # exponents of base units
 BASE_UNITS = {
@@ -128,9 +128,9 @@ def model_description(data: bytes, program: bytes) -> bytes:
     """The description in XML that pythonfmu gives, with units and without a date."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "mesh.json").write_bytes(data)
-        from fegear.fmu.gear_mesh import UNITS, GearMesh
+        from fegear.fmu.gear_mesh import UNITS, GearMeshUnit
 
-        root = GearMesh(instance_name="description", resources=folder).to_xml()
+        root = GearMeshUnit(instance_name="description", resources=folder).to_xml()
     digest = hashlib.sha256(data + program).hexdigest()
     tool = root.attrib["generationTool"]
     root.set("guid", str(uuid.uuid5(uuid.NAMESPACE_OID, digest)))
@@ -139,9 +139,18 @@ def model_description(data: bytes, program: bytes) -> bytes:
     root.insert(1, unit_definitions(sorted(set(UNITS.values()))))
     for variable in root.iter("ScalarVariable"):
         variable[0].set("unit", UNITS[variable.attrib["name"]])
+    add_initial_unknowns(root)
     ElementTree.indent(root)
     text: bytes = ElementTree.tostring(root, "utf-8", xml_declaration=True)
     return text
+
+
+def add_initial_unknowns(root: ElementTree.Element) -> None:
+    """Say that all outputs follow from inputs at the start as well."""
+    for structure in root.iter("ModelStructure"):
+        initial = ElementTree.SubElement(structure, "InitialUnknowns")
+        for unknown in [*structure.iter("Unknown")]:
+            ElementTree.SubElement(initial, "Unknown", dict(unknown.attrib))
 
 
 def unit_definitions(units: list[str]) -> ElementTree.Element:

@@ -52,13 +52,14 @@ def wave_value(wave: dict[str, Any], position: float) -> float:
     return float(value + offsets[pitch % len(offsets)] if offsets else value)
 
 
-class GearMesh(Fmi2Slave):
+class GearMeshUnit(Fmi2Slave):
     """Two gears in mesh; the inertias belong to the program that simulates."""
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
         text = (Path(str(self.resources)) / "mesh.json").read_text("utf-8")
         self.mesh = json.loads(text)
+        self.modelName = "GearMesh"
         self.description = self.mesh["description"]
         self.radii, self.teeth = self.mesh["base_radii"], self.mesh["driver_teeth"]
         backlash = self.mesh["backlash"]

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.programs.exported_pair import Motion
+from validation.programs.exported_pair import MeshMotion
 
 RECORDED = Path(__file__).with_name("recorded")
 
@@ -48,7 +48,7 @@ Rows = Sequence[ComparedValue]
 
 
 def compare_motions(
-    label: str, ours: Motion, theirs: Motion, tolerance: float | None
+    label: str, ours: MeshMotion, theirs: MeshMotion, tolerance: float | None
 ) -> list[ComparedValue]:
     """Measures of two motions over a period, and the largest distance of both.
 

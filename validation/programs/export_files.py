@@ -1,6 +1,6 @@
 """The files of fegear that the comparisons read; they are written into a folder.
 
-    python -m validation.programs.export_files FOLDER
+    python -m validation.programs.export_files files
 
 Every file is that of a command, which is printed before it runs.
 """

@@ -62,7 +62,7 @@ class ExportedPair:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class MeshMotion:
     """A period of the mesh: times (n,) [s], deflection [m] and tooth force [N]."""
 
     time: Array
@@ -92,11 +92,11 @@ def read_pair(folder: Path) -> ExportedPair:
     )
 
 
-def read_motion(folder: Path, speed: float, model: int = 3) -> Motion:
+def read_motion(folder: Path, speed: float, model: int = 3) -> MeshMotion:
     """The motion of the first mesh at a mesh frequency [Hz]."""
     _, columns = read_csv(folder / f"motion-{speed:g}-model{model}.csv")
     names = "time_s", "mesh1_dte_m", "mesh1_force_N"
-    return Motion(*(columns[name] for name in names))
+    return MeshMotion(*(columns[name] for name in names))
 
 
 def read_csv(path: Path) -> tuple[dict[str, str], dict[str, Array]]:

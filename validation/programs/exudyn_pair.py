@@ -1,6 +1,6 @@
 """A pair of gears in Exudyn: two bodies that rotate and a spring with our table.
 
-    python -m validation.programs.exudyn_pair FOLDER
+    python -m validation.programs.exudyn_pair files
 
 Both bodies turn; the spring takes its stiffness from the rotation of the driver.
 """
@@ -20,7 +20,7 @@ from validation.programs.comparison import (
 from validation.programs.export_files import LINEAR, NONLINEAR
 from validation.programs.exported_pair import (
     ExportedPair,
-    Motion,
+    MeshMotion,
     read_motion,
     read_pair,
 )
@@ -31,7 +31,7 @@ TOLERANCE = 1.0  # %
 
 def simulate_pair(
     pair: ExportedPair, mesh_frequency: float, nominal: bool = False
-) -> Motion:
+) -> MeshMotion:
     """The last period of the mesh [Hz] by Exudyn, from rest under the mean load.
 
     nominal : take the stiffness at the nominal rotation, as the models of fegear do,
@@ -55,7 +55,7 @@ def simulate_pair(
     deflection = pair.base_radius @ rotation
     turned = rotation[0] if rate is None else rate * time
     force = [pair.force(*at) for at in zip(turned, deflection, strict=True)]
-    return Motion(time - time[0], deflection, np.array(force))
+    return MeshMotion(time - time[0], deflection, np.array(force))
 
 
 def add_gears(mbs: Any, pair: ExportedPair, mesh_frequency: float) -> list[Any]:

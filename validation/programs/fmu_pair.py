@@ -1,6 +1,6 @@
 """A pair of gears whose mesh is an FMU, simulated by FMPy.
 
-    python -m validation.programs.fmu_pair FOLDER
+    python -m validation.programs.fmu_pair files
 
 The inertias are here: each step gives angles and speeds to the FMU, and takes its
 torques back for a step of second order.
@@ -24,7 +24,7 @@ from validation.programs.export_files import FMU, LINEAR
 from validation.programs.exported_pair import (
     Array,
     ExportedPair,
-    Motion,
+    MeshMotion,
     read_motion,
     read_pair,
 )
@@ -84,7 +84,7 @@ def running_mesh(path: Path, rates: Array) -> Iterator[RunningMesh]:
 
 def simulate_pair(
     path: Path, pair: ExportedPair, mesh_frequency: float, steps: int
-) -> Motion:
+) -> MeshMotion:
     """The last period of the mesh [Hz], with so many steps in each."""
     step = 1.0 / (steps * mesh_frequency)
     load, rates = SENSE * pair.load, SENSE * pair.rotation_rates(mesh_frequency)
@@ -106,11 +106,11 @@ def simulate_pair(
             before = acceleration(angle, speed)
             mesh.slave.doStep(number * step, step)
     deflection, force = np.array(rows).T
-    return Motion(step * np.arange(steps + 1), deflection, force)
+    return MeshMotion(step * np.arange(steps + 1), deflection, force)
 
 
 def forces_at(
-    path: Path, pair: ExportedPair, mesh_frequency: float, motion: Motion
+    path: Path, pair: ExportedPair, mesh_frequency: float, motion: MeshMotion
 ) -> Array:
     """Forces (n,) of the FMU at the rotations and deflections of a motion."""
     rates = SENSE * pair.rotation_rates(mesh_frequency)

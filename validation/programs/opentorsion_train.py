@@ -1,6 +1,6 @@
 """Trains in openTorsion: natural frequencies, and the response to transmission error.
 
-    python -m validation.programs.opentorsion_train FOLDER
+    python -m validation.programs.opentorsion_train files
 
 openTorsion is linear with a constant stiffness of each mesh, as model 2 of fegear.
 """
@@ -21,7 +21,7 @@ from validation.programs.export_files import LINEAR
 from validation.programs.exported_pair import (
     Array,
     ExportedPair,
-    Motion,
+    MeshMotion,
     read_motion,
     read_pair,
 )
@@ -72,7 +72,9 @@ def natural_frequencies(assembly: Any) -> Array:
     return np.sqrt(np.sort(np.real(squares))[1:]) / (2.0 * np.pi)
 
 
-def forced_motion(pair: ExportedPair, assembly: Any, mesh_frequency: float) -> Motion:
+def forced_motion(
+    pair: ExportedPair, assembly: Any, mesh_frequency: float
+) -> MeshMotion:
     """The steady motion under the load and the static transmission error."""
     lines = np.fft.rfft(pair.static_error)[1:] * 2.0 / pair.static_error.size
     lines[-1] *= 0.5  # half of the sampling rate
@@ -86,7 +88,7 @@ def forced_motion(pair: ExportedPair, assembly: Any, mesh_frequency: float) -> M
     error = np.append(pair.static_error, pair.static_error[0]) - np.mean(
         pair.static_error
     )
-    return Motion(time, deflection, pair.mean_stiffness * (deflection - error))
+    return MeshMotion(time, deflection, pair.mean_stiffness * (deflection - error))
 
 
 def compare(folder: Path) -> list[ComparedValue]:

@@ -1,6 +1,6 @@
 """A pair of gears in ROSS: two short rotors and a mesh with our table.
 
-    python -m validation.programs.ross_pair FOLDER
+    python -m validation.programs.ross_pair files
 
 It needs an environment of its own, without fegear, whose figures need another plotly:
 
@@ -29,7 +29,7 @@ from validation.programs.export_files import LINEAR, NONLINEAR
 from validation.programs.exported_pair import (
     Array,
     ExportedPair,
-    Motion,
+    MeshMotion,
     read_motion,
     read_pair,
 )
@@ -88,7 +88,7 @@ def build_rotors(pair: ExportedPair) -> Any:
 
 def simulate_pair(
     pair: ExportedPair, mesh_frequency: float, steps: int, may_separate: bool
-) -> Motion:
+) -> MeshMotion:
     """The last period of the mesh [Hz] by ROSS.
 
     steps : per period
@@ -116,7 +116,7 @@ def simulate_pair(
     deflection = response.yout[-steps - 1 :] @ row
     stiffness = np.array([pair.stiffness_at(x) for x in rate * time[-steps - 1 :]])
     shown = np.maximum(deflection, 0.0) if may_separate else deflection
-    return Motion(time[: steps + 1], deflection, stiffness * shown)
+    return MeshMotion(time[: steps + 1], deflection, stiffness * shown)
 
 
 def parting_force(

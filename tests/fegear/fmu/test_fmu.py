@@ -19,7 +19,7 @@ from lumped.train.waves import wave_from_samples
 
 pytest.importorskip("pythonfmu")
 from fegear.fmu.build import FmuMesh, wave_data, write_fmu
-from fegear.fmu.gear_mesh import INPUTS, OUTPUTS, PARAMETERS, GearMesh, wave_value
+from fegear.fmu.gear_mesh import INPUTS, OUTPUTS, PARAMETERS, GearMeshUnit, wave_value
 
 BACKLASH, DAMPING = 50e-6, 800.0  # m, N s/m
 
@@ -46,10 +46,10 @@ def random_mesh(seed: int = 1, backlash: float = BACKLASH) -> FmuMesh:
     )
 
 
-def running(mesh: FmuMesh, folder) -> GearMesh:
+def running(mesh: FmuMesh, folder) -> GearMeshUnit:
     """The program of the FMU, as the loader starts it."""
     (folder / "mesh.json").write_text(json.dumps(mesh.data))
-    return GearMesh(instance_name="mesh", resources=str(folder))
+    return GearMeshUnit(instance_name="mesh", resources=str(folder))
 
 
 def lumped_force(mesh: FmuMesh, position: float, deflection: float) -> float:

@@ -18,7 +18,7 @@ from validation.programs.comparison import (
     recorded_rows,
 )
 from validation.programs.export_files import FMU, LINEAR, write_files
-from validation.programs.exported_pair import ExportedPair, Motion, read_pair
+from validation.programs.exported_pair import ExportedPair, MeshMotion, read_pair
 
 RECORDED = "exudyn", "opentorsion", "ross", "fmu"
 
@@ -80,10 +80,10 @@ def test_rows_are_recorded_and_read_back(tmp_path):
 def test_equal_motions_do_not_differ():
     time = np.linspace(0.0, 1.0, 9)
     wave = 2.0 + np.sin(2.0 * np.pi * time)
-    motion = Motion(time, 1e-6 * wave, wave)
+    motion = MeshMotion(time, 1e-6 * wave, wave)
     rows = compare_motions("m", motion, motion, 1e-9)
     assert [row.difference for row in rows] == [0.0] * 6
-    shifted = Motion(time, 1e-6 * wave + 2e-7, wave - 2.5)
+    shifted = MeshMotion(time, 1e-6 * wave + 2e-7, wave - 2.5)
     rows = compare_motions("m", motion, shifted, None)
     values = {row.quantity: row.difference for row in rows}
     assert values["m: deflection, largest distance"] == pytest.approx(10.0)
