@@ -1,8 +1,8 @@
 """A figure of the motions of Exudyn and of ROSS beside ours.
 
-    python -m validation.programs.draw_motions files PROGRAM -o motions.png
+    python -m validation.programs.draw_motions files exudyn -o motions.png
 
-PROGRAM is exudyn or ross, which must be installed, and matplotlib with it.
+The program, exudyn or ross, must be installed, and matplotlib with it.
 """
 
 from __future__ import annotations
