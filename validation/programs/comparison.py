@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.programs.exported_pair import MeshMotion
+from validation.programs.exported_pair import Array, MeshMotion
 
 RECORDED = Path(__file__).with_name("recorded")
 
@@ -60,7 +60,7 @@ def compare_motions(
         at_our_times = np.interp(ours.time, theirs.time, other)
         distance = float(np.abs(at_our_times - one).max())
         values = {
-            "mean": (float(np.mean(one[:-1])), float(np.mean(other[:-1])), None),
+            "mean": (_mean(ours.time, one), _mean(theirs.time, other), None),
             "peak to peak": (float(np.ptp(one)), float(np.ptp(other)), None),
             "largest distance": (0.0, distance, float(np.ptp(one))),
         }
@@ -68,13 +68,18 @@ def compare_motions(
             ComparedValue(f"{label}: {name}, {measure}", unit, a, b, scale, tolerance)
             for measure, (a, b, scale) in values.items()
         ]
-    lost = [100.0 * float(np.mean(m.force[:-1] <= 0.0)) for m in (ours, theirs)]
+    lost = [100.0 * _mean(m.time, 1.0 * (m.force <= 0.0)) for m in (ours, theirs)]
     if any(lost):
         lost_time = ComparedValue(
             f"{label}: contact lost", "% of time", lost[0], lost[1], 100.0
         )
         rows.append(lost_time)
     return rows
+
+
+def _mean(time: Array, values: Array) -> float:
+    """Mean over a period whose steps may differ."""
+    return float(np.trapezoid(values, time) / (time[-1] - time[0]))
 
 
 def format_rows(rows: Rows) -> str:
