@@ -67,7 +67,7 @@ def build_assembly(
 
 
 def natural_frequencies(assembly: Any) -> Array:
-    """Without the free rotation [Hz]."""
+    """Natural frequencies without that of the free rotation [Hz]."""
     squares, _ = assembly.undamped_modal_analysis()
     return np.sqrt(np.sort(np.real(squares))[1:]) / (2.0 * np.pi)
 
