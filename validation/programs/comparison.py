@@ -68,7 +68,10 @@ def compare_motions(
             ComparedValue(f"{label}: {name}, {measure}", unit, a, b, scale, tolerance)
             for measure, (a, b, scale) in values.items()
         ]
-    lost = [100.0 * _mean(m.time, 1.0 * (m.force <= 0.0)) for m in (ours, theirs)]
+    lost = [
+        100.0 * _mean(m.time, (m.force <= 0.0).astype(np.float64))
+        for m in (ours, theirs)
+    ]
     if any(lost):
         lost_time = ComparedValue(
             f"{label}: contact lost", "% of time", lost[0], lost[1], 100.0

@@ -34,7 +34,7 @@ def motions_of(program: str, folder: Path, speed: float) -> Motions:
     return motions
 
 
-def draw_motions(ours: dict[float, MeshMotion], theirs: dict[float, Motions]) -> Figure:
+def draw_motions(ours: dict[int, MeshMotion], theirs: dict[int, Motions]) -> Figure:
     """Deflection over a mesh period, a panel for each mesh frequency [Hz]."""
     from matplotlib.figure import Figure
 

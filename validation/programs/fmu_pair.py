@@ -106,7 +106,8 @@ def simulate_pair(
             before = acceleration(angle, speed)
             mesh.slave.doStep(number * step, step)
     deflection, force = np.array(rows).T
-    return MeshMotion(step * np.arange(steps + 1), deflection, force)
+    time = np.arange(steps + 1, dtype=np.float64) * step
+    return MeshMotion(time, deflection, force)
 
 
 def forces_at(
