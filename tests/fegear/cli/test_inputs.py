@@ -494,6 +494,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": swap(EXPORT, "m.json", "m.npz"),
         "SET": swap(EXPORT, "SET", "OTHER"),
         "--torque": plus(EXPORT, "--torque 200"),
+        "--mesh": plus(EXPORT, "--mesh 1", refused=True),  # m.json has all meshes
         "--set": plus(EXPORT, "--set gear.1.inertia_kg_m2=1e-3"),
         "--translations": plus(EXPORT, "--translations", TRAIN),
         "--damping": plus(EXPORT, "--damping 0.1"),
