@@ -348,6 +348,7 @@ BASE = {
     "stiffness": ("SET --resolution coarse --positions 2", 6),
     "compare": ("SET", 2),
     "relief": ("SET --resolution coarse --positions 4 --starts 1", 2),
+    "tolerances": ("SET --resolution coarse --positions 4 --samples 10", 2),
     "mesh": ("SET --resolution coarse --output out.vtu", 2),
     "dynamics": ("SET --resolution coarse --fidelity quasistatic --speeds 3000", 2),
     "identify": ("SET --resolution coarse", 1),

@@ -25,6 +25,7 @@ from fegear.contact.problem import (
     workspace,
 )
 from fegear.gearset.model import FlankProfile
+from meshes import GearPair
 
 Array = NDArray[np.float64]
 
@@ -120,11 +121,15 @@ def solve_variants(
 
 def _move_centers(mesh: Any, problem: ContactProblem, increase: float) -> None:
     """Line of action and pitch point of the gears at another centre distance."""
-    pair = problem.pair
+    one, two = problem.pair.driver.base_radius, problem.pair.driven.base_radius
+    mesh.line_of_action = line_of_action(problem.pair, increase)
+    mesh.pitch_point = mesh.line_of_action * one / (one + two)
+
+
+def line_of_action(pair: GearPair, increase: float) -> float:
+    """Length of the line of action at a centre distance that is larger by so much."""
     bases = pair.driver.base_radius + pair.driven.base_radius
-    distance = pair.center_distance + increase
-    mesh.line_of_action = math.sqrt(distance**2 - bases**2)
-    mesh.pitch_point = mesh.line_of_action * pair.driver.base_radius / bases
+    return math.sqrt((pair.center_distance + increase) ** 2 - bases**2)
 
 
 def _require_solved(status: NDArray[np.int64]) -> None:

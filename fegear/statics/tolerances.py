@@ -8,15 +8,17 @@ Deviations are random and independent:
   teeth add up from the tooth of the reference pair on;
 - centre distance.
 
-To first order, the transmission error at every position is linear in the deviations.
-Its derivatives by slope, form and pitch follow from the contact solution (see
-`fegear.statics.best_relief`); that by the centre distance is a difference.
+To first order, the transmission error at every position, and the gap of every tooth
+pair, is linear in the deviations. Peak to peak and stiffness follow from these lines:
+they have kinks where two positions, or two gaps, are equal, so that their own
+derivatives would say little. The derivatives of the transmission error by slope, form and pitch follow from the contact solution (see
+`fegear.statics.best_relief`); those by the centre distance are differences.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -28,9 +30,12 @@ from fegear.contact.problem import ContactProblem, candidate_pairs, solve_cycle
 from fegear.contact.variants import (
     VariantContact,
     Variants,
+    line_of_action,
     solve_variants,
     with_profiles,
 )
+from meshes import GearPair
+from meshes.pairing import undercut_end
 
 Array = NDArray[np.float64]
 Distribution = Literal["normal", "uniform"]
@@ -42,12 +47,10 @@ PROFILE = (
 PITCH = "driver_single_pitch", "driven_single_pitch"
 CENTER = "center_distance"
 SOURCES = (*PROFILE, CENTER, *PITCH)  # of deviations
-MEAN_STIFFNESS, PEAK_TO_PEAK, LARGEST_LOAD = (
-    *("mean_stiffness_N_per_m", "ste_peak_to_peak_m"),
-    "largest_pair_load_N",
-)
-QUANTITIES = MEAN_STIFFNESS, PEAK_TO_PEAK, LARGEST_LOAD
-GRADIENT_STEP = 1e-3  # over the standard deviation
+MEAN_STIFFNESS, PEAK_TO_PEAK = "mean_stiffness_N_per_m", "ste_peak_to_peak_m"
+QUANTITIES = MEAN_STIFFNESS, PEAK_TO_PEAK
+NO_FLANK_GAP = 1.0  # [m], of a tooth pair whose flanks do not face each other
+MIN_STEP = 1e-9  # of differences, where a deviation is 0 [m]
 
 
 def std_over_limit(distribution: Distribution) -> float:
@@ -159,117 +162,67 @@ class ToleranceProblem:
         """Torque over the driver's base radius [N]."""
         return self.torque / self.contact.pair.driver.base_radius
 
-    def quantities(self, contact: VariantContact) -> dict[str, Array]:
-        """What is distributed, of s pairs of gears (s,)."""
-        deflection = contact.ste - contact.no_load
+    def quantities(self, ste: Array, no_load: Array) -> dict[str, Array]:
+        """What is distributed (s,), from transmission errors (s, n) [m]."""
         return {
-            MEAN_STIFFNESS: (self.mesh_force / deflection).mean(axis=1),
-            PEAK_TO_PEAK: np.ptp(contact.ste, axis=1),
-            LARGEST_LOAD: contact.load.max(axis=(1, 2)),
+            MEAN_STIFFNESS: (self.mesh_force / (ste - no_load)).mean(axis=1),
+            PEAK_TO_PEAK: np.ptp(ste, axis=1),
         }
 
     def lost_contact(self, contact: VariantContact) -> NDArray[np.bool_]:
         """Whether a tooth pair on the path of contact carries no load, (s,)."""
-        facing = on_path(self.contact.pair, self.position[:, None] + self.teeth)
-        return np.asarray(((contact.load == 0.0) & facing).any(axis=(1, 2)))
+        nominal = on_path(self.contact.pair, self.position[:, None] + self.teeth)
+        return np.asarray(((contact.load == 0.0) & nominal).any(axis=(1, 2)))
 
 
 @dataclass(frozen=True)
-class FirstOrder:
+class LinearContact:
     """The contact as a linear function of the deviations from the nominal pair.
 
-    nominal : of one pair of gears
-    ste_slope : (n, v) derivatives of the transmission error
-    gap_slope : (n, k, v) of the gap of each tooth pair; load_slope : of its load [N/m]
+    ste, gap : of the nominal pair (n,), (n, k) [m]
+    ste_slope, gap_slope : derivatives (n, v), (n, k, v) by the deviations
     derivative_error : of those that the contact solution gives, against differences
     """
 
-    problem: ToleranceProblem
-    nominal: VariantContact
+    ste: Array
+    gap: Array
     ste_slope: Array
     gap_slope: Array
-    load_slope: Array
     derivative_error: float
 
-    def contact(self, deviations: Array) -> VariantContact:
-        """Linear contact of pairs of gears with deviations (s, v)."""
-        gap = self.nominal.gap + np.moveaxis(self.gap_slope @ deviations.T, -1, 0)
-        load = self.nominal.load + np.moveaxis(self.load_slope @ deviations.T, -1, 0)
-        return VariantContact(
-            ste=self.nominal.ste + deviations @ self.ste_slope.T,
-            no_load=gap.min(axis=2),
-            gap=gap,
-            load=load,
-        )
-
-    @cached_property
-    def gradients(self) -> dict[str, Array]:
-        """Derivatives (v,) of the quantities by the variables.
-
-        Where a quantity has a kink, such as a smallest gap of two equal ones, the mean
-        of both sides.
-        """
-        step = GRADIENT_STEP * np.where(self.problem.std > 0.0, self.problem.std, 1e-9)
-        values = self.problem.quantities(
-            self.contact(np.concatenate([np.diag(step), -np.diag(step)]))
-        )
-        return {
-            name: (value[: step.size] - value[step.size :]) / (2.0 * step)
-            for name, value in values.items()
-        }
-
-    @cached_property
-    def values(self) -> dict[str, float]:
-        """Quantities of the nominal pair."""
-        values = self.problem.quantities(self.nominal)
-        return {name: float(value[0]) for name, value in values.items()}
-
-    @cached_property
-    def stds(self) -> dict[str, float]:
-        """Standard deviations of the quantities."""
-        return {
-            name: float(np.linalg.norm(gradient * self.problem.std))
-            for name, gradient in self.gradients.items()
-        }
-
-    def quantile(self, name: str, probability: float) -> float:
-        """Quantile of a quantity as a Gaussian variable."""
-        from scipy.special import ndtri
-
-        return self.values[name] + float(ndtri(probability)) * self.stds[name]
-
-    def shares(self, name: str) -> dict[str, float]:
-        """Part of the variance of a quantity that comes from each of SOURCES."""
-        parts = (self.gradients[name] * self.problem.std) ** 2
-        total = parts.sum() or 1.0
-        sources = np.array(self.problem.variables)
-        return {
-            source: float(parts[sources == source].sum() / total) for source in SOURCES
-        }
+    def solve(self, deviations: Array) -> tuple[Array, Array]:
+        """Transmission error under load and without (s, n) [m] by deviations (s, v)."""
+        ste = self.ste + deviations @ self.ste_slope.T
+        no_load = np.full_like(ste, np.inf)
+        for gap, slope in zip(
+            self.gap.T, np.moveaxis(self.gap_slope, 1, 0), strict=True
+        ):
+            no_load = np.minimum(no_load, gap + deviations @ slope.T)
+        return ste, no_load
 
 
-def first_order(problem: ToleranceProblem) -> FirstOrder:
+def linear_contact(problem: ToleranceProblem) -> LinearContact:
     """Derivatives of the contact at the nominal pair of gears.
 
-    Those of loads and gaps, and all by the centre distance, are differences over a
-    standard deviation to both sides.
+    Those of gaps, and all by the centre distance, are differences over a standard
+    deviation to both sides.
     """
-    count = len(problem.variables)
-    step = np.where(problem.std > 0.0, problem.std, 1e-9)
-    around = problem.solve(np.concatenate([np.diag(step), -np.diag(step)]))
-    nominal = problem.solve(np.zeros((1, count)))
-    gap = np.where(np.isfinite(around.gap), around.gap, nominal.gap)
-    difference = _difference(around.ste, step)
+    step = np.maximum(problem.std, MIN_STEP)
+    both_sides = problem.solve(np.concatenate([np.diag(step), -np.diag(step)]))
+    nominal = problem.solve(np.zeros((1, step.size)))
+    gap = np.where(np.isfinite(both_sides.gap), both_sides.gap, nominal.gap)
+    facing = np.isfinite(nominal.gap[0])
+    gap = np.where(facing & np.isfinite(gap), gap, NO_FLANK_GAP)
+    difference = _difference(both_sides.ste, step)
     exact = _ste_slope(problem)
     is_exact = np.array([name != CENTER for name in problem.variables])
     weight = problem.std * is_exact
     change = np.linalg.norm((exact - difference) * weight)
-    return FirstOrder(
-        problem=problem,
-        nominal=replace(nominal, gap=np.where(np.isfinite(nominal.gap), nominal.gap, 1.0)),
+    return LinearContact(
+        ste=nominal.ste[0],
+        gap=np.where(facing, nominal.gap[0], NO_FLANK_GAP),
         ste_slope=np.where(is_exact, exact, difference),
-        gap_slope=_difference(np.where(np.isfinite(gap), gap, 1.0), step),
-        load_slope=_difference(around.load, step),
+        gap_slope=_difference(gap, step),
         derivative_error=float(change / (np.linalg.norm(difference * weight) or 1.0)),
     )
 
@@ -288,7 +241,37 @@ def _ste_slope(problem: ToleranceProblem) -> Array:
     contact = with_profiles(problem.contact)
     cycle = solve_cycle(contact, problem.torque, problem.position)
     by_crowning, by_slope = np.moveaxis(cycle.profile_slope[0], -1, 0)
-    by_gap = cycle.load_slope / (cycle.load_slope * cycle.closing).sum(-1, keepdims=True)
+    by_gap = cycle.load_slope / (cycle.load_slope * cycle.closing).sum(
+        -1, keepdims=True
+    )
     by_pitch = by_gap[0] @ problem.pitch_sums.T
     center = np.zeros((problem.position.size, 1))
     return np.concatenate([by_slope, by_crowning, center, by_pitch, by_pitch], axis=1)
+
+
+def total_effects(
+    problem: ToleranceProblem, linear: LinearContact, count: int, seed: int
+) -> dict[str, dict[str, float]]:
+    """Part of the variance of each quantity in which each of SOURCES takes part.
+
+    Total effects of Sobol, by the estimator of Jansen (1999), of the linear contact:
+    parts in which several take part count for each of them. By quantity and source.
+    """
+    one, other = problem.sample(count, seed), problem.sample(count, seed + 1)
+    values = problem.quantities(*linear.solve(one))
+    effects: dict[str, dict[str, float]] = {name: {} for name in QUANTITIES}
+    for source in SOURCES:
+        changes = np.array([name == source for name in problem.variables])
+        mixed = problem.quantities(*linear.solve(np.where(changes, other, one)))
+        for name, value in values.items():
+            part = 0.5 * float(np.mean((value - mixed[name]) ** 2))
+            effects[name][source] = part / (float(value.var()) or 1.0)
+    return effects
+
+
+def contact_ratio(pair: GearPair, increase: float) -> float:
+    """Contact ratio at a centre distance that is larger by an amount [m]."""
+    line = line_of_action(pair, increase)
+    start = max(line - pair.driven.tip_roll_length, undercut_end(pair.driver))
+    end = min(pair.driver.tip_roll_length, line - undercut_end(pair.driven))
+    return (end - start) / pair.base_pitch
