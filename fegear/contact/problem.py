@@ -318,7 +318,8 @@ def solve_pairs(
     cycle.solve_cycle(
         constants, teeth, gaps, contiguous_position, kind, targets, work, (rows, cells)
     )
-    return KernelResult(teeth, rows, cells, work.patches, work.nodes)
+    patches, nodes = (a.view(np.recarray) for a in (work.patches, work.nodes))
+    return KernelResult(teeth, rows, cells, patches, nodes)
 
 
 def workspace(pairs: int, size: int) -> Workspace:

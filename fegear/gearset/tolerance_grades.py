@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import tomllib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from functools import cache
 from importlib import resources
 
 from fegear.files.errors import InputError
-from meshes import SpurGear
+from meshes import GearPair, SpurGear
 
 UM, MM = 1e-6, 1e-3
 BASE_GRADE = 5  # of the formulas; each further grade has sqrt(2) times its tolerances
@@ -86,3 +87,29 @@ def center_distance_tolerance(center_distance: float) -> float:
         f"centre distance = {size:.9g} mm; ISO 286-1 has tolerances up to "
         f"{_it7()[-1][0]} mm: give one in its place"
     )
+
+
+def tolerances_of_pair(
+    pair: GearPair, grades: tuple[int, int], amounts: Mapping[str, float | None]
+) -> dict[str, float]:
+    """Tolerances [m] by name, those of flanks with `driver_` or `driven_` before it.
+
+    grades : of driver and driven gear
+    amounts : tolerances [um] by name that take the place of those of a grade
+    """
+    limits: dict[str, float] = {}
+    gears = zip(("driver", "driven"), (pair.driver, pair.driven), grades, strict=True)
+    flanks = [field.name for field in fields(FlankTolerances)]
+    for role, gear, grade in gears:
+        if any(amounts[name] is None for name in flanks):
+            limits |= {
+                f"{role}_{name}": value
+                for name, value in vars(flank_tolerances(gear, grade)).items()
+            }
+    for name, amount in amounts.items():
+        names = [f"{role}_{name}" for role in ("driver", "driven")]
+        if amount is not None:
+            limits |= dict.fromkeys(names if name in flanks else [name], UM * amount)
+    if "center_distance" not in limits:
+        limits["center_distance"] = center_distance_tolerance(pair.center_distance)
+    return limits

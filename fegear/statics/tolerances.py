@@ -11,8 +11,9 @@ Deviations are random and independent:
 To first order, the transmission error at every position, and the gap of every tooth
 pair, is linear in the deviations. Peak to peak and stiffness follow from these lines:
 they have kinks where two positions, or two gaps, are equal, so that their own
-derivatives would say little. The derivatives of the transmission error by slope, form and pitch follow from the contact solution (see
-`fegear.statics.best_relief`); those by the centre distance are differences.
+derivatives would say little. The derivatives of the transmission error by slope, form
+and pitch follow from the contact solution (see `fegear.statics.best_relief`); those by
+the centre distance are differences.
 """
 
 from __future__ import annotations
@@ -30,12 +31,9 @@ from fegear.contact.problem import ContactProblem, candidate_pairs, solve_cycle
 from fegear.contact.variants import (
     VariantContact,
     Variants,
-    line_of_action,
     solve_variants,
     with_profiles,
 )
-from meshes import GearPair
-from meshes.pairing import undercut_end
 
 Array = NDArray[np.float64]
 Distribution = Literal["normal", "uniform"]
@@ -247,31 +245,3 @@ def _ste_slope(problem: ToleranceProblem) -> Array:
     by_pitch = by_gap[0] @ problem.pitch_sums.T
     center = np.zeros((problem.position.size, 1))
     return np.concatenate([by_slope, by_crowning, center, by_pitch, by_pitch], axis=1)
-
-
-def total_effects(
-    problem: ToleranceProblem, linear: LinearContact, count: int, seed: int
-) -> dict[str, dict[str, float]]:
-    """Part of the variance of each quantity in which each of SOURCES takes part.
-
-    Total effects of Sobol, by the estimator of Jansen (1999), of the linear contact:
-    parts in which several take part count for each of them. By quantity and source.
-    """
-    one, other = problem.sample(count, seed), problem.sample(count, seed + 1)
-    values = problem.quantities(*linear.solve(one))
-    effects: dict[str, dict[str, float]] = {name: {} for name in QUANTITIES}
-    for source in SOURCES:
-        changes = np.array([name == source for name in problem.variables])
-        mixed = problem.quantities(*linear.solve(np.where(changes, other, one)))
-        for name, value in values.items():
-            part = 0.5 * float(np.mean((value - mixed[name]) ** 2))
-            effects[name][source] = part / (float(value.var()) or 1.0)
-    return effects
-
-
-def contact_ratio(pair: GearPair, increase: float) -> float:
-    """Contact ratio at a centre distance that is larger by an amount [m]."""
-    line = line_of_action(pair, increase)
-    start = max(line - pair.driven.tip_roll_length, undercut_end(pair.driver))
-    end = min(pair.driver.tip_roll_length, line - undercut_end(pair.driven))
-    return (end - start) / pair.base_pitch
