@@ -121,15 +121,18 @@ def solve_variants(
 
 def _move_centers(mesh: Any, problem: ContactProblem, increase: float) -> None:
     """Line of action and pitch point of the gears at another centre distance."""
-    one, two = problem.pair.driver.base_radius, problem.pair.driven.base_radius
-    mesh.line_of_action = line_of_action(problem.pair, increase)
-    mesh.pitch_point = mesh.line_of_action * one / (one + two)
+    mesh.line_of_action, mesh.pitch_point = line_of_action(problem.pair, increase)
 
 
-def line_of_action(pair: GearPair, increase: float) -> float:
-    """Length of the line of action at a centre distance that is larger by so much."""
+def line_of_action(pair: GearPair, increase: float) -> tuple[float, float]:
+    """Its length, and the driver's roll length at the pitch point.
+
+    At a centre distance that is larger by an amount [m], to the bits of `GearPair`.
+    """
     bases = pair.driver.base_radius + pair.driven.base_radius
-    return math.sqrt((pair.center_distance + increase) ** 2 - bases**2)
+    distance = pair.center_distance + increase
+    angle = math.acos(bases / distance)
+    return distance * math.sin(angle), pair.driver.base_radius * math.tan(angle)
 
 
 def _require_solved(status: NDArray[np.int64]) -> None:

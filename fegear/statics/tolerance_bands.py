@@ -233,7 +233,7 @@ def peak_to_peak_without(
 
 def contact_ratio(pair: GearPair, increase: float) -> float:
     """Contact ratio at a centre distance that is larger by an amount [m]."""
-    line = line_of_action(pair, increase)
+    line, _ = line_of_action(pair, increase)
     start = max(line - pair.driven.tip_roll_length, undercut_end(pair.driver))
     end = min(pair.driver.tip_roll_length, line - undercut_end(pair.driven))
     return (end - start) / pair.base_pitch

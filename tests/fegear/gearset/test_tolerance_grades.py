@@ -75,7 +75,7 @@ def test_centre_distances_have_half_of_it7(center_mm, width_um):
 def test_sizes_beyond_the_standards_are_refused():
     with pytest.raises(InputError, match="centre distance"):
         center_distance_tolerance(3.2)
-    with pytest.raises(InputError, match="module = 0.4 mm"):
+    with pytest.raises(InputError, match=r"module = 0\.4 mm"):
         flank_tolerances(gear_of(30, 0.4), 6)
 
 
