@@ -11,9 +11,10 @@ Deviations are random and independent:
 To first order, the transmission error at every position, and the gap of every tooth
 pair, is linear in the deviations. Peak to peak and stiffness follow from these lines:
 they have kinks where two positions, or two gaps, are equal, so that their own
-derivatives would say little. The derivatives of the transmission error by slope, form
-and pitch follow from the contact solution (see `fegear.statics.best_relief`); those by
-the centre distance are differences.
+derivatives would say little. The slopes are differences over a standard deviation to
+both sides, which average the kinks where tooth pairs come into contact. With small
+deviations they become the derivatives that one contact solution gives (see
+`fegear.statics.best_relief`), which are compared with them.
 """
 
 from __future__ import annotations
@@ -178,8 +179,9 @@ class LinearContact:
     """The contact as a linear function of the deviations from the nominal pair.
 
     ste, gap : of the nominal pair (n,), (n, k) [m]
-    ste_slope, gap_slope : derivatives (n, v), (n, k, v) by the deviations
-    derivative_error : of those that the contact solution gives, against differences
+    ste_slope, gap_slope : slopes (n, v), (n, k, v) by the deviations
+    derivative_error : difference of slopes from the derivatives that the contact
+        solution gives, relative
     """
 
     ste: Array
@@ -200,11 +202,7 @@ class LinearContact:
 
 
 def linear_contact(problem: ToleranceProblem) -> LinearContact:
-    """Derivatives of the contact at the nominal pair of gears.
-
-    Those of gaps, and all by the centre distance, are differences over a standard
-    deviation to both sides.
-    """
+    """Slopes over a standard deviation to both sides of the nominal pair of gears."""
     step = np.maximum(problem.std, MIN_STEP)
     both_sides = problem.solve(np.concatenate([np.diag(step), -np.diag(step)]))
     nominal = problem.solve(np.zeros((1, step.size)))
@@ -212,14 +210,12 @@ def linear_contact(problem: ToleranceProblem) -> LinearContact:
     facing = np.isfinite(nominal.gap[0])
     gap = np.where(facing & np.isfinite(gap), gap, NO_FLANK_GAP)
     difference = _difference(both_sides.ste, step)
-    exact = _ste_slope(problem)
-    is_exact = np.array([name != CENTER for name in problem.variables])
-    weight = problem.std * is_exact
-    change = np.linalg.norm((exact - difference) * weight)
+    weight = problem.std * np.array([name != CENTER for name in problem.variables])
+    change = np.linalg.norm((ste_derivatives(problem) - difference) * weight)
     return LinearContact(
         ste=nominal.ste[0],
         gap=np.where(facing, nominal.gap[0], NO_FLANK_GAP),
-        ste_slope=np.where(is_exact, exact, difference),
+        ste_slope=difference,
         gap_slope=_difference(gap, step),
         derivative_error=float(change / (np.linalg.norm(difference * weight) or 1.0)),
     )
@@ -231,7 +227,7 @@ def _difference(values: Array, step: Array) -> Array:
     return np.moveaxis(rise, 0, -1) / (2.0 * step)
 
 
-def _ste_slope(problem: ToleranceProblem) -> Array:
+def ste_derivatives(problem: ToleranceProblem) -> Array:
     """Derivatives (n, v) of the transmission error from one contact solution.
 
     Zero for the centre distance.

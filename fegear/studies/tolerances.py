@@ -117,8 +117,8 @@ class Tolerances(
     Pairs of gears deviate at random within the tolerances of their grade by ISO
     1328-1:2013: profile slope and profile form, single pitch, and centre distance.
     Their contact over one mesh cycle is solved for each, and predicted to first order
-    from the derivatives of the contact of the nominal pair. Pitch errors of the gear
-    set are replaced; reliefs and profiles stay.
+    from its slopes at the nominal pair. Pitch errors of the gear set are replaced;
+    reliefs and profiles stay.
     """
 
     pictures = PLOT
@@ -307,7 +307,7 @@ class TolerancesResult(StudyResult):
     def _evidence(self) -> str:
         text = (
             "derivatives of the transmission error from one contact solution, off "
-            f"differences of solutions by {self.bands.linear.derivative_error:.2g}"
+            f"slopes over the scatter by {self.bands.linear.derivative_error:.2g}"
         )
         return with_code("E21", text)
 
