@@ -25,6 +25,9 @@ from meshes.pairing import undercut_end
 
 Array = NDArray[np.float64]
 LINEAR_SAMPLES = 10_000  # of the first order
+SENSITIVITY_SAMPLES = (
+    4000  # of the parts of the variance, and of bands without a source
+)
 PERCENTILES = 5, 50, 95
 QUANTILE_STDERR = 0.64  # of a limit over the band, times the root of the sample size
 
@@ -182,8 +185,10 @@ def tolerance_bands(
         nominal={name: float(value[0]) for name, value in nominal.items()},
         linear_values=problem.quantities(ste, no_load),
         linear_ste_std=np.asarray(without_mean(ste).std(axis=0)),
-        effects=total_effects(problem, linear, LINEAR_SAMPLES, seed),
-        peak_to_peak_without=peak_to_peak_without(problem, linear, seed),
+        effects=total_effects(problem, linear, SENSITIVITY_SAMPLES, seed),
+        peak_to_peak_without=peak_to_peak_without(
+            problem, linear, SENSITIVITY_SAMPLES, seed
+        ),
         contact_ratios=(
             contact_ratio(pair, largest),
             contact_ratio(pair, 0.0),
@@ -218,10 +223,10 @@ def total_effects(
 
 
 def peak_to_peak_without(
-    problem: ToleranceProblem, linear: LinearContact, seed: int
+    problem: ToleranceProblem, linear: LinearContact, count: int, seed: int
 ) -> dict[str, float]:
     """What 95 % of the peak to peak stay below if a source has no tolerance [m]."""
-    deviations = problem.sample(LINEAR_SAMPLES, seed)
+    deviations = problem.sample(count, seed)
     largest = dict[str, float]()
     for source in SOURCES:
         stays = np.array([name != source for name in problem.variables])
