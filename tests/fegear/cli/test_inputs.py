@@ -485,6 +485,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--plot": plus(TOLERANCES, "--plot p.png"),
         "--samples-table": plus(TOLERANCES, "--samples-table s.csv"),
         "--cycle": plus(TOLERANCES, "--cycle c.csv"),
+        "--resume": plus(TOLERANCES, "--resume", refused=True),
+        "--overwrite": plus(TOLERANCES, "--overwrite", refused=True),
         "--json": less(TOLERANCES, "--json"),
     },
     "identify": {
