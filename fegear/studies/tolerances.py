@@ -25,6 +25,7 @@ from fegear.statics.tolerance_bands import (
     QUANTILE_STDERR,
     SolvedSamples,
     ToleranceBands,
+    contact_ratio,
     tolerance_bands,
 )
 from fegear.statics.tolerances import (
@@ -60,6 +61,7 @@ from fegear.studies.trains import (
     mesh_setting,
 )
 from lumped.common.options import Range
+from meshes import GearPair
 
 Array = NDArray[np.float64]
 BLOCK = 250  # pairs of gears of a task
@@ -188,7 +190,28 @@ class Tolerances(
         limits = tolerances_of_pair(pair, grades, amounts)
         if not any(limits.values()):
             raise InputError("all tolerances are 0; one or more must be above 0")
+        _require_mesh(pair, limits)
         return {source: limits[source] for source in SOURCES}
+
+
+def _require_mesh(pair: GearPair, limits: Mapping[str, float]) -> None:
+    """Require gears that still mesh at the limits of their deviations."""
+    half_module = 0.5 * pair.driver.module
+    for source, limit in limits.items():
+        if limit > half_module:
+            raise InputError(
+                f"{source} = {limit / UM:.6g} um; must be at most half the module, "
+                f"{half_module / UM:.6g} um"
+            )
+    bases = pair.driver.base_radius + pair.driven.base_radius
+    if not pair.center_distance - limits[CENTER] > bases:
+        raise InputError(f"{CENTER} = {limits[CENTER] / UM:.6g} um; the gears overlap")
+    least = contact_ratio(pair, limits[CENTER])
+    if not least >= 1.0:
+        raise InputError(
+            f"{CENTER} = {limits[CENTER] / UM:.6g} um; the contact ratio falls to "
+            f"{least:.4g}, at least 1 is needed"
+        )
 
 
 @dataclass(frozen=True, eq=False)

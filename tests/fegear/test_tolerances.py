@@ -272,10 +272,17 @@ def test_a_first_order_that_fails_is_told_with_numbers():
 
 
 def test_backlash_that_the_centre_distance_takes_away():
-    study = study_of(center_distance_um=1500.0, distribution="uniform")
-    summary = fegear.run(study).summary
+    study = study_of(center_distance_um=1250.0, distribution="uniform")
+    summary = fegear.run(replace(study, samples=100)).summary
     assert 0.0 < summary["jammed_fraction"] < 0.5
     assert any(w.endswith("[W30]") for w in summary["warnings"])
+
+
+def test_a_centre_distance_that_ends_the_mesh_is_refused():
+    shorter = {"mesh.1.contact_ratio": 1.2}
+    gears = fegear.load_gear_set("liu-pair", shorter)
+    with pytest.raises(fegear.InputError, match="the contact ratio falls to 0"):
+        fegear.run(study_of(gear_set=gears, center_distance_um=1250.0))
 
 
 def test_pitch_errors_of_the_gear_set_are_replaced():
