@@ -21,6 +21,7 @@ from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import (
     NO_FLANK_GAP,
     is_relieved,
+    profile_derivatives,
     relief_derivatives,
     roll_of_arc,
 )
@@ -64,6 +65,7 @@ ROW = np.dtype(
 #   arc : of the load's centre, or of the closest point, on driver and driven [m]
 #   relief_rate : slopes of nodal forces times the derivatives of their gaps, by
 #       magnitude and start of tip and root relief of driver and driven [Pa]
+#   profile_rate : the same by crowning and slope of the profiles of driver and driven
 CELL = np.dtype(
     [
         ("load", "f8"),
@@ -75,6 +77,7 @@ CELL = np.dtype(
         ("moment_arms", "f8", (4,)),
         ("arc", "f8", (2,)),
         ("relief_rate", "f8", (2, 2, 2)),
+        ("profile_rate", "f8", (2, 2)),
     ],
     align=True,
 )
@@ -310,6 +313,10 @@ def store_relief_rates(constants, patch, nodes, rate, cell):
             cell.relief_rate[gear, 0, 1] += weight * tip_start
             cell.relief_rate[gear, 1, 0] += weight * root_magnitude
             cell.relief_rate[gear, 1, 1] += weight * root_start
+            if flank.profile.is_there:
+                by_crowning, by_slope = profile_derivatives(flank.profile, s)
+                cell.profile_rate[gear, 0] += weight * by_crowning
+                cell.profile_rate[gear, 1] += weight * by_slope
 
 
 @allocating

@@ -127,6 +127,13 @@ def profile_depth(profile, s):
 
 
 @compiled_part
+def profile_derivatives(profile, s):
+    """Return the derivatives of the depth with respect to crowning and slope."""
+    fraction = (s - profile.middle) / profile.half_range
+    return fraction**2, -0.5 * (1.0 + fraction)
+
+
+@compiled_part
 def profile_slope(profile, s):
     """Return the slope of `profile_depth` over the roll length."""
     fraction = (s - profile.middle) / profile.half_range

@@ -196,6 +196,7 @@ COARSE = "--resolution coarse"
 STIFF = f"stiffness SET {COARSE} --positions 8 --json"
 COMPARE = "compare SET --json"
 RELIEF = f"relief SET {COARSE} --torque 20,30 --positions 8 --starts 1 --json"
+TOLERANCES = f"tolerances SET {COARSE} --positions 8 --samples 10 --json"
 IDENTIFY = f"identify SET {COARSE} --json"
 MODES = "modes SET --json"
 EXPORT = "export SET -o m.json --json"
@@ -462,6 +463,33 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--plot": plus(RELIEF, "--plot p.png"),
         "--torques": plus(RELIEF, "--torques t.csv"),
         "--json": less(RELIEF, "--json"),
+    },
+    "tolerances": {
+        "SET": swap(TOLERANCES, "SET", "OTHER"),
+        "--mesh": plus(TOLERANCES, "--mesh 2", TRAIN),
+        "--torque": plus(TOLERANCES, "--torque 30"),
+        "--grade": plus(TOLERANCES, "--grade 5"),
+        "--driver-grade": plus(TOLERANCES, "--driver-grade 5"),
+        "--driven-grade": plus(TOLERANCES, "--driven-grade 5"),
+        "--single-pitch-um": plus(TOLERANCES, "--single-pitch-um 1"),
+        "--profile-slope-um": plus(TOLERANCES, "--profile-slope-um 1"),
+        "--profile-form-um": plus(TOLERANCES, "--profile-form-um 1"),
+        "--center-distance-um": plus(TOLERANCES, "--center-distance-um 1"),
+        "--distribution": plus(TOLERANCES, "--distribution uniform"),
+        "--samples": swap(TOLERANCES, "--samples 10", "--samples 12"),
+        "--seed": plus(TOLERANCES, "--seed 2"),
+        "--positions": swap(TOLERANCES, "--positions 8", "--positions 12"),
+        "--plane": plus(TOLERANCES, "--plane strain"),
+        "--resolution": less(TOLERANCES, COARSE),
+        "--corner-contact": plus(TOLERANCES, "--no-corner-contact"),
+        "--set": plus(TOLERANCES, "--set gear.1.young_modulus_GPa=150"),
+        "--output": plus(TOLERANCES, "-o t.csv"),
+        "--plot": plus(TOLERANCES, "--plot p.png"),
+        "--samples-table": plus(TOLERANCES, "--samples-table s.csv"),
+        "--cycle": plus(TOLERANCES, "--cycle c.csv"),
+        "--resume": plus(TOLERANCES, "--resume", refused=True),
+        "--overwrite": plus(TOLERANCES, "--overwrite", refused=True),
+        "--json": less(TOLERANCES, "--json"),
     },
     "identify": {
         "SET": swap(IDENTIFY, "SET", "OTHER"),
