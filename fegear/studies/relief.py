@@ -15,7 +15,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import write_text
 from fegear.files.toml import toml_text
 from fegear.gearset.model import ReliefShape
-from fegear.gearset.read import load_tables
+from fegear.gearset.read import load_tables, relative_tables
 from fegear.statics.best_relief import (
     MICRO,
     PLACES,
@@ -298,7 +298,7 @@ class ReliefResult(StudyResult):
 
     def write(self, path: str | Path) -> None:
         """Write the gear-set file."""
-        write_text(path, self.text)
+        write_text(path, toml_text(relative_tables(self.tables, Path(path))))
 
     @property
     def figures(self) -> Mapping[str, Draw]:

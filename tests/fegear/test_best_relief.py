@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ import fegear
 from fegear.contact.cycle import TORQUE
 from fegear.contact.problem import candidate_pairs, solve_cycle, solve_pairs
 from fegear.files.toml import toml_text
+from fegear.gearset.edit import edited
 from fegear.gearset.model import Relief
+from fegear.gearset.read import load_tables
 from fegear.statics.best_relief import (
     ReliefProblem,
     find_best_relief,
@@ -128,6 +131,32 @@ def test_the_written_gear_set_has_the_transmission_error_that_is_shown(tmp_path)
     after = [row["after_um"] for row in result.rows]
     np.testing.assert_allclose(1e6 * peak_to_peak(solved.cycle.ste), after, rtol=1e-9)
     assert max(after) < 0.7 * max(row["before_um"] for row in result.rows)
+
+
+@pytest.mark.parametrize("folder", ["sets", "elsewhere"])
+def test_the_written_gear_set_has_its_measured_profile(tmp_path, monkeypatch, folder):
+    monkeypatch.chdir(tmp_path)
+    for name in ("sets", "elsewhere"):
+        (tmp_path / name).mkdir()
+    edits = {"mesh.1.driver_profile.file": "flank.csv"}
+    tables = load_tables("liu-pair", {})
+    tables = edited(tables, edits)
+    (tmp_path / "sets/pair.toml").write_text(toml_text(tables))
+    (tmp_path / "sets/flank.csv").write_text(
+        "roll_angle_deg,deviation_um\n18,0\n22,-3\n26,-1\n"
+    )
+    study = fegear.ReliefDesign(
+        gear_set=GearSetRef(name="sets/pair.toml"),
+        torque=(100.0,),
+        starts=1,
+        elements=StaticsSettings(resolution="coarse", positions=8),
+    )
+    path = tmp_path / folder / "best.toml"
+    fegear.run(study).write(path)
+    profile = fegear.load_gear_set(path).meshes[0].driver_profile
+    assert profile == study.gear_set.loaded.meshes[0].driver_profile
+    file = tomllib.loads(path.read_text())["mesh"][0]["driver_profile"]["file"]
+    assert Path(file).is_absolute() == (folder == "elsewhere")
 
 
 def test_a_design_that_is_not_better_is_reported():
