@@ -74,16 +74,18 @@ def test_slopes_of_the_load_add_up_to_the_local_stiffness(contact):
     np.testing.assert_allclose(total, cycle.local_stiffness, rtol=1e-12)
 
 
-def test_derivatives_of_smooth_reliefs_are_close_to_differences(contact):
-    """They leave out that relief turns the normal, an effect of 4 % here."""
-    problem = relief_problem(contact, "parabolic")
+@pytest.mark.parametrize(("nodes", "tolerance"), [(25, 0.02), (101, 0.004)])
+def test_derivatives_approach_differences_with_finer_nodes(contact, nodes, tolerance):
+    """Nodes follow the point of contact, which derivatives leave out: 0.009, 0.002."""
+    problem = relief_problem(replace(contact, nodes=nodes), "parabolic")
+    problem = replace(problem, torques=np.array([100.0]))
     design = np.array([8.0, 7.0, 0.4, 0.35])
     _, slopes = problem.ste(design)
-    for i, step in enumerate([1e-2, 1e-2, 1e-3, 1e-3]):
+    for i, step in enumerate([1e-3, 1e-3, 1e-4, 1e-4]):
         ends = [problem.ste(design + s * step * np.eye(4)[i])[0] for s in (1, -1)]
         difference = (ends[0] - ends[1]) / (2.0 * step)
         largest = np.abs(difference).max()
-        assert np.abs(difference - slopes[..., i]).max() < 0.06 * largest
+        assert np.abs(difference - slopes[..., i]).max() < tolerance * largest
 
 
 def test_flanks_without_relief_have_no_derivatives(contact):
