@@ -88,9 +88,13 @@ def linear_step(
         step, value = _step_of_harmonics(*scaled, limits, objective)
     else:
         step, value = _step_of_peaks(*scaled, limits, objective.name)
-    return (np.zeros(slopes.shape[2]), objective.of(ste)) if step is None else (
-        step,
-        MICRO * value,
+    return (
+        (np.zeros(slopes.shape[2]), objective.of(ste))
+        if step is None
+        else (
+            step,
+            MICRO * value,
+        )
     )
 
 
