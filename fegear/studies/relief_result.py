@@ -198,7 +198,7 @@ class ReliefResult(StudyResult):
 
         count = 2 if self.vibration else 1
         figure, axes = panels(count, size=(8.0, 4.5 if count == 1 else 7.5))
-        static, *others = axes.ravel()
+        static, *others = (axis for row in axes for axis in row)
         torques = [row["torque_Nm"] for row in self.shown]
         single = "o" if len(torques) == 1 else ""
         for name, label in (("before_um", "before"), ("after_um", "best relief")):
@@ -226,7 +226,7 @@ class ReliefResult(StudyResult):
             axes.plot(values["speeds_Hz"], rms, label=label)
         axes.set_xlabel("mesh frequency of the first mesh [Hz]")
         axes.set_ylabel("largest RMS of the dynamic\ntransmission error [um]")
-        axes.set_ylim(bottom=0.0)
+        axes.set_yscale("log")
         axes.legend(fontsize=8)
 
     def _draw_front(self) -> Figure:

@@ -113,7 +113,7 @@ class VibrationSearch:
     def find(self, gears: GearSet, static: Mapping[str, Array]) -> VibrationBest:
         """Refine the best of static designs, by their objectives, the first first."""
         before = self.band_of(gears)
-        designs = list(static.values())
+        designs = list(static.values())[: self.limit]
         self.objective(designs[0])
         complete = True
         try:
