@@ -27,8 +27,6 @@ from fegear.statics.best_relief import (
 )
 from fegear.statics.relief_objective import (
     ReliefObjective,
-    harmonic_parts,
-    linear_step,
     peak_to_peak,
 )
 from fegear.statics.solving import StaticsSettings, contact_problem
