@@ -212,10 +212,10 @@ class ReliefDesign(
                 f"compromises = {study.compromises}; needs two torques or more"
             )
         if study.objective == "harmonics":
-            study.require_resolved()
-        yield Task("relief", partial(study.find, index, torques))
+            study._require_resolved()
+        yield Task("relief", partial(study._find, index, torques))
 
-    def require_resolved(self) -> None:
+    def _require_resolved(self) -> None:
         """Raise InputError for a harmonic that the positions do not resolve."""
         most = (self.elements.positions - 1) // 2
         if self.harmonics[-1] > most:
@@ -224,7 +224,7 @@ class ReliefDesign(
                 f"positions = {self.elements.positions}"
             )
 
-    def find(self, index: int, torques: tuple[float, ...], job: Job) -> ReliefResult:
+    def _find(self, index: int, torques: tuple[float, ...], job: Job) -> ReliefResult:
         """Find the best reliefs of a mesh, by its index, at torques [N m]."""
         gears, settings = self.gear_set.loaded, self.elements
         quick = replace(settings, estimate_error=False, root_stress=False)
