@@ -110,8 +110,9 @@ def _solve(
     free = np.full(weights.size - limits[0].size, np.inf)
     bounds = Bounds(np.append(limits[0], -free), np.append(limits[1], free))
     constraint = LinearConstraint(rows, -np.inf, at_most)
-    options = {"presolve": False}
-    return milp(weights, constraints=constraint, bounds=bounds, options=options)
+    return milp(
+        weights, constraints=constraint, bounds=bounds, options={"presolve": False}
+    )
 
 
 def _step_of_peaks(

@@ -106,6 +106,7 @@ class ReliefDesign(
     that the gear set has at these places are replaced.
     """
 
+    partial = True
     pictures = PICTURES
     more_tables = MORE
     output = "Write the gear set with its best relief to this TOML file."
