@@ -97,10 +97,11 @@ def test_the_best_relief_of_harmonics_has_smaller_ones_than_that_of_the_peaks(pr
     assert by_harmonics.value < 0.5 * plain
 
 
+@pytest.mark.slow
 def test_compromises_trade_one_torque_for_the_other(problem):
-    points, evaluations = relief_front(problem, ReliefObjective(), 4)
+    points, evaluations = relief_front(problem, ReliefObjective(), 5)
     measures = np.array([point.measures for point in points])
-    assert len(points) >= 3
+    assert len(points) >= 4
     assert evaluations > len(points)
     assert (np.diff(measures[:, 0]) > 0.0).all()
     assert (np.diff(measures[:, 1]) < 0.0).all()
@@ -108,7 +109,7 @@ def test_compromises_trade_one_torque_for_the_other(problem):
         solved = peak_to_peak(problem.ste(point.design)[0])
         np.testing.assert_allclose(solved, point.measures, rtol=1e-12)
     best = find_best_relief(problem, starting_designs(problem, 5), ReliefObjective())
-    assert measures.max(axis=1).min() < 1.3 * best.value
+    assert measures.max(axis=1).min() < 1.05 * best.value
 
 
 @pytest.mark.parametrize("name", ["largest", "harmonics"])
@@ -174,6 +175,7 @@ def test_a_search_that_is_stopped_keeps_its_best_design(problem):
     assert best.designs == 2
 
 
+@pytest.mark.slow
 def test_a_study_says_what_it_found(tmp_path):
     study = fegear.ReliefDesign(
         torque=(60.0, 140.0),
