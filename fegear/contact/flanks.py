@@ -103,6 +103,20 @@ def relief_derivatives(relief, s):
 
 
 @compiled_part
+def relief_slope_derivatives(relief, s):
+    """Return those of the slope over the roll length, by magnitude and start."""
+    length = relief.end - relief.start
+    fraction = (s - relief.start) / length
+    if relief.magnitude == 0.0 or fraction <= 0.0:
+        return 0.0, 0.0
+    power = relief.power
+    by_magnitude = power * fraction ** (power - 1.0) / length
+    factor = relief.magnitude * by_magnitude / length
+    bend = 0.0 if power == 1.0 else (power - 1.0) * (1.0 - 1.0 / fraction)
+    return by_magnitude, factor * (1.0 + bend)
+
+
+@compiled_part
 def profile_depth(profile, s):
     """Depth of the deviations, negative where there is excess of material."""
     fraction = (s - profile.middle) / profile.half_range

@@ -87,9 +87,10 @@ class ContactCycle:
         pressed together [N/m]
     relief_slope : (t, n, 2, 2, 2) derivatives of the transmission error with respect
         to magnitude [m] and start roll length [m] of tip and root relief of driver and
-        driven gear, at fixed moment arms; 0 for flanks without relief
+        driven gear, nodes of the patches in place; 0 for flanks without relief
     profile_slope : (t, n, 2, 2) the same with respect to crowning and slope [m] of the
-        profiles of driver and driven gear; 0 for flanks without profile
+        profiles of driver and driven gear, at fixed moment arms; 0 for flanks without
+        profile
     gap : (t, n, k) transmission error that closes each pair [m]; infinite where its
         flanks do not face each other
     pressure : (t, n, k) largest contact pressure [Pa]

@@ -197,6 +197,10 @@ STIFF = f"stiffness SET {COARSE} --positions 8 --json"
 COMPARE = "compare SET --json"
 RELIEF = f"relief SET {COARSE} --torque 20,30 --positions 8 --starts 1 --json"
 TOLERANCES = f"tolerances SET {COARSE} --positions 8 --samples 10 --json"
+VIBRATION = (
+    f"relief SET {COARSE} --torque 20 --positions 8 --starts 1 --json "
+    "--objective vibration --designs 3 --speeds 900"
+)
 IDENTIFY = f"identify SET {COARSE} --json"
 MODES = "modes SET --json"
 EXPORT = "export SET -o m.json --json"
@@ -451,6 +455,15 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--mesh": plus(RELIEF, "--mesh 2", TRAIN),
         "--torque": swap(RELIEF, "20,30", "20,40"),
         "--objective": plus(RELIEF, "--objective mean"),
+        "--harmonics": plus(f"{RELIEF} --objective harmonics", "--harmonics 1,3"),
+        "--speeds": swap(VIBRATION, "--speeds 900", "--speeds 1200"),
+        "--rpm": swap(VIBRATION, "--speeds 900", "--rpm 1500"),
+        "--designs": swap(VIBRATION, "--designs 3", "--designs 1"),
+        "--compromises": plus(RELIEF, "--compromises 3"),
+        "--relief-tolerance-um": plus(RELIEF, "--relief-tolerance-um 1"),
+        "--length-tolerance": plus(RELIEF, "--length-tolerance 0.05"),
+        "--pareto": plus(f"{RELIEF} --compromises 3", "--pareto t.csv"),
+        "--front": plus(f"{RELIEF} --compromises 3", "--front p.png"),
         "--shape": plus(RELIEF, "--shape parabolic"),
         "--root": plus(RELIEF, "--root"),
         "--max-relief-um": plus(RELIEF, "--max-relief-um 1"),
