@@ -118,10 +118,10 @@ def fmu_files(mesh: FmuMesh) -> Iterator[tuple[str, bytes]]:
 
 def loader_folder() -> Path:
     """The folder of pythonfmu, which the FMU takes along."""
-    found = find_spec("pythonfmu")
-    if found is None or found.origin is None:
+    spec = find_spec("pythonfmu")
+    if spec is None or spec.origin is None:
         raise ModuleNotFoundError("pythonfmu")
-    return Path(found.origin).parent
+    return Path(spec.origin).parent
 
 
 def model_description(data: bytes, program: bytes) -> bytes:

@@ -79,8 +79,10 @@ class GearMeshUnit(Fmi2Slave):
         """A real variable; that of parameters is constant during a simulation."""
         fixed = causality == Fmi2Causality.parameter
         kind = Fmi2Variability.fixed if fixed else Fmi2Variability.continuous
-        _, words = group[name]
-        variable = Real(name, causality=causality, variability=kind, description=words)
+        _, description = group[name]
+        variable = Real(
+            name, causality=causality, variability=kind, description=description
+        )
         self.register_variable(variable)
 
     @property

@@ -52,8 +52,11 @@ class ReliefObjective:
     def slopes(self, ste: Array, slopes: Array) -> Array:
         """Derivatives (t, n) of the measures by derivatives (t, p, n)."""
         if self.name != "harmonics":
-            each = np.arange(len(ste))
-            return slopes[each, ste.argmax(axis=1)] - slopes[each, ste.argmin(axis=1)]
+            torques = np.arange(len(ste))
+            return (
+                slopes[torques, ste.argmax(axis=1)]
+                - slopes[torques, ste.argmin(axis=1)]
+            )
         matrix = harmonic_parts(ste.shape[1], self.harmonics)
         parts = ste @ matrix.T
         lengths = np.maximum(np.linalg.norm(parts, axis=1), np.finfo(float).tiny)
