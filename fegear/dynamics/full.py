@@ -202,6 +202,7 @@ class EliminatedField:
     elastic : (unknowns, teeth), over the weight of the stiffness, and to
     turn : times `FieldStep.rotation_field`
     momentum : of that acceleration
+    condensed : (kinds, k, unknowns + m) unit loads of the contacts
     """
 
     x: Array
@@ -209,6 +210,7 @@ class EliminatedField:
     turn: float
     momentum: float
     stencils: list[Stencil]
+    condensed: Array
 
     def inward_displacement(
         self,
@@ -220,19 +222,18 @@ class EliminatedField:
     ) -> Array:
         """Inward displacement (k,) at the contacts after the step, with this turn."""
         out = np.empty(field.contacts.size)
-        for s in self.stencils:
+        factor = newmark.beta * newmark.h**2
+        for s, row in zip(self.stencils, self.condensed[0], strict=True):
             flank_points = field.cyclic_gear.flanks[s.flank]
             dofs, inward = flank_points.dofs[s.points], flank_points.inward[s.points]
-            solved = s.weights @ step.condensed[s.flank][0, s.points]
             others = (
                 self.elastic[dofs, s.tooth] / step.stiffness
                 + turn * step.rotation_field[dofs]
             )
             u_pred, _ = predict(newmark, *state[:3, dofs, s.tooth])
-            nodal = u_pred + newmark.beta * newmark.h**2 * others
-            out[s.contact] = s.weights @ (nodal * inward).sum(axis=1)
-            out[s.contact] += (
-                newmark.beta * newmark.h**2 * (solved @ self.x[:, s.tooth])
+            displacement = (u_pred + factor * others) * inward
+            out[s.contact] = (
+                s.weights @ displacement.sum(axis=1) + factor * row @ self.x[:, s.tooth]
             )
         return out
 
@@ -424,15 +425,16 @@ class FullStepper(ImplicitStepper):
         model, step_matrices = self.model, self._step(steps.size)
         frequency, cycle = steps.frequency, steps.cycle
         now, record = state.copy(), empty_record(self.model, steps.count)
-        kernel.record(model.arrays, now.motion, now.contact, record, 0)
+        arrays, limit = model.arrays, model.limit
+        kernel.record(arrays, now.motion, now.contact, record, 0)
         for n in range(steps.count):
             if frequency > 0.0:
                 self._pass_teeth(now, steps.start + n, cycle)
             tables = self._tables(steps.start + n + 1 if frequency > 0.0 else 0, cycle)
             self._advance(now, step_matrices, 2.0 * math.pi * frequency, tables)
-            if not np.abs(now.motion[1]).sum() < model.limit:
+            if not np.abs(now.motion[1]).sum() < limit:
                 raise Diverged(n / (cycle * self.system.common_period[0]))
-            kernel.record(model.arrays, now.motion, now.contact, record, n + 1)
+            kernel.record(arrays, now.motion, now.contact, record, n + 1)
         return now, history_from_record(steps.size, record)
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
@@ -673,25 +675,21 @@ def eliminate_free(
         + turn * step.rotation_momentum
     )
     step.factors.eliminate(rhs)
-    return EliminatedField(rhs, y, turn, momentum, field.stencils(tables))
+    stencils = field.stencils(tables)
+    condensed = np.stack(
+        [s.weights @ step.condensed[s.flank][:, s.points] for s in stencils], axis=1
+    )
+    return EliminatedField(rhs, y, turn, momentum, stencils, condensed)
 
 
 def add_contact_loads(step: FieldStep, half: EliminatedField, force: Array) -> None:
     """Add the loads of forces (2, k) per unit width to a field."""
-    loaded = [s for s in half.stencils if force[:, s.contact].any()]
-    if not loaded:
-        return
-    loads = [
-        np.einsum(
-            "n,p,npi->i",
-            force[: len(step.condensed[s.flank]), s.contact],
-            s.weights,
-            step.condensed[s.flank][:, s.points],
-        )
-        for s in loaded
-    ]
-    teeth = np.array([s.tooth for s in loaded])
-    step.factors.add_loads(half.x, np.array(loads), teeth)
+    loaded = np.flatnonzero(force.any(axis=0))
+    if loaded.size:
+        teeth = np.array([half.stencils[c].tooth for c in loaded])
+        kinds, rows = force[: len(half.condensed), loaded], half.condensed[:, loaded]
+        loads = (kinds[:, :, None] * rows).sum(axis=0)
+        step.factors.add_loads(half.x, loads, teeth)
 
 
 def set_contact_load(
