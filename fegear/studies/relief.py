@@ -83,7 +83,10 @@ PICTURES = PLOT | {
 
 
 def _orders(text: str) -> tuple[int, ...]:
-    orders = tuple(int(part) for part in text.split(","))
+    try:
+        orders = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError("allowed are whole numbers, such as 1,2,3") from None
     if not all(1 <= order <= MAX_ORDER for order in orders):
         raise ValueError(f"allowed 1 to {MAX_ORDER}")
     return tuple(sorted(set(orders)))
