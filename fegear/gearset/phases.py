@@ -138,6 +138,14 @@ def rolling_sense(mesh: Mesh, gear: int, sense: int) -> int:
     return sense * (pair.driver if gear == mesh.driver else pair.driven).sign
 
 
+def rolling_senses(gear_set: GearSet) -> tuple[int, ...]:
+    """Sense of rotation of every gear, opposite for an internal gear."""
+    return tuple(
+        sense * gear.geometry.sign
+        for sense, gear in zip(gear_set.senses, gear_set.gears, strict=True)
+    )
+
+
 def _given_phases(gear_set: GearSet) -> dict[int, MeshPhase]:
     phases = {
         number: MeshPhase(mesh.phase, "given")
