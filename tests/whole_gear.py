@@ -40,7 +40,7 @@ def small_ring(teeth):
         module=2.54e-3,
         pressure_angle=np.deg2rad(25.0),
         profile_shift=0.0,
-        tip_radius=-(reference - 2.0e-3),
+        tip_radius=-(reference - 1.5e-3),
         dedendum=2.9e-3,
         rack_tip_radius=0.35e-3,
         hub_radius=-(reference + 7e-3),

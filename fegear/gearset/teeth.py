@@ -22,7 +22,7 @@ from lumped.common.checks import require_present
 from meshes.gear import GeometryError, SpurGear, floored
 from meshes.internal import FEWEST_CUTTER_TEETH, InternalGear
 from meshes.involute import Involute, involute
-from meshes.shaper import shaper_cutter
+from meshes.shaper import ShaperCutter, shaper_cutter
 
 __all__ = ["MM", "UM", "Blank", "Tip", "blank_of"]
 
@@ -87,7 +87,7 @@ class Blank(Involute):
     def widest_rack_tip(self) -> float:
         """Rounding at which the tool's tip has no flat left; below 0 none fits."""
         if self.entry.internal:
-            return self._widest_cutter_tip
+            return self.cutter.widest_rounding if self.cutter else 0.0
         alpha, tooth = self.pressure_angle, self.thickness
         shift = tooth.profile_shift * self.module
         shift_width = 2.0 * shift * math.tan(alpha)
@@ -96,17 +96,17 @@ class Blank(Involute):
         return flat / (1.0 / math.cos(alpha) - math.tan(alpha))
 
     @property
-    def _widest_cutter_tip(self) -> float:
+    def cutter(self) -> ShaperCutter | None:
+        """Cutter of an internal gear with sharp tips, None where there is none."""
         tooth = self.thickness
         standard, by_shift = thickness_of_rack(self)
         thickness = standard + by_shift * tooth.profile_shift - tooth.thinning
         half = 0.5 * thickness / self.reference_radius + involute(self.pressure_angle)
         root = self.reference_radius + tooth.profile_shift * self.module - self.dedendum
         try:
-            cutter = shaper_cutter(self, half, root, self.cutter_teeth)
+            return shaper_cutter(self, half, root, self.cutter_teeth)
         except ValueError:
-            return 0.0
-        return cutter.widest_rounding
+            return None
 
     @property
     def cutter_teeth(self) -> int:
