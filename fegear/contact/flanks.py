@@ -311,7 +311,9 @@ def deepest_valley(master, slave, line, crossings, knots):
         if gap < least:
             best, least = i, gap
     near, far = master.tip_roll - (best - 1) * step, master.tip_roll - (best + 1) * step
-    return max(0.0, arc_of_roll(master, near)), arc_of_roll(master, max(0.0, far))
+    if master.base_radius > 0.0:
+        far = max(0.0, far)  # to the base circle, which internal teeth do not reach
+    return max(0.0, arc_of_roll(master, near)), arc_of_roll(master, far)
 
 
 @compiled_part
