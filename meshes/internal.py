@@ -25,7 +25,7 @@ from meshes.gear import (
 from meshes.shaper import ShaperCutter, shaper_cutter
 from meshes.tip_interference import corner_clearance
 
-FEWEST_CUTTER_TEETH = 5  # of a cutter, and fewer than the ring has
+MIN_CUTTER_TEETH = 5  # of a cutter, and fewer than the ring has
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +81,7 @@ class InternalGear(SpurGear):
         for field, length in rows:
             ok = 0.0 < length < math.inf
             require(field, ok, stated_mm(length), "must be positive and finite")
-        fewest = FEWEST_CUTTER_TEETH
+        fewest = MIN_CUTTER_TEETH
         most = self.teeth - fewest
         ok = fewest <= self.cutter_teeth <= most
         allowed = f"allowed {fewest} to {most}, {fewest} fewer than the ring has"
@@ -129,17 +129,17 @@ class InternalGear(SpurGear):
             raise GeometryError(
                 "cutter_teeth",
                 f"{self.cutter_teeth}; tips of the cutter meet those of the ring, "
-                f"allowed {FEWEST_CUTTER_TEETH} to {self._most_cutter_teeth}",
+                f"allowed {MIN_CUTTER_TEETH} to {self._most_cutter_teeth}",
             )
 
     @property
     def _most_cutter_teeth(self) -> int:
         """Number of teeth of the largest cutter whose tips pass those of the ring."""
-        for teeth in range(self.cutter_teeth - 1, FEWEST_CUTTER_TEETH, -1):
+        for teeth in range(self.cutter_teeth - 1, MIN_CUTTER_TEETH, -1):
             cutter = shaper_cutter(self, self.base_half_angle, self.root_radius, teeth)
             if corner_clearance(cutter, self, cutter.center_distance) > 0.0:
                 return teeth
-        return FEWEST_CUTTER_TEETH
+        return MIN_CUTTER_TEETH
 
     def _require_cutter_tip(self) -> None:
         try:

@@ -70,8 +70,8 @@ def work_on_whole_gear(gear, loads, size):
     loads : (tooth, arcs (n,), line loads (n,) [N/m], step [m]) of each pair, teeth to
         the right
 
-    Plane stress; the hub, or the rim of an internal gear, is held. It shares the mesh of the sector with the program,
-    with other vertices on the flank.
+    Plane stress; the hub, or the rim of an internal gear, is held. It shares the mesh
+    of the sector with the program, with other vertices on the flank.
     """
     arcs = refined_arcs(gear.flank_length, [load[1:] for load in loads])
     with patch("meshes.outline.flank_arcs", return_value=arcs):

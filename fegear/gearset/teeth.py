@@ -20,7 +20,7 @@ from fegear.gearset.thickness import (
 )
 from lumped.common.checks import require_present
 from meshes.gear import GeometryError, SpurGear, floored
-from meshes.internal import FEWEST_CUTTER_TEETH, InternalGear
+from meshes.internal import MIN_CUTTER_TEETH, InternalGear
 from meshes.involute import Involute, involute
 from meshes.shaper import ShaperCutter, shaper_cutter
 
@@ -37,7 +37,7 @@ GEAR_KEYS = {
     "tooth_thinning": "tooth_thinning_um",
     "cutter_teeth": "cutter_teeth",
 }
-FEWEST_DEFAULT_CUTTER_TEETH = 10
+MIN_DEFAULT_CUTTER_TEETH = 10
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Blank(Involute):
 
     @property
     def hub_radius(self) -> float:
-        """Of the bore, or of the outside of an internal gear, negative."""
+        """Radius of the bore, or of the outside of an internal gear, negative."""
         if self.entry.internal:
             return -require_present(self.entry.rim_radius_mm, "rim_radius_mm") * MM
         diameter, radius = self.entry.hub_diameter_mm, self.entry.hub_radius_mm
@@ -111,9 +111,10 @@ class Blank(Involute):
     @property
     def cutter_teeth(self) -> int:
         """As given, else a third of the teeth of the ring."""
-        given = self.entry.cutter_teeth
-        fewest = min(FEWEST_DEFAULT_CUTTER_TEETH, self.teeth - FEWEST_CUTTER_TEETH)
-        return max(fewest, self.teeth // 3) if given is None else given
+        if self.entry.cutter_teeth is not None:
+            return self.entry.cutter_teeth
+        fewest = min(MIN_DEFAULT_CUTTER_TEETH, self.teeth - MIN_CUTTER_TEETH)
+        return max(fewest, self.teeth // 3)
 
     @property
     def rack_tip_radius(self) -> float:

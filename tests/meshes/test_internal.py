@@ -114,10 +114,11 @@ def test_the_space_is_what_the_rolling_cutter_leaves(ring):
     right = tooth_outline(ring, 12)[-30:-1]  # flank, fillet and the end of the root
     right = right[np.hypot(*right.T) > -ring.tip_radius + 1e-9]
     in_space = turn(right, -0.5 * ring.pitch_angle)  # the space is below the centre
+    center = np.array([0.0, cutter.center_distance])
     deepest, nearest = np.full(len(right), np.inf), np.full(len(right), np.inf)
     for phi in np.linspace(-1.1, 1.1, 3001):
         psi = phi * cutter.teeth / ring.teeth
-        seen = turn(in_space, -psi) + [0.0, cutter.center_distance]
+        seen = turn(in_space, -psi) + center
         seen = turn(-seen, phi)  # the cutter's tooth points down
         distance, index = tree.query(seen)
         signed = np.einsum("ic,ic->i", seen - outline[index], normals[index])
@@ -174,14 +175,24 @@ def allowed(error, values):
     if field == "cutter_teeth":
         low, high = map(int, re.findall(r"\d+", error.message.partition(";")[2])[:2])
         return min(max(values[field], low), high)
-    found = NUMBER.search(error.message)
-    if not found or field == "profile_shift" or "pointed" in error.message:
+    match = NUMBER.search(error.message)
+    if not match or field == "profile_shift" or "pointed" in error.message:
         return None
-    words, number = found[1], float(found[2])
-    if words.startswith("must be below"):
+    bound, number = match[1], float(match[2])
+    if bound.startswith("must be below"):
         number -= 1e-6
-    number = 1e-3 * (number + STEPS.get(words, 0.0))
+    number = 1e-3 * (number + STEPS.get(bound, 0.0))
     return -number if field in ("tip_radius", "hub_radius") else number
+
+
+def refusal(teeth, values):
+    """The error of a ring that cannot be cut, None where it can."""
+    try:
+        ring = make_ring(teeth, **values)
+    except GeometryError as error:
+        return error
+    assert -ring.tip_radius < -ring.form_radius <= -ring.root_radius
+    return None
 
 
 def test_random_rings_are_cut_or_refused_with_a_number_that_works():
@@ -197,25 +208,18 @@ def test_random_rings_are_cut_or_refused_with_a_number_that_works():
             "tip_radius": -(0.5 * teeth + rng.uniform(-2.0, 0.5)) * MODULE,
             "hub_radius": -(0.5 * teeth + rng.uniform(0.0, 5.0)) * MODULE,
         }
-        complaints = set()
-        while True:
-            try:
-                ring = make_ring(teeth, **values)
-            except GeometryError as error:
-                refused[error.field] = refused.get(error.field, 0) + 1
-                change = allowed(error, values)
-                if change is None:
-                    break
-                words = NUMBER.search(error.message)
-                cause = error.message.partition("; ")[2][:12]
-                key = error.field, cause, words and words[1], values["cutter_teeth"]
-                assert key not in complaints, (error.field, error.message, values)
-                complaints.add(key)
-                values[error.field] = change
-            else:
-                cut += 1
-                assert -ring.tip_radius < -ring.form_radius <= -ring.root_radius
+        complaints: list[tuple] = []
+        while (error := refusal(teeth, values)) is not None:
+            refused[error.field] = refused.get(error.field, 0) + 1
+            change = allowed(error, values)
+            if change is None:
                 break
+            bound = NUMBER.search(error.message)
+            cause = error.message.partition("; ")[2][:12], bound and bound[1]
+            complaints.append((error.field, *cause, values["cutter_teeth"]))
+            assert len(set(complaints)) == len(complaints), (error.message, values)
+            values[error.field] = change
+        cut += error is None
     assert cut > 200
     assert set(refused) >= {"cutter_teeth", "rack_tip_radius", "tip_radius"}
 
@@ -349,8 +353,8 @@ def test_many_teeth_tend_to_the_rack(sign):
     gear, alpha, ratios = make_planet(), math.radians(20.0), []
     rack = 1.0 / math.sin(alpha)  # of the addendum of a module, along the line
     mate = 0.8 * MODULE * rack
-    own = gear.tip_roll_length - 36e-3 * math.sin(alpha)
-    limit = (mate + own) / gear.base_pitch
+    recess = gear.tip_roll_length - 36e-3 * math.sin(alpha)
+    limit = (mate + recess) / gear.base_pitch
     for teeth in (1000, 10000):
         if sign > 0:
             other = make_planet(teeth, 0.8)

@@ -68,13 +68,14 @@ def test_the_coupled_model_moves_as_the_elements_do(driver, bearings):
 
 @pytest.mark.slow
 def test_it_does_not_matter_which_gear_drives():
-    """At speeds where tip corners, which differ in approach and recess, weigh little.
+    """Below the resonance, where tip corners, which differ in approach and recess,
+    weigh little.
 
     The ring's frames, modes and inertia are then those of a driver.
     """
     one, _ = rms(coupled(planet_and_ring()))
     two, _ = rms(coupled(planet_and_ring(1, torque=TORQUE * RATIO)))
-    np.testing.assert_allclose(one, two, rtol=0.05)
+    np.testing.assert_allclose(one[:2], two[:2], rtol=0.01)
 
 
 def test_the_train_of_a_ring_turns_in_the_sense_of_the_planet():
@@ -87,10 +88,10 @@ def test_the_train_of_a_ring_turns_in_the_sense_of_the_planet():
 
 def test_natural_frequencies_are_those_of_two_rotors():
     """omega^2 = k (r1^2 / J1 + r2^2 / J2) of the mean mesh stiffness."""
-    modes = fegear.run(fegear.Modes(gear_set=planet_and_ring())).summary
+    modes = fegear.run(fegear.NaturalModes(gear_set=planet_and_ring())).summary
     train = train_of(planet_and_ring(), TORQUE)
-    stiffness = modes["meshes"][0]["mean_stiffness_N_per_m"]
+    stiffness = modes["mean_stiffness"][0]["stiffness_N_per_m"]
     inverse = sum(gear.base_radius**2 / gear.inertia for gear in train.gears)
-    frequencies = [mode["natural_frequency_Hz"] for mode in modes["modes"]]
+    frequencies = [mode["frequency_Hz"] for mode in modes["modes"]]
     expected = np.sqrt(stiffness * inverse) / (2.0 * np.pi)
     assert max(frequencies) == pytest.approx(expected, rel=1e-9)

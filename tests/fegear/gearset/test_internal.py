@@ -105,8 +105,8 @@ def test_drawn_teeth_interleave_and_touch(gears, turned):
         assert gap < 5e-6
     for number in range(1, len(gears.meshes)):
         if (geometric := geometric_phase(gears, number)) is not None:
-            given = mesh_phases(gears)[number].value
-            assert math.remainder(given - geometric, 1.0) == pytest.approx(0, abs=1e-9)
+            phase = mesh_phases(gears)[number].value
+            assert math.remainder(phase - geometric, 1.0) == pytest.approx(0, abs=1e-9)
 
 
 def test_phases_of_planets_are_those_of_the_numbers_of_teeth():
