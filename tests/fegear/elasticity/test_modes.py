@@ -258,7 +258,8 @@ class RingSector(CyclicSector):
 
 
 def ring_sector(radial, angular, teeth=12):
-    return RingSector(SimpleNamespace(teeth=teeth), STEEL, (radial, angular))
+    gear = SimpleNamespace(teeth=teeth, pitch_angle=2.0 * np.pi / teeth)
+    return RingSector(gear, STEEL, (radial, angular))
 
 
 def ring_mesh(ring, teeth, radial, angular):
