@@ -110,7 +110,7 @@ class Blank(Involute):
 
     @property
     def cutter_teeth(self) -> int:
-        """As given, else a third of the teeth of the ring."""
+        """Number of teeth of the cutter: a third of the ring's by default."""
         if self.entry.cutter_teeth is not None:
             return self.entry.cutter_teeth
         fewest = min(MIN_DEFAULT_CUTTER_TEETH, self.teeth - MIN_CUTTER_TEETH)
