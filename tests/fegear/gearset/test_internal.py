@@ -86,6 +86,7 @@ SETS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gears", SETS.values(), ids=SETS)
 @pytest.mark.parametrize("turned", [0.0, 0.3])
 def test_drawn_teeth_interleave_and_touch(gears, turned):
