@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
+from meshes.involute import Involute, involute
 from meshes.undercut import involute_crossing, waist
 
 
@@ -20,56 +21,6 @@ class GeometryError(ValueError):
         self.field = field
         self.message = message
         self.role = role
-
-
-def involute(angle: float) -> float:
-    """Involute function inv(angle) = tan(angle) - angle, angles in radians."""
-    return math.tan(angle) - angle
-
-
-def inverse_involute(value: float) -> float:
-    """Pressure angle [rad] whose involute function is `value` >= 0.
-
-    Newton's method solves t - atan(t) = value for t = tan(angle). The function is
-    convex, so that the iteration descends to the root from above.
-    """
-    t = value + 0.5 * math.pi
-    for _ in range(100):
-        step = (t - math.atan(t) - value) * (1.0 + t * t) / (t * t)
-        t -= step
-        if not abs(step) > 1e-15 * t:
-            break
-    return math.atan(t)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Involute:
-    """Properties shared by all gears of one generating rack and number of teeth.
-
-    module : reference pitch diameter over number of teeth [m]
-    pressure_angle : pressure angle of the generating rack [rad]
-    """
-
-    teeth: int
-    module: float
-    pressure_angle: float
-
-    @property
-    def reference_radius(self) -> float:
-        return 0.5 * self.module * self.teeth
-
-    @property
-    def base_radius(self) -> float:
-        return self.reference_radius * math.cos(self.pressure_angle)
-
-    @property
-    def base_pitch(self) -> float:
-        return math.pi * self.module * math.cos(self.pressure_angle)
-
-    @property
-    def pitch_angle(self) -> float:
-        """Angle between teeth, 2 pi / z."""
-        return 2.0 * math.pi / self.teeth
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,8 +47,14 @@ class SpurGear(Involute):
     tooth_thinning: float = 0.0
 
     def __post_init__(self) -> None:
-        require_finite_sizes(self)
-        require_generated_tooth(self)
+        require_rack(self)
+        self.require_sizes()
+        self.require_generated_tooth()
+
+    @property
+    def outer_radius(self) -> float:
+        """Largest radius of the body, positive."""
+        return self.tip_radius
 
     @property
     def root_radius(self) -> float:
@@ -119,7 +76,7 @@ class SpurGear(Involute):
     @property
     def tip_roll_length(self) -> float:
         """Roll length sqrt(ra^2 - rb^2) of the tip, along the line of action."""
-        return math.sqrt(self.tip_radius**2 - self.base_radius**2)
+        return self.sign * math.sqrt(self.tip_radius**2 - self.base_radius**2)
 
     @property
     def rack_roll_length(self) -> float:
@@ -152,7 +109,7 @@ class SpurGear(Involute):
 
     @property
     def form_radius(self) -> float:
-        return math.hypot(self.base_radius, self.form_roll_length)
+        return self.sign * math.hypot(self.base_radius, self.form_roll_length)
 
     @property
     def flank_length(self) -> float:
@@ -178,6 +135,58 @@ class SpurGear(Involute):
         half_width = half_space - depth * math.tan(alpha) - rho / math.cos(alpha)
         return half_width, depth
 
+    def require_sizes(self) -> None:
+        for field in ("tip_radius", "hub_radius"):
+            length: float = getattr(self, field)
+            ok = 0.0 < length < math.inf
+            require(field, ok, stated_mm(length), "must be positive and finite")
+
+    def require_generated_tooth(self) -> None:
+        """Require that the rack cuts a whole tooth with a tip land on a body."""
+        self._require_rack_tip()
+        if self.is_undercut and not waist(self) > MIN_WAIST * self.module:
+            foot, least = floored(1e3 * waist(self)), 1e3 * MIN_WAIST * self.module
+            raise GeometryError(
+                "profile_shift",
+                f"{self.profile_shift:g}; undercut leaves {foot} mm of the tooth's "
+                f"foot, at least {ceiled(least)} mm is needed",
+            )
+        require(
+            "tip_radius",
+            self.tip_radius > self.form_radius,
+            stated_mm(self.tip_radius),
+            f"must exceed the form radius {ceiled(1e3 * self.form_radius)} mm",
+        )
+        self.require_tip_land()
+        largest_hub = self.root_radius - 0.5 * self.module
+        require(
+            "hub_radius",
+            self.hub_radius <= largest_hub * (1.0 + SLACK),
+            stated_mm(self.hub_radius),
+            f"at most {floored(1e3 * largest_hub)} mm, half a module below the root "
+            f"circle {stated_mm(self.root_radius)}",
+        )
+
+    def require_tip_land(self) -> None:
+        thickness = self.tip_thickness
+        require(
+            "tip_radius",
+            thickness > 0.05 * self.module,
+            stated_mm(abs(self.tip_radius)),
+            f"the tooth is pointed: tip thickness {floored(1e3 * thickness)} mm, at "
+            f"least {ceiled(50.0 * self.module)} mm is needed",
+        )
+
+    def _require_rack_tip(self) -> None:
+        half_width, _depth = self.rack_tip_center
+        widest = self.rack_tip_radius
+        if half_width < -1e-9 * self.module:
+            alpha = self.pressure_angle
+            widest += half_width / (1.0 / math.cos(alpha) - math.tan(alpha))
+            limit = f"does not fit the rack tip, at most {floored(1e3 * widest)} mm"
+            rounding = stated_mm(self.rack_tip_radius)
+            raise GeometryError("rack_tip_radius", f"{rounding}; {limit}")
+
 
 MIN_WAIST = 0.3  # thickness of an undercut tooth, in modules
 SLACK = 1e-12  # relative change of a value by a conversion of units
@@ -201,69 +210,31 @@ def _six_figures(value: float, rounding: str) -> str:
     return f"{rounded.normalize():f}"
 
 
-def _mm(length: float) -> str:
+def stated_mm(length: float) -> str:
     return f"{1e3 * length:.9g} mm"
 
 
-def _require(field: str, ok: bool, got: str, allowed: str) -> None:
+def require(field: str, ok: bool, got: str, allowed: str) -> None:
     if not ok:  # comparisons with NaN are false and end here too
         raise GeometryError(field, f"{got}; {allowed}")
 
 
-def require_finite_sizes(gear: SpurGear) -> None:
-    _require("teeth", gear.teeth >= 5, f"{gear.teeth}", "at least 5 teeth are needed")
-    for field in ("module", "tip_radius", "dedendum", "hub_radius"):
+def require_rack(gear: SpurGear) -> None:
+    """Require teeth, module and rack within their limits."""
+    require("teeth", gear.teeth >= 5, f"{gear.teeth}", "at least 5 teeth are needed")
+    for field in ("module", "dedendum"):
         length: float = getattr(gear, field)
         ok = 0.0 < length < math.inf
-        _require(field, ok, _mm(length), "must be positive and finite")
+        require(field, ok, stated_mm(length), "must be positive and finite")
     degrees = math.degrees(gear.pressure_angle)
-    _require(
+    require(
         "pressure_angle", 5.0 <= degrees <= 35.0, f"{degrees:g} deg", "allowed 5 to 35"
     )
     shift = gear.profile_shift
-    _require("profile_shift", abs(shift) <= 2.0, f"{shift:g}", "allowed -2 to 2")
+    require("profile_shift", abs(shift) <= 2.0, f"{shift:g}", "allowed -2 to 2")
     thinning = gear.tooth_thinning
     ok = abs(thinning) < 0.5 * gear.module
     limit = f"must stay below half a module, {floored(5e5 * gear.module)} um"
-    _require("tooth_thinning", ok, f"{1e6 * thinning:.6g} um", limit)
+    require("tooth_thinning", ok, f"{1e6 * thinning:.6g} um", limit)
     rho = gear.rack_tip_radius
-    _require("rack_tip_radius", rho > 0.0, _mm(rho), "must be positive")
-
-
-def require_generated_tooth(gear: SpurGear) -> None:
-    """Require that the rack cuts a whole tooth with a tip land on an existing body."""
-    half_width, _depth = gear.rack_tip_center
-    widest = gear.rack_tip_radius
-    if half_width < -1e-9 * gear.module:
-        alpha = gear.pressure_angle
-        widest += half_width / (1.0 / math.cos(alpha) - math.tan(alpha))
-        limit = f"does not fit the rack tip, at most {floored(1e3 * widest)} mm"
-        raise GeometryError("rack_tip_radius", f"{_mm(gear.rack_tip_radius)}; {limit}")
-    if gear.is_undercut and not waist(gear) > MIN_WAIST * gear.module:
-        raise GeometryError(
-            "profile_shift",
-            f"{gear.profile_shift:g}; undercut leaves {floored(1e3 * waist(gear))} mm "
-            f"of the tooth's foot, at least {ceiled(1e3 * MIN_WAIST * gear.module)} mm "
-            "is needed",
-        )
-    _require(
-        "tip_radius",
-        gear.tip_radius > gear.form_radius,
-        _mm(gear.tip_radius),
-        f"must exceed the form radius {ceiled(1e3 * gear.form_radius)} mm",
-    )
-    _require(
-        "tip_radius",
-        gear.tip_thickness > 0.05 * gear.module,
-        _mm(gear.tip_radius),
-        f"the tooth is pointed: tip thickness {floored(1e3 * gear.tip_thickness)} mm, "
-        f"at least {ceiled(50.0 * gear.module)} mm is needed",
-    )
-    largest_hub = gear.root_radius - 0.5 * gear.module
-    _require(
-        "hub_radius",
-        gear.hub_radius <= largest_hub * (1.0 + SLACK),
-        _mm(gear.hub_radius),
-        f"at most {floored(1e3 * largest_hub)} mm, half a module below the root circle "
-        f"{_mm(gear.root_radius)}",
-    )
+    require("rack_tip_radius", rho > 0.0, stated_mm(rho), "must be positive")

@@ -25,7 +25,7 @@ def layer_radii(gear: SpurGear, size: MeshSize, top: float) -> NDArray[np.float6
         growth = size.body_growth * (gear.root_radius - r)
         step = max(size.hub_size * gear.module, growth)
         # the twist of a body decreases as 1 / r
-        step = min(step, size.body_growth * r, size.largest_layer * gear.module)
+        step = min(step, size.body_growth * abs(r), size.largest_layer * gear.module)
         radii.append(r - step)
     if len(radii) == 1:
         return np.array(radii)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from meshes.gear import SpurGear
 from meshes.profile import (
     Points,
+    angle_of,
     fillet_points,
     flank_points,
     polar,
@@ -149,7 +150,7 @@ def half_sector_outline(gear: SpurGear, size: MeshSize) -> list[Edges]:
         Edges("fillet", fillet, _fillet_parameters(gear, size, fillet, arcs)),
     ]
     bottom = fillet_points(gear, 0.0)
-    start, cut = math.atan2(bottom[0], bottom[1]), math.pi / gear.teeth
+    start, cut = angle_of(gear, bottom), 0.5 * gear.pitch_angle
     land_length = gear.root_radius * (cut - start)
     if land_length > 1e-6 * gear.module:
         edge = 2.0 * gear.module / size.fillet_edges
@@ -169,7 +170,7 @@ def floor_radius(gear: SpurGear, size: MeshSize) -> float:
 
 def floor_edges(gear: SpurGear, size: MeshSize) -> Edges:
     """Arc at the floor radius from the cut back to the tooth axis."""
-    radius, cut = floor_radius(gear, size), math.pi / gear.teeth
+    radius, cut = floor_radius(gear, size), 0.5 * gear.pitch_angle
     count = max(1, math.ceil(radius * cut / (size.hub_size * gear.module)))
     angles = np.linspace(cut, 0.0, count + 1)
     return Edges("floor", lambda angle: polar(radius, angle), angles)

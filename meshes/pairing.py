@@ -8,15 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meshes.gear import (
-    GeometryError,
-    SpurGear,
-    ceiled,
-    floored,
-    inverse_involute,
-    involute,
-)
+from meshes.gear import GeometryError, SpurGear, ceiled, floored, stated_mm
+from meshes.involute import inverse_involute, involute
 from meshes.profile import fillet_points
+from meshes.tip_interference import corner_clearance, largest_tip
 
 PATH_POINTS = 4000  # of the path of a tip corner through an undercut
 
@@ -26,7 +21,8 @@ class GearPair:
     """Driving and driven gear at a centre distance [m].
 
     Positions on the line of action are measured by the roll length of the
-    driver, s1, from its base circle's point of tangency; s2 = length - s1.
+    driver, s1, from its base circle's point of tangency; s2 = length - s1. One of the
+    gears may be internal: its roll lengths are negative, and so is the length.
 
     Raises GeometryError if the two cannot run together.
     """
@@ -43,7 +39,21 @@ class GearPair:
     @property
     def operating_pressure_angle(self) -> float:
         bases = self.driver.base_radius + self.driven.base_radius
-        return math.acos(bases / self.center_distance)
+        return math.acos(abs(bases) / self.center_distance)
+
+    @property
+    def is_internal(self) -> bool:
+        return self.sign < 0
+
+    @property
+    def sign(self) -> int:
+        """-1 for a pair with an internal gear, else 1."""
+        return self.driver.sign * self.driven.sign
+
+    @property
+    def driver_arm(self) -> float:
+        """Arm of the mesh force about the driver's centre, its base radius."""
+        return abs(self.driver.base_radius)
 
     @property
     def base_pitch(self) -> float:
@@ -52,7 +62,8 @@ class GearPair:
     @property
     def line_of_action(self) -> float:
         """Distance between the two points of tangency, a sin(aw)."""
-        return self.center_distance * math.sin(self.operating_pressure_angle)
+        sine = math.sin(self.operating_pressure_angle)
+        return self.sign * self.center_distance * sine
 
     @property
     def pitch_point(self) -> float:
@@ -89,7 +100,7 @@ class GearPair:
         """Normal backlash along the line of action."""
         one, two = self.driver, self.driven
         angle = self.operating_pressure_angle
-        gap = involute(angle) - one.base_half_angle + math.pi / one.teeth
+        gap = involute(angle) - one.base_half_angle + 0.5 * one.pitch_angle
         return 2.0 * one.base_radius * gap + 2.0 * two.base_radius * (
             involute(angle) - two.base_half_angle
         )
@@ -115,12 +126,15 @@ def require_common_pitch(pair: GearPair) -> None:
 
 
 def require_path(pair: GearPair) -> None:
-    bases = pair.driver.base_radius + pair.driven.base_radius
+    if pair.driver.sign + pair.driven.sign < 0:
+        raise GeometryError("internal", "both gears are internal; only one may be")
+    bases = abs(pair.driver.base_radius + pair.driven.base_radius)
+    name = "difference" if pair.is_internal else "sum"
     a = pair.center_distance
     if not bases < a < math.inf:
         raise GeometryError(
             "center_distance",
-            f"{1e3 * a:.9g} mm; must exceed the sum of base radii "
+            f"{1e3 * a:.9g} mm; must exceed the {name} of base radii "
             f"{ceiled(1e3 * bases)} mm",
         )
     if not pair.contact_ratio >= 1.0:
@@ -134,6 +148,8 @@ def require_path(pair: GearPair) -> None:
 def _remedy(pair: GearPair) -> str:
     """Changes that raise the contact ratio to 1."""
     one, two = pair.driver, pair.driven
+    if pair.is_internal:
+        return "larger tips of the gear or smaller ones of the ring"
     if one.is_undercut or two.is_undercut:
         return "less undercut by a profile shift or more teeth, or larger tips"
     path = one.tip_roll_length + two.tip_roll_length - one.base_pitch
@@ -153,27 +169,58 @@ def require_clearances(pair: GearPair) -> None:
             require_undercut_clearance(pair, name)
         elif start < gear.form_roll_length:
             allowed = math.hypot(mate.base_radius, length - gear.form_roll_length)
+            limit = f"at most {floored(1e3 * allowed)} mm"
+            if mate.sign < 0:
+                limit = f"at least {ceiled(1e3 * allowed)} mm"
             raise GeometryError(
                 "tip_radius",
-                f"{1e3 * mate.tip_radius:.9g} mm of the mate digs below the form "
+                f"{1e3 * abs(mate.tip_radius):.9g} mm of the mate digs below the form "
                 f"circle of the {name} gear ({gear.teeth} teeth), trochoid "
-                f"interference; at most {floored(1e3 * allowed)} mm",
+                f"interference; {limit}",
                 other[name],
             )
-        clearance = pair.center_distance - mate.tip_radius - gear.root_radius
+        distance = pair.sign * pair.center_distance
+        clearance = distance - mate.tip_radius - gear.root_radius
         if clearance <= 0.0:
             raise GeometryError(
                 "tip_radius",
-                f"{1e3 * mate.tip_radius:.9g} mm of the mate meets the root circle of "
-                f"the {name} gear ({gear.teeth} teeth), clearance "
+                f"{stated_mm(abs(mate.tip_radius))} of the mate meets the root circle "
+                f"of the {name} gear ({gear.teeth} teeth), clearance "
                 f"{1e3 * clearance:.6g} mm; it must be positive",
                 other[name],
             )
+    if pair.is_internal:
+        require_tip_clearance(pair)
     if pair.backlash < -1e-9 * pair.base_pitch:  # round-off does not jam the gears
         raise GeometryError(
             "backlash",
             f"{1e6 * pair.backlash:.6g} um; teeth would jam, it must not be negative: "
-            f"centre distance at least {ceiled(1e3 * tight_center_distance(pair))} mm",
+            f"centre distance {tight_distance(pair)}",
+        )
+
+
+def tight_distance(pair: GearPair) -> str:
+    """The bound of the centre distance at which backlash begins, in words."""
+    distance = 1e3 * tight_center_distance(pair)
+    if pair.is_internal:
+        return f"at most {floored(distance)} mm"
+    return f"at least {ceiled(distance)} mm"
+
+
+def require_tip_clearance(pair: GearPair) -> None:
+    """Require that a gear's tips pass those of the ring beside the path."""
+    gear, ring, role = pair.driver, pair.driven, "driver"
+    if gear.sign < 0:
+        gear, ring, role = ring, gear, "driven"
+    clearance = corner_clearance(gear, ring, pair.center_distance)
+    if clearance <= 0.0:
+        allowed = largest_tip(gear, ring, pair.center_distance)
+        raise GeometryError(
+            "tip_radius",
+            f"{1e3 * gear.tip_radius:.9g} mm meets tips of the ring beside the path of "
+            f"contact, tip interference by {ceiled(-1e3 * clearance)} mm; at most "
+            f"{floored(1e3 * allowed)} mm, or a ring of more teeth",
+            role,
         )
 
 
@@ -224,7 +271,8 @@ def tip_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -> flo
 
 
 def _line_length(gear: SpurGear, mate: SpurGear, center_distance: float) -> float:
-    return math.sqrt(center_distance**2 - (gear.base_radius + mate.base_radius) ** 2)
+    bases = gear.base_radius + mate.base_radius
+    return gear.sign * mate.sign * math.sqrt(center_distance**2 - bases**2)
 
 
 def _fillet_gap(
@@ -254,6 +302,6 @@ def tight_center_distance(pair: GearPair) -> float:
     """Centre distance [m] of these gears without backlash."""
     one, two = pair.driver, pair.driven
     bases = one.base_radius + two.base_radius
-    filled = one.base_radius * (one.base_half_angle - math.pi / one.teeth)
+    filled = one.base_radius * (one.base_half_angle - 0.5 * one.pitch_angle)
     value = (filled + two.base_radius * two.base_half_angle) / bases
-    return bases / math.cos(inverse_involute(value))
+    return abs(bases) / math.cos(inverse_involute(value))

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meshes.gear import SpurGear
+from meshes.internal import InternalGear
 
 Points = NDArray[np.float64]
 
@@ -31,11 +32,16 @@ def turn(points: Points, angle: ArrayLike) -> Points:
     return np.stack([c * x + s * y, c * y - s * x], axis=-1)
 
 
+def angle_of(gear: SpurGear, point: Points) -> float:
+    """Clockwise angle of a point (2,) from the tooth axis, whose inverse is `polar`."""
+    return math.atan2(gear.sign * point[0], gear.sign * point[1])
+
+
 def flank_points(gear: SpurGear, roll_length: ArrayLike) -> Points:
     """Points of the right involute flank at roll lengths s = sqrt(r^2 - rb^2) (n,)."""
     s, rb = np.asarray(roll_length, float), gear.base_radius
     angle = gear.base_half_angle - (s / rb - np.arctan(s / rb))
-    return polar(np.hypot(rb, s), angle)
+    return polar(np.copysign(np.hypot(rb, s), rb), angle)
 
 
 def flank_tangents(gear: SpurGear, roll_length: ArrayLike) -> Points:
@@ -56,6 +62,8 @@ def fillet_points(gear: SpurGear, normal_angle: ArrayLike) -> Points:
     (Litvin & Fuentes, Gear Geometry and Applied Theory, 2004, section 6.2).
     """
     beta = np.asarray(normal_angle, float)
+    if isinstance(gear, InternalGear):
+        return _shaped_fillet(gear, beta)
     half_width, depth = gear.rack_tip_center
     rolled = half_width - depth * np.tan(beta)  # r phi
     outward = -np.stack([np.sin(beta), np.cos(beta)], axis=-1)
@@ -65,7 +73,26 @@ def fillet_points(gear: SpurGear, normal_angle: ArrayLike) -> Points:
     in_space_frame = turn(
         center + gear.rack_tip_radius * outward, -rolled / gear.reference_radius
     )
-    return turn(in_space_frame, math.pi / gear.teeth)
+    return turn(in_space_frame, 0.5 * gear.pitch_angle)
+
+
+def _shaped_fillet(gear: InternalGear, beta: NDArray[np.float64]) -> Points:
+    """Fillet of an internal gear, the trochoid cut by the cutter's rounded tip.
+
+    The centre of the rounding is where the normal through the instantaneous centre of
+    rolling meets its circle about the cutter's centre; ring and cutter turn in the same
+    sense.
+    """
+    cutter, sn, c = gear.cutter, np.sin(beta), np.cos(beta)
+    rolling = -gear.base_radius / math.cos(gear.cutting_angle)  # radii of the circles
+    cutter_rolling = rolling - cutter.center_distance
+    way = np.sqrt(cutter.center_radius**2 - (cutter_rolling * sn) ** 2)
+    way -= cutter_rolling * c
+    turned = np.arctan2(way * sn, cutter_rolling + way * c) - cutter.center_angle
+    depth = way + cutter.rounding
+    points = np.stack([-depth * sn, -rolling - depth * c], axis=-1)
+    ring_turned = turned * cutter.teeth / gear.teeth
+    return turn(points, 0.5 * gear.pitch_angle - ring_turned)
 
 
 def arc_from_tip(gear: SpurGear, roll_length: ArrayLike) -> NDArray[np.float64]:
@@ -77,7 +104,7 @@ def arc_from_tip(gear: SpurGear, roll_length: ArrayLike) -> NDArray[np.float64]:
 def roll_length_at_arc(gear: SpurGear, arc: ArrayLike) -> NDArray[np.float64]:
     """Inverse of `arc_from_tip`, shape (n,)."""
     squared = gear.tip_roll_length**2 - 2.0 * gear.base_radius * np.asarray(arc, float)
-    return np.sqrt(squared)
+    return np.copysign(np.sqrt(squared), gear.base_radius)
 
 
 def flank_frame(gear: SpurGear, arc: ArrayLike) -> tuple[Points, Points]:

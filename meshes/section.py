@@ -1,21 +1,21 @@
-"""Area and polar moment of a gear's section, from its bore to its tooth outline.
+"""Area and polar moment of a gear's section, between its bore and its tooth outline.
 
 They are computed from the true curves by Green's theorem: with n = 2 and 4 the integral
 of r^(n - 2) over a region is that of r^n / n dtheta around it. Radial lines do not
-contribute.
+contribute. The section of an internal gear is between its teeth and its outer radius.
 """
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 
 import numpy as np
 
 from meshes.gear import SpurGear
-from meshes.profile import fillet_points
+from meshes.profile import angle_of, fillet_points
 
 POINTS = 64  # points of Gauss quadrature, exact on the involute
+FILLET_DEGREE = 60  # of the polynomials that the fillet's coordinates are taken for
 
 
 @lru_cache(maxsize=256)
@@ -33,8 +33,7 @@ def section_polar_moment(gear: SpurGear) -> float:
 def _around(gear: SpurGear, n: int) -> float:
     """Integral over half a sector, from the tooth axis to the cut, times all halves."""
     half_pitch = 0.5 * gear.pitch_angle
-    bottom = fillet_points(gear, 0.0)
-    land = half_pitch - math.atan2(bottom[0], bottom[1])
+    land = half_pitch - angle_of(gear, fillet_points(gear, 0.0))
     half = (
         gear.tip_radius**n * gear.half_angle(gear.tip_radius)
         + _along_flank(gear, n)
@@ -55,19 +54,18 @@ def _along_flank(gear: SpurGear, n: int) -> float:
 
 
 def _along_fillet(gear: SpurGear, n: int) -> float:
-    """Integral of r^n dtheta from form to root circle.
+    """Integral of r^n dtheta from form to root circle, r^2 dtheta = y dx - x dy."""
+    from numpy.polynomial import Chebyshev
 
-    In the frame of `meshes.profile.fillet_points` before it rotates with the gear, the
-    point at normal angle beta is q = (-d tan beta, r - d) - rho (sin beta, cos beta).
-    """
-    d, rho, r = gear.rack_tip_center[1], gear.rack_tip_radius, gear.reference_radius
+    def coordinate(i: int) -> Chebyshev:
+        return Chebyshev.interpolate(
+            lambda beta: fillet_points(gear, beta)[..., i], FILLET_DEGREE, (0, end)
+        )
+
     end = gear.form_normal_angle
-    x, weight = np.polynomial.legendre.leggauss(POINTS)
-    beta = 0.5 * end * (1.0 + x)
-    sin, cos = np.sin(beta), np.cos(beta)
-    qx, qy = -d * sin / cos - rho * sin, r - d - rho * cos
-    turned = d / (r * cos**2)  # rotation of that frame, clockwise, per beta
-    squared = qx**2 + qy**2
-    swept = qx * rho * sin + qy * (d / cos**2 + rho * cos)  # q x dq, counter-clockwise
-    values = squared ** (n // 2 - 1) * (swept - turned * squared)
-    return 0.5 * end * float(weight @ values)
+    x, y = coordinate(0), coordinate(1)
+    node, weight = np.polynomial.legendre.leggauss(POINTS)
+    beta = 0.5 * end * (1.0 + node)
+    squared = x(beta) ** 2 + y(beta) ** 2
+    swept = y(beta) * x.deriv()(beta) - x(beta) * y.deriv()(beta)
+    return -0.5 * end * float(weight @ (squared ** (n // 2 - 1) * swept))

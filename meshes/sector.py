@@ -7,7 +7,6 @@ of the tooth.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -93,7 +92,7 @@ def _down_to_hub(gear: SpurGear, size: MeshSize, half: Triangles) -> Triangles:
     if len(radii) == 1:
         return points, triangles, edges | {"hub": floor}
     row = np.append(floor[:, [0, 2]].ravel(), floor[-1, 1])
-    below, cells, lines = body_layers(len(floor), math.pi / gear.teeth, radii)
+    below, cells, lines = body_layers(len(floor), 0.5 * gear.pitch_angle, radii)
     place = np.arange(len(below)) + len(points) - len(row)
     place[: len(row)] = row
     for name, nodes in lines.items():

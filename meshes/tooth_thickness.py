@@ -9,15 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from meshes.gear import (
-    GeometryError,
-    Involute,
-    SpurGear,
-    ceiled,
-    floored,
-    inverse_involute,
-    involute,
-)
+from meshes.gear import GeometryError, SpurGear, ceiled, floored
+from meshes.involute import Involute, inverse_involute, involute
 
 DEFAULT_PIN_MODULES = 1.728  # of external gears, Van Keuren's series
 

@@ -118,7 +118,8 @@ def edge_pairs(
     )
     compliance = 1.0 / problem.driver.modulus + 1.0 / problem.driven.modulus
     # half-width along the flanks, Johnson (1985) eq. (4.43)
-    half_width = np.sqrt(4.0 / np.pi * load * compliance * s1 * s2 / (s1 + s2))
+    radius = 1.0 / np.maximum(1.0 / s1 + 1.0 / s2, 1e-300)
+    half_width = np.sqrt(4.0 / np.pi * load * compliance * radius)
     is_edge = np.zeros(load.shape, np.bool_)
     for i, edges in enumerate(edge_arcs(problem)):
         distance = np.abs(arc[..., i, None] - edges).min(axis=-1)

@@ -1,7 +1,8 @@
 """Where two flanks are and how far apart: the kernel's geometry.
 
 Lengths in metres per gear in its own terms: roll length s = sqrt(r^2 - rb^2) and
-arc length l along the flank from the tip corner, dl = -s ds / rb. Kernels take
+arc length l along the flank from the tip corner, dl = -s ds / rb. Base radius and roll
+lengths of an internal gear are negative, see `meshes.internal`. Kernels take
 records and plain arrays: they compile several times faster than named tuples.
 """
 
@@ -213,7 +214,8 @@ def arc_of_roll(flank, s):
 
 @compiled_part
 def roll_of_arc(flank, arc):
-    return math.sqrt(max(0.0, flank.tip_roll**2 - 2.0 * flank.base_radius * arc))
+    squared = flank.tip_roll**2 - 2.0 * flank.base_radius * arc
+    return math.copysign(math.sqrt(max(0.0, squared)), flank.base_radius)
 
 
 @compiled_part
@@ -247,7 +249,7 @@ def separation(master, slave, line, crossings, s):
     squared = dx * dx + dy * dy - slave.base_radius**2
     if squared <= 0.0:
         return NO_FLANK_GAP, 0.0, 0.0
-    s_slave = math.sqrt(squared)
+    s_slave = math.copysign(math.sqrt(squared), slave.base_radius)
     # turn that carries (-s_slave, -rb) onto the point
     cross = -s_slave * dy + slave.base_radius * dx
     dot = -s_slave * dx - slave.base_radius * dy
@@ -260,7 +262,8 @@ def separation(master, slave, line, crossings, s):
 def normal_angle(flank, s):
     """Angle [rad] of the flank's normal from the base tangent through its point s."""
     slope = modification_slope(flank, s)
-    return math.atan2(slope * flank.base_radius, (1.0 + slope) * s)
+    sign = math.copysign(1.0, flank.base_radius)
+    return math.atan2(sign * slope * flank.base_radius, sign * (1.0 + slope) * s)
 
 
 @compiled_part
@@ -329,7 +332,9 @@ def deepest_valley(master, slave, line, crossings, knots):
         if gap < least:
             best, least = i, gap
     near, far = master.tip_roll - (best - 1) * step, master.tip_roll - (best + 1) * step
-    return max(0.0, arc_of_roll(master, near)), arc_of_roll(master, max(0.0, far))
+    if master.base_radius > 0.0:
+        far = max(0.0, far)  # to the base circle, which internal teeth do not reach
+    return max(0.0, arc_of_roll(master, near)), arc_of_roll(master, far)
 
 
 @compiled_part

@@ -37,10 +37,17 @@ NODE = np.dtype([("gap", "f8"), ("mate_arc", "f8"), ("force", "f8")], align=True
 @compiled_part
 def hertz_half_width(mesh, flanks, s1, load):
     """Half-width of the contact strip under a line load [N/m]."""
-    min_radius = MIN_ROLL * mesh.line_of_action
-    rho1, rho2 = max(s1, min_radius), max(mesh.line_of_action - s1, min_radius)
+    line = mesh.line_of_action
+    rho1 = curvature_radius(flanks[0], line, s1)
+    rho2 = curvature_radius(flanks[1], line, line - s1)
     compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
     return math.sqrt(4.0 / math.pi * load * compliance * rho1 * rho2 / (rho1 + rho2))
+
+
+@compiled_part
+def curvature_radius(flank, line, s):
+    """Radius of curvature at a roll length, not too small; negative where concave."""
+    return s if flank.base_radius < 0.0 else max(s, MIN_ROLL * abs(line))
 
 
 @compiled_part
@@ -49,19 +56,20 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     patch.master = 0 if s1 >= mesh.pitch_point else 1
     patch.present, patch.closing_ste = False, NO_FLANK_GAP
     patch.sliding_sign = np.sign(mesh.pitch_point - s1)
-    if abs(mesh.pitch_point - s1) < 1e-12 * mesh.line_of_action:
+    if abs(mesh.pitch_point - s1) < 1e-12 * abs(mesh.line_of_action):
         patch.sliding_sign = 0.0
     turn_driver(mesh, patch, s1, 0.0)
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     nominal = patch.crossings[0]  # the master's roll length
-    if patch.crossings[1] < slave.undercut_roll * (1.0 - 1e-12):
+    is_undercut = slave.undercut_roll > 0.0
+    if is_undercut and patch.crossings[1] < slave.undercut_roll * (1.0 - 1e-12):
         place_edge_patch(mesh, flanks, patch, s1, extra_gap)
         if patch.present or nominal <= master.tip_roll:
             return
         # the edge has not reached the mate's tip, whose corner may touch above it
         patch.master = 1 - patch.master
         turn_driver(mesh, patch, s1, 0.0)
-    off_path = nominal > master.tip_roll * (1.0 + 1e-12)
+    off_path = nominal > master.tip_roll + 1e-12 * abs(master.tip_roll)
     if off_path and not mesh.corner_contact:
         return
     if nominal > master.tip_roll + CORNER_RANGE * mesh.base_pitch:
@@ -124,7 +132,8 @@ def reach_of_patch(mesh, flanks, patch, half_width):
         return half_width
     line, crossings = mesh.line_of_action, patch.crossings
     least = separation(master, slave, line, crossings, roll_of_arc(master, patch.arc))
-    s1, s2 = max(crossings[0], MIN_ROLL * line), max(crossings[1], MIN_ROLL * line)
+    s1 = curvature_radius(master, line, crossings[0])
+    s2 = curvature_radius(slave, line, crossings[1])
     depth = half_width**2 * (s1 + s2) / (2.0 * s1 * s2)
     reach = half_width
     for i in range(1, REACH_STEPS + 1):
@@ -258,7 +267,7 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
         gap, s_slave, _ = separation(master, slave, line, crossings, s)
         nodes[i].gap = normal_gap(flanks, patch, gap) + initial_gap
         nodes[i].mate_arc = arc_of_roll(slave, s_slave)
-        if s_slave < slave.undercut_roll:
+        if 0.0 < s_slave < slave.undercut_roll:
             nodes[i].gap = NO_FLANK_GAP
     for a in range(SUPPORT):
         arc = 0.5 * (root_end + tip_end) - 0.5 * (root_end - tip_end) * points[a]

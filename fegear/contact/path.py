@@ -8,6 +8,7 @@ plus the number of base pitches by which a pair is ahead of the reference pair.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -50,7 +51,7 @@ def contact_diameters(pair: GearPair, position: Array) -> tuple[Array, Array]:
     gears = pair.driver, pair.driven
     angles = roll_angles(pair, position)
     one, two = (
-        2.0 * gear.base_radius * np.hypot(1.0, angle)
+        2.0 * abs(gear.base_radius) * np.hypot(1.0, angle)
         for gear, angle in zip(gears, angles, strict=True)
     )
     return one, two
@@ -62,7 +63,7 @@ def sliding_over_pitch_speed(pair: GearPair, position: Array) -> Array:
     Negative before the pitch point and positive past it.
     """
     radius = pair.driver.base_radius / math.cos(pair.operating_pressure_angle)
-    driven_radius = radius * pair.driven.teeth / pair.driver.teeth
+    driven_radius = radius * pair.driven.base_radius / pair.driver.base_radius
     return position * pair.base_pitch * (1.0 / radius + 1.0 / driven_radius)
 
 
@@ -72,17 +73,19 @@ def sliding_sign(position: Array) -> Array:
     return np.where(moving, -np.sign(position), 0.0)
 
 
-def sliding_per_base_pitch(teeth: tuple[int, int]) -> float:
+def sliding_per_base_pitch(teeth: Sequence[int]) -> float:
     """Sliding a base pitch from the pitch point, over the speed along the line of
     action.
+
+    teeth : of driver and driven gear, negative of an internal one
     """
-    return 2.0 * math.pi * sum(1.0 / z for z in teeth)
+    return 2.0 * math.pi * abs(sum(1.0 / z for z in teeth))
 
 
-def loss_factor(teeth: tuple[int, int], position: Array, share: ArrayLike) -> Array:
+def loss_factor(teeth: Sequence[int], position: Array, share: ArrayLike) -> Array:
     """Loss factor H_V: friction loss over friction coefficient and transmitted power.
 
-    teeth : of driver and driven gear
+    teeth : of driver and driven gear, negative of an internal one
     position : (n, k) of the pairs on the path [base pitches], at equal steps
     share : (..., n, k) part of the mesh force that each pair carries
 

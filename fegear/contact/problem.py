@@ -258,7 +258,8 @@ def run_kernel(
     teeth = candidate_pairs(problem.pair, position)
     passed_pitches = np.zeros(position.size, np.int64) if pitch is None else pitch
     gaps = pair_gaps(problem, teeth - passed_pitches[:, None], back)
-    targets = np.repeat(torque[:, None] / problem.face_width, position.size, axis=1)
+    signed_torque = problem.pair.driver.sign * torque / problem.face_width
+    targets = np.repeat(signed_torque[:, None], position.size, axis=1)
     solved = solve_pairs(problem, teeth, gaps, position, TORQUE, targets)
     _require_solved(solved.rows, torque, position)
     return solved
@@ -282,7 +283,7 @@ def solve_pair_alone(
     torques, positions = np.array([torque]), np.array([position])
     teeth = np.array([pair], np.int64)
     gaps = pair_gaps(problem, teeth[None, :])
-    per_width = torques[:, None] / problem.face_width
+    per_width = problem.pair.driver.sign * torques[:, None] / problem.face_width
     solved = solve_pairs(problem, teeth, gaps, positions, TORQUE, per_width)
     _require_solved(solved.rows, torques, positions)
     return _collect(problem, torques, positions, solved)
@@ -471,7 +472,7 @@ def _collect(
         torque=torque,
         position=position,
         teeth=teeth,
-        base_radius=base_radius,
+        base_radius=abs(base_radius),
         ste=rows.ste,
         no_load=rows.no_load,
         local_stiffness=rows.slope * width,
@@ -484,6 +485,6 @@ def _collect(
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),
         arc=cells.arc,
         closing=closing,
-        driven_torque=(load * arm).sum(axis=2),
+        driven_torque=problem.pair.driven.sign * (load * arm).sum(axis=2),
         residual=rows.residual,
     )

@@ -271,7 +271,8 @@ def default_cutoff(gear: Gear, highest: float) -> float:
 def round_trips(gear: Gear) -> float:
     """Round trips per second of a shear wave around the tip circle."""
     shear = gear.young_modulus / (2.0 * (1.0 + gear.poisson_ratio))
-    return math.sqrt(shear / gear.density) / (2.0 * math.pi * gear.geometry.tip_radius)
+    circumference = 2.0 * math.pi * abs(gear.geometry.tip_radius)
+    return math.sqrt(shear / gear.density) / circumference
 
 
 def elastic_damping(gear: Gear, ratio: float) -> Rayleigh:

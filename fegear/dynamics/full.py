@@ -49,6 +49,7 @@ class ElasticField:
     """One gear's finite elements and where its contacts are.
 
     gear_index : of the gear; width : its face width [m]
+    sign : -1 for an internal gear, whose teeth count counter-clockwise
     contacts : (k,) indices of the contacts on it; teeth, flanks : (k,) of each
     stencil_start, weights : (p, k), (p, k, 4) first flank point at which a contact is
         read, and the weights of the points
@@ -58,6 +59,7 @@ class ElasticField:
     gear_index: int
     cyclic_gear: CyclicGear
     width: float
+    sign: int
     damping: Rayleigh
     contacts: Indices
     teeth: Indices
@@ -331,6 +333,7 @@ def _field(
         gear_index=gear_index,
         cyclic_gear=cyclic_gear,
         width=width,
+        sign=sides[0].gear_set.gears[gear_index].geometry.sign,
         damping=damping,
         contacts=np.array(contacts),
         teeth=np.array(teeth),
@@ -463,9 +466,8 @@ class FullStepper(ImplicitStepper):
                 rate * np.array([step_number, step_number + 1]) / cycle + 1e-9
             )
             if cycles_after > cycles_before:
-                field[:] = np.roll(
-                    field, -int(np.sign(kinematics.speed[f.gear_index])), axis=2
-                )
+                sense = f.sign * int(np.sign(kinematics.speed[f.gear_index]))
+                field[:] = np.roll(field, -sense, axis=2)
 
     def _tables(self, step_number: int, cycle: int) -> CycleInterpolator:
         """Interpolator of the tables at a step.

@@ -28,6 +28,7 @@ from fegear.dynamics.load_curves import assemble_contacts
 from fegear.dynamics.rows import contact_rows, is_supported
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.gearset.model import GearSet
+from fegear.gearset.phases import rolling_senses
 from lumped.kernels.arrays import Contacts
 from lumped.train.system import LumpedSystem
 
@@ -124,7 +125,7 @@ def modal_matrices(
         part["partner"] = part["partner"] + count
         count += part["rigidity"].size
     arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    senses = np.array(gear_set.senses, float)
+    senses = np.array(rolling_senses(gear_set), float)
     arrays["sine"] = arrays["sine"] * senses[arrays["gear_of_mode"]]
     return ModalMatrices(
         stiffness=stiffness,

@@ -13,6 +13,7 @@ from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian
 from fegear.dynamics.sides import ContactSide
 from fegear.gearset.model import GearSet
+from lumped.train.coordinates import line_of_centers
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -105,7 +106,7 @@ def _hub_rows(reference: LumpedSystem, side: ContactSide) -> Array:
     """Normal and tangential rows (2, k, p, h) over the hub coordinates."""
     space, sense = reference.modes.coordinates, side.sense
     normal = _contact_normal(reference, side)
-    tangent = sense * np.array([normal[1], -normal[0]])  # from the driver's centre
+    tangent = sense * np.array([normal[1], -normal[0]])  # toward the driver's tip
     lever = side.load_curves.moment_arms.transpose(1, 0, 2)
     rows = np.zeros((2, *lever.shape[:2], space.mass.size))
     for column, (g, sign) in enumerate(zip(side.gears, (1.0, -1.0), strict=True)):
@@ -122,5 +123,6 @@ def _hub_rows(reference: LumpedSystem, side: ContactSide) -> Array:
 def _contact_normal(reference: LumpedSystem, side: ContactSide) -> Array:
     """Unit vector of the driver's force on the driven gear."""
     mesh = reference.train.meshes[side.mesh]
-    angle = mesh.center_line + side.sense * (0.5 * math.pi - mesh.pressure_angle)
+    angle = line_of_centers(reference.train, mesh)
+    angle += side.sense * (0.5 * math.pi - mesh.pressure_angle)
     return np.array([math.cos(angle), math.sin(angle)])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fegear.contact.pair_load_curves import PairLoadCurves
 from fegear.elasticity.sector import LEFT, RIGHT
 from fegear.gearset.model import GearSet
-from fegear.gearset.phases import first_teeth
+from fegear.gearset.phases import first_teeth, rolling_senses
 from fegear.gearset.pitch_errors import mesh_errors
 from lumped.train.pitch_errors import pair_gaps
 
@@ -48,8 +48,11 @@ class ContactSide:
 
     @property
     def sense(self) -> int:
-        """1 where the driver pushes the driven gear counter-clockwise of itself."""
-        return self.flank_sign * self.gear_set.senses[self.gears[0]]
+        """1 where the driver pushes the driven gear counter-clockwise of itself.
+
+        Opposite for an internal driver, see `fegear.gearset.phases`.
+        """
+        return self.flank_sign * rolling_senses(self.gear_set)[self.gears[0]]
 
     @property
     def gears(self) -> tuple[int, int]:
@@ -66,10 +69,13 @@ class ContactSide:
         return first_teeth(self.gear_set)
 
     def teeth(self, gear: int) -> NDArray[np.int64]:
-        """Each contact's tooth of a gear, clockwise from the gear's first tooth."""
+        """Each contact's tooth of a gear, clockwise from the gear's first tooth.
+
+        Counter-clockwise on an internal gear.
+        """
         # the driven tooth's other flank meets the next tooth of the driver
         ahead = 1 if self.flank_sign == BACK and gear == self.gears[0] else 0
-        sense = self.gear_set.senses[gear]
+        sense = rolling_senses(self.gear_set)[gear]
         return self._first[self.mesh, gear] - sense * (
             self.load_curves.pair_offsets + ahead
         )

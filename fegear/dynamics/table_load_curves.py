@@ -41,7 +41,7 @@ def all_table_load_curves(
     for mesh, (name, table) in enumerate(source.tables):
         try:
             path = path_load_curves(
-                table, gear_set.meshes[mesh].pair.driver.base_radius, without
+                table, gear_set.meshes[mesh].pair.driver_arm, without
             )
             largest = float(column_at_torque(table, "ste_m", torques[mesh]).max())
             load_curves.append(

@@ -169,8 +169,9 @@ class CyclicSector:
         They mean the same to both sectors that meet in a cut.
         """
         rotation, half = np.zeros((len(self.cut), len(self.cut))), len(self.cut) // 2
-        for start, angle in ((0, -math.pi), (half, math.pi)):
-            c, s = math.cos(angle / self.gear.teeth), math.sin(angle / self.gear.teeth)
+        half_pitch = 0.5 * self.gear.pitch_angle
+        for start, angle in ((0, -half_pitch), (half, half_pitch)):
+            c, s = math.cos(angle), math.sin(angle)
             block = np.array([[s, c], [c, -s]])  # radial = (s, c), clockwise = (c, -s)
             for node in range(start, start + half, 2):
                 rotation[node : node + 2, node : node + 2] = block

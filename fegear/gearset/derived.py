@@ -58,12 +58,13 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "pressure_angle_deg": math.degrees(teeth.pressure_angle),
         "profile_shift": teeth.profile_shift,
         "tooth_thinning_um": 1e6 * teeth.tooth_thinning,
-        "reference_radius_mm": 1e3 * teeth.reference_radius,
-        "base_radius_mm": 1e3 * teeth.base_radius,
-        "tip_radius_mm": 1e3 * teeth.tip_radius,
-        "form_radius_mm": 1e3 * teeth.form_radius,
-        "root_radius_mm": 1e3 * teeth.root_radius,
-        "hub_radius_mm": 1e3 * teeth.hub_radius,
+        "internal": teeth.sign < 0,
+        "reference_radius_mm": 1e3 * abs(teeth.reference_radius),
+        "base_radius_mm": 1e3 * abs(teeth.base_radius),
+        "tip_radius_mm": 1e3 * abs(teeth.tip_radius),
+        "form_radius_mm": 1e3 * abs(teeth.form_radius),
+        "root_radius_mm": 1e3 * abs(teeth.root_radius),
+        "hub_radius_mm": 1e3 * abs(teeth.hub_radius),
         "rack_tip_radius_mm": 1e3 * teeth.rack_tip_radius,
         "tip_thickness_mm": 1e3 * teeth.tip_thickness,
         "tooth_thickness_mm": 1e3 * teeth.tooth_thickness,
@@ -144,7 +145,8 @@ def _flank_figures(gear: Gear, mesh: Mesh, role: str) -> dict[str, Any]:
     """
     flank = zones(mesh.pair, role)
     teeth, single = flank.gear, flank.low <= flank.high
-    clearance = mesh.pair.center_distance - teeth.tip_radius - flank.mate.root_radius
+    distance = mesh.pair.sign * mesh.pair.center_distance
+    clearance = distance - teeth.tip_radius - flank.mate.root_radius
     return {
         "gear": gear.name,
         "role": role,

@@ -17,6 +17,7 @@ from meshes.profile import Points, fillet_points, flank_points, polar
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 COLOURS = ("#4477aa", "#cc9944", "#559966", "#aa5588", "#8866bb", "#778899")
 ACTION = "#cc2222"
@@ -39,7 +40,7 @@ def tooth_outline(gear: SpurGear, points_per_curve: int = 24) -> Points:
             polar(gear.tip_radius, np.linspace(0.0, tip, 6)[:-1]),
             flank_points(gear, rolls),
             fillet_points(gear, np.linspace(steepest, 0.0, points_per_curve)[1:]),
-            polar(gear.root_radius, math.pi / gear.teeth)[None],
+            polar(gear.root_radius, 0.5 * gear.pitch_angle)[None],
         ]
     )
     left = right[:0:-1] * [-1.0, 1.0]
@@ -64,7 +65,8 @@ def outlines(gear_set: GearSet) -> dict[str, Points]:
         teeth, place = gear.geometry, places[index]
         bore = np.array([place.x, place.y]) + polar(teeth.hub_radius, around)
         curves[gear.name] = MM * gear_outline(teeth, place)
-        curves[f"{gear.name} bore"] = MM * bore
+        other = "bore" if teeth.sign > 0 else "rim"
+        curves[f"{gear.name} {other}"] = MM * bore
     return curves
 
 
@@ -98,11 +100,12 @@ def _draw_gears(
         place, teeth = placed.places[index], gear.geometry
         colour, depth = COLOURS[index % len(COLOURS)], 10 + place.layer
         body, center = MM * gear_outline(teeth, place), (MM * place.x, MM * place.y)
-        hub = MM * teeth.hub_radius
-        patches = [
-            Polygon(body, fc=colour, ec="none", alpha=0.30),
+        hub = MM * abs(teeth.hub_radius)
+        inside = "none" if teeth.sign < 0 else "white"
+        patches: list[Patch] = [
+            _filled_body(teeth, body, center, fc=colour, ec="none", alpha=0.30),
             Polygon(body, fc="none", ec=colour, lw=outline_width),
-            Circle(center, hub, fc="white", ec=colour, lw=outline_width),
+            Circle(center, hub, fc=inside, ec=colour, lw=outline_width),
         ]
         for radius, dashes in (
             (teeth.base_radius, ":"),
@@ -110,7 +113,7 @@ def _draw_gears(
             (teeth.tip_radius, "--"),
         ):
             style = {"fc": "none", "ec": colour, "ls": dashes, "lw": 0.7}
-            patches.append(Circle(center, MM * radius, **style))
+            patches.append(Circle(center, MM * abs(radius), **style))
         for patch in patches:
             axes.add_patch(patch).set_zorder(depth)
     axes.set_aspect("equal")
@@ -119,12 +122,35 @@ def _draw_gears(
     axes.set_ylabel("y [mm]")
 
 
+def _filled_body(
+    teeth: SpurGear, body: Points, center: tuple[float, float], **style: Any
+) -> Patch:
+    """The body within its teeth, or between the teeth of a ring and its outside."""
+    from matplotlib.patches import PathPatch, Polygon
+    from matplotlib.path import Path
+
+    if teeth.sign > 0:
+        return Polygon(body, **style)
+    around = np.linspace(0.0, 2.0 * math.pi, BORE_POINTS)
+    outside = np.array(center) + MM * polar(teeth.hub_radius, around)
+    hole = np.vstack([body, body[:1]])
+    if _is_clockwise(outside) == _is_clockwise(hole):
+        hole = hole[::-1]
+    curves = Path(outside, closed=True), Path(hole, closed=True)
+    return PathPatch(Path.make_compound_path(*curves), **style)
+
+
+def _is_clockwise(points: Points) -> bool:
+    x, y = points.T
+    return bool(x[:-1] @ y[1:] - x[1:] @ y[:-1] < 0.0)
+
+
 def _label_gears(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     """Name and teeth below each gear, above it in a further layer; its rotation."""
     for index, gear in enumerate(gear_set.gears):
         place, teeth = placed.places[index], gear.geometry
         away, aligned = (-1.0, "top") if place.layer == 0 else (1.0, "bottom")
-        at = MM * place.x, MM * (place.y + away * teeth.tip_radius)
+        at = MM * place.x, MM * (place.y + away * teeth.outer_radius)
         style = {"ha": "center", "va": aligned}
         _write(axes, f"{gear.name}, {teeth.teeth} teeth", at, (0.0, 4.0 * away), style)
         _draw_rotation(axes, teeth, place, COLOURS[index % len(COLOURS)])
@@ -188,8 +214,10 @@ class LineOfAction:
 def line_of_action(mesh: Mesh, driver: Place, direction: float) -> LineOfAction:
     """From the driver's point of tangency in the sense that contact moves."""
     angle = mesh.pair.operating_pressure_angle
-    centers = cmath.exp(1j * direction)
-    along = centers * complex(math.sin(angle), driver.sense * math.cos(angle))
+    gear = mesh.pair.driver
+    centers = mesh.pair.sign * cmath.exp(1j * direction)
+    sense = gear.sign * driver.sense
+    along = centers * complex(math.sin(angle), sense * math.cos(angle))
     pitch_radius = mesh.pair.driver.base_radius / math.cos(angle)
     pitch_point = complex(driver.x, driver.y) + pitch_radius * centers
     return LineOfAction(MM * (pitch_point - mesh.pair.pitch_point * along), along)

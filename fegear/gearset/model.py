@@ -65,7 +65,8 @@ class Relief:
     is along the normal of the unmodified flank, and the tip circle stays.
 
     magnitude : material removed at the end [m]
-    start_roll_length : sqrt(r^2 - rb^2) where it begins [m]
+    start_roll_length : sqrt(r^2 - rb^2) where it begins, negative on an internal
+        gear [m]
     """
 
     magnitude: float
@@ -74,7 +75,7 @@ class Relief:
 
     def __post_init__(self) -> None:
         _require_fields(self)
-        _require_positive(self, "magnitude", "start_roll_length")
+        _require_positive(self, "magnitude")
 
     @property
     def power(self) -> float:
@@ -93,7 +94,8 @@ class FlankProfile:
         is zero in its middle
     slope : excess of material at the tip, which grows linearly from zero at the lowest
         point of contact; the profile slope deviation of ISO 1328-1
-    roll_lengths : sqrt(r^2 - rb^2) of measured points, increasing, or empty
+    roll_lengths : sqrt(r^2 - rb^2) of measured points, increasing, or empty; negative
+        on an internal gear, and toward the tip as on others
     deviations : excess of material at these points; constant beyond the first and last
     interpolation : between measured points, shape-preserving cubic or linear
     """
@@ -313,7 +315,8 @@ class GearSet:
             senses[gear] = sense
             waiting += [(other, sense) for other in self.axis(gear)]
             for mesh in (self.meshes[number] for number in self.meshes_of[gear]):
-                waiting.append((mesh.driver + mesh.driven - gear, -sense))
+                other = mesh.driver + mesh.driven - gear
+                waiting.append((other, -sense * mesh.pair.sign))
 
 
 def _require_fields(part: Any) -> None:

@@ -13,6 +13,10 @@ sigma : 1 where the gear turns counter-clockwise, -1 where clockwise
 h : from the tooth's axis to its flank at the operating pitch radius
 tau : the gear's pitch angle
 
+Of an internal gear h and tau are negative, and so is sigma where it turns
+counter-clockwise; chi of its meshes is from the driven to the driving gear. The axis of
+a tooth points where the tooth does.
+
 Angles in radians, counter-clockwise from the x axis.
 """
 
@@ -105,7 +109,7 @@ def first_teeth(gear_set: GearSet) -> Mapping[tuple[int, int], int]:
         for gear in mesh.gears:
             pitch = gear_set.gears[gear].geometry.pitch_angle
             axis = _axis(mesh, gear, senses[gear])
-            axis += senses[gear] * phase.value * pitch
+            axis += rolling_sense(mesh, gear, senses[gear]) * phase.value * pitch
             first.setdefault(gear, axis)
             teeth[number, gear] = -round((axis - first[gear]) / pitch)
     return MappingProxyType(teeth)
@@ -122,9 +126,24 @@ def tooth_axis(mesh: Mesh, drives: bool, sense: int, direction: float) -> float:
     to_flank = gear.half_angle(
         gear.base_radius / math.cos(pair.operating_pressure_angle)
     )
-    if drives:
-        return direction - sense * to_flank
-    return direction + math.pi + sense * to_flank
+    to_flank *= gear.sign * sense
+    if pair.is_internal:
+        direction += math.pi
+    return direction - to_flank if drives else direction + math.pi + to_flank
+
+
+def rolling_sense(mesh: Mesh, gear: int, sense: int) -> int:
+    """Sense of rotation, opposite for an internal gear, whose pitch is negative."""
+    pair = mesh.pair
+    return sense * (pair.driver if gear == mesh.driver else pair.driven).sign
+
+
+def rolling_senses(gear_set: GearSet) -> tuple[int, ...]:
+    """Sense of rotation of every gear, opposite for an internal gear."""
+    return tuple(
+        sense * gear.geometry.sign
+        for sense, gear in zip(gear_set.senses, gear_set.gears, strict=True)
+    )
 
 
 def _given_phases(gear_set: GearSet) -> dict[int, MeshPhase]:
@@ -166,7 +185,8 @@ def _linked_phase(gear_set: GearSet, link: Link, position: float) -> float:
     sense = gear_set.senses[link.gear]
     pitch_angle = gear_set.gears[link.gear].geometry.pitch_angle
     turned = _axis(other, link.gear, sense) - _axis(mesh, link.gear, sense)
-    return math.remainder(position + sense * turned / pitch_angle, 1.0)
+    turned *= rolling_sense(mesh, link.gear, sense)
+    return math.remainder(position + turned / pitch_angle, 1.0)
 
 
 def _axis(mesh: Mesh, gear: int, sense: int) -> float:

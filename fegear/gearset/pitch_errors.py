@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
-from fegear.gearset.phases import first_teeth
+from fegear.gearset.phases import first_teeth, rolling_senses
 from lumped.train.pitch_errors import pair_errors
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ def tooth_in_cycles(
     Teeth count as in the list of errors: the tooth in the reference pair of the gear's
     first mesh at the start, then those that follow it into contact.
     """
-    begin = gear_set.senses[gear] * first_teeth(gear_set)[number, gear]
+    begin = rolling_senses(gear_set)[gear] * first_teeth(gear_set)[number, gear]
     return np.asarray((begin + cycles) % gear_set.gears[gear].geometry.teeth)
 
 

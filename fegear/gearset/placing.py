@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from fegear.gearset.model import GearSet, Mesh
-from fegear.gearset.phases import mesh_phases, tooth_axis
+from fegear.gearset.phases import mesh_phases, rolling_sense, tooth_axis
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,8 @@ def layout(gear_set: GearSet) -> Layout:
             continue
         if mesh.driver not in places:  # clocked to the mesh's phase
             sense = gear_set.senses[mesh.driver]
-            turn = sense * phases[number].value * mesh.pair.driver.pitch_angle
+            pitches = rolling_sense(mesh, mesh.driver, sense) * phases[number].value
+            turn = pitches * mesh.pair.driver.pitch_angle
             angle = tooth_axis(mesh, True, sense, row) + turn
             places[mesh.driver] = _new_place(gear_set, mesh.driver, angle, places)
         driver = places[mesh.driver]
@@ -132,7 +133,8 @@ def _direction(mesh: Mesh, driver: Place, row: float) -> float:
         return row
     ahead = driver.tooth_angle - tooth_axis(mesh, True, driver.sense, row)
     pitch = mesh.pair.driver.pitch_angle
-    return row + math.remainder(ahead - driver.sense * mesh.phase * pitch, pitch)
+    sense = rolling_sense(mesh, mesh.driver, driver.sense)
+    return row + math.remainder(ahead - sense * mesh.phase * pitch, pitch)
 
 
 def _mate_place(mesh: Mesh, place: Place, drives: bool, direction: float) -> Place:
@@ -146,11 +148,12 @@ def _mate_place(mesh: Mesh, place: Place, drives: bool, direction: float) -> Pla
         gear, mate, distance = mate, gear, -distance
     ahead = place.tooth_angle - tooth_axis(mesh, drives, sense, direction)
     turned = ahead * gear.base_radius / mate.base_radius
+    mate_sense = -sense * mesh.pair.sign
     return Place(
         place.x + distance * math.cos(direction),
         place.y + distance * math.sin(direction),
-        tooth_axis(mesh, not drives, -sense, direction) - turned,
-        -sense,
+        tooth_axis(mesh, not drives, mate_sense, direction) - turned,
+        mate_sense,
         place.layer,
     )
 
@@ -160,7 +163,7 @@ def _free_height(gear_set: GearSet, index: int, places: dict[int, Place]) -> flo
     if not places:
         return 0.0
     lowest = min(
-        place.y - gear_set.gears[other].geometry.tip_radius
+        place.y - gear_set.gears[other].geometry.outer_radius
         for other, place in places.items()
     )
-    return lowest - 1.2 * gear_set.gears[index].geometry.tip_radius
+    return lowest - 1.2 * gear_set.gears[index].geometry.outer_radius

@@ -78,7 +78,8 @@ def require_at_most_one(keys: Keys, *names: str) -> None:
 def require_exactly_one(keys: Keys, *names: str) -> None:
     require_at_most_one(keys, *names)
     if not keys.present(*names):
-        raise ValueError(f"one of {', '.join(names)} is needed")
+        which = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
+        raise ValueError(f"{which} is needed")
 
 
 def require_all_or_none(keys: Keys, *names: str) -> None:
@@ -93,6 +94,7 @@ def require_all_or_none(keys: Keys, *names: str) -> None:
 
 TIP_KEYS = ("tip_radius_mm", "tip_diameter_mm", "addendum_mm")
 HUB_KEYS = ("hub_radius_mm", "hub_diameter_mm")
+RIM_KEY = "rim_radius_mm"
 SPAN_KEYS = ("span_mm", "span_teeth")
 PIN_KEYS = ("pin_dimension_mm", "pin_diameter_mm")
 MATERIAL_KEYS = ("young_modulus_GPa", "poisson_ratio", "density_kg_per_m3")
@@ -101,12 +103,15 @@ SPACING_KEYS = ("center_distance_mm", "operating_pressure_angle_deg")
 POINT_KEYS = ("roll_angle_deg", "diameter_mm")
 # Groups of sets of keys that say the same thing: a key replaces those of other sets.
 ALTERNATIVES = (
-    *(tuple((key,) for key in keys) for keys in (TIP_KEYS, HUB_KEYS)),
+    *(tuple((key,) for key in keys) for keys in (TIP_KEYS, (*HUB_KEYS, RIM_KEY))),
     (SPAN_KEYS, PIN_KEYS),
     *(tuple((key,) for key in keys) for keys in (START_KEYS, SPACING_KEYS)),
     *((("file",), (key,)) for key in (*POINT_KEYS, "deviation_um")),
     tuple((key,) for key in POINT_KEYS),
 )
+# of bores and of measures over teeth, which internal gears have not; and the reverse
+INTERNAL_LACKS = (*HUB_KEYS, *SPAN_KEYS, *PIN_KEYS)
+EXTERNAL_LACKS = (RIM_KEY, "cutter_teeth")
 BEARING_KEYS = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
 
 
@@ -118,6 +123,16 @@ def replaced_keys(key: str) -> set[str]:
     return {
         other for sets in groups for keys in sets if key not in keys for other in keys
     }
+
+
+def require_none(gear: GearEntry, *names: str) -> None:
+    """Require that an internal, or an external, gear has no keys of the other kind."""
+    for name in gear.present(*names):
+        kind = "an internal" if gear.internal else "an external"
+        raise ValueError(
+            f"{name} = {getattr(gear, name):g}; not allowed for {kind} gear, "
+            f"internal = {str(gear.internal).lower()}"
+        )
 
 
 class GearDefaults(Keys):
@@ -157,12 +172,21 @@ class GearDefaults(Keys):
         description="Radius of the rack's tip, which cuts the fillet. [default: 0.3 "
         "module or, if less, what fits the space]",
     )
+    cutter_teeth: Teeth | None = Field(
+        default=None,
+        description="Number of teeth of the shaper cutter of an internal gear. "
+        "[default: a third of its teeth]",
+    )
     face_width_mm: FaceWidth | None = None
     hub_radius_mm: Length | None = Field(
         default=None, description="Radius of the bore, which is fixed to the shaft."
     )
     hub_diameter_mm: Length | None = Field(
         default=None, description="Diameter of the bore, instead of hub_radius_mm."
+    )
+    rim_radius_mm: Length | None = Field(
+        default=None,
+        description="Outer radius of an internal gear, where it is held.",
     )
     tooth_thinning_um: Signed | None = Field(
         default=None,
@@ -241,13 +265,18 @@ class GearEntry(GearDefaults):
     """[[gear]], defaults filled in."""
 
     name: Name = Field(description="Name of the gear.")
+    internal: bool = Field(
+        default=False,
+        description="Whether the teeth point inward, as those of a ring do.",
+    )
     teeth: Teeth
     module_mm: Module
     face_width_mm: FaceWidth
 
     @model_validator(mode="after")
     def _whole(self) -> GearEntry:
-        require_exactly_one(self, *HUB_KEYS)
+        require_none(self, *(INTERNAL_LACKS if self.internal else EXTERNAL_LACKS))
+        require_exactly_one(self, *((RIM_KEY,) if self.internal else HUB_KEYS))
         for keys in (BEARING_KEYS, SPAN_KEYS, PIN_KEYS):
             require_all_or_none(self, *keys)
         return self

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import GearEntry
-from meshes.gear import GeometryError, Involute, SpurGear, ceiled
+from meshes.gear import GeometryError, SpurGear, ceiled
+from meshes.involute import Involute
 from meshes.tooth_thickness import (
     least_pin_dimension,
     pin_contact,
@@ -45,7 +46,7 @@ def tooth_thickness(entry: GearEntry, gear: Involute) -> ToothThickness:
         return ToothThickness(
             profile_shift=shift or 0.0, thinning=(thinning_um or 0.0) * UM
         )
-    standard, by_shift = _thickness_of_rack(gear)
+    standard, by_shift = thickness_of_rack(gear)
     if shift is not None:
         thinning = standard + shift * by_shift - measured
         result = f"tooth_thinning_um = {thinning / UM:.6g}"
@@ -97,7 +98,7 @@ def require_measurable(entry: GearEntry, gear: SpurGear) -> None:
         raise InputError(f'gear "{entry.name}": {origin}; {error.message}') from None
 
 
-def _thickness_of_rack(gear: Involute) -> tuple[float, float]:
+def thickness_of_rack(gear: Involute) -> tuple[float, float]:
     """Thickness [m] without shift and thinning, and what a shift of 1 adds."""
     tangent = math.tan(gear.pressure_angle)
     return 0.5 * math.pi * gear.module, 2.0 * gear.module * tangent

@@ -15,6 +15,7 @@ from meshes.gear import ceiled, floored
 
 HIGHEST_ADDENDUM = 3.0  # modules, far beyond any pointed tooth
 CONTACT_RATIO_TOLERANCE = 1e-3
+FORM_MARGIN = 1e-4  # of a ring's tip from where the mate's fillet begins, relative
 
 
 @dataclass(frozen=True)
@@ -26,9 +27,14 @@ class Spacing:
     center_distance: float
 
     @property
+    def is_internal(self) -> bool:
+        return self.one.sign * self.two.sign < 0
+
+    @property
     def line_of_action(self) -> float:
         bases = self.one.base_radius + self.two.base_radius
-        return math.sqrt(self.center_distance**2 - bases**2)
+        line = math.sqrt(self.center_distance**2 - bases**2)
+        return -line if self.is_internal else line
 
     def contact_ratio(self, tip_one: float, tip_two: float) -> float:
         """Contact ratio with tip radii [m] of at least the base radii."""
@@ -37,7 +43,7 @@ class Spacing:
 
 
 def _roll_length(gear: Blank, radius: float) -> float:
-    return math.sqrt(max(0.0, radius**2 - gear.base_radius**2))
+    return gear.sign * math.sqrt(max(0.0, radius**2 - gear.base_radius**2))
 
 
 def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
@@ -45,7 +51,9 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
     pitches = one.base_pitch, two.base_pitch
     if abs(pitches[0] - pitches[1]) > 1e-9 * pitches[0]:
         raise InputError(f"{mesh.label}: {_unequal_pitches(one, two)}")
-    bases = one.base_radius + two.base_radius
+    if one.sign + two.sign < 0:
+        raise InputError(f"{mesh.label}: both gears are internal; only one may be")
+    bases = abs(one.base_radius + two.base_radius)
     if mesh.center_distance_mm is None:
         name = f"{mesh.label}: operating_pressure_angle_deg"
         angle = math.radians(require_present(mesh.operating_pressure_angle_deg, name))
@@ -53,9 +61,15 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
     if not mesh.center_distance_mm * MM > bases:
         raise InputError(
             f"{mesh.label}: center_distance_mm = {shown(mesh.center_distance_mm)}; "
-            f"must exceed the sum of base radii {ceiled(bases / MM)} mm"
+            f"must exceed the {base_radii(one, two)} {ceiled(bases / MM)} mm"
         )
     return Spacing(one, two, mesh.center_distance_mm * MM)
+
+
+def base_radii(one: Blank, two: Blank) -> str:
+    """What bounds the centre distance from below, in words."""
+    is_internal = one.sign * two.sign < 0
+    return f"{'difference' if is_internal else 'sum'} of base radii"
 
 
 def _unequal_pitches(one: Blank, two: Blank) -> str:
@@ -86,7 +100,41 @@ def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
             for name in free:
                 tips[name] = Tip(blanks[name].reference_radius + addendum, origin)
         _require_contact_ratio(mesh, place, tips)
-    return [tips.get(name, blanks[name].default_tip) for name in document.gear_names]
+    for name, blank in blanks.items():
+        if name not in tips and not blank.entry.internal:
+            tips[name] = blank.default_tip
+    for name, blank in blanks.items():
+        if name not in tips:
+            tips[name] = _ring_tip(blank, document, spacings, tips)
+    return [tips[name] for name in document.gear_names]
+
+
+def _ring_tip(
+    ring: Blank, document: Document, spacings: Sequence[Spacing], tips: dict[str, Tip]
+) -> Tip:
+    """Default tip of an internal gear, which reaches no fillet of a mate.
+
+    Nor does it go below the flank of its cutter.
+    """
+    default = ring.default_tip
+    rolls = [ring.cutter.line_of_action if ring.cutter else 0.0]
+    for mesh, place in zip(document.mesh, spacings, strict=True):
+        names = mesh.driver, mesh.driven
+        if ring.entry.name not in names:
+            continue
+        mate, name = (
+            (place.two, mesh.driven)
+            if names[0] == ring.entry.name
+            else (place.one, mesh.driver)
+        )
+        if name in tips:
+            lowest = mate.cut(tips[name]).form_roll_length
+            rolls.append(lowest - place.line_of_action)
+    least = math.hypot(ring.base_radius, max(rolls))
+    if least <= -default.radius:
+        return default
+    origin = f"tip_radius_mm = {shown(least / MM)} by default"
+    return Tip(-least * (1.0 + FORM_MARGIN), origin)
 
 
 def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> float:
@@ -104,8 +152,11 @@ def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> fl
         )
         return place.contact_ratio(one, two) - wanted
 
-    lowest = min(blank.base_radius - blank.reference_radius for blank in free)
-    highest = HIGHEST_ADDENDUM * place.one.module
+    # the teeth of an internal gear reach to its base circle at most
+    to_base = [blank.base_radius - blank.reference_radius for blank in free]
+    inward = [way for blank, way in zip(free, to_base, strict=True) if blank.sign < 0]
+    lowest = min((way for way in to_base if way < 0.0), default=0.0)
+    highest = min([HIGHEST_ADDENDUM * place.one.module, *inward])
     least, most = excess(lowest) + wanted, excess(highest) + wanted
     if not least < wanted < most:
         raise InputError(

@@ -391,7 +391,7 @@ class Excitations:
             tooth_pair_errors(gear_set, mesh),
         )
         if errors.size:
-            arm = gear_set.meshes[mesh].pair.driver.base_radius
+            arm = gear_set.meshes[mesh].pair.driver_arm
             mean = stiffness[STIFFNESS].mean()
             press = 0.5 * arm * float(mean * np.ptp(errors))
             wide = self.table(plain, mesh, torque + press)
@@ -408,7 +408,7 @@ class Excitations:
     ) -> MeshExcitation:
         spec = gear_set.meshes[mesh]
         figures = self.figures(gear_set, mesh, torque)
-        force = torque / spec.pair.driver.base_radius
+        force = torque / spec.pair.driver_arm
         harmonics = self.source.harmonics if self.source.kind == "fourier" else None
         gap, errors = gap_points(spec), tooth_pair_errors(gear_set, mesh)
         for feature, there in (

@@ -347,7 +347,8 @@ class StaticsResult(Result):
         `fegear.contact.path`.
         """
         pair, cycle = self.problem.pair, self.cycle
-        teeth = pair.driver.teeth, pair.driven.teeth
+        gears = pair.driver, pair.driven
+        teeth = tuple(gear.sign * gear.teeth for gear in gears)
         return loss_factor(teeth, path_positions(cycle), cycle.load_share)
 
     @property

@@ -140,11 +140,11 @@ class Pair:
 
     @property
     def radius(self) -> float:
-        return self.gears[0].geometry.base_radius
+        return abs(self.gears[0].geometry.base_radius)
 
     @property
     def ratio(self) -> float:
-        return self.radius / self.gears[1].geometry.base_radius
+        return self.radius / abs(self.gears[1].geometry.base_radius)
 
     @property
     def inertia(self) -> float:

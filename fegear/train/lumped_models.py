@@ -333,7 +333,7 @@ def _require_coupled_tables(gear_set: GearSet, source: GivenTables) -> None:
     _known_contacts(gear_set, LumpedModel(number="coupled"), source)
     for (name, table), mesh in zip(source.tables, gear_set.meshes, strict=True):
         try:
-            path_load_curves(table, mesh.pair.driver.base_radius)
+            path_load_curves(table, mesh.pair.driver_arm)
         except ValueError as error:
             raise InputError(f"{name}: {error}") from None
 
@@ -369,7 +369,7 @@ def rest_references(
         if error is None or not np.isfinite(error).all():
             references.append(None)
             continue
-        force = torque / gear_set.meshes[mesh].pair.driver.base_radius
+        force = torque / gear_set.meshes[mesh].pair.driver_arm
         nominal = remove_pitch_errors(excitation) if of_pairs else excitation
         references.append(RestReference(force, error, nominal))
     return tuple(references)

@@ -87,10 +87,26 @@ def _require_masses(train: Train, members: tuple[int, ...]) -> None:
             )
 
 
+def rolling_sense(train: Train, mesh: Mesh) -> int:
+    """Sense of rotation of a mesh's driver, opposite if the driver is internal.
+
+    With the negative base radius of an internal gear, and with `line_of_centers`, all
+    formulas of external gears hold.
+    """
+    sense = train.sense(mesh.driver)
+    return sense if train.gears[mesh.driver].base_radius > 0.0 else -sense
+
+
+def line_of_centers(train: Train, mesh: Mesh) -> float:
+    """Direction from driver to driven gear, the opposite if one is internal [rad]."""
+    return mesh.center_line + (math.pi if train.is_internal(mesh) else 0.0)
+
+
 def line_of_action(train: Train, mesh: Mesh) -> tuple[float, float]:
     """Unit vector of the driver's push on the driven gear."""
-    sense = train.sense(mesh.driver)
-    angle = mesh.center_line + sense * (0.5 * math.pi - mesh.pressure_angle)
+    sense = rolling_sense(train, mesh)
+    angle = line_of_centers(train, mesh)
+    angle += sense * (0.5 * math.pi - mesh.pressure_angle)
     return math.cos(angle), math.sin(angle)
 
 
@@ -99,7 +115,7 @@ def _mesh_row(
 ) -> Array:
     """Deflection per displacement, positive where the teeth are pressed together."""
     row = np.zeros(n)
-    sense = train.sense(mesh.driver)
+    sense = rolling_sense(train, mesh)
     direction = dict(zip("xy", line_of_action(train, mesh), strict=True))
     for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
         # both gears' rotations close the mesh in the driver's sense

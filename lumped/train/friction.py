@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.checks import require_between, require_fields
-from lumped.train.coordinates import Coordinates
+from lumped.train.coordinates import Coordinates, line_of_centers, rolling_sense
 from lumped.train.excitation import MeshExcitation
 from lumped.train.train import Mesh, Train
 from lumped.train.waves import Wave, constant_wave, multiply_waves
@@ -124,7 +124,7 @@ def sliding_sign(pitches_ahead: int) -> int:
 def base_pitch(train: Train, mesh: int) -> float:
     """Base pitch of a mesh, from its driver [m]."""
     driver = train.gears[train.meshes[mesh].driver]
-    return 2.0 * math.pi * driver.base_radius / driver.teeth
+    return 2.0 * math.pi * abs(driver.base_radius) / driver.teeth
 
 
 class FrictionRows(NamedTuple):
@@ -149,7 +149,7 @@ def friction_rows(train: Train, coordinates: Coordinates) -> FrictionRows:
     shape = len(train.meshes), coordinates.mass.size
     drive, back, per_metre = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     for m, mesh in enumerate(train.meshes):
-        sense = train.sense(mesh.driver)
+        sense = rolling_sense(train, mesh)
         # from the line of centres to the direction of the driver's flank at the contact
         sides = (drive, math.pi - mesh.pressure_angle), (back, mesh.pressure_angle)
         for row, angle in sides:
@@ -165,9 +165,9 @@ def _row_at_pitch(
     """Row (n,) of a force on the driver at an angle to the line of centres, and of the
     opposite force on the driven gear."""
     row, slope = np.zeros(coordinates.mass.size), math.tan(mesh.pressure_angle)
-    force_angle = mesh.center_line + angle
+    force_angle = line_of_centers(train, mesh) + angle
     for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
-        arm = train.sense(mesh.driver) * train.gears[gear].base_radius * slope
+        arm = rolling_sense(train, mesh) * train.gears[gear].base_radius * slope
         row[coordinates.indices[gear, "rotation"]] += arm
         for axis, cosine in (
             ("x", math.cos(force_angle)),
@@ -184,7 +184,7 @@ def sliding_rate(train: Train, mesh: int) -> float:
     speed = float(train.mesh_rates[mesh]) * base_pitch(train, mesh)
     spec = train.meshes[mesh]
     radii = (train.gears[g].base_radius for g in (spec.driver, spec.driven))
-    return speed * sum(1.0 / radius for radius in radii)
+    return speed * abs(sum(1.0 / radius for radius in radii))
 
 
 def torque_shares(

@@ -33,7 +33,7 @@ class Gear:
     teeth : int
         Number of teeth; only ratios matter, for the mesh frequencies.
     base_radius : float
-        Base radius [m].
+        Base radius [m], negative of an internal gear.
     inertia : float
         Polar moment of inertia about the axis [kg m2].
     mass : float, optional
@@ -66,7 +66,9 @@ class Gear:
         prefix = f"gear {self.name!r}: "
         teeth = is_number(self.teeth) and self.teeth >= 1
         _require(teeth, f"{prefix}teeth", self.teeth, "at least 1")
-        _require_positive(f"{prefix}base_radius", self.base_radius)
+        radius = self.base_radius
+        allowed = is_number(radius) and 0.0 < abs(radius) < math.inf
+        _require(allowed, f"{prefix}base_radius", radius, "finite and not 0")
         _require_positive(f"{prefix}inertia", self.inertia)
         _require_not_negative(f"{prefix}coupling_stiffness", self.coupling_stiffness)
         _require_finite(f"{prefix}torque", self.torque)
@@ -198,7 +200,27 @@ class Train:
         for mesh in self.meshes:
             if mesh.driver == mesh.driven:
                 raise TrainError(f"mesh of gear {mesh.driver} with itself")
+            if max(self.gears[g].base_radius for g in (mesh.driver, mesh.driven)) < 0:
+                raise TrainError(
+                    f"mesh of gears {mesh.driver} and {mesh.driven}, both internal"
+                )
         _ = self.speeds  # raises if the gears cannot rotate
+
+    def is_internal(self, mesh: Mesh) -> bool:
+        """Whether one of a mesh's gears is internal: both rotate in one sense.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            A mesh of this train.
+
+        Returns
+        -------
+        bool
+            True for an internal gear with an external one.
+        """
+        radii = (self.gears[g].base_radius for g in (mesh.driver, mesh.driven))
+        return math.prod(radii) < 0.0
 
     @cached_property
     def speeds(self) -> tuple[Fraction, ...]:
@@ -214,7 +236,8 @@ class Train:
         """Links (gear, other gear, speed of the other over that of the gear)."""
         for mesh in self.meshes:
             teeth = self.gears[mesh.driver].teeth, self.gears[mesh.driven].teeth
-            yield mesh.driver, mesh.driven, -Fraction(*teeth)
+            sign = 1 if self.is_internal(mesh) else -1
+            yield mesh.driver, mesh.driven, sign * Fraction(*teeth)
         for shaft in self.shafts:
             yield *shaft.gears, Fraction(1)
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshes import GeometryError
-from meshes.gear import inverse_involute, involute
+from meshes.involute import inverse_involute, involute
 from meshes.profile import (
     arc_from_tip,
     fillet_points,

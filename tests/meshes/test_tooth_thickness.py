@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from meshes import GeometryError
-from meshes.gear import Involute
+from meshes.involute import Involute
 from meshes.outline import MeshSize, half_sector_outline
 from meshes.profile import flank_points, turn
 from meshes.tooth_thickness import (

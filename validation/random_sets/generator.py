@@ -17,7 +17,7 @@ import numpy as np
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, make_gear_set
 from fegear.gearset.inertia import body_inertia
-from meshes.gear import inverse_involute, involute
+from meshes.involute import inverse_involute, involute
 
 NAME = "random-sets"  # of all together, as a case has one
 SEED = 602214076, 1380649  # of all sets, before the number of each

@@ -1,0 +1,166 @@
+"""Internal gear: the teeth of a ring, cut by a shaper cutter.
+
+Radii, roll lengths and the angle from tooth to tooth are negative, as in ISO 21771,
+where an internal gear has a negative number of teeth. The formulas of external gears
+then hold without change, for the gear and for a pair: a centre distance and a line of
+action are negative in a pair with a ring. In the tooth frame the centre is above, and
+the tooth points up as that of an external gear does.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from meshes.gear import (
+    SLACK,
+    GeometryError,
+    SpurGear,
+    ceiled,
+    floored,
+    require,
+    stated_mm,
+)
+from meshes.shaper import ShaperCutter, shaper_cutter
+from meshes.tip_interference import corner_clearance
+
+MIN_CUTTER_TEETH = 5  # of a cutter, and fewer than the ring has
+
+
+@dataclass(frozen=True, kw_only=True)
+class InternalGear(SpurGear):
+    """Internal involute gear cut by a shaper cutter with rounded tips.
+
+    tip_radius : inner radius of the teeth, negative
+    dedendum : depth of the space beyond the reference circle
+    rack_tip_radius : rounding of the cutter's tips, which generates the root fillet
+    hub_radius : outer radius of the ring, where it is held, negative
+    cutter_teeth : number of teeth of the cutter
+
+    Raises GeometryError if no such gear can be cut.
+    """
+
+    cutter_teeth: int
+
+    @property
+    def sign(self) -> int:
+        return -1
+
+    @property
+    def outer_radius(self) -> float:
+        return -self.hub_radius
+
+    @property
+    def is_undercut(self) -> bool:
+        return False
+
+    @cached_property
+    def cutter(self) -> ShaperCutter:
+        sharp = shaper_cutter(
+            self, self.base_half_angle, self.root_radius, self.cutter_teeth
+        )
+        return replace(sharp, rounding=self.rack_tip_radius)
+
+    @property
+    def cutting_angle(self) -> float:
+        """Pressure angle of ring and cutter [rad]."""
+        return self.cutter.cutting_angle
+
+    @property
+    def rack_roll_length(self) -> float:
+        """Roll length that the involute of the cutter reaches."""
+        return -(self.cutter.flank_roll_length + self.cutter.line_of_action)
+
+    @property
+    def form_normal_angle(self) -> float:
+        return 0.5 * math.pi - self.cutting_angle
+
+    def require_sizes(self) -> None:
+        rows = [("tip_radius", -self.tip_radius), ("hub_radius", -self.hub_radius)]
+        for field, length in rows:
+            ok = 0.0 < length < math.inf
+            require(field, ok, stated_mm(length), "must be positive and finite")
+        fewest = MIN_CUTTER_TEETH
+        most = self.teeth - fewest
+        ok = fewest <= self.cutter_teeth <= most
+        allowed = f"allowed {fewest} to {most}, {fewest} fewer than the ring has"
+        require("cutter_teeth", ok, f"{self.cutter_teeth}", allowed)
+
+    def require_generated_tooth(self) -> None:
+        """Require that the cutter leaves a tooth with a tip land in an existing rim."""
+        self._require_cutter_tip()
+        tip, base, form = -self.tip_radius, -self.base_radius, -self.form_radius
+        require(
+            "tip_radius",
+            tip > base,
+            stated_mm(tip),
+            f"must exceed the base radius {ceiled(1e3 * base)} mm",
+        )
+        require(
+            "tip_radius",
+            tip < form,
+            stated_mm(tip),
+            f"must be below the form radius {floored(1e3 * form)} mm",
+        )
+        self.require_tip_land()
+        self._require_cutter_flank()
+        smallest, rim = -self.root_radius + 0.5 * self.module, -self.hub_radius
+        require(
+            "hub_radius",
+            rim >= smallest * (1.0 - SLACK),
+            stated_mm(rim),
+            f"at least {ceiled(1e3 * smallest)} mm, half a module beyond the root "
+            f"circle {stated_mm(-self.root_radius)}",
+        )
+
+    def _require_cutter_flank(self) -> None:
+        """Require that the cutter's involute makes the tip, and spares other tips."""
+        tip, cutter = -self.tip_radius, self.cutter
+        least = math.hypot(self.base_radius, cutter.line_of_action)
+        require(
+            "tip_radius",
+            tip >= least * (1.0 - SLACK),
+            stated_mm(tip),
+            f"at least {ceiled(1e3 * least)} mm, a cutter of {self.cutter_teeth} teeth "
+            "has no flank below its base circle",
+        )
+        if not corner_clearance(cutter, self, cutter.center_distance) > 0.0:
+            raise GeometryError(
+                "cutter_teeth",
+                f"{self.cutter_teeth}; tips of the cutter meet those of the ring, "
+                f"allowed {MIN_CUTTER_TEETH} to {self._most_cutter_teeth}",
+            )
+
+    @property
+    def _most_cutter_teeth(self) -> int:
+        """Number of teeth of the largest cutter whose tips pass those of the ring."""
+        for teeth in range(self.cutter_teeth - 1, MIN_CUTTER_TEETH, -1):
+            cutter = shaper_cutter(self, self.base_half_angle, self.root_radius, teeth)
+            if corner_clearance(cutter, self, cutter.center_distance) > 0.0:
+                return teeth
+        return MIN_CUTTER_TEETH
+
+    def _require_cutter_tip(self) -> None:
+        try:
+            cutter = self.cutter
+        except ValueError as error:
+            raise GeometryError(
+                "profile_shift", f"{self.profile_shift:g}; {error}"
+            ) from None
+        missing = cutter.base_radius - cutter.center_radius
+        require(
+            "dedendum",
+            missing < 0.0,
+            stated_mm(self.dedendum),
+            f"at least {ceiled(1e3 * (self.dedendum + missing))} mm, the cutter's tip "
+            "must be beyond its base circle",
+        )
+        widest = cutter.widest_rounding
+        require(
+            "rack_tip_radius",
+            self.rack_tip_radius <= widest * (1.0 + SLACK),
+            stated_mm(self.rack_tip_radius),
+            f"does not fit the tip of a cutter of {self.cutter_teeth} teeth, at most "
+            f"{floored(1e3 * widest)} mm",
+        )

@@ -1,0 +1,61 @@
+"""The involute function, and what all gears of one rack and number of teeth share."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+def involute(angle: float) -> float:
+    """Involute function inv(angle) = tan(angle) - angle, angles in radians."""
+    return math.tan(angle) - angle
+
+
+def inverse_involute(value: float) -> float:
+    """Pressure angle [rad] whose involute function is `value` >= 0.
+
+    Newton's method solves t - atan(t) = value for t = tan(angle). The function is
+    convex, so that the iteration descends to the root from above.
+    """
+    t = value + 0.5 * math.pi
+    for _ in range(100):
+        step = (t - math.atan(t) - value) * (1.0 + t * t) / (t * t)
+        t -= step
+        if not abs(step) > 1e-15 * t:
+            break
+    return math.atan(t)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Involute:
+    """Properties shared by all gears of one generating rack and number of teeth.
+
+    module : reference pitch diameter over number of teeth [m]
+    pressure_angle : pressure angle of the generating rack [rad]
+    """
+
+    teeth: int
+    module: float
+    pressure_angle: float
+
+    @property
+    def sign(self) -> int:
+        """-1 for internal gears, whose radii are negative, else 1."""
+        return 1
+
+    @property
+    def reference_radius(self) -> float:
+        return 0.5 * self.sign * self.module * self.teeth
+
+    @property
+    def base_radius(self) -> float:
+        return self.reference_radius * math.cos(self.pressure_angle)
+
+    @property
+    def base_pitch(self) -> float:
+        return math.pi * self.module * math.cos(self.pressure_angle)
+
+    @property
+    def pitch_angle(self) -> float:
+        """Angle between teeth, 2 pi / z."""
+        return 2.0 * self.sign * math.pi / self.teeth
