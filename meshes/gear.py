@@ -212,6 +212,8 @@ def _require(field: str, ok: bool, got: str, allowed: str) -> None:
 
 def require_finite_sizes(gear: SpurGear) -> None:
     _require("teeth", gear.teeth >= 5, f"{gear.teeth}", "at least 5 teeth are needed")
+    shift = gear.profile_shift  # before the tip, whose default follows from it
+    _require("profile_shift", abs(shift) <= 2.0, f"{shift:g}", "allowed -2 to 2")
     for field in ("module", "tip_radius", "dedendum", "hub_radius"):
         length: float = getattr(gear, field)
         ok = 0.0 < length < math.inf
@@ -220,8 +222,6 @@ def require_finite_sizes(gear: SpurGear) -> None:
     _require(
         "pressure_angle", 5.0 <= degrees <= 35.0, f"{degrees:g} deg", "allowed 5 to 35"
     )
-    shift = gear.profile_shift
-    _require("profile_shift", abs(shift) <= 2.0, f"{shift:g}", "allowed -2 to 2")
     thinning = gear.tooth_thinning
     ok = abs(thinning) < 0.5 * gear.module
     limit = f"must stay below half a module, {floored(5e5 * gear.module)} um"
