@@ -277,7 +277,6 @@ class TolerancesProblem(Problem):
             gear_warnings=(*self.gear_warnings, *self._tip_lines(bands)),
         )
 
-
     def _tip_lines(self, bands: ToleranceBands) -> Iterator[str]:
         """Warnings of nominal tips that meet the edge of an undercut."""
         pair, largest = self.problem.contact.pair, float(bands.linear.ste.max())
@@ -353,11 +352,13 @@ class TolerancesResult(StudyResult):
     def _outside(self) -> Iterator[str]:
         """A line for each quantity whose nominal value is outside its band."""
         for row in self.bands.rows:
-            if not row["p05"] <= row["nominal"] <= row["p95"]:
-                yield (
-                    f"{SCALES[row['quantity']][1]}: the nominal value is outside the "
-                    "band, as deviations of either sign take load from a tooth pair"
-                )
+            if row["p05"] <= row["nominal"] <= row["p95"]:
+                continue
+            change = "raise" if row["nominal"] < row["p05"] else "lower"
+            yield (
+                f"{SCALES[row['quantity']][1]}: the nominal value is outside the band; "
+                f"deviations of either sign take load from a tooth pair and {change} it"
+            )
 
     @property
     def _evidence(self) -> str:
