@@ -295,7 +295,8 @@ class ReliefResult(StudyResult):
                 "{peak_after_um:.4g} um after"
             ).format_map(self.vibration)
         if self.reliefs:
-            yield RowTable(self.reliefs, DESIGN, "Best relief", ("relief",))
+            title = "Best relief" + (", none left out" if self.vibration else "")
+            yield RowTable(self.reliefs, DESIGN, title, ("relief",))
         if self.left_out:
             yield (
                 f"left out, as the objective changes by less than "
