@@ -268,9 +268,9 @@ def _without(
     problem: ReliefProblem, design: Array, place: str
 ) -> tuple[ReliefProblem, Array]:
     """The problem and design without the relief at a place."""
-    kept = [entry.place != place for entry in problem.ranges]
+    stays = [entry.place != place for entry in problem.ranges]
     ranges = tuple(entry for entry in problem.ranges if entry.place != place)
-    return replace(problem, ranges=ranges), design.reshape(2, -1)[:, kept].ravel()
+    return replace(problem, ranges=ranges), design.reshape(2, -1)[:, stays].ravel()
 
 
 class _End(NamedTuple):

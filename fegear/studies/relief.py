@@ -444,8 +444,8 @@ def _reliefs(
 
 def _left_out(places: list[str], reliefs: list[dict[str, Any]]) -> list[str]:
     """Reliefs at places that are not among those of the result."""
-    kept = {relief["relief"] for relief in reliefs}
-    return [name for place in places if (name := f"{place}_relief") not in kept]
+    names = {relief["relief"] for relief in reliefs}
+    return [name for place in places if (name := f"{place}_relief") not in names]
 
 
 def _edits(
