@@ -49,7 +49,7 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
     gear_set = GearSet(
         name=document.name,
         description=document.description,
-        gears=tuple(map(_gear, document.gear, teeth)),
+        gears=tuple(map(_gear, blanks, teeth)),
         meshes=tuple(meshes),
         shafts=tuple(
             Shaft(
@@ -107,7 +107,8 @@ def _material(entry: GearEntry) -> tuple[str, NamedMaterial]:
     return name, replace(named, **own)
 
 
-def _gear(entry: GearEntry, teeth: SpurGear) -> Gear:
+def _gear(blank: Blank, teeth: SpurGear) -> Gear:
+    entry = blank.entry
     name, material = _material(entry)
     kx, ky = entry.bearing_kx_N_per_m, entry.bearing_ky_N_per_m
     return Gear(
@@ -115,6 +116,7 @@ def _gear(entry: GearEntry, teeth: SpurGear) -> Gear:
         geometry=teeth,
         face_width=entry.face_width_mm * MM,
         material=name,
+        thickness_origin=blank.thickness.origin,
         young_modulus=material.young_modulus_GPa * 1e9,
         poisson_ratio=material.poisson_ratio,
         density=material.density_kg_per_m3,

@@ -25,6 +25,7 @@ class Gear:
     """A spur gear with its width, material and, optionally, inertia.
 
     material : name, for those who read the figures; the values count
+    thickness_origin : measure with its value that gave the tooth thickness, or empty
     pitch_errors : how far each tooth is set back from contact on the flank that
         carries load in the gear's first mesh [m], or empty; positive opens a gap
     inertia, mass : as given [kg m2], [kg]; see `inertia_of` and `mass_of`
@@ -39,6 +40,7 @@ class Gear:
     poisson_ratio: float
     density: float
     material: str = "as given"
+    thickness_origin: str = ""
     inertia: float | None = None
     mass: float | None = None
     pitch_errors: tuple[float, ...] = ()

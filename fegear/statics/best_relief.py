@@ -46,6 +46,9 @@ PATTERNS = (
 )
 GOOD_GAIN, POOR_GAIN = 0.75, 0.25  # over the predicted one, for the next radius
 MIN_LENGTH = 0.05  # of a relief [base pitches]
+# over the objective without relief: effect below which a relief is left out, and below
+# which the others are refined without it
+MIN_EFFECT, REFINED_EFFECT = 1e-3, 0.02
 
 
 @dataclass(frozen=True)
@@ -228,6 +231,46 @@ def find_best_relief(
         sum(end.evaluations for end in ends),
         len(starts),
     )
+
+
+def without_idle_reliefs(
+    problem: ReliefProblem, design: Array, objective: ReliefObjective
+) -> tuple[ReliefProblem, Array, int]:
+    """The problem and design without reliefs that hardly change the objective.
+
+    From the smallest on, each is left out if the objective rises by less than
+    MIN_EFFECT of that without any relief. Where the rise is larger, but less than
+    REFINED_EFFECT, the others are refined first. The last value is the number of
+    solutions of the mesh cycle.
+    """
+    none = replace(problem, ranges=())
+    bare = objective.of(none.ste(np.empty(0))[0])
+    value, evaluations = objective.of(problem.ste(design)[0]), 2
+    for place in _by_size(problem, design):
+        fewer, rest = _without(problem, design, place)
+        reached = objective.of(fewer.ste(rest)[0])
+        evaluations += 1
+        if fewer.ranges and MIN_EFFECT < (reached - value) / bare < REFINED_EFFECT:
+            end = _local_search(fewer, rest, objective, RELATIVE_GAIN, ())
+            rest, reached = end.design, end.value
+            evaluations += end.evaluations
+        if reached - value <= MIN_EFFECT * bare:
+            problem, design = fewer, rest
+    return problem, design, evaluations
+
+
+def _by_size(problem: ReliefProblem, design: Array) -> list[str]:
+    order = np.argsort(design[: len(problem.ranges)])
+    return [problem.ranges[i].place for i in order]
+
+
+def _without(
+    problem: ReliefProblem, design: Array, place: str
+) -> tuple[ReliefProblem, Array]:
+    """The problem and design without the relief at a place."""
+    stays = [entry.place != place for entry in problem.ranges]
+    ranges = tuple(entry for entry in problem.ranges if entry.place != place)
+    return replace(problem, ranges=ranges), design.reshape(2, -1)[:, stays].ravel()
 
 
 class _End(NamedTuple):

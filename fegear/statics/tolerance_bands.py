@@ -25,9 +25,7 @@ from meshes.pairing import undercut_end
 
 Array = NDArray[np.float64]
 LINEAR_SAMPLES = 10_000  # of the first order
-SENSITIVITY_SAMPLES = (
-    4000  # of the parts of the variance, and of bands without a source
-)
+SENSITIVITY_SAMPLES = 4000  # of the parts of the variance
 PERCENTILES = 5, 50, 95
 QUANTILE_STDERR = 0.64  # of a limit over the band, times the root of the sample size
 
@@ -187,7 +185,7 @@ def tolerance_bands(
         linear_ste_std=np.asarray(without_mean(ste).std(axis=0)),
         effects=total_effects(problem, linear, SENSITIVITY_SAMPLES, seed),
         peak_to_peak_without=peak_to_peak_without(
-            problem, linear, SENSITIVITY_SAMPLES, seed
+            problem, linear, LINEAR_SAMPLES, seed
         ),
         contact_ratios=(
             contact_ratio(pair, largest),

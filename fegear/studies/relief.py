@@ -22,6 +22,7 @@ from fegear.statics.best_relief import (
     find_best_relief,
     relief_ranges,
     starting_designs,
+    without_idle_reliefs,
 )
 from fegear.statics.excitation import StiffnessSource
 from fegear.statics.relief_front import relief_front
@@ -245,8 +246,13 @@ class ReliefDesign(
             design = vibration.design
         complete = vibration is None or vibration.complete
         front = self._front(problem, best, job) if complete else ((), 0)
+        evaluations = best.evaluations + front[1]
+        places = [entry.place for entry in problem.ranges]
+        if vibration is None:
+            problem, design, more = without_idle_reliefs(problem, design, objective)
+            evaluations += more
         reliefs = _reliefs(problem, design, objective)
-        edits = _edits(self.mesh, reliefs, self.shape)
+        edits = _edits(self.mesh, places, reliefs, self.shape)
         after = self.gear_set.changed(edits)
         shown = torques
         if len(torques) > 1:
@@ -264,7 +270,9 @@ class ReliefDesign(
                 _ste(gears, index, shown, quick),
                 _ste(after, index, shown, quick),
             ),
-            evaluations=best.evaluations + front[1],
+            evaluations=evaluations,
+            left_out=_left_out(places, reliefs),
+            max_magnitude_um=problem.max_magnitude / MICRO,
             vibration=_vibration_entries(vibration),
             front=list(front[0]),
             tolerance=self._tolerance(problem, design, objective),
@@ -335,7 +343,9 @@ class ReliefDesign(
 
         def changed(design: Array) -> GearSet:
             reliefs = _reliefs(problem, design, None)
-            return self.gear_set.changed(_edits(self.mesh, reliefs, self.shape))
+            places = [entry.place for entry in problem.ranges]
+            edits = _edits(self.mesh, places, reliefs, self.shape)
+            return self.gear_set.changed(edits)
 
         search = VibrationSearch(
             changed=changed,
@@ -376,6 +386,8 @@ class ReliefDesign(
         self, problem: ReliefProblem, design: Array, objective: ReliefObjective
     ) -> dict[str, float] | None:
         if not (self.relief_tolerance_um or self.length_tolerance):
+            return None
+        if not problem.ranges:  # the teeth are best without relief
             return None
         limits = MICRO * self.relief_tolerance_um, self.length_tolerance
         band = tolerance_band(problem, design, objective, *limits)
@@ -433,14 +445,22 @@ def _reliefs(
     ]
 
 
+def _left_out(places: list[str], reliefs: list[dict[str, Any]]) -> list[str]:
+    """Reliefs at places that are not among those of the result."""
+    names = {relief["relief"] for relief in reliefs}
+    return [name for place in places if (name := f"{place}_relief") not in names]
+
+
 def _edits(
-    mesh: int, reliefs: list[dict[str, Any]], shape: ReliefShape
+    mesh: int, places: list[str], reliefs: list[dict[str, Any]], shape: ReliefShape
 ) -> dict[str, Any]:
-    """Keys of the gear set that give the reliefs, in place of those for both gears."""
+    """Keys of the gear set that give the reliefs, in place of all others at places."""
     edits: dict[str, Any] = {}
-    for relief in reliefs:
-        both = relief["relief"].partition("_")[2]
-        edits[f"mesh.{mesh}.{both}.magnitude_um"] = 0
+    for place in places:
+        both = place.partition("_")[2]
+        edits[f"mesh.{mesh}.{both}_relief.magnitude_um"] = 0
+    for name in _left_out(places, reliefs):
+        edits[f"mesh.{mesh}.{name}.magnitude_um"] = 0
     for relief in reliefs:
         key = f"mesh.{mesh}.{relief['relief']}"
         edits[f"{key}.magnitude_um"] = relief["magnitude_um"]

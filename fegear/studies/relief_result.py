@@ -14,6 +14,7 @@ from fegear.files.codes import with_code
 from fegear.files.output import write_text
 from fegear.files.toml import toml_text
 from fegear.gearset.read import relative_tables
+from fegear.statics.best_relief import MIN_EFFECT, PLACES
 from fegear.statics.relief_objective import MICRO
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.study import Draw, StudyResult
@@ -29,6 +30,7 @@ MEASURES = {
     "vibration": "largest peak to peak",
 }
 MAX_LINEAR_ERROR = 0.1  # of the band by derivatives
+LIMIT_RTOL = 1e-3  # within which a magnitude is at its limit
 DESIGN: Columns = {
     "relief": lambda row: row["relief"],
     "magnitude\num": cell("magnitude_um", 4),
@@ -55,6 +57,8 @@ class ReliefResult(StudyResult):
     """Best reliefs, and what they do.
 
     reliefs : place, size and sensitivity of each
+    left_out : reliefs that were sought and change the objective too little
+    max_magnitude_um : largest that is allowed
     before_um, after_um : static objective, of vibration the largest peak to peak
     rows : peak to peak of the transmission error at the torques, before and after
     shown : the same at the torques of the figure
@@ -79,6 +83,8 @@ class ReliefResult(StudyResult):
     tolerance: dict[str, float] | None
     warnings: list[str]
     tables: dict[str, Any]
+    left_out: list[str]
+    max_magnitude_um: float
     complete: bool = True
 
     @cached_property
@@ -90,6 +96,8 @@ class ReliefResult(StudyResult):
             "objective_before_um": self._ends[0],
             "objective_after_um": self._ends[1],
             "reliefs": self.reliefs,
+            "left_out": self.left_out,
+            "max_relief_um": self.max_magnitude_um,
             "torques": self.rows,
             "starts": self.study.starts,
             "evaluations": self.evaluations,
@@ -117,6 +125,7 @@ class ReliefResult(StudyResult):
         if after >= before:
             text = f"no relief within the limits gives less than {before:.4g} um"
             yield with_code("W28", text)
+        yield from self._at_limit()
         if not self.complete:
             text = f"the search for the least vibration ended after {self._swept}"
             yield with_code("W31", text)
@@ -126,6 +135,21 @@ class ReliefResult(StudyResult):
                 f"the effect of the tolerances by derivatives is off by {error:.0f} %"
             )
             yield with_code("W32", text)
+
+    def _at_limit(self) -> Iterator[str]:
+        """A warning of reliefs whose magnitude ends at the limit."""
+        most = self.max_magnitude_um
+        names = [
+            relief["relief"]
+            for relief in self.reliefs
+            if relief["magnitude_um"] >= (1.0 - LIMIT_RTOL) * most
+        ]
+        if names:
+            text = (
+                f"{' and '.join(names)}: the magnitude ends at the largest allowed, "
+                f"{most:.4g} um, which --max-relief-um raises"
+            )
+            yield with_code("W37", text)
 
     @property
     def _swept(self) -> str:
@@ -139,7 +163,7 @@ class ReliefResult(StudyResult):
     @property
     def _pareto(self) -> Table:
         """A row for every compromise."""
-        places = [row["relief"].removesuffix("_relief") for row in self.reliefs]
+        places = PLACES[: len(self.front[0]["magnitudes_um"])] if self.front else ()
         names = (
             *("peak_to_peak_lowest_m", "peak_to_peak_highest_m"),
             *(f"{place}_magnitude_m" for place in places),
@@ -270,16 +294,35 @@ class ReliefResult(StudyResult):
                 "before, {peak_static_um:.4g} um with the least static peak to peak, "
                 "{peak_after_um:.4g} um after"
             ).format_map(self.vibration)
-        yield RowTable(self.reliefs, DESIGN, "Best relief", ("relief",))
+        if self.reliefs:
+            title = "Best relief" + (", none left out" if self.vibration else "")
+            yield RowTable(self.reliefs, DESIGN, title, ("relief",))
+        if self.left_out:
+            yield (
+                f"left out, as the objective changes by less than "
+                f"{100.0 * MIN_EFFECT:g} % of that without relief: "
+                + ", ".join(self.left_out)
+            )
         yield RowTable(self.rows, TORQUES, "At the torques", ())
         if self.front:
             yield RowTable(self.front, COMPROMISES, "Compromises", ())
+            yield from self._beaten
         if self.tolerance:
             yield with_code("E22", self._band)
         yield (
             f"{values['starts']} starts, {values['evaluations']} solutions of the mesh "
             "cycle" + (f", {self._swept}" if self.vibration else "")
         )
+
+    @property
+    def _beaten(self) -> Iterator[str]:
+        """Why there are fewer compromises than were sought."""
+        sought, count = self.study.compromises, len(self.front)
+        if count < sought:
+            yield (
+                f"{count} of {sought} searches: the others ended at one of these, or "
+                "at a design that is no better than one of these at either torque"
+            )
 
     @property
     def _band(self) -> str:

@@ -16,10 +16,12 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.tolerance_grades import (
     UM,
     tolerances_of_pair,
 )
+from fegear.statics.plausibility import tip_warnings
 from fegear.statics.solving import StaticsSettings, contact_problem
 from fegear.statics.tolerance_bands import (
     QUANTILE_STDERR,
@@ -94,8 +96,8 @@ BAND: Columns = {
 SOURCE: Columns = {
     "tolerance": lambda row: row["source"].replace("_", " "),
     "limit\n+- um": cell("limit_um", 3),
-    "part of variance\nof STE p-p [%]": cell("share_of_ste_peak_to_peak", 3, 100.0),
-    "95 % of STE p-p\nwithout it [um]": cell("ste_peak_to_peak_p95_without_um", 3),
+    "part of variance\n1st order [%]": cell("share_of_ste_peak_to_peak", 3, 100.0),
+    "95 % without it\n1st order [um]": cell("first_order_p95_without_um", 4),
 }
 
 
@@ -179,7 +181,8 @@ class Tolerances(
             limits=self._limits(gears, index),
             distribution=self.distribution,
         )
-        return TolerancesProblem(self, gears.name, problem)
+        warnings = (*gear_set_warnings(gears),)
+        return TolerancesProblem(self, gears.name, problem, warnings)
 
     def _limits(self, gears: GearSet, index: int) -> dict[str, float]:
         """Tolerances [m] by source."""
@@ -221,6 +224,7 @@ class TolerancesProblem(Problem):
     study: Tolerances
     gear_set: str
     problem: ToleranceProblem
+    gear_warnings: tuple[str, ...]
 
     def tasks(self) -> Iterator[Task]:
         study = self.study
@@ -263,13 +267,20 @@ class TolerancesProblem(Problem):
             ste=columns["ste"],
             lost_contact=columns["lost_contact"] > 0.0,
         )
+        bands = tolerance_bands(problem, solved, study.seed)
         return TolerancesResult(
             study=study,
             gear_set=self.gear_set,
             torque=problem.torque,
-            bands=tolerance_bands(problem, solved, study.seed),
+            bands=bands,
             complete=len(finished) == len(results),
+            gear_warnings=(*self.gear_warnings, *self._tip_lines(bands)),
         )
+
+    def _tip_lines(self, bands: ToleranceBands) -> Iterator[str]:
+        """Warnings of nominal tips that meet the edge of an undercut."""
+        pair, largest = self.problem.contact.pair, float(bands.linear.ste.max())
+        yield from tip_warnings(self.study.mesh, self.problem.torque, pair, largest)
 
 
 def _blocks(deviations: Array) -> list[Array]:
@@ -285,6 +296,7 @@ class TolerancesResult(StudyResult):
     torque: float
     bands: ToleranceBands
     complete: bool = True
+    gear_warnings: tuple[str, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -308,7 +320,7 @@ class TolerancesResult(StudyResult):
             "moved_extremes_fraction": bands.moved_extremes,
             "jammed_fraction": bands.jammed,
             "evidence": [self._evidence],
-            "warnings": list(self._warnings()),
+            "warnings": [*self.gear_warnings, *self._warnings()],
         }
 
     @property
@@ -320,11 +332,33 @@ class TolerancesResult(StudyResult):
                 "limit_um": limit / UM,
                 "share_of_ste_peak_to_peak": bands.effects[PEAK_TO_PEAK][source],
                 "share_of_mean_stiffness": bands.effects[MEAN_STIFFNESS][source],
-                "ste_peak_to_peak_p95_without_um": bands.peak_to_peak_without[source]
-                / UM,
+                "first_order_p95_without_um": bands.peak_to_peak_without[source] / UM,
             }
             for source, limit in bands.limits.items()
         ]
+
+    @property
+    def _all_tolerances(self) -> dict[str, Any]:
+        """The last row of the table, with which those above it are compared."""
+        (row,) = (row for row in self.bands.rows if row["quantity"] == PEAK_TO_PEAK)
+        return {
+            "source": "none left out",
+            "limit_um": None,
+            "share_of_ste_peak_to_peak": None,
+            "first_order_p95_without_um": row["first_order_p95"] / UM,
+        }
+
+    @property
+    def _outside(self) -> Iterator[str]:
+        """A line for each quantity whose nominal value is outside its band."""
+        for row in self.bands.rows:
+            if row["p05"] <= row["nominal"] <= row["p95"]:
+                continue
+            change = "raise" if row["nominal"] < row["p05"] else "lower"
+            yield (
+                f"{SCALES[row['quantity']][1]}: the nominal value is outside the band; "
+                f"deviations of either sign take load from a tooth pair and {change} it"
+            )
 
     @property
     def _evidence(self) -> str:
@@ -410,9 +444,9 @@ class TolerancesResult(StudyResult):
         kind = "uniform within the limits"
         if values["distribution"] == "normal":
             kind = f"normal, limits at {LIMIT_OVER_STD:g} standard deviations"
-        yield RowTable(
-            values["tolerances"], SOURCE, f"Tolerances, {kind}", ("tolerance",)
-        )
+        sources = [*values["tolerances"], self._all_tolerances]
+        yield RowTable(sources, SOURCE, f"Tolerances, {kind}", ("tolerance",))
+        yield from self._outside
         yield (
             "contact ratio {contact_ratio_least:.4g} to {contact_ratio_largest:.4g}"
         ).format_map(values)

@@ -24,6 +24,7 @@ from fegear.statics.best_relief import (
     find_best_relief,
     relief_ranges,
     starting_designs,
+    without_idle_reliefs,
 )
 from fegear.statics.relief_objective import (
     ReliefObjective,
@@ -171,12 +172,47 @@ def test_a_design_that_is_not_better_is_reported():
             name="liu-pair", edits=("mesh.1.tip_relief.magnitude_um=6",)
         ),
         torque=(100.0,),
-        max_relief_um=0.01,
+        max_relief_um=0.001,
         starts=1,
         elements=StaticsSettings(resolution="coarse", positions=16),
     )
-    (warning,) = fegear.run(study).summary["warnings"]
+    result = fegear.run(study)
+    (warning,) = result.summary["warnings"]
     assert warning.endswith(" um [W28]")
+    assert result.summary["reliefs"] == []
+    assert any("left out" in part for part in result.page() if isinstance(part, str))
+    left_out = result.summary["left_out"]
+    assert left_out == ["driver_tip_relief", "driven_tip_relief"]
+    written = fegear.make_gear_set(result.tables).meshes[0]
+    assert written.driver_tip_relief is written.driven_tip_relief is None
+
+
+def test_a_relief_that_ends_at_its_limit_is_told():
+    study = fegear.ReliefDesign(
+        torque=(100.0,), max_relief_um=3.0, starts=1, elements=COARSE
+    )
+    (warning,) = fegear.run(study).summary["warnings"]
+    assert "driven_tip_relief: the magnitude ends at the largest" in warning
+    assert warning.endswith("3 um, which --max-relief-um raises [W37]")
+
+
+def test_reliefs_without_effect_are_left_out(contact):
+    """One too small to count, and one whose mate is refined in its place."""
+    problem, objective = relief_problem(contact), ReliefObjective()
+    best = find_best_relief(problem, starting_designs(problem, 3), objective)
+    both, design, _ = without_idle_reliefs(problem, best.design, objective)
+    assert both.ranges == problem.ranges
+    np.testing.assert_array_equal(design, best.design)
+    alone = best.design * np.array([0.0, 1.0, 1.0, 1.0])
+    for size_um in (0.001, 0.1):
+        small = alone + np.array([size_um, 0.0, 0.0, 0.0])
+        fewer, design, solutions = without_idle_reliefs(problem, small, objective)
+        assert [entry.place for entry in fewer.ranges] == ["driven_tip"]
+        assert solutions >= 4
+        reached = objective.of(fewer.ste(design)[0])
+        before = objective.of(problem.ste(small)[0])
+        none = objective.of(replace(problem, ranges=()).ste(np.empty(0))[0])
+        assert reached <= before + 1e-3 * none
 
 
 WORDS = st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=8)

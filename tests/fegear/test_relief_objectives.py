@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -187,6 +188,9 @@ def test_a_study_says_what_it_found(tmp_path):
     result = fegear.run(study)
     summary = result.summary
     assert len(summary["compromises"]) == len(list(result.more_tables["pareto"].rows()))
+    fewer = replace(result, front=result.front[:2])
+    lines = [part for part in fewer.page() if isinstance(part, str)]
+    assert any(line.startswith("2 of 3 searches") for line in lines)
     tolerance = summary["tolerance"]
     assert tolerance["nominal_um"] == pytest.approx(
         summary["objective_after_um"], rel=0.01

@@ -271,6 +271,46 @@ def test_a_first_order_that_fails_is_told_with_numbers():
     assert f"{percent:.0f} % of the pairs of gears" in warning
 
 
+def test_columns_of_the_first_order_say_so():
+    result = fegear.run(study_of())
+    parts = result.page()
+    bands, tolerances = (part for part in parts if not isinstance(part, str))
+    (row,) = (r for r in bands.rows if r["quantity"] == PEAK_TO_PEAK)
+    assert [name for name in tolerances.columns if "1st order" in name] == [
+        "part of variance\n1st order [%]",
+        "95 % without it\n1st order [um]",
+    ]
+    last = tolerances.rows[-1]
+    assert last["source"] == "none left out"
+    most = 1e6 * row["first_order_p95"]
+    assert last["first_order_p95_without_um"] == pytest.approx(most)
+    without = [r["first_order_p95_without_um"] for r in tolerances.rows]
+    assert max(without) < 1.01 * most  # the same deviations, without those of a source
+
+
+def test_a_nominal_value_outside_its_band_is_explained():
+    """Deviations of either sign lower the stiffness of teeth at a small torque."""
+    lines = list(fegear.run(replace(study_of(grade=9), torque=5.0)).page())
+    assert any("mean k" in x and "lower it" in x for x in lines if isinstance(x, str))
+
+
+def test_an_undercut_is_warned_of():
+    mesh = {"driver": "pinion", "driven": "wheel", "center_distance_mm": 114.02}
+    gears = fegear.make_gear_set(
+        {
+            "name": "undercut",
+            "defaults": {"module_mm": 4.0, "face_width_mm": 20.0},
+            "gear": [
+                {"name": "pinion", "teeth": 12, "hub_radius_mm": 10.0},
+                {"name": "wheel", "teeth": 45, "hub_radius_mm": 60.0},
+            ],
+            "mesh": [mesh],
+        }
+    )
+    warnings = fegear.run(study_of(gear_set=gears)).summary["warnings"]
+    assert [w[-5:] for w in warnings if "undercut" in w] == ["[W27]", "[W36]"]
+
+
 def test_backlash_that_the_centre_distance_takes_away():
     study = study_of(center_distance_um=1250.0, distribution="uniform")
     summary = fegear.run(replace(study, samples=100)).summary

@@ -15,7 +15,8 @@ from fegear.contact.edges import edge_arcs
 from fegear.contact.problem import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
-from fegear.statics.plausibility import tip_warnings, undercut_warnings
+from fegear.gearset.plausibility import gear_set_warnings
+from fegear.statics.plausibility import tip_warnings
 from fegear.statics.solving import RESOLUTIONS, Resolution, StaticsSettings, solve_mesh
 from fegear.studies.stiffness import table_warnings
 from meshes import MeshSize
@@ -209,11 +210,10 @@ def test_a_warning_says_that_the_tip_strikes_the_edge(torque, warned):
 
 def test_ordinary_teeth_have_no_edge_to_strike():
     pair = load_gear_set("liu-pair").meshes[0].pair
-    assert not list(tip_warnings("mesh 1", pair, 1e-3))
+    assert not list(tip_warnings(1, 100.0, pair, 1e-3))
 
 
 def test_a_warning_says_how_much_of_the_path_is_lost():
-    (line,) = undercut_warnings(1, solved().problem.pair)
+    (line,) = gear_set_warnings(make_gear_set(TABLES))
     assert "contact ratio 1.254" in line
     assert line.endswith("[W27]")
-    assert line in table_warnings(solved())
