@@ -222,6 +222,8 @@ def require(field: str, ok: bool, got: str, allowed: str) -> None:
 def require_rack(gear: SpurGear) -> None:
     """Require teeth, module and rack within their limits."""
     require("teeth", gear.teeth >= 5, f"{gear.teeth}", "at least 5 teeth are needed")
+    shift = gear.profile_shift  # before the tip, whose default follows from it
+    require("profile_shift", abs(shift) <= 2.0, f"{shift:g}", "allowed -2 to 2")
     for field in ("module", "dedendum"):
         length: float = getattr(gear, field)
         ok = 0.0 < length < math.inf
@@ -230,8 +232,6 @@ def require_rack(gear: SpurGear) -> None:
     require(
         "pressure_angle", 5.0 <= degrees <= 35.0, f"{degrees:g} deg", "allowed 5 to 35"
     )
-    shift = gear.profile_shift
-    require("profile_shift", abs(shift) <= 2.0, f"{shift:g}", "allowed -2 to 2")
     thinning = gear.tooth_thinning
     ok = abs(thinning) < 0.5 * gear.module
     limit = f"must stay below half a module, {floored(5e5 * gear.module)} um"

@@ -23,8 +23,9 @@ from meshes.gear import (
     stated_mm,
 )
 from meshes.shaper import ShaperCutter, shaper_cutter
+from meshes.tip_interference import corner_clearance
 
-FEWEST_CUTTER_TEETH = 5  # of a cutter, and fewer than the ring has
+MIN_CUTTER_TEETH = 5  # of a cutter, and fewer than the ring has
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,14 +65,12 @@ class InternalGear(SpurGear):
     @property
     def cutting_angle(self) -> float:
         """Pressure angle of ring and cutter [rad]."""
-        bases = -self.base_radius - self.cutter.base_radius
-        return math.acos(bases / self.cutter.center_distance)
+        return self.cutter.cutting_angle
 
     @property
     def rack_roll_length(self) -> float:
         """Roll length that the involute of the cutter reaches."""
-        line = self.cutter.center_distance * math.sin(self.cutting_angle)
-        return -(self.cutter.flank_roll_length + line)
+        return -(self.cutter.flank_roll_length + self.cutter.line_of_action)
 
     @property
     def form_normal_angle(self) -> float:
@@ -82,7 +81,7 @@ class InternalGear(SpurGear):
         for field, length in rows:
             ok = 0.0 < length < math.inf
             require(field, ok, stated_mm(length), "must be positive and finite")
-        fewest = FEWEST_CUTTER_TEETH
+        fewest = MIN_CUTTER_TEETH
         most = self.teeth - fewest
         ok = fewest <= self.cutter_teeth <= most
         allowed = f"allowed {fewest} to {most}, {fewest} fewer than the ring has"
@@ -105,6 +104,7 @@ class InternalGear(SpurGear):
             f"must be below the form radius {floored(1e3 * form)} mm",
         )
         self.require_tip_land()
+        self._require_cutter_flank()
         smallest, rim = -self.root_radius + 0.5 * self.module, -self.hub_radius
         require(
             "hub_radius",
@@ -113,6 +113,33 @@ class InternalGear(SpurGear):
             f"at least {ceiled(1e3 * smallest)} mm, half a module beyond the root "
             f"circle {stated_mm(-self.root_radius)}",
         )
+
+    def _require_cutter_flank(self) -> None:
+        """Require that the cutter's involute makes the tip, and spares other tips."""
+        tip, cutter = -self.tip_radius, self.cutter
+        least = math.hypot(self.base_radius, cutter.line_of_action)
+        require(
+            "tip_radius",
+            tip >= least * (1.0 - SLACK),
+            stated_mm(tip),
+            f"at least {ceiled(1e3 * least)} mm, a cutter of {self.cutter_teeth} teeth "
+            "has no flank below its base circle",
+        )
+        if not corner_clearance(cutter, self, cutter.center_distance) > 0.0:
+            raise GeometryError(
+                "cutter_teeth",
+                f"{self.cutter_teeth}; tips of the cutter meet those of the ring, "
+                f"allowed {MIN_CUTTER_TEETH} to {self._most_cutter_teeth}",
+            )
+
+    @property
+    def _most_cutter_teeth(self) -> int:
+        """Number of teeth of the largest cutter whose tips pass those of the ring."""
+        for teeth in range(self.cutter_teeth - 1, MIN_CUTTER_TEETH, -1):
+            cutter = shaper_cutter(self, self.base_half_angle, self.root_radius, teeth)
+            if corner_clearance(cutter, self, cutter.center_distance) > 0.0:
+                return teeth
+        return MIN_CUTTER_TEETH
 
     def _require_cutter_tip(self) -> None:
         try:

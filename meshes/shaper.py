@@ -15,14 +15,27 @@ from meshes.involute import Involute, inverse_involute, involute
 class ShaperCutter(Involute):
     """Cutter of an internal gear, at the centre distance without backlash.
 
+    ring_teeth : of the ring
     center_distance : of ring and cutter
     tip_radius : outer radius of the cutter
     rounding : radius of its tips, which cut the fillet
     """
 
+    ring_teeth: int
     center_distance: float
     tip_radius: float
     rounding: float
+
+    @property
+    def cutting_angle(self) -> float:
+        """Pressure angle of ring and cutter [rad]."""
+        base = self.module * math.cos(self.pressure_angle) / 2.0
+        return math.acos((self.ring_teeth - self.teeth) * base / self.center_distance)
+
+    @property
+    def line_of_action(self) -> float:
+        """Distance between the points of tangency of both base circles."""
+        return self.center_distance * math.sin(self.cutting_angle)
 
     @property
     def base_half_angle(self) -> float:
@@ -96,6 +109,7 @@ def shaper_cutter(
         teeth=teeth,
         module=ring.module,
         pressure_angle=ring.pressure_angle,
+        ring_teeth=ring.teeth,
         center_distance=distance,
         tip_radius=-root_radius - distance,
         rounding=0.0,

@@ -6,9 +6,12 @@ import math
 
 from meshes.gear import SpurGear
 from meshes.involute import involute
+from meshes.shaper import ShaperCutter
 
 
-def corner_clearance(gear: SpurGear, ring: SpurGear, center_distance: float) -> float:
+def corner_clearance(
+    gear: SpurGear | ShaperCutter, ring: SpurGear, center_distance: float
+) -> float:
     """Arc on the ring's tip circle between two tip corners where they pass [m].
 
     The corner of the gear's loaded flank leaves the ring's tip circle where both tip

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 from conftest import make_gear
-from scipy.sparse.linalg import eigsh
+from scipy.sparse import block_array, csr_array, eye_array, hstack
+from scipy.sparse.linalg import eigsh, splu
 from scipy.spatial import cKDTree
 from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
 from skfem.helpers import dot
@@ -17,6 +18,7 @@ from skfem.models.elasticity import linear_elasticity
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import RIGHT
 from meshes import MeshSize, sector_mesh
+from meshes.internal import InternalGear
 from meshes.profile import flank_tangents, roll_length_at_arc, turn
 
 STEEL = PlaneMaterial(206e9, 0.3)
@@ -31,10 +33,25 @@ def small_gear(teeth):
     return make_gear(teeth, 5e-3, profile_shift=0.4, tip_radius=reference + 3.36e-3)
 
 
+def small_ring(teeth):
+    reference = 0.5 * 2.54e-3 * teeth
+    return InternalGear(
+        teeth=teeth,
+        module=2.54e-3,
+        pressure_angle=np.deg2rad(25.0),
+        profile_shift=0.0,
+        tip_radius=-(reference - 1.5e-3),
+        dedendum=2.9e-3,
+        rack_tip_radius=0.35e-3,
+        hub_radius=-(reference + 7e-3),
+        cutter_teeth=9,
+    )
+
+
 class WholeGear:
     def __init__(self, gear, size, cutoff_Hz):
         self.gear, self.sector = gear, sector_mesh(gear, size)
-        angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
+        angles = gear.pitch_angle * np.arange(gear.teeth)
         copies = np.vstack([turn(self.sector.points, a) for a in angles])
         near = cKDTree(copies).query_ball_point(copies, 1e-9)
         unique, merged = np.unique([min(n) for n in near], return_inverse=True)
@@ -50,8 +67,9 @@ class WholeGear:
         self.mass = form.assemble(basis).tocsc()
         self.places = basis.doflocs.T
         self.along_y = np.isin(np.arange(basis.N), basis.split_indices()[1])
-        radius = np.hypot(*self.places.T)
-        self.free = np.flatnonzero(radius > gear.hub_radius * (1 + 1e-6))
+        radius = gear.sign * np.hypot(*self.places.T)
+        slack = 1e-6 * abs(gear.hub_radius)
+        self.free = np.flatnonzero(radius > gear.hub_radius + slack)
         self._solve(cutoff_Hz)
 
     def _solve(self, cutoff_Hz):
@@ -71,7 +89,19 @@ class WholeGear:
 
     def flank(self, tooth, side, normal=True):
         """Inward (else rootward) displacement of flank points, (modes, points)."""
-        angle = 2.0 * np.pi * tooth / self.gear.teeth
+        pairs, wanted = self._flank_freedoms(tooth, side, normal)
+        return np.einsum("icm,ic->mi", self.fields[pairs], wanted)
+
+    def flank_rows(self, tooth, side=RIGHT, normal=True):
+        """Of unit displacements of the freedoms, (points, freedoms)."""
+        pairs, wanted = self._flank_freedoms(tooth, side, normal)
+        rows = np.zeros((len(pairs), len(self.places)))
+        rows[np.arange(len(pairs))[:, None], pairs] = wanted
+        return rows
+
+    def _flank_freedoms(self, tooth, side, normal):
+        """Freedoms x, y of flank points, and the direction that is asked for."""
+        angle = tooth * self.gear.pitch_angle
         arcs = self.sector.flank_arcs[1:]
         root = -flank_tangents(self.gear, roll_length_at_arc(self.gear, arcs))
         wanted = np.stack([root[:, 1], -root[:, 0]], axis=1) if normal else root
@@ -82,4 +112,35 @@ class WholeGear:
         pairs = np.array(
             [sorted(pair, key=lambda d: self.along_y[d]) for pair in dof_lists]
         )
-        return np.einsum("icm,ic->mi", self.fields[pairs], wanted)
+        return pairs, wanted
+
+
+def same_frequency(frequency):
+    """Slices of neighbours of equal frequency."""
+    ends = np.flatnonzero(np.diff(frequency) > 1e-6 * frequency[1:]) + 1
+    return [
+        slice(a, b) for a, b in zip([0, *ends], [*ends, len(frequency)], strict=True)
+    ]
+
+
+def free_gear_displacement(whole, load, inertia):
+    """Displacement of a gear under a load, in mean axes, and its acceleration.
+
+    The hub turns as a rigid body about the centre; stiffness and mass of all nodes
+    are singular in the turn, which the condition r'M x = 0 takes out:
+    K x + M r a = f with r'M x = 0.
+    """
+    turn = whole.rigid()[:, 0]
+    hub = np.zeros_like(turn)
+    held = np.setdiff1d(np.arange(turn.size), whole.free)
+    hub[held] = turn[held]
+    eye = eye_array(turn.size, format="csc")[:, whole.free]
+    basis = hstack([csr_array(hub[:, None]), eye]).tocsc()
+    K, M = (basis.T @ A @ basis for A in (whole.stiffness, whole.mass))
+    rigid = np.concatenate([[1.0], turn[whole.free]])
+    momentum = M @ rigid
+    momentum[0] += inertia - rigid @ momentum  # of the hub, beyond the mesh
+    column = csr_array(1e9 * momentum[:, None])  # so that entries are of like size
+    system = block_array([[K, column], [column.T, None]]).tocsc()
+    solution = splu(system).solve(np.append(basis.T @ load, 0.0))
+    return basis @ solution[:-1], 1e9 * solution[-1]

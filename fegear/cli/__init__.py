@@ -24,7 +24,9 @@ ABOUT = (
 )
 COMMANDS = {  # in the order of the help
     "Gears and files": ("sets", "new", "keys", "show", "mesh", "eccentric"),
-    "Statics": ("stiffness", "compare", "identify", "relief", "render"),
+    "Statics": (
+        *("stiffness", "compare", "identify", "relief", "tolerances", "render"),
+    ),
     "Vibration": (
         *("modes", "theory", "sweep", "motion", "branches", "bifurcations", "map"),
         *("stability", "dynamics", "export"),

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 from fegear.cli.groups import option
+from fegear.cli.progress import progress_lines
 from fegear.cli.screen import print_error, print_json, print_warnings
 from fegear.files.errors import InputError
 from fegear.files.output import TABLES, require_ending
@@ -144,7 +145,10 @@ def refuse_unused_options(reason: str, **options: Any) -> None:
 
 @contextmanager
 def progress_bar(enabled: bool) -> Iterator[Progress]:
-    """Show a bar on the error stream, and remove it when the work is done."""
+    """Show a bar on the error stream, and remove it when the work is done.
+
+    A pipe or file gets a line a minute instead.
+    """
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -164,8 +168,12 @@ def progress_bar(enabled: bool) -> Iterator[Progress]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    shown = enabled and console.is_terminal
-    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
+    if enabled and not console.is_terminal:
+        with progress_lines(print_error) as report_lines:
+            yield report_lines
+        return
+    hidden = not enabled
+    with Progress(*columns, console=console, transient=True, disable=hidden) as bar:
         task = bar.add_task("", total=1)
 
         def report(stage: str, done: int, total: int) -> None:

@@ -18,12 +18,7 @@ from fegear.contact.active_set import (
     solve_contact,
 )
 from fegear.contact.compliance import fill_compliance, friction_bending
-from fegear.contact.flanks import (
-    NO_FLANK_GAP,
-    is_relieved,
-    relief_derivatives,
-    roll_of_arc,
-)
+from fegear.contact.flanks import NO_FLANK_GAP
 from fegear.contact.grid import PatchTables
 from fegear.contact.patches import (
     ends_at_edge,
@@ -32,6 +27,7 @@ from fegear.contact.patches import (
     place_patch,
     reach_of_patch,
 )
+from fegear.contact.relief_rates import store_profile_rates, store_relief_rates
 from lumped.common.compiled import allocating, compiled, compiled_part
 
 PATCH_MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
@@ -62,8 +58,11 @@ ROW = np.dtype(
 #   pressure : largest nodal pressure [Pa];  bending : friction-bending ratio
 #   sliding_sign, moment_arms : as in `compliance.PATCH`
 #   arc : of the load's centre, or of the closest point, on driver and driven [m]
-#   relief_rate : slopes of nodal forces times the derivatives of their gaps, by
-#       magnitude and start of tip and root relief of driver and driven [Pa]
+#   relief_rate : the pair's part of the derivatives of the transmission error times
+#       the slope of the load, by magnitude and start of tip and root relief of driver
+#       and driven [Pa]
+#   profile_rate : slopes of nodal forces times the derivatives of their gaps, by
+#       crowning and slope of the profiles of driver and driven [Pa]
 CELL = np.dtype(
     [
         ("load", "f8"),
@@ -75,6 +74,7 @@ CELL = np.dtype(
         ("moment_arms", "f8", (4,)),
         ("arc", "f8", (2,)),
         ("relief_rate", "f8", (2, 2, 2)),
+        ("profile_rate", "f8", (2, 2)),
     ],
     align=True,
 )
@@ -189,7 +189,7 @@ def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
         limit = max(limit, row.ste)
         if not any_widened:
             break
-    store_cells(constants, work, active_pairs, cells)
+    store_cells(constants, work, active_pairs, row.ste, cells)
 
 
 @allocating
@@ -265,7 +265,7 @@ def solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row):
 
 
 @allocating
-def store_cells(constants, work, active_pairs, cells):
+def store_cells(constants, work, active_pairs, ste, cells):
     """Fill cells and the nodes' forces from the patches and their nodal forces."""
     size = work.nodes.shape[1]
     for k in range(work.patches.size):
@@ -285,31 +285,12 @@ def store_cells(constants, work, active_pairs, cells):
         rate = work.rate[p * size : (p + 1) * size]
         for i in range(size):
             cells[k].slope += rate[i]
-        store_relief_rates(constants, work.patches[k], work.nodes[k], rate, cells[k])
-
-
-@compiled_part
-def store_relief_rates(constants, patch, nodes, rate, cell):
-    """Sums over a pair's nodes; zero for flanks without relief."""
-    slave = 1 - patch.master
-    base_radius = constants.flanks[slave].base_radius
-    factor = patch.moment_arms[slave] / base_radius  # of a gap along the normal
-    for gear in range(2):
-        flank = constants.flanks[gear]
-        if not is_relieved(flank):
-            continue
-        for i in range(rate.size):
-            arc = nodes[i].mate_arc
-            if gear == patch.master:
-                arc = patch.first_arc - i * patch.step
-            s = roll_of_arc(flank, arc)
-            tip_magnitude, tip_start = relief_derivatives(flank.tip_relief, s)
-            root_magnitude, root_start = relief_derivatives(flank.root_relief, s)
-            weight = factor * rate[i]
-            cell.relief_rate[gear, 0, 0] += weight * tip_magnitude
-            cell.relief_rate[gear, 0, 1] += weight * tip_start
-            cell.relief_rate[gear, 1, 0] += weight * root_magnitude
-            cell.relief_rate[gear, 1, 1] += weight * root_start
+        store_relief_rates(
+            constants, work.patches[k], work.nodes[k], q, rate, ste, cells[k]
+        )
+        store_profile_rates(
+            constants.flanks, work.patches[k], work.nodes[k], rate, cells[k]
+        )
 
 
 @allocating

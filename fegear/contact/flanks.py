@@ -104,6 +104,20 @@ def relief_derivatives(relief, s):
 
 
 @compiled_part
+def relief_slope_derivatives(relief, s):
+    """Return those of the slope over the roll length, by magnitude and start."""
+    length = relief.end - relief.start
+    fraction = (s - relief.start) / length
+    if relief.magnitude == 0.0 or fraction <= 0.0:
+        return 0.0, 0.0
+    power = relief.power
+    by_magnitude = power * fraction ** (power - 1.0) / length
+    factor = relief.magnitude * by_magnitude / length
+    bend = 0.0 if power == 1.0 else (power - 1.0) * (1.0 - 1.0 / fraction)
+    return by_magnitude, factor * (1.0 + bend)
+
+
+@compiled_part
 def profile_depth(profile, s):
     """Depth of the deviations, negative where there is excess of material."""
     fraction = (s - profile.middle) / profile.half_range
@@ -125,6 +139,13 @@ def profile_depth(profile, s):
     before = profile.knot_slope[i] * step - rise
     after = profile.knot_slope[i + 1] * step - rise
     return depth + t * (1.0 - t) * (before * (1.0 - t) - after * t)
+
+
+@compiled_part
+def profile_derivatives(profile, s):
+    """Return the derivatives of the depth with respect to crowning and slope."""
+    fraction = (s - profile.middle) / profile.half_range
+    return fraction**2, -0.5 * (1.0 + fraction)
 
 
 @compiled_part
@@ -311,7 +332,9 @@ def deepest_valley(master, slave, line, crossings, knots):
         if gap < least:
             best, least = i, gap
     near, far = master.tip_roll - (best - 1) * step, master.tip_roll - (best + 1) * step
-    return max(0.0, arc_of_roll(master, near)), arc_of_roll(master, max(0.0, far))
+    if master.base_radius > 0.0:
+        far = max(0.0, far)  # to the base circle, which internal teeth do not reach
+    return max(0.0, arc_of_roll(master, near)), arc_of_roll(master, far)
 
 
 @compiled_part

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,9 @@ from fegear.elasticity.flank import FlankCompliance
 from fegear.gearset.model import FlankProfile, Relief
 from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
+
+if TYPE_CHECKING:
+    from fegear.contact.cycle import Workspace
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -84,7 +87,10 @@ class ContactCycle:
         pressed together [N/m]
     relief_slope : (t, n, 2, 2, 2) derivatives of the transmission error with respect
         to magnitude [m] and start roll length [m] of tip and root relief of driver and
-        driven gear, at fixed moment arms; 0 for flanks without relief
+        driven gear, nodes of the patches in place; 0 for flanks without relief
+    profile_slope : (t, n, 2, 2) the same with respect to crowning and slope [m] of the
+        profiles of driver and driven gear, at fixed moment arms; 0 for flanks without
+        profile
     gap : (t, n, k) transmission error that closes each pair [m]; infinite where its
         flanks do not face each other
     pressure : (t, n, k) largest contact pressure [Pa]
@@ -109,6 +115,7 @@ class ContactCycle:
     load: Array
     load_slope: Array
     relief_slope: Array
+    profile_slope: Array
     gap: Array
     pressure: Array
     friction_bending: Array
@@ -298,25 +305,12 @@ def solve_pairs(
     friction_reversed : friction acts against the nominal sliding direction
     """
     from fegear.contact import cycle
-    from fegear.contact.compliance import PATCH
     from fegear.contact.grid import contact_grid
-    from fegear.contact.patches import NODE
 
     pairs, size = teeth.size, problem.nodes
     rows = np.zeros(targets.shape, cycle.ROW).view(np.recarray)
     cells = np.zeros((*targets.shape, pairs), cycle.CELL).view(np.recarray)
-    patches = np.zeros(pairs, PATCH).view(np.recarray)
-    nodes = np.zeros((pairs, size), NODE).view(np.recarray)
-    work = cycle.Workspace(
-        patches=patches,
-        nodes=nodes,
-        half_width=np.empty(pairs),
-        has_nodes=np.zeros(pairs, np.bool_),
-        in_contact=np.zeros((pairs, size), np.bool_),
-        C=np.empty((pairs * size, pairs * size)),
-        q=np.zeros(pairs * size),
-        rate=np.zeros(pairs * size),
-    )
+    work = workspace(pairs, size)
     mesh, flanks, tables = kernel_inputs(problem)
     if friction_reversed:
         mesh.friction = -mesh.friction
@@ -326,7 +320,26 @@ def solve_pairs(
     cycle.solve_cycle(
         constants, teeth, gaps, contiguous_position, kind, targets, work, (rows, cells)
     )
+    patches, nodes = (a.view(np.recarray) for a in (work.patches, work.nodes))
     return KernelResult(teeth, rows, cells, patches, nodes)
+
+
+def workspace(pairs: int, size: int) -> Workspace:
+    """State of tooth pairs with patches of `size` nodes, for the kernel."""
+    from fegear.contact.compliance import PATCH
+    from fegear.contact.cycle import Workspace
+    from fegear.contact.patches import NODE
+
+    return Workspace(
+        patches=np.zeros(pairs, PATCH).view(np.recarray),
+        nodes=np.zeros((pairs, size), NODE).view(np.recarray),
+        half_width=np.empty(pairs),
+        has_nodes=np.zeros(pairs, np.bool_),
+        in_contact=np.zeros((pairs, size), np.bool_),
+        C=np.empty((pairs * size, pairs * size)),
+        q=np.zeros(pairs * size),
+        rate=np.zeros(pairs * size),
+    )
 
 
 def solve_drive_side(
@@ -466,6 +479,7 @@ def _collect(
         load=load,
         load_slope=cells.slope * width,
         relief_slope=cells.relief_rate.sum(axis=2) / total_slope,
+        profile_slope=cells.profile_rate.sum(axis=2) / total_slope[..., 0],
         gap=np.where(cells.gap >= NO_FLANK_GAP, np.inf, cells.gap),
         pressure=cells.pressure,
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),

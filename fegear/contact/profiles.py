@@ -95,5 +95,5 @@ def profile_kinks(profile: FlankProfile, start: float, tip: float) -> Array:
     rolls = np.array(profile.roll_lengths)
     chords = np.diff(profile.deviations) / np.diff(rolls)
     jumps = np.abs(np.diff(np.concatenate([[0.0], chords, [0.0]])))
-    inside = (rolls > start) & (rolls < tip * (1.0 - END_RTOL))
+    inside = (rolls > start) & (rolls < tip - END_RTOL * abs(tip))
     return rolls[inside & (jumps > KINK_SLOPE)]

@@ -2,17 +2,18 @@
 
 Every gear keeps its elastic displacement relative to its hub as a field over its
 sectors; one factorisation of a sector serves all steps of a size. A step solves once
-for the fields without new contact forces, finds the forces from what the fields show
-at the contacts, and adds the fields that those forces make, which are constants of
-the gear and the step. Load curves and hub coordinates are those of the reduced model.
+for the fields. Halfway, when interior freedoms are eliminated and not yet substituted
+back, displacement at the contacts without new forces is a product of two columns; it
+gives the forces, and their loads are added there. Load curves and hub coordinates are
+those of the reduced model.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,8 @@ from numpy.typing import NDArray
 from fegear.dynamics.elastic import Rayleigh
 from fegear.dynamics.kernels import full as kernel
 from fegear.dynamics.kernels.arrays import Newmark
+from fegear.dynamics.kernels.newmark import predict
 from fegear.dynamics.model import DynamicModel, dynamic_model
-from fegear.dynamics.scheme import Scheme
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.dynamics.stepper import (
     DynamicsError,
@@ -32,7 +33,7 @@ from fegear.dynamics.stepper import (
     empty_record,
     history_from_record,
 )
-from fegear.elasticity.cyclic_gear import CyclicGear, Factors
+from fegear.elasticity.cyclic_gear import CyclicGear, Factors, sector_array
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.gearset.model import GearSet
 from lumped.kernels.arrays import Position
@@ -48,6 +49,7 @@ class ElasticField:
     """One gear's finite elements and where its contacts are.
 
     gear_index : of the gear; width : its face width [m]
+    sign : -1 for an internal gear, whose teeth count counter-clockwise
     contacts : (k,) indices of the contacts on it; teeth, flanks : (k,) of each
     stencil_start, weights : (p, k), (p, k, 4) first flank point at which a contact is
         read, and the weights of the points
@@ -57,6 +59,7 @@ class ElasticField:
     gear_index: int
     cyclic_gear: CyclicGear
     width: float
+    sign: int
     damping: Rayleigh
     contacts: Indices
     teeth: Indices
@@ -70,43 +73,69 @@ class ElasticField:
         points = self.cyclic_gear.flanks[flank]
         return [points.inward, points.rootward][: self.n_load_directions]
 
-    def responses(self, factors: Factors) -> dict[int, Array]:
-        """Fields (kinds, points, unknowns, teeth) under unit loads on tooth 0.
+    def responses(self, factors: Factors) -> dict[tuple[int, int], Array]:
+        """Inward displacement (kinds, loads, points, teeth) under loads on tooth 0.
 
-        They are listed by flank.
+        It is listed by the loaded flank and the one that is read.
         """
+        gear, flanks = self.cyclic_gear, np.unique(self.flanks).tolist()
         responses = {}
-        shape = self.cyclic_gear.unknowns, self.cyclic_gear.teeth
-        for flank in np.unique(self.flanks).tolist():
-            dofs = self.cyclic_gear.flanks[flank].dofs
-            fields = np.empty((self.n_load_directions, len(dofs), *shape))
-            for kind, direction in enumerate(self.directions(flank)):
-                for i, dof in enumerate(dofs):
-                    load = np.zeros(shape)
-                    load[dof, 0] = direction[i]
-                    fields[kind, i] = factors.solve(load)
-            responses[flank] = fields
+        for loaded in flanks:
+            fields = np.stack(
+                [
+                    [factors.solve(load)[self.flank_dofs] for load in unit_loads]
+                    for unit_loads in self.unit_loads(loaded)
+                ]
+            )
+            for flank in flanks:
+                points = gear.flanks[flank]
+                rows = np.searchsorted(self.flank_dofs, points.dofs)
+                responses[loaded, flank] = np.einsum(
+                    "njiak,ia->njik", fields[:, :, rows], points.inward
+                )
         return responses
 
-    def compliance(self, responses: dict[int, Array]) -> Array:
+    def unit_loads(self, flank: int) -> Iterator[Iterator[Array]]:
+        """Loads (unknowns, teeth) on points of tooth 0, of each kind."""
+        gear = self.cyclic_gear
+        for rows in self.sector_loads(flank):
+            yield (
+                np.pad(row[: gear.unknowns, None], ((0, 0), (0, gear.teeth - 1)))
+                for row in rows
+            )
+
+    def sector_loads(self, flank: int) -> Array:
+        """Unit loads (kinds, points, unknowns + m) on points of a flank."""
+        dofs = self.cyclic_gear.flanks[flank].dofs
+        rows = self.cyclic_gear.mass_matrix.shape[0]
+        loads = np.zeros((self.n_load_directions, len(dofs), rows))
+        for kind, direction in enumerate(self.directions(flank)):
+            np.put_along_axis(loads[kind], dofs, direction, axis=1)
+        return loads
+
+    @cached_property
+    def flank_dofs(self) -> Indices:
+        """All freedoms of flank points (n,) in increasing order."""
+        flanks = np.unique(self.flanks)
+        return np.unique(
+            np.concatenate([self.cyclic_gear.flanks[flank].dofs for flank in flanks])
+        )
+
+    def compliance(self, factors: Factors) -> Array:
         """Inward displacement at contacts per load on contacts (kinds, p, k, k).
 
         Per unit width.
         """
+        responses = self.responses(factors)
         positions, count = self.stencil_start.shape
         total = np.zeros((self.n_load_directions, positions, count, count))
         index = self.stencil_start[:, :, None] + np.arange(self.weights.shape[2])
         for c in range(count):
-            points = self.cyclic_gear.flanks[self.flanks[c]]
             for d in range(count):
-                fields = responses[int(self.flanks[d])]
                 tooth_offset = (self.teeth[c] - self.teeth[d]) % self.cyclic_gear.teeth
-                flank_displacement = fields[:, :, points.dofs, tooth_offset]
-                inward_displacement = np.einsum(
-                    "njia,ia->nij", flank_displacement, points.inward
-                )
-                stencil_compliance = inward_displacement[
-                    :, index[:, c, :, None], index[:, d, None, :]
+                response = responses[int(self.flanks[d]), int(self.flanks[c])]
+                stencil_compliance = response[
+                    :, index[:, d, None, :], index[:, c, :, None], tooth_offset
                 ]
                 total[:, :, c, d] = np.einsum(
                     "pa,npab,pb->np",
@@ -129,45 +158,85 @@ class ElasticField:
                     )
         return out
 
-    def stencils(self, tables: CycleInterpolator) -> list[tuple[int, slice, Array]]:
-        """(index in `contacts`, flank points, weights) at the current position."""
-        stencils = []
-        for c, contact in enumerate(self.contacts):
-            grid_index, fraction = tables.cell_of(int(contact))
-            for grid, share in (
-                (grid_index, 1.0 - fraction),
-                (grid_index + 1, fraction),
-            ):
-                if share != 0.0:
-                    first = int(self.stencil_start[grid, c])
-                    weights = share * self.weights[grid, c]
-                    stencils.append((c, slice(first, first + len(weights)), weights))
-        return stencils
+    def stencils(self, tables: CycleInterpolator) -> list[Stencil]:
+        """Where the contacts are at the current position."""
+        return [
+            self._stencil(c, *tables.cell_of(int(contact)))
+            for c, contact in enumerate(self.contacts)
+        ]
+
+    def _stencil(self, c: int, grid_index: int, fraction: float) -> Stencil:
+        flank, tooth = int(self.flanks[c]), int(self.teeth[c]) % self.cyclic_gear.teeth
+        first, weights = int(self.stencil_start[grid_index, c]), self.weights[:, c]
+        if fraction == 0.0:
+            own = slice(first, first + weights.shape[1])
+            return Stencil(c, flank, tooth, own, weights[grid_index])
+        second = int(self.stencil_start[grid_index + 1, c])
+        start, end = min(first, second), max(first, second) + weights.shape[1]
+        joint = np.zeros(end - start)
+        for begin, grid, share in (
+            (first - start, grid_index, 1.0 - fraction),
+            (second - start, grid_index + 1, fraction),
+        ):
+            joint[begin : begin + weights.shape[1]] += share * weights[grid]
+        return Stencil(c, flank, tooth, slice(start, end), joint)
+
+
+@dataclass(frozen=True, eq=False)
+class Stencil:
+    """Points of a flank at which a contact is read and loaded, and their weights.
+
+    contact : its index among those of the gear
+    """
+
+    contact: int
+    flank: int
+    tooth: int
+    points: slice
+    weights: Array
+
+
+@dataclass(frozen=True, eq=False)
+class EliminatedField:
+    """A field in the middle of a step, its acceleration without new contact forces.
+
+    x : sector array that `Factors.eliminate` made; its solution is added to
+    elastic : (unknowns, teeth), over the weight of the stiffness, and to
+    turn : times `FieldStep.rotation_field`
+    momentum : of that acceleration
+    condensed : (kinds, k, unknowns + m) unit loads of the contacts
+    """
+
+    x: Array
+    elastic: Array
+    turn: float
+    momentum: float
+    stencils: list[Stencil]
+    condensed: Array
 
     def inward_displacement(
         self,
-        scheme: Scheme,
-        step: float,
+        field: ElasticField,
+        step: FieldStep,
+        newmark: Newmark,
         state: Array,
-        acceleration: Array,
-        hub_induced_acceleration: Array,
-        tables: CycleInterpolator,
+        turn: float,
     ) -> Array:
-        """Inward displacement (k,) at the contacts after a step.
-
-        acceleration : (unknowns, teeth) at its end
-        hub_induced_acceleration : (unknowns,) of all sectors, added to it
-        """
-        out = np.zeros(self.contacts.size)
-        for c, stencil, weights in self.stencils(tables):
-            points = self.cyclic_gear.flanks[self.flanks[c]]
-            index = points.dofs[stencil], self.teeth[c] % self.cyclic_gear.teeth
-            u_pred, _ = scheme.predicted(step, state[:, index[0], index[1]])
-            nodal_acceleration = (
-                acceleration[index] + hub_induced_acceleration[index[0]]
+        """Inward displacement (k,) at the contacts after the step, with this turn."""
+        out = np.empty(field.contacts.size)
+        factor = newmark.beta * newmark.h**2
+        for s, row in zip(self.stencils, self.condensed[0], strict=True):
+            flank_points = field.cyclic_gear.flanks[s.flank]
+            dofs, inward = flank_points.dofs[s.points], flank_points.inward[s.points]
+            others = (
+                self.elastic[dofs, s.tooth] / step.stiffness
+                + turn * step.rotation_field[dofs]
             )
-            displacement = u_pred + scheme.beta * step**2 * nodal_acceleration
-            out[c] += weights @ (displacement * points.inward[stencil]).sum(axis=1)
+            u_pred, _ = predict(newmark, *state[:3, dofs, s.tooth])
+            displacement = (u_pred + factor * others) * inward
+            out[s.contact] = (
+                s.weights @ displacement.sum(axis=1) + factor * row @ self.x[:, s.tooth]
+            )
         return out
 
 
@@ -228,9 +297,7 @@ def full_model(
     if cross_mesh_compliance is not None:
         extra[0] += cross_mesh_compliance
     for field in fields:
-        static = field.compliance(
-            field.responses(field.cyclic_gear.factorised(0.0, 1.0))
-        )
+        static = field.compliance(field.cyclic_gear.factorised(0.0, 1.0))
         every = np.arange(n_load_directions), np.arange(positions)
         block = np.ix_(*every, field.contacts, field.contacts)
         extra[block] -= static / field.width
@@ -266,6 +333,7 @@ def _field(
         gear_index=gear_index,
         cyclic_gear=cyclic_gear,
         width=width,
+        sign=sides[0].gear_set.gears[gear_index].geometry.sign,
         damping=damping,
         contacts=np.array(contacts),
         teeth=np.array(teeth),
@@ -283,7 +351,8 @@ class FieldStep:
     mass, stiffness : their weights in the matrix that `factors` are of
     rotation_field : (unknowns,) field under the momentum of a unit turn;
         rotation_momentum : its momentum
-    responses : by flank, fields (kinds, points, unknowns, teeth) under unit loads
+    condensed : by flank, unit loads (kinds, points, unknowns + m), see
+        `Factors.condense`
     compliance : (kinds, p, k, k)
     rotation_at_contacts : (kinds, p, k) of `rotation_field`
     """
@@ -293,7 +362,7 @@ class FieldStep:
     stiffness: float
     rotation_field: Array
     rotation_momentum: float
-    responses: dict[int, Array]
+    condensed: dict[int, Array]
     compliance: Array
     rotation_at_contacts: Array
 
@@ -308,7 +377,11 @@ def field_step(field: ElasticField, weights: tuple[float, float, float]) -> Fiel
     factors = cyclic_gear.factorised(mass, stiffness)
     momentum = np.repeat(cyclic_gear.momentum[:, None], cyclic_gear.teeth, axis=1)
     rotation_field = factors.solve(momentum)[:, 0]
-    responses = field.responses(factors)
+    condensed = {}
+    for flank in np.unique(field.flanks).tolist():
+        loads = field.sector_loads(flank)
+        rows = loads.reshape(-1, loads.shape[2]).T
+        condensed[flank] = factors.condense(rows).reshape(loads.shape)
     return FieldStep(
         factors=factors,
         mass=mass,
@@ -316,8 +389,8 @@ def field_step(field: ElasticField, weights: tuple[float, float, float]) -> Fiel
         rotation_field=rotation_field,
         rotation_momentum=cyclic_gear.teeth
         * float(cyclic_gear.momentum @ rotation_field),
-        responses=responses,
-        compliance=field.compliance(responses),
+        condensed=condensed,
+        compliance=field.compliance(factors),
         rotation_at_contacts=field.interpolate_cyclic_field(rotation_field),
     )
 
@@ -355,15 +428,16 @@ class FullStepper(ImplicitStepper):
         model, step_matrices = self.model, self._step(steps.size)
         frequency, cycle = steps.frequency, steps.cycle
         now, record = state.copy(), empty_record(self.model, steps.count)
-        kernel.record(model.arrays, now.motion, now.contact, record, 0)
+        arrays, limit = model.arrays, model.limit
+        kernel.record(arrays, now.motion, now.contact, record, 0)
         for n in range(steps.count):
             if frequency > 0.0:
                 self._pass_teeth(now, steps.start + n, cycle)
             tables = self._tables(steps.start + n + 1 if frequency > 0.0 else 0, cycle)
             self._advance(now, step_matrices, 2.0 * math.pi * frequency, tables)
-            if not np.abs(now.motion[1]).sum() < model.limit:
+            if not np.abs(now.motion[1]).sum() < limit:
                 raise Diverged(n / (cycle * self.system.common_period[0]))
-            kernel.record(model.arrays, now.motion, now.contact, record, n + 1)
+            kernel.record(arrays, now.motion, now.contact, record, n + 1)
         return now, history_from_record(steps.size, record)
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
@@ -392,9 +466,8 @@ class FullStepper(ImplicitStepper):
                 rate * np.array([step_number, step_number + 1]) / cycle + 1e-9
             )
             if cycles_after > cycles_before:
-                field[:] = np.roll(
-                    field, -int(np.sign(kinematics.speed[f.gear_index])), axis=2
-                )
+                sense = f.sign * int(np.sign(kinematics.speed[f.gear_index]))
+                field[:] = np.roll(field, -sense, axis=2)
 
     def _tables(self, step_number: int, cycle: int) -> CycleInterpolator:
         """Interpolator of the tables at a step.
@@ -421,40 +494,40 @@ class FullStepper(ImplicitStepper):
         rhs = modal.load - s.alpha_m * a + s.alpha_f * contact_force
         rhs -= modal.damping * (weight_new * v_pred + s.alpha_f * v)
         rhs -= modal.stiffness @ (weight_new * u_pred + s.alpha_f * q)
-        pairs = list(zip(self.fields, step.fields, now.fields, strict=True))
-        free_accelerations = []
-        for f, gear_step, field in pairs:
-            hub_rotation_row = rotation[f.gear_index]
-            free = free_acceleration(f, gear_step, field, s.newmark(h))
-            free += (s.alpha_m * (hub_rotation_row @ a)) * gear_step.rotation_field[
-                :, None
-            ]
-            inertial_moment = s.alpha_m * angular_momentum(
-                f, field[2]
-            ) + step.mass * angular_momentum(f, free)
-            rhs += f.width * inertial_moment * hub_rotation_row
-            free_accelerations.append(free)
+        newmark = s.newmark(h)
+        fields = []
+        for f, gear_step, field in zip(
+            self.fields, step.fields, now.fields, strict=True
+        ):
+            row = rotation[f.gear_index]
+            turn = s.alpha_m * float(row @ a)
+            half = eliminate_free(f, gear_step, field, newmark, turn, tables)
+            inertial_moment = (
+                s.alpha_m * angular_momentum(f, field[2]) + step.mass * half.momentum
+            )
+            rhs += f.width * inertial_moment * row
+            fields.append((f, gear_step, half, field))
         free_hub = step.hub_inverse @ rhs
         friction = self._signed_friction(now, tables, speed, v_pred)
-        motion = u_pred, free_hub
         forces = self._contact_forces(
-            now, step, tables, friction, motion, free_accelerations
+            now, step, tables, friction, (u_pred, free_hub), fields
         )
         rhs = weight_new * now.motion[3]
-        for (f, gear_step, _), force in zip(pairs, forces, strict=True):
+        for (f, gear_step, _, _), force in zip(fields, forces, strict=True):
             for kind, rotation_response in enumerate(gear_step.rotation_at_contacts):
                 moment = force[kind] @ tables.interpolate(rotation_response, f.contacts)
                 rhs += weight_new * step.mass * moment * rotation[f.gear_index]
         acceleration = free_hub + step.hub_inverse @ rhs
         now.motion[:3] = s.corrected(h, now.motion, acceleration)
-        for (f, gear_step, field), free, force in zip(
-            pairs, free_accelerations, forces, strict=True
-        ):
-            hub_acceleration = step.mass * (rotation[f.gear_index] @ acceleration)
-            free += hub_acceleration * gear_step.rotation_field[:, None]
-            add_responses(f, gear_step, weight_new / f.width * force, tables, free)
-            kernel.correct(s.newmark(h), free, field)
-            set_contact_load(f, force / f.width, tables, field[3])
+        for (f, gear_step, half, field), force in zip(fields, forces, strict=True):
+            hub = step.mass * float(rotation[f.gear_index] @ acceleration)
+            add_contact_loads(gear_step, half, weight_new / f.width * force)
+            gear_step.factors.substitute(half.x)
+            turn_field = (half.turn + hub) * gear_step.rotation_field
+            kernel.correct(
+                newmark, half.x, half.elastic, gear_step.stiffness, turn_field, field
+            )
+            set_contact_load(f, half.stencils, force / f.width, field[3])
 
     def _contact_forces(
         self,
@@ -463,13 +536,13 @@ class FullStepper(ImplicitStepper):
         tables: CycleInterpolator,
         friction: Array,
         motion: tuple[Array, Array],
-        free_accelerations: list[Array],
+        fields: list[FieldInStep],
     ) -> list[Array]:
         """New contact forces (2, k) on each gear, inward and toward the root [N].
 
         friction : (c,) signed coefficient
         motion : u_pred and accelerations of the hubs without the new forces
-        free_accelerations : of the fields without them and without the hub's turn
+        fields : without them and without the hub's turn
         """
         s, h, model = self.scheme, step.size, self.model
         jacobian, contacts, mesh_of = model.jacobian, model.contacts, tables.mesh_of
@@ -483,16 +556,10 @@ class FullStepper(ImplicitStepper):
         u_pred, free_hub = motion
         free = rows[0] @ (u_pred + s.beta * h * h * free_hub)
         free -= tables.interpolate(tables.position.gap.T, every)
-        for f, gear_step, field, field_acceleration in zip(
-            self.fields, step.fields, now.fields, free_accelerations, strict=True
-        ):
-            hub_induced_acceleration = (
-                step.mass
-                * (model.modal.rotation[f.gear_index] @ free_hub)
-                * gear_step.rotation_field
-            )
-            free[f.contacts] -= f.inward_displacement(
-                s, h, field, field_acceleration, hub_induced_acceleration, tables
+        for f, gear_step, half, field in fields:
+            hub = step.mass * float(model.modal.rotation[f.gear_index] @ free_hub)
+            free[f.contacts] -= half.inward_displacement(
+                f, gear_step, s.newmark(h), field, half.turn + hub
             )
         Q = self._compliance(step, tables, friction, rows)
         status = kernel.find_loads(
@@ -577,55 +644,63 @@ class FullStepper(ImplicitStepper):
         )
 
 
+FieldInStep = tuple[ElasticField, FieldStep, EliminatedField, Array]
+
+
 def angular_momentum(field: ElasticField, velocity: Array) -> float:
     """Angular momentum about the centre, clockwise, per unit width."""
-    return float(field.cyclic_gear.momentum @ velocity.sum(axis=1))
+    return float((field.cyclic_gear.momentum @ velocity).sum())
 
 
-def free_acceleration(
-    field: ElasticField, step: FieldStep, state: Array, newmark: Newmark
-) -> Array:
-    """Acceleration of a field (unknowns, teeth) under the last step's forces and its
-    elasticity.
-
-    With S = m M + k K, K y = (S y - m M y) / k spares the product with K.
-    """
-    damping = field.damping.mass, field.damping.stiffness
-    x, y = np.empty_like(state[0]), np.empty_like(state[0])
-    kernel.assemble_rhs(newmark, damping, step.mass / step.stiffness, state, x, y)
-    rhs = field.cyclic_gear.mass_times(x) + newmark.alpha_f * state[3]
-    return step.factors.solve(rhs) + y / step.stiffness
-
-
-def add_responses(
+def eliminate_free(
     field: ElasticField,
     step: FieldStep,
-    force: Array,
+    state: Array,
+    newmark: Newmark,
+    turn: float,
     tables: CycleInterpolator,
-    out: Array,
-) -> None:
-    """Add the accelerations that forces (2, k) per unit width make."""
-    teeth = field.cyclic_gear.teeth
-    for c, stencil, weights in field.stencils(tables):
-        fields = step.responses[int(field.flanks[c])]
-        tooth = int(field.teeth[c]) % teeth
-        for kind in range(field.n_load_directions):
-            if force[kind, c] == 0.0:
-                continue
-            acceleration = np.tensordot(
-                force[kind, c] * weights, fields[kind, stencil], 1
-            )
-            out[:, tooth:] += acceleration[:, : teeth - tooth]
-            out[:, :tooth] += acceleration[:, teeth - tooth :]
+) -> EliminatedField:
+    """A field under the last step's forces, its elasticity and a turn.
+
+    With S = m M + k K, K y = (S y - m M y) / k spares the product with K. S is
+    symmetric, so that the momentum follows from the loads.
+    """
+    gear, damping = field.cyclic_gear, (field.damping.mass, field.damping.stiffness)
+    x, y = sector_array(step.factors.rows, gear.teeth), np.empty_like(state[0])
+    kernel.assemble_rhs(newmark, damping, step.mass / step.stiffness, state, x, y)
+    rhs = gear.sector_mass_times(x)
+    rhs[field.flank_dofs, : gear.teeth] += newmark.alpha_f * state[3, field.flank_dofs]
+    cut = step.rotation_field[gear.n_interior :]
+    momentum = (
+        float((np.append(step.rotation_field, cut) @ rhs).sum())
+        + angular_momentum(field, y) / step.stiffness
+        + turn * step.rotation_momentum
+    )
+    step.factors.eliminate(rhs)
+    stencils = field.stencils(tables)
+    condensed = np.stack(
+        [s.weights @ step.condensed[s.flank][:, s.points] for s in stencils], axis=1
+    )
+    return EliminatedField(rhs, y, turn, momentum, stencils, condensed)
+
+
+def add_contact_loads(step: FieldStep, half: EliminatedField, force: Array) -> None:
+    """Add the loads of forces (2, k) per unit width to a field."""
+    loaded = np.flatnonzero(force.any(axis=0))
+    if loaded.size:
+        teeth = np.array([half.stencils[c].tooth for c in loaded])
+        kinds, rows = force[: len(half.condensed), loaded], half.condensed[:, loaded]
+        loads = (kinds[:, :, None] * rows).sum(axis=0)
+        step.factors.add_loads(half.x, loads, teeth)
 
 
 def set_contact_load(
-    field: ElasticField, force: Array, tables: CycleInterpolator, contact_load: Array
+    field: ElasticField, stencils: list[Stencil], force: Array, contact_load: Array
 ) -> None:
     """Set the loads (unknowns, teeth) of forces (2, k) per unit width on the field."""
-    contact_load[:] = 0.0
-    for c, stencil, weights in field.stencils(tables):
-        dofs = field.cyclic_gear.flanks[field.flanks[c]].dofs[stencil]
-        for kind, direction in enumerate(field.directions(field.flanks[c])):
-            share = force[kind, c] * weights[:, None] * direction[stencil]
-            contact_load[dofs, field.teeth[c] % field.cyclic_gear.teeth] += share
+    contact_load[field.flank_dofs] = 0.0
+    for s in stencils:
+        dofs = field.cyclic_gear.flanks[s.flank].dofs[s.points]
+        for kind, direction in enumerate(field.directions(s.flank)):
+            share = force[kind, s.contact] * s.weights[:, None] * direction[s.points]
+            contact_load[dofs, s.tooth] += share

@@ -21,17 +21,18 @@ def full_bytes(
     load_curves: Sequence[MeshLoadCurves],
     cyclic_gears: Sequence[CyclicGear],
 ) -> float:
-    """Most that fidelity full needs, fields under unit loads above all."""
+    """Most that fidelity full needs, fields above all."""
     sides = contact_sides(gear_set, load_curves)
     n_load_directions = 2 if load_curves[0].friction > 0.0 else 1
     total = 0.0
     for number, cyclic_gear in enumerate(cyclic_gears):
         flanks = len({side.flank for side in sides if number in side.gears})
         field = BYTES_PER_NUMBER * cyclic_gear.unknowns * cyclic_gear.teeth
-        loads = flanks * n_load_directions * len(cyclic_gear.flanks[0].arcs)
         cut = cyclic_gear.unknowns - cyclic_gear.n_interior
+        loads = flanks * n_load_directions * len(cyclic_gear.flanks[0].arcs)
+        condensed = BYTES_PER_NUMBER * loads * (cyclic_gear.unknowns + cut)
         ring = 2 * BYTES_PER_NUMBER * (cyclic_gear.teeth // 2 + 1) * cut**2
-        total += STEP_SIZES * (loads * field + ring) + N_FIELDS * field
+        total += STEP_SIZES * (condensed + ring) + N_FIELDS * field
     return total
 
 

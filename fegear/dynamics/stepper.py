@@ -43,6 +43,9 @@ class DynamicSettings(SteadySettings):
     """Numerical settings of finite elements in motion."""
 
     min_periods: ClassVar[int] = 400
+    # decay that turns from mode to mode shrinks steps over a few periods, not in each:
+    # waiting for that would double the periods until a motion is settled
+    earlier_steps: ClassVar[int] = 3
     steps: int = option(
         128,
         "Least number of time steps per period of the fastest mesh.",

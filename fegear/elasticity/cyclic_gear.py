@@ -6,6 +6,9 @@ clockwise from tooth 0, and holds its interior freedoms in the frame of its toot
 those of its left cut in polar components. Its right cut is the next one's left cut.
 A system of equations loses its interior freedoms by one sparse elimination for all
 sectors; the ring of cuts falls apart under a Fourier transform. All per unit width.
+
+Products and solutions, most of the work of a time step, take sector arrays: rows of a
+sector's freedoms with both cuts (unknowns + m), and columns of the teeth, then zeros.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ from lumped.common.compiled import compiled
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+REGISTER_NUMBERS = 8  # columns come in multiples of it, so that loops have no rest
 TriangularRows = tuple[
     NDArray[np.int32], Array, NDArray[np.int32], NDArray[np.int32], Array
 ]
@@ -65,10 +69,18 @@ class CyclicGear:
         """Momenta of velocities (unknowns, teeth), or forces of accelerations."""
         return self._times(self.mass_matrix, u)
 
+    def sector_mass_times(self, x: Array) -> Array:
+        """Momenta of each sector alone, of a sector array."""
+        mass = self.mass_matrix
+        return np.asarray(multiply_rows(mass.indptr, mass.indices, mass.data, x))
+
     def _times(self, matrix: csr_array, u: Array) -> Array:
         _require_shape("u", u, (self.unknowns, self.teeth))
-        force = matrix @ np.vstack([u, np.roll(u[self.n_interior :], -1, axis=1)])
-        return _assemble_cyclic(force, self.n_interior, self.unknowns)
+        x = sector_array(matrix.shape[0], self.teeth)
+        x[: self.unknowns, : self.teeth] = u
+        x[self.unknowns :, : self.teeth] = np.roll(u[self.n_interior :], -1, axis=1)
+        force = multiply_rows(matrix.indptr, matrix.indices, matrix.data, x)
+        return _assemble_cyclic(force[:, : self.teeth], self.n_interior, self.unknowns)
 
     def factorised(self, mass_factor: float, stiffness_factor: float) -> Factors:
         """Factors of mass_factor M + stiffness_factor K."""
@@ -80,6 +92,12 @@ class CyclicGear:
             )
         system = mass_factor * self.mass_matrix + stiffness_factor * self.stiffness
         return _eliminate(csr_array(system), self.n_interior, self.unknowns, self.teeth)
+
+
+def sector_array(rows: int, teeth: int) -> Array:
+    """Zeros (rows, columns) with a column for each tooth or more."""
+    columns = math.ceil(teeth / REGISTER_NUMBERS) * REGISTER_NUMBERS
+    return np.zeros((rows, columns))
 
 
 def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
@@ -129,13 +147,32 @@ def _assemble_cyclic(force: Array, n_interior: int, unknowns: int) -> Array:
 
 
 @compiled
-def solve_triangular(sequence, scale, starts, columns, entries, load):
-    """x[f] = scale (x[f] - entries x[columns]) for f in sequence, from x = load (n, k).
+def multiply_rows(starts, columns, entries, x):
+    """Product (n, k) of rows as in a CSR array with x (m, k)."""
+    out = np.empty((starts.size - 1, x.shape[1]))
+    for i in range(starts.size - 1):
+        out[i] = 0.0
+        fours = starts[i + 1] - (starts[i + 1] - starts[i]) % 4
+        for p in range(starts[i], fours, 4):
+            a, b, c, d = entries[p], entries[p + 1], entries[p + 2], entries[p + 3]
+            f, g, h, j = columns[p], columns[p + 1], columns[p + 2], columns[p + 3]
+            for k in range(x.shape[1]):
+                out[i, k] += (a * x[f, k] + b * x[g, k]) + (c * x[h, k] + d * x[j, k])
+        for p in range(fours, starts[i + 1]):
+            a, f = entries[p], columns[p]
+            for k in range(x.shape[1]):
+                out[i, k] += a * x[f, k]
+    return out
+
+
+@compiled
+def solve_triangular(sequence, scale, starts, columns, entries, x):
+    """x[f] = scale (x[f] - entries x[columns]) for f in sequence, in place; x (n, k).
 
     starts, columns, entries : Rows as in a CSR array, in that sequence. SuperLU takes
     the right-hand sides one by one, four times as slowly.
     """
-    x, row = load.copy(), np.empty(load.shape[1])
+    row = np.empty(x.shape[1])
     for i in range(sequence.size):
         row[:] = x[sequence[i]]
         fours = starts[i + 1] - (starts[i + 1] - starts[i]) % 4
@@ -159,6 +196,9 @@ class Factors:
 
     forward : over the interior freedoms, then both cuts; backward : only those
     interface_inverse : (teeth // 2 + 1, m, m) of the cuts' system by nodal diameters
+
+    `solve` is `eliminate`, then `substitute`. In between displacement is known where
+    `condense` was asked for it, and loads of a few teeth can be added.
     """
 
     n_interior: int
@@ -171,15 +211,54 @@ class Factors:
     def solve(self, load: Array) -> Array:
         """Displacement (unknowns, teeth) under loads (unknowns, teeth)."""
         _require_shape("load", load, (self.unknowns, self.teeth))
-        right_cut = np.zeros((self.unknowns - self.n_interior, self.teeth))
-        x = solve_triangular(*self.forward, np.vstack([load, right_cut]))
-        spectrum = np.fft.rfft(
-            _assemble_cyclic(x, self.n_interior, self.unknowns)[self.n_interior :]
-        ).T
+        x = sector_array(self.rows, self.teeth)
+        x[: self.unknowns, : self.teeth] = load
+        self.eliminate(x)
+        self.substitute(x)
+        return x[: self.unknowns, : self.teeth]
+
+    @property
+    def rows(self) -> int:
+        """Rows of a sector array, unknowns + m."""
+        return 2 * self.unknowns - self.n_interior
+
+    def eliminate(self, x: Array) -> None:
+        """Replace loads, a sector array, by those that eliminated interior freedoms
+        leave, and on the cuts by displacement.
+        """
+        solve_triangular(*self.forward, x)
+        cuts = x[self.n_interior :, : self.teeth]
+        cuts[:] = self._cut_displacement(cuts)
+
+    def substitute(self, x: Array) -> None:
+        """Replace what `eliminate` made by displacement of all freedoms."""
+        solve_triangular(*self.backward, x)
+
+    def condense(self, loads: Array) -> Array:
+        """What remains (k, unknowns + m) of loads (unknowns + m, k) of one tooth.
+
+        Times the tooth's column of what `eliminate` made it is the work of that load.
+        """
+        remaining = solve_triangular(*self.forward, loads.copy())
+        return np.ascontiguousarray(remaining.T)
+
+    def add_loads(self, x: Array, loads: Array, teeth: Indices) -> None:
+        """Add condensed loads (k, unknowns + m) on teeth (k,) to what `eliminate`
+        made.
+        """
+        on_cuts = np.zeros((self.rows - self.n_interior, self.teeth))
+        for load, tooth in zip(loads, teeth.tolist(), strict=True):
+            x[: self.n_interior, tooth] += load[: self.n_interior]
+            on_cuts[:, tooth] += load[self.n_interior :]
+        x[self.n_interior :, : self.teeth] += self._cut_displacement(on_cuts)
+
+    def _cut_displacement(self, load: Array) -> Array:
+        """Displacement of left and right cuts under loads on them, (2 m, teeth)."""
+        left_load = _assemble_cyclic(load.copy(), 0, len(load) // 2)
+        spectrum = np.fft.rfft(left_load).T
         spectrum = (self.interface_inverse @ spectrum[:, :, None])[:, :, 0]
-        x[self.n_interior : self.unknowns] = np.fft.irfft(spectrum.T, self.teeth)
-        x[self.unknowns :] = np.roll(x[self.n_interior : self.unknowns], -1, axis=1)
-        return solve_triangular(*self.backward, x)[: self.unknowns]
+        left = np.fft.irfft(spectrum.T, self.teeth)
+        return np.vstack([left, np.roll(left, -1, axis=1)])
 
 
 def _eliminate(

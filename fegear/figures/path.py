@@ -125,9 +125,17 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
     for axes in every[:3]:
         axes.set_ylim(bottom=0.0)
     sliding.set_xlabel("roll angle of the contact point on the driver [deg]")
-    first = "\nthe reference pair of the first base pitch"
-    draw_title(figure, title + (first if result.pitches > 1 else ""))
+    draw_title(figure, "\n".join(filter(None, (title, *_what_is_drawn(result)))))
     return figure
+
+
+def _what_is_drawn(result: StaticsResult) -> Iterator[str]:
+    """Lines of the title on pairs and torques that are left out."""
+    count = result.cycle.torque.size
+    if result.pitches > 1:
+        yield "the reference pair of the first base pitch"
+    if count > MAX_CURVES:
+        yield f"{MAX_CURVES} of {count} torques are drawn"
 
 
 def _torques(result: StaticsResult) -> Iterator[tuple[int, object, str]]:

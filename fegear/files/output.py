@@ -32,10 +32,12 @@ TEMPORARY_NAME = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
 INTERACTIVE = ".html"  # ending of a picture that a reader zooms into
 PICTURES = (".png", ".pdf", ".svg", INTERACTIVE)  # endings of names
 SPREADSHEET = ".xlsx"
+FMU = ".fmu"  # ending of a functional mock-up unit
 TABLE_FORMATS = (".csv", ".mat", ".nc", SPREADSHEET)
 TABLES = (*TABLE_FORMATS, ".txt", "")  # endings of names, as CSV where they say nothing
 SINGLE_TABLES = tuple(kind for kind in TABLES if kind != ".nc")  # of a whole result
 EXCEL_NEEDED = "a spreadsheet needs openpyxl: pip install 'fegear[excel]'"
+FMU_NEEDED = "an FMU needs pythonfmu: pip install 'fegear[fmu]'"
 PLOTLY_NEEDED = "an interactive figure needs plotly: pip install 'fegear[interactive]'"
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
 
@@ -110,7 +112,7 @@ def require_picture(path: Path) -> None:
 def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
     """A file whose ending says what it holds, a device, or none.
 
-    Raises InputError otherwise, and for a spreadsheet without openpyxl.
+    Raises InputError otherwise, and where the package is missing that it needs.
     """
     if path is None or is_device(path):
         return
@@ -119,6 +121,8 @@ def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
         raise InputError(f"{path}: the file's name must end in {listed(allowed)}")
     if kind == SPREADSHEET and not has_package("openpyxl"):
         raise InputError(f"{path}: {EXCEL_NEEDED}")
+    if kind == FMU and not has_package("pythonfmu"):
+        raise InputError(f"{path}: {FMU_NEEDED}")
 
 
 def has_plotly() -> bool:

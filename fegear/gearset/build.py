@@ -47,7 +47,7 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
         _mesh(document, number, place, tips, teeth, torques[number], folder)
         for number, place in enumerate(spacings)
     ]
-    gears = tuple(map(_gear, document.gear, teeth))
+    gears = tuple(map(_gear, blanks, teeth))
     distances = [place.center_distance for place in spacings]
     gear_set = GearSet(
         name=document.name,
@@ -115,7 +115,8 @@ def _material(entry: GearEntry) -> tuple[str, NamedMaterial]:
     return name, replace(named, **own)
 
 
-def _gear(entry: GearEntry, teeth: SpurGear) -> Gear:
+def _gear(blank: Blank, teeth: SpurGear) -> Gear:
+    entry = blank.entry
     name, material = _material(entry)
     kx, ky = entry.bearing_kx_N_per_m, entry.bearing_ky_N_per_m
     return Gear(
@@ -123,6 +124,7 @@ def _gear(entry: GearEntry, teeth: SpurGear) -> Gear:
         geometry=teeth,
         face_width=entry.face_width_mm * MM,
         material=name,
+        thickness_origin=blank.thickness.origin,
         young_modulus=material.young_modulus_GPa * 1e9,
         poisson_ratio=material.poisson_ratio,
         density=material.density_kg_per_m3,

@@ -27,6 +27,7 @@ class Gear:
     """A spur gear with its width, material and, optionally, inertia.
 
     material : name, for those who read the figures; the values count
+    thickness_origin : measure with its value that gave the tooth thickness, or empty
     pitch_errors : how far each tooth is set back from contact on the flank that
         carries load in the gear's first mesh [m], or empty; positive opens a gap
     inertia, mass : as given [kg m2], [kg]; see `inertia_of` and `mass_of`
@@ -41,6 +42,7 @@ class Gear:
     poisson_ratio: float
     density: float
     material: str = "as given"
+    thickness_origin: str = ""
     inertia: float | None = None
     mass: float | None = None
     pitch_errors: tuple[float, ...] = ()
@@ -67,7 +69,8 @@ class Relief:
     is along the normal of the unmodified flank, and the tip circle stays.
 
     magnitude : material removed at the end [m]
-    start_roll_length : sqrt(r^2 - rb^2) where it begins [m]
+    start_roll_length : sqrt(r^2 - rb^2) where it begins, negative on an internal
+        gear [m]
     """
 
     magnitude: float
@@ -76,7 +79,7 @@ class Relief:
 
     def __post_init__(self) -> None:
         _require_fields(self)
-        _require_positive(self, "magnitude", "start_roll_length")
+        _require_positive(self, "magnitude")
 
     @property
     def power(self) -> float:
@@ -95,7 +98,8 @@ class FlankProfile:
         is zero in its middle
     slope : excess of material at the tip, which grows linearly from zero at the lowest
         point of contact; the profile slope deviation of ISO 1328-1
-    roll_lengths : sqrt(r^2 - rb^2) of measured points, increasing, or empty
+    roll_lengths : sqrt(r^2 - rb^2) of measured points, increasing, or empty; negative
+        on an internal gear, and toward the tip as on others
     deviations : excess of material at these points; constant beyond the first and last
     interpolation : between measured points, shape-preserving cubic or linear
     """

@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 from fegear.files.codes import with_code
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.placing import layout
+
+if TYPE_CHECKING:
+    from meshes import GearPair
 
 # Values of solid materials, from soft plastics to tungsten carbide, by name: the factor
 # to the unit of the gear-set file, lowest and highest value, and a likely mistake
@@ -18,13 +22,41 @@ PLAUSIBLE = {
     "density": ("density_kg_per_m3", 1.0, 500.0, 20000.0, "kg/m3, not g/cm3"),
 }
 MIN_OVERLAP_MM = 1e-3
+MAX_THINNING = 0.2  # of a measured tooth, to either side [modules]
+MAX_SHIFT = 1.5  # the same of its profile shift
 
 
 def gear_set_warnings(gear_set: GearSet) -> Iterator[str]:
-    """A line for each material value and each place of a gear that cannot be meant."""
+    """A line for each value of a gear set that cannot be meant, and each undercut that
+    shortens a path of contact.
+    """
     for gear in gear_set.gears:
         yield from _material_warnings(gear)
+        yield from _thickness_warnings(gear)
     yield from _overlap_warnings(gear_set)
+    for number, mesh in enumerate(gear_set.meshes, start=1):
+        yield from undercut_warnings(number, mesh.pair)
+
+
+def _thickness_warnings(gear: Gear) -> Iterator[str]:
+    """What a measured tooth thickness leads to, where it is beyond that of gears."""
+    teeth = gear.geometry
+    if not gear.thickness_origin:
+        return
+    thinning = teeth.tooth_thinning / teeth.module
+    where = f'gear "{gear.name}": {gear.thickness_origin} gives'
+    if abs(thinning) > MAX_THINNING:
+        yield with_code(
+            "W38",
+            f"{where} tooth_thinning_um = {1e6 * teeth.tooth_thinning:.4g}, "
+            f"{thinning:.3g} modules; gears have {-MAX_THINNING:g} to {MAX_THINNING:g}",
+        )
+    if abs(teeth.profile_shift) > MAX_SHIFT:
+        yield with_code(
+            "W38",
+            f"{where} profile_shift = {teeth.profile_shift:.4g}; gears have "
+            f"{-MAX_SHIFT:g} to {MAX_SHIFT:g}",
+        )
 
 
 def _material_warnings(gear: Gear) -> Iterator[str]:
@@ -66,6 +98,27 @@ def _overlap_warnings(gear_set: GearSet) -> Iterator[str]:
                     f"overlap by {overlap:.4g} mm in their plane; check "
                     "center_line_deg",
                 )
+
+
+def undercut_warnings(number: int, pair: GearPair) -> Iterator[str]:
+    """A line for each gear whose undercut shortens the path of contact of a mesh.
+
+    number : of the mesh, from 1
+    """
+    for role, gear, mate in (
+        ("driver", pair.driver, pair.driven),
+        ("driven gear", pair.driven, pair.driver),
+    ):
+        start = pair.line_of_action - mate.tip_roll_length
+        if not gear.is_undercut or start >= gear.form_roll_length:
+            continue
+        lost = (gear.form_roll_length - start) / pair.base_pitch
+        yield with_code(
+            "W27",
+            f"mesh {number}: the tip circle of the mate reaches below the form circle "
+            f"of the undercut {role} ({gear.teeth} teeth); contact ratio "
+            f"{pair.contact_ratio:.4g}, {lost:.3g} less than without undercut",
+        )
 
 
 def _planes(gear_set: GearSet) -> list[set[int]]:

@@ -47,6 +47,8 @@ def flank_profile(
         _require_size(place.format(key=DEVIATION), deviation, limit)
     _require_order(key, points, places, where)
     rolls = _roll_lengths(key, points, places, flank)
+    if flank.gear.sign < 0:  # whose flank has its tip at the least radius
+        rolls, deviations, places = rolls[::-1], deviations[::-1], places[::-1]
     _require_gentle(rolls, deviations, places)
     if not (entry.crowning_um or entry.slope_um or rolls):
         return None
@@ -143,9 +145,9 @@ def _roll_lengths(
     gear = flank.gear
     base, low, high = gear.base_radius, gear.form_roll_length, flank.tip
     if key == "diameter_mm":
-        limits = [2e3 * math.hypot(base, s) for s in (low, high)]
+        limits = sorted(2e3 * math.hypot(base, s) for s in (low, high))
     else:
-        limits = [flank.roll_angle_deg(s) for s in (low, high)]
+        limits = sorted(flank.roll_angle_deg(s) for s in (low, high))
     slack = RANGE_RTOL * (limits[1] - limits[0])
     for place, point in zip(places, points, strict=True):
         if not limits[0] - slack <= point <= limits[1] + slack:
@@ -155,7 +157,9 @@ def _roll_lengths(
             )
     if key == "diameter_mm":
         radii = [5e-4 * point for point in points]
-        return tuple(math.sqrt(max(0.0, r * r - base * base)) for r in radii)
+        return tuple(
+            gear.sign * math.sqrt(max(0.0, r * r - base * base)) for r in radii
+        )
     return tuple(math.radians(point) * base for point in points)
 
 

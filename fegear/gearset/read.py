@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from importlib import resources
 from importlib.resources.abc import Traversable
 from os import PathLike, fspath
@@ -23,6 +25,8 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.problems import first_problem, nearest
 from fegear.gearset.schema import Document, with_defaults
 from lumped.common.checks import check_arguments
+
+PROFILES = "profile", "driver_profile", "driven_profile"  # keys of a mesh
 
 
 @check_arguments
@@ -56,17 +60,51 @@ def load_gear_set(
     'liu-pair'
     """
     name = fspath(name_or_path)
-    folder = Path() if name in builtin_names() else Path(name).parent
-    return _read(*_text_of(name), edits, folder)
+    return _read(*_text_of(name), edits, _folder_of(name))
 
 
 def load_tables(name_or_path: str, edits: Mapping[str, Any]) -> dict[str, Any]:
-    """The tables of a gear set with some values set, as in its file."""
+    """The tables of a gear set with some values set, as in its file.
+
+    Paths of files that it names are absolute, for the tables may be written to
+    another folder.
+    """
     text, source = _text_of(name_or_path)
     try:
-        return edited(parsed_toml(text), edits)
+        tables = edited(parsed_toml(text), edits)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
+    folder = _folder_of(name_or_path)
+    return _with_files(tables, lambda file: os.path.abspath(folder / file))
+
+
+def relative_tables(tables: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Tables for a gear-set file at a path: files beside or below it by relative paths.
+
+    The folder can then be moved. Other files keep their absolute paths.
+    """
+    folder = Path(os.path.abspath(path)).parent
+
+    def relative(file: str) -> str:
+        is_below = Path(file).is_relative_to(folder)
+        return Path(file).relative_to(folder).as_posix() if is_below else file
+
+    return _with_files(deepcopy(dict(tables)), relative)
+
+
+def _with_files(tables: dict[str, Any], change: Callable[[str], str]) -> dict[str, Any]:
+    """Change the names of the files with measured profiles in tables."""
+    for mesh in tables.get("mesh", ()):
+        for key in PROFILES:
+            profile = mesh.get(key)
+            if isinstance(profile, dict) and "file" in profile:
+                profile["file"] = change(profile["file"])
+    return tables
+
+
+def _folder_of(name: str) -> Path:
+    """Folder in which the files lie that a gear set names."""
+    return Path() if name in builtin_names() else Path(name).parent
 
 
 def _text_of(name: str) -> tuple[str, str]:

@@ -20,9 +20,9 @@ from fegear.gearset.thickness import (
 )
 from lumped.common.checks import require_present
 from meshes.gear import GeometryError, SpurGear, floored
-from meshes.internal import FEWEST_CUTTER_TEETH, InternalGear
+from meshes.internal import MIN_CUTTER_TEETH, InternalGear
 from meshes.involute import Involute, involute
-from meshes.shaper import shaper_cutter
+from meshes.shaper import ShaperCutter, shaper_cutter
 
 __all__ = ["MM", "UM", "Blank", "Tip", "blank_of"]
 
@@ -37,7 +37,7 @@ GEAR_KEYS = {
     "tooth_thinning": "tooth_thinning_um",
     "cutter_teeth": "cutter_teeth",
 }
-FEWEST_DEFAULT_CUTTER_TEETH = 10
+MIN_DEFAULT_CUTTER_TEETH = 10
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Blank(Involute):
 
     @property
     def hub_radius(self) -> float:
-        """Of the bore, or of the outside of an internal gear, negative."""
+        """Radius of the bore, or of the outside of an internal gear, negative."""
         if self.entry.internal:
             return -require_present(self.entry.rim_radius_mm, "rim_radius_mm") * MM
         diameter, radius = self.entry.hub_diameter_mm, self.entry.hub_radius_mm
@@ -87,7 +87,7 @@ class Blank(Involute):
     def widest_rack_tip(self) -> float:
         """Rounding at which the tool's tip has no flat left; below 0 none fits."""
         if self.entry.internal:
-            return self._widest_cutter_tip
+            return self.cutter.widest_rounding if self.cutter else 0.0
         alpha, tooth = self.pressure_angle, self.thickness
         shift = tooth.profile_shift * self.module
         shift_width = 2.0 * shift * math.tan(alpha)
@@ -96,24 +96,25 @@ class Blank(Involute):
         return flat / (1.0 / math.cos(alpha) - math.tan(alpha))
 
     @property
-    def _widest_cutter_tip(self) -> float:
+    def cutter(self) -> ShaperCutter | None:
+        """Cutter of an internal gear with sharp tips, None where there is none."""
         tooth = self.thickness
         standard, by_shift = thickness_of_rack(self)
         thickness = standard + by_shift * tooth.profile_shift - tooth.thinning
         half = 0.5 * thickness / self.reference_radius + involute(self.pressure_angle)
         root = self.reference_radius + tooth.profile_shift * self.module - self.dedendum
         try:
-            cutter = shaper_cutter(self, half, root, self.cutter_teeth)
+            return shaper_cutter(self, half, root, self.cutter_teeth)
         except ValueError:
-            return 0.0
-        return cutter.widest_rounding
+            return None
 
     @property
     def cutter_teeth(self) -> int:
-        """As given, else a third of the teeth of the ring."""
-        given = self.entry.cutter_teeth
-        fewest = min(FEWEST_DEFAULT_CUTTER_TEETH, self.teeth - FEWEST_CUTTER_TEETH)
-        return max(fewest, self.teeth // 3) if given is None else given
+        """Number of teeth of the cutter: a third of the ring's by default."""
+        if self.entry.cutter_teeth is not None:
+            return self.entry.cutter_teeth
+        fewest = min(MIN_DEFAULT_CUTTER_TEETH, self.teeth - MIN_CUTTER_TEETH)
+        return max(fewest, self.teeth // 3)
 
     @property
     def rack_tip_radius(self) -> float:

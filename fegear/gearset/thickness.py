@@ -68,6 +68,7 @@ def tooth_thickness(entry: GearEntry, gear: Involute) -> ToothThickness:
 def measured_thickness(entry: GearEntry, gear: Involute) -> tuple[str, float | None]:
     """The key with its value and the thickness by it [m], None where there is none."""
     if entry.span_mm is not None and entry.span_teeth is not None:
+        _require_span_teeth(entry, entry.span_teeth)
         origin = f"span_mm = {shown(entry.span_mm)} over {entry.span_teeth} teeth"
         return origin, thickness_of_span(gear, entry.span_mm * MM, entry.span_teeth)
     if entry.pin_dimension_mm is not None and entry.pin_diameter_mm is not None:
@@ -81,6 +82,16 @@ def measured_thickness(entry: GearEntry, gear: Involute) -> tuple[str, float | N
                 f'gear "{entry.name}": {origin}; must be above {least} mm'
             ) from None
     return "", None
+
+
+def _require_span_teeth(entry: GearEntry, count: int) -> None:
+    """Require a span over half of the teeth at most; no tooth has flanks for more."""
+    most = max(1, entry.teeth // 2)
+    if count > most:
+        raise InputError(
+            f'gear "{entry.name}": span_teeth = {count} of {entry.teeth} teeth; '
+            f"allowed 1 to {most}"
+        )
 
 
 def require_measurable(entry: GearEntry, gear: SpurGear) -> None:

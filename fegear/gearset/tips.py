@@ -112,8 +112,12 @@ def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
 def _ring_tip(
     ring: Blank, document: Document, spacings: Sequence[Spacing], tips: dict[str, Tip]
 ) -> Tip:
-    """Default tip of an internal gear, which reaches no fillet of a mate."""
-    default, rolls = ring.default_tip, [0.0]
+    """Default tip of an internal gear, which reaches no fillet of a mate.
+
+    Nor does it go below the flank of its cutter.
+    """
+    default = ring.default_tip
+    rolls = [ring.cutter.line_of_action if ring.cutter else 0.0]
     for mesh, place in zip(document.mesh, spacings, strict=True):
         names = mesh.driver, mesh.driven
         if ring.entry.name not in names:

@@ -95,7 +95,7 @@ def _too_long(entry: ReliefEntry, pitch: float, flank: Zones, place: str) -> str
         if place == "tip":
             return f"{setting}; at most {floored(largest)}, the whole profile"
         return f"{setting}; must be below {floored(largest)}, the whole active profile"
-    low, high = flank.roll_angle_deg(lowest), flank.roll_angle_deg(flank.tip)
+    low, high = sorted(flank.roll_angle_deg(s) for s in (lowest, flank.tip))
     if entry.start_roll_angle_deg is not None:
         setting = f"start_roll_angle_deg = {shown(entry.start_roll_angle_deg)}"
     else:

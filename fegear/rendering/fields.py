@@ -62,6 +62,7 @@ class GearField:
     hub_motion: Array
     stress: Array
     out_of_plane: Array
+    is_internal: bool = False
 
     @property
     def motion(self) -> Array:
@@ -167,7 +168,8 @@ class MeshScene:
         """Frame of the sector `tooth` places to the right of the reference pair's
         tooth.
 
-        Right is clockwise, and counterclockwise in the mirror image.
+        Right is clockwise, and counterclockwise in the mirror image. Opposite for an
+        internal gear, whose teeth point to the centre.
 
         back : whether the teeth are seen in a mirror, in which their back flanks are
             the right ones; pairs then count the other way, and the driver's tooth
@@ -176,11 +178,14 @@ class MeshScene:
         if back:
             other = self.frame(role, position, (role == "driver") - tooth)
             return Frame(other.center, other.turn @ np.diag([-1.0, 1.0]))
-        index, sense = (0, self.sense) if role == "driver" else (1, -self.sense)
+        pair = self.mesh.pair
+        index, sense = 0, self.sense
+        if role == "driven":
+            index, sense = 1, -self.sense * pair.sign
         gear = self.bodies[index].sector.gear
         axis = tooth_axis(self.mesh, role == "driver", sense, self.direction)
-        axis += sense * position * gear.pitch_angle
-        mirrored = self.sense > 0
+        axis += gear.sign * sense * position * gear.pitch_angle
+        mirrored = self.sense * pair.driver.sign > 0
         right = tooth * gear.pitch_angle
         to_upright = turned(axis - 0.5 * math.pi)
         mirror = np.diag([-1.0, 1.0]) if mirrored else np.eye(2)
@@ -198,7 +203,7 @@ class MeshScene:
         return View(x, y, half * (1.0 if zoom == "contact" else 2.0), aspect)
 
     def _whole_view(self, aspect: float) -> View:
-        radii = [body.sector.gear.tip_radius for body in self.bodies]
+        radii = [body.sector.gear.outer_radius for body in self.bodies]
         low = np.min([c - r for c, r in zip(self.centers, radii, strict=True)], axis=0)
         high = np.max([c + r for c, r in zip(self.centers, radii, strict=True)], axis=0)
         x, y = 0.5 * (low + high)
@@ -207,10 +212,11 @@ class MeshScene:
 
     def _on_path(self, roll_length: float) -> Array:
         """A point of the line of action by the driver's roll length, (2,)."""
-        angle = self.mesh.pair.operating_pressure_angle
-        base = self.bodies[0].sector.gear.base_radius
-        out = turned(self.direction) @ turned(-self.sense * angle)
-        return self.driver_center + out @ [base, self.sense * roll_length]
+        pair = self.mesh.pair
+        sense = self.sense * pair.driver.sign
+        out = turned(self.direction) @ turned(-sense * pair.operating_pressure_angle)
+        point = np.array([pair.driver.base_radius, sense * roll_length])
+        return self.driver_center + pair.sign * (out @ point)
 
 
 def mesh_scene(
@@ -283,7 +289,7 @@ def loaded_gears(
         sector_fields(scene, role, loads, stand.position, view, stand.back)
         for role in ROLES
     )
-    turn = scene.sense * stand.ste / scene.problem.pair.driver.base_radius
+    turn = scene.sense * stand.ste / scene.problem.pair.driver_arm
     gears = (
         _gear_field(scene, "driver", driving, stand, turn),
         _gear_field(scene, "driven", driven, stand, 0.0),
@@ -352,6 +358,7 @@ def _gear_field(
         center=center,
         hub_motion=turn * np.stack([-y, x], axis=1),
         out_of_plane=body.sector.material.out_of_plane(joined["stress"]),
+        is_internal=body.sector.gear.sign < 0,
         **joined,
     )
 

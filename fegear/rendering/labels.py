@@ -93,12 +93,16 @@ def draw_loads(
 def draw_names(
     plotter: Any, gears: Sequence[GearField], look: RenderStyle, size: tuple[int, int]
 ) -> None:
-    """Each gear's name toward its centre, as far as the view goes."""
+    """Each gear's name toward its body's middle, as far as the view goes.
+
+    That of an internal gear is on the other side of the contact than its centre.
+    """
     view, font = look.view, scaled(26, size)
     for gear in gears:
         away = gear.center - view.middle
-        reach = 0.9 / np.max(np.abs(away) / view.half)
-        at = view.middle + min(1.0, reach) * away
+        away = -away if gear.is_internal else away
+        reach = 0.9 / max(0.9, float(np.max(np.abs(away) / view.half)))
+        at = view.middle + reach * away
         at[0] -= 0.25 * font * len(gear.name) * _pixel(look, size)
         _draw_label(plotter, gear.name, at, look, font)
 

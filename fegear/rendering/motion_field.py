@@ -41,7 +41,7 @@ def instant_field(
     ]
     stand = RelativePose(position, instant.ste, back)
     gears, pairs = loaded_gears(scene, stand, loads, view)
-    torque = instant.force * scene.problem.pair.driver.base_radius
+    torque = instant.force * scene.problem.pair.driver_arm
     return ContactField(torque, position, instant.ste, gears, pairs, instant)
 
 

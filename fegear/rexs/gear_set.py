@@ -21,6 +21,7 @@ from fegear.rexs.left_out import parts_left_out, speeds_left_out
 from fegear.rexs.model import Component, RexsModel
 from fegear.rexs.stages import RexsGearbox, Stage, ratios_from_input
 
+SHIFT_TOLERANCE = 1e-3  # of profile shifts that a file states twice
 SHIFT = ("addendum_modification_coefficient", "profile_shift_coefficient")
 TOOLS = ("rack_shaped_tool",)
 # of the reference diameter, of a bore that the file does not state
@@ -103,12 +104,20 @@ class _Conversion:
     def _shift(
         self, gear: Component, sources: list[Component], module: float
     ) -> dict[str, float]:
-        for name in SHIFT:
-            if (shift := self._first(sources, name, "ratio")) is not None:
-                return {"profile_shift": shift}
+        shifts = {
+            name: shift
+            for name in SHIFT
+            if (shift := self._first(sources, name, "ratio")) is not None
+        }
         length = self._first(sources, "addendum_modification", "length")
         if length is not None:
-            return {"profile_shift": length / module}
+            shifts["addendum_modification"] = length / module
+        if shifts:
+            values = list(shifts.values())
+            if max(values) - min(values) > SHIFT_TOLERANCE:
+                stated = " and ".join(f"{n} = {x:g} module" for n, x in shifts.items())
+                raise InputError(f"{gear.label}: {stated}; they must be equal")
+            return {"profile_shift": values[0]}
         if self._measured(sources):
             return {}
         self.assumed.append(f"profile shift of {gear.label}: 0, not stated")

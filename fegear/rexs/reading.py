@@ -144,7 +144,7 @@ def _json_tree(data: bytes) -> dict[str, Any]:
 
 
 def _model(tree: Mapping[str, Any]) -> RexsModel:
-    version = str(tree.get("version"))[:40]
+    version = str(tree.get("version", "missing"))[:40]
     if not VERSION.fullmatch(version):
         raise InputError(f"version = {version}; must be one of REXS 1, such as 1.4")
     components = _by_number(_entries(tree, "components"))
@@ -156,10 +156,19 @@ def _model(tree: Mapping[str, Any]) -> RexsModel:
             _relation(entry, components) for entry in _entries(tree, "relations")
         ),
         load_cases=tuple(
-            _by_number(_entries(case, "components"))
-            for case in _entries(tree.get("load_spectrum") or {}, "load_cases")
+            _load_case(number, case)
+            for number, case in enumerate(
+                _entries(tree.get("load_spectrum") or {}, "load_cases"), 1
+            )
         ),
     )
+
+
+def _load_case(number: int, case: dict[str, Any]) -> dict[int, Component]:
+    try:
+        return _by_number(_entries(case, "components"))
+    except InputError as error:
+        raise InputError(f"load case {number}: {error}") from None
 
 
 def _entries(tree: Any, name: str) -> list[dict[str, Any]]:

@@ -5,15 +5,16 @@ tooth pair by that pair's part of the next increment of the load, its slope over
 sum of all slopes: this follows from the contact conditions of the nodes that touch,
 whose forces balance the torque before and after. A relief is such a gap, so that the
 solution of the contact gives the derivative of the transmission error with respect to
-every relief without another solution. What is left out is that relief tilts the
-flank's normal, which changes the moment arm of the force.
+every relief without another solution, what it does to moment arms included. What is
+left out is that the nodes of a contact patch follow the point of contact, 1 % of the
+derivatives and less with more nodes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,19 +22,33 @@ from numpy.typing import NDArray
 from fegear.contact.problem import ContactProblem, solve_cycle
 from fegear.gearset.model import Relief, ReliefShape
 from fegear.gearset.zones import Zones, zones
+from fegear.statics.relief_objective import MICRO, ReliefObjective, linear_step
 
 Array = NDArray[np.float64]
-Objective = Literal["largest", "mean"]
 PLACES = ("driver_tip", "driven_tip", "driver_root", "driven_root")
 MIN_MAGNITUDE = 1e-12  # of a relief [m], by which its derivative is known
 FIRST_RADIUS, MIN_RADIUS = 0.2, 1e-4  # of the trust region, over the range of designs
 MAX_STEPS = 60  # of a local search
 RELATIVE_GAIN = 1e-4  # of the objective, below which a step is not taken
+ROUGH_GAIN = 1e-3  # the same of all searches but the last
 # how far from the best design further searches start, over the range of designs
-NEIGHBOURS = (0.3, 0.3, 0.2, 0.2, 0.1, 0.1, 0.05, 0.05)
+NEIGHBOURS = (0.2, 0.1, 0.05, 0.05, 0.3, 0.3, 0.2, 0.1)
+SAME_END = 0.03  # of the range of designs, within which searches lead to the same one
+SAME_VALUE = 0.005  # relative, by which the objective differs there
+# magnitudes and lengths from which searches start, over their limits: equal ones, and a
+# short relief of one gear with a longer one of the other
+PATTERNS = (
+    ((0.3, 0.3), (0.5, 0.5)),
+    ((0.15, 0.35), (0.3, 0.75)),
+    ((0.35, 0.15), (0.75, 0.3)),
+    ((0.27, 0.6), (0.3, 0.7)),
+    ((0.6, 0.27), (0.7, 0.3)),
+)
 GOOD_GAIN, POOR_GAIN = 0.75, 0.25  # over the predicted one, for the next radius
 MIN_LENGTH = 0.05  # of a relief [base pitches]
-MICRO = 1e-6  # unit of magnitudes in the optimisation [m]
+# over the objective without relief: effect below which a relief is left out, and below
+# which the others are refined without it
+MIN_EFFECT, REFINED_EFFECT = 1e-3, 0.02
 
 
 @dataclass(frozen=True)
@@ -139,18 +154,24 @@ def relief_ranges(
 
 
 def starting_designs(problem: ReliefProblem, count: int) -> list[Array]:
-    """Designs from which searches start: equal reliefs of two lengths, then others.
+    """Designs from which searches start: those of PATTERNS, then others.
 
-    The others are a Sobol sequence, always the same.
+    The others are a sequence of low discrepancy, always the same: multiples of powers
+    of the generalised golden ratio (Roberts 2018). Root reliefs have the pattern of
+    the tip reliefs of their mates.
     """
-    from scipy.stats import qmc
-
     reliefs, bounds = len(problem.ranges), np.array(problem.bounds)
-    fractions = [np.repeat([0.3, part], reliefs) for part in (0.8, 0.5)]
-    sobol_designs = qmc.Sobol(2 * reliefs, seed=0).random_base2(
-        max(1, count).bit_length()
-    )
-    designs = [*fractions, *sobol_designs * np.repeat([0.7, 1.0], reliefs)]
+    patterns = [
+        np.concatenate([np.resize(sizes, reliefs), np.resize(lengths, reliefs)])
+        for sizes, lengths in PATTERNS
+    ]
+    ratio = 2.0
+    for _ in range(60):  # ratio^(d + 1) = ratio + 1
+        ratio = (1.0 + ratio) ** (1.0 / (2 * reliefs + 1))
+    steps = ratio ** -np.arange(1.0, 2 * reliefs + 1.0)
+    numbers = np.arange(1, max(0, count - len(patterns)) + 1)
+    others = np.mod(0.5 + np.outer(numbers, steps), 1.0)
+    designs = [*patterns, *others * np.repeat([0.7, 1.0], reliefs)]
     return [bounds[:, 0] + part * np.ptp(bounds, axis=1) for part in designs[:count]]
 
 
@@ -159,30 +180,22 @@ class BestRelief:
     """A design and what it gives.
 
     design : magnitudes [um], then lengths [base pitches]
-    peak_to_peak : of the transmission error at each torque (t,) [m]
+    measures : of the transmission error at each torque (t,) [m]
+    value : of the objective [m]
     evaluations : solutions of the mesh cycle at all torques; starts : of the search
     """
 
     design: Array
-    peak_to_peak: Array
+    measures: Array
     value: float
     evaluations: int
     starts: int
 
 
-def peak_to_peak(ste: Array) -> Array:
-    """Peak to peak of transmission errors (t, p), at each torque."""
-    return np.asarray(np.ptp(ste, axis=1))
-
-
-def objective_value(ranges: Array, objective: Objective) -> float:
-    return float(ranges.max() if objective == "largest" else ranges.mean())
-
-
 def find_best_relief(
     problem: ReliefProblem,
     starts: Sequence[Array],
-    objective: Objective = "largest",
+    objective: ReliefObjective,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> BestRelief:
     """The best of local searches from several designs, then near the best of them.
@@ -190,93 +203,127 @@ def find_best_relief(
     The largest of many peak-to-peak values has no derivative where two are equal. Each
     step is therefore the solution of a linear program for a design and limits of the
     transmission error at each torque, with a constraint for each position (epigraph
-    form), in a trust region that grows and shrinks with the gain.
+    form), in a trust region that grows and shrinks with the gain. Searches stop at a
+    design where another one ended, and at small gains; the best design is refined.
     """
-    best, best_value, evaluations = starts[0], np.inf, 0
-    random = np.random.default_rng(0)
     bounds = np.array(problem.bounds)
-    neighbours = NEIGHBOURS[: len(starts)]
-    total = len(starts) + len(neighbours)
-    for number in range(total):
+    random = np.random.default_rng(0)
+    neighbours = NEIGHBOURS[: len(starts) - 1]
+    total = len(starts) + len(neighbours) + 1
+    ends: list[_End] = []
+    for number in range(total - 1):
         progress(number, total)
         if number < len(starts):
             start = starts[number]
         else:
             way = neighbours[number - len(starts)] * random.uniform(
-                -1.0, 1.0, best.size
+                -1.0, 1.0, len(bounds)
             )
-            start = np.clip(best + way * np.ptp(bounds, axis=1), *bounds.T)
-        design, value, count = _local_search(problem, start, objective)
-        evaluations += count
-        if value < best_value:
-            best, best_value = design, value
+            start = np.clip(_best(ends) + way * np.ptp(bounds, axis=1), *bounds.T)
+        ends.append(_local_search(problem, start, objective, ROUGH_GAIN, ends))
+    ends.append(_local_search(problem, _best(ends), objective, RELATIVE_GAIN, ()))
     progress(total, total)
-    ranges = peak_to_peak(problem.ste(best)[0])
-    return BestRelief(best, ranges, best_value, evaluations, len(starts))
+    best = min(ends, key=lambda end: end.value)
+    return BestRelief(
+        best.design,
+        objective.measures(problem.ste(best.design)[0]),
+        best.value,
+        sum(end.evaluations for end in ends),
+        len(starts),
+    )
+
+
+def without_idle_reliefs(
+    problem: ReliefProblem, design: Array, objective: ReliefObjective
+) -> tuple[ReliefProblem, Array, int]:
+    """The problem and design without reliefs that hardly change the objective.
+
+    From the smallest on, each is left out if the objective rises by less than
+    MIN_EFFECT of that without any relief. Where the rise is larger, but less than
+    REFINED_EFFECT, the others are refined first. The last value is the number of
+    solutions of the mesh cycle.
+    """
+    none = replace(problem, ranges=())
+    bare = objective.of(none.ste(np.empty(0))[0])
+    value, evaluations = objective.of(problem.ste(design)[0]), 2
+    for place in _by_size(problem, design):
+        fewer, rest = _without(problem, design, place)
+        reached = objective.of(fewer.ste(rest)[0])
+        evaluations += 1
+        if fewer.ranges and MIN_EFFECT < (reached - value) / bare < REFINED_EFFECT:
+            end = _local_search(fewer, rest, objective, RELATIVE_GAIN, ())
+            rest, reached = end.design, end.value
+            evaluations += end.evaluations
+        if reached - value <= MIN_EFFECT * bare:
+            problem, design = fewer, rest
+    return problem, design, evaluations
+
+
+def _by_size(problem: ReliefProblem, design: Array) -> list[str]:
+    order = np.argsort(design[: len(problem.ranges)])
+    return [problem.ranges[i].place for i in order]
+
+
+def _without(
+    problem: ReliefProblem, design: Array, place: str
+) -> tuple[ReliefProblem, Array]:
+    """The problem and design without the relief at a place."""
+    stays = [entry.place != place for entry in problem.ranges]
+    ranges = tuple(entry for entry in problem.ranges if entry.place != place)
+    return replace(problem, ranges=ranges), design.reshape(2, -1)[:, stays].ravel()
+
+
+class _End(NamedTuple):
+    """Where a search ended: design, objective [m], solutions of the mesh cycle."""
+
+    design: Array
+    value: float
+    evaluations: int
+
+
+def _best(ends: Sequence[_End]) -> Array:
+    return min(ends, key=lambda end: end.value).design
 
 
 def _local_search(
-    problem: ReliefProblem, start: Array, objective: Objective
-) -> tuple[Array, float, int]:
-    """Design, its value [m], and the number of solutions of the mesh cycle.
+    problem: ReliefProblem,
+    start: Array,
+    objective: ReliefObjective,
+    min_gain: float,
+    ends: Sequence[_End],
+) -> _End:
+    """Sequential linear programming in a trust region, over scaled designs.
 
-    Sequential linear programming in a trust region, over scaled designs.
+    min_gain : of the objective, below which a step is not taken
+    ends : of other searches; this one stops near one of them
     """
     bounds = np.array(problem.bounds)
     scale = np.ptp(bounds, axis=1)
     design, radius = start, FIRST_RADIUS
     ste, slopes = problem.ste(design)
-    value, evaluations = objective_value(peak_to_peak(ste), objective), 1
+    value, evaluations = objective.of(ste), 1
     for _ in range(MAX_STEPS):
         low = np.maximum((bounds[:, 0] - design) / scale, -radius)
         high = np.minimum((bounds[:, 1] - design) / scale, radius)
-        step, predicted = _linear_step(ste, slopes * scale, (low, high), objective)
-        if value - predicted < RELATIVE_GAIN * value:
+        step, predicted = linear_step(ste, slopes * scale, (low, high), objective)
+        if value - predicted < min_gain * value:
             break
         candidate = np.clip(design + scale * step, *bounds.T)
         ste_there, slopes_there = problem.ste(candidate)
         evaluations += 1
-        reached = objective_value(peak_to_peak(ste_there), objective)
+        reached = objective.of(ste_there)
         gain = (value - reached) / (value - predicted)
         if gain > 0.0:
             design, ste, slopes, value = candidate, ste_there, slopes_there, reached
         radius *= 2.0 if gain > GOOD_GAIN else 1.0 if gain > POOR_GAIN else 0.3
-        if radius < MIN_RADIUS:
+        if radius < MIN_RADIUS * min_gain / RELATIVE_GAIN:
             break
-    return design, value, evaluations
+        if any(_leads_to(end, design, value, scale) for end in ends):
+            break
+    return _End(design, value, evaluations)
 
 
-def _linear_step(
-    ste: Array, slopes: Array, limits: tuple[Array, Array], objective: Objective
-) -> tuple[Array, float]:
-    """Step within limits that makes the linearised objective least, and its value [m].
-
-    Unknowns are the step, the largest and the smallest transmission error at each
-    torque [um], and the largest of their differences [um].
-    """
-    from scipy.optimize import linprog
-
-    torques, positions, size = slopes.shape
-    rows = np.zeros((2, torques, positions, size + 2 * torques + 1))
-    rows[0, ..., :size], rows[1, ..., :size] = slopes / MICRO, -slopes / MICRO
-    differences = np.zeros((torques, size + 2 * torques + 1))
-    differences[:, -1] = -1.0
-    for t in range(torques):
-        rows[0, t, :, size + t] = -1.0
-        rows[1, t, :, size + torques + t] = 1.0
-        differences[t, size + t], differences[t, size + torques + t] = 1.0, -1.0
-    at_most = np.concatenate([-ste.ravel(), ste.ravel(), np.zeros(torques)]) / MICRO
-    weights = differences.mean(axis=0)
-    if objective == "largest":
-        weights = np.zeros_like(weights)
-    weights[-1] = 1.0 if objective == "largest" else 0.0
-    solution = linprog(
-        weights,
-        A_ub=np.concatenate([rows.reshape(-1, rows.shape[-1]), differences]),
-        b_ub=at_most,
-        bounds=[*zip(*limits, strict=True), *[(None, None)] * (2 * torques + 1)],
-        method="highs",
-    )
-    if solution.x is None or solution.fun is None:
-        return np.zeros(size), objective_value(peak_to_peak(ste), objective)
-    return solution.x[:size], MICRO * float(solution.fun)
+def _leads_to(end: _End, design: Array, value: float, scale: Array) -> bool:
+    """Whether a search is near the end of another one, and not better."""
+    distance = np.abs((end.design - design) / scale).max()
+    return bool(distance < SAME_END and value > (1.0 - SAME_VALUE) * end.value)

@@ -226,6 +226,11 @@ def _compliance(
 def hub_limits(gear: Gear) -> tuple[float, float]:
     """Smallest and largest hub radius that make sense [m]."""
     teeth = gear.geometry
+    if teeth.sign < 0:
+        raise InputError(
+            f'gear "{gear.name}": internal = true; bodies of external gears only are '
+            "identified"
+        )
     low = SMALLEST_HUB * teeth.root_radius
     high = teeth.root_radius - THINNEST_RIM * teeth.module
     if not low < high:

@@ -81,33 +81,15 @@ def check_warnings(
         )
 
 
-def undercut_warnings(number: int, pair: GearPair) -> Iterator[str]:
-    """A line for each gear whose undercut shortens the path of contact of a mesh.
-
-    number : of the mesh, from 1
-    """
-    for role, gear, mate in (
-        ("driver", pair.driver, pair.driven),
-        ("driven gear", pair.driven, pair.driver),
-    ):
-        start = pair.line_of_action - mate.tip_roll_length
-        if not gear.is_undercut or start >= gear.form_roll_length:
-            continue
-        lost = (gear.form_roll_length - start) / pair.base_pitch
-        yield with_code(
-            "W27",
-            f"mesh {number}: the tip circle of the mate reaches below the form circle "
-            f"of the undercut {role} ({gear.teeth} teeth); contact ratio "
-            f"{pair.contact_ratio:.4g}, {lost:.3g} less than without undercut",
-        )
-
-
-def tip_warnings(where: str, pair: GearPair, deflection: float) -> Iterator[str]:
+def tip_warnings(
+    number: int, torque: float, pair: GearPair, deflection: float
+) -> Iterator[str]:
     """A line for each undercut gear whose edge the mate's tip meets under load.
 
-    where : mesh and torque; deflection : largest transmission error of the loaded side
-        [m]
+    number : of the mesh, from 1; torque : on its driver [N m]
+    deflection : largest transmission error of the loaded side [m]
     """
+    where = f"mesh {number} at {torque:g} N m"
     for role, gear, mate in (
         ("driver", pair.driver, pair.driven),
         ("driven gear", pair.driven, pair.driver),

@@ -626,7 +626,7 @@ def _joined(cycles: list[ContactCycle]) -> ContactCycle:
 
     rows = (
         *("ste", "no_load", "local_stiffness", "relief_slope"),
-        *("driven_torque", "residual"),
+        *("profile_slope", "driven_torque", "residual"),
     )
     joined: dict[str, Any] = {
         n: np.concatenate([getattr(c, n) for c in cycles], axis=1) for n in rows

@@ -60,6 +60,11 @@ STUDIES = {
         "ReliefDesign",
         "Profile relief of least transmission error over torque.",
     ),
+    "tolerances": (
+        "tolerances",
+        "Tolerances",
+        "Scatter of stiffness and transmission error by tolerances.",
+    ),
     "render": (
         "render",
         "ContactPictures",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -12,8 +13,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.files.errors import InputError
 from fegear.files.matlab import text_cells, write_matlab
 from fegear.files.output import (
+    FMU,
     listed,
     path_of,
     require_ending,
@@ -21,30 +24,40 @@ from fegear.files.output import (
     write_whole,
 )
 from fegear.files.version import package_version
+from fegear.fmu import FmuMesh, write_fmu
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.statics.excitation import StiffnessSource
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.studies.modes import FE_SETTINGS, mean_stiffnesses
-from fegear.studies.page import Page, RowTable, cell
+from fegear.studies.page import Page, RowTable, cell, number
 from fegear.studies.study import (
     NO_PICTURES,
     Job,
     Study,
     StudyResult,
     Task,
+    display_name,
     group,
     refuse_given,
     setting,
     setting_of,
 )
 from fegear.studies.table import Table
-from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting
+from fegear.studies.trains import (
+    GearSetRef,
+    chosen_torque,
+    mesh_index,
+    torque_setting,
+)
 from fegear.train.lumped_models import LumpedModel
+from lumped.common.checks import require_present
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.train import Train
 
-MODELS = (".mat", ".npz", ".json")  # endings of names
+MODELS = (".mat", ".npz", ".json", FMU)  # endings of names
+SPRINGS = 1  # model of the mesh in an FMU: every tooth pair with stiffness and gap
 # of the entries of a file; of matrices per row, and per column of stiffness and damping
 UNITS = {
     "M": "kg m2 of rotations, kg of translations",
@@ -72,7 +85,8 @@ class ModelExport(
 
     M x'' + C x' + K x = load, about the mean mesh stiffness. Row i of mesh_vectors
     times x is the deflection of mesh i, from which models with varying mesh stiffness
-    are built.
+    are built. With --mesh, an FMU (FMI 2.0, co-simulation) of one mesh, whose torques
+    follow from angles and speeds of its gears.
     """
 
     pictures = NO_PICTURES
@@ -82,6 +96,11 @@ class ModelExport(
 
     gear_set: GearSetRef
     torque: float | None = torque_setting()
+    mesh: int | None = setting(
+        None,
+        "Number of the mesh, counted from 1, that an .fmu contains, with the stiffness "
+        "of tooth pairs by finite elements. [default: none]",
+    )
     translations: bool = setting_of(
         LumpedModel, "translations", option="--translations"
     )
@@ -102,7 +121,8 @@ class ModelExport(
 
     def tasks(self) -> Iterator[Task]:
         gears = self.gears
-        if self.stiffness == "given" and all(m.mean_stiffness for m in gears.meshes):
+        is_given = all(m.mean_stiffness for m in gears.meshes)
+        if self.stiffness == "given" and is_given and self.mesh is None:
             reason = "the gear set gives all stiffness parameters, nothing is solved"
             refuse_given(self.source, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
         yield Task("model", partial(self._model, gears))
@@ -114,9 +134,33 @@ class ModelExport(
         train = train_of(gears, torque, self.translations, self.damping_ratio)
         modes = natural_modes(train, [value for value, _ in stiffnesses])
         origins = [origin for _, origin in stiffnesses]
+        fmu_mesh = None if self.mesh is None else self._fmu_mesh(gears, train, torque)
         warnings = (*gear_set_warnings(gears),)
         return ModelExportResult(
-            self, gears.name, torque, train, modes, origins, warnings
+            self, gears.name, torque, train, modes, origins, fmu_mesh, warnings
+        )
+
+    def _fmu_mesh(self, gears: GearSet, train: Train, torque: float) -> FmuMesh:
+        """The mesh with its tooth pairs at the torque on its driver."""
+        index = mesh_index(gears, require_present(self.mesh, "mesh"))
+        on_driver = mesh_torques_at(gears, torque)[index]
+        source = Excitations(self.source)
+        excitation = source.mesh_excitation(gears, index, on_driver, SPRINGS)
+        mesh = train.meshes[index]
+        pair = train.gears[mesh.driver], train.gears[mesh.driven]
+        reduced_mass = 1.0 / sum(gear.base_radius**2 / gear.inertia for gear in pair)
+        critical = 2.0 * math.sqrt(excitation.mean_stiffness * reduced_mass)
+        return FmuMesh(
+            excitation=excitation,
+            driver_teeth=pair[0].teeth,
+            base_radii=(pair[0].base_radius, pair[1].base_radius),
+            backlash=mesh.backlash,
+            damping=train.damping_ratio * critical,
+            phase=mesh.phase,
+            description=(
+                f"{gears.name}, mesh {self.mesh}: {pair[0].name} drives "
+                f"{pair[1].name}, tooth pairs at {on_driver:g} N m on the driver"
+            ),
         )
 
 
@@ -126,6 +170,7 @@ class ModelExportResult(StudyResult):
 
     torque : on the input gear [N m]
     origins : of the mean stiffness of each mesh, in words
+    fmu_mesh : what an FMU contains, if it was asked for
     """
 
     study: ModelExport
@@ -134,6 +179,7 @@ class ModelExportResult(StudyResult):
     train: Train
     modes: Modes
     origins: list[str]
+    fmu_mesh: FmuMesh | None = None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -238,9 +284,14 @@ class ModelExportResult(StudyResult):
         return coordinates.labels, values.tolist()
 
     def write(self, path: str | Path) -> None:
-        """Write the model by the ending of the path, .mat, .npz or .json."""
+        """Write the model by the ending of the path, .mat, .npz, .json or .fmu."""
         target = path_of(path)
         require_ending(target, MODELS)
+        if (target.suffix.lower() == FMU) != (self.fmu_mesh is not None):
+            option = display_name(self.study, "mesh")
+            raise InputError(
+                f"{target}: an {FMU} needs {option}, others have all meshes"
+            )
         WRITERS.get(target.suffix.lower(), _write_json)(target, self)
 
     def page(self) -> Page:
@@ -248,6 +299,11 @@ class ModelExportResult(StudyResult):
             f"{self.gear_set}, {self.torque:g} N m on the input gear: "
             f"{len(self.coordinates)} coordinates, M x'' + C x' + K x = load"
         )
+        if self.fmu_mesh is not None:
+            yield (
+                f"FMU of {self.fmu_mesh.description}, "
+                f"damping {number(self.fmu_mesh.damping)} N s/m"
+            )
         names = "mesh_stiffness_N_per_m", "static_mesh_force_N"
         stiffness, force = (self.arrays[name] for name in names)
         rows = [
@@ -296,5 +352,14 @@ def _write_json(path: Path, result: ModelExportResult) -> None:
     write_whole(path, lambda beside: beside.write_bytes(text.encode()))
 
 
+def _write_fmu(path: Path, result: ModelExportResult) -> None:
+    """The mesh of the study as an FMU."""
+    write_fmu(path, require_present(result.fmu_mesh, "fmu_mesh"))
+
+
 Writer = Callable[[Path, ModelExportResult], None]
-WRITERS: Mapping[str, Writer] = {".mat": _write_matlab, ".npz": _write_npz}
+WRITERS: Mapping[str, Writer] = {
+    ".mat": _write_matlab,
+    ".npz": _write_npz,
+    FMU: _write_fmu,
+}

@@ -18,6 +18,7 @@ from fegear.files.output import write_text
 from fegear.files.toml import toml_value
 from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.solving import StaticsSettings, solve_mesh
 from fegear.studies.page import Page, heading
 from fegear.studies.stiffness import at_torque, table_warnings
@@ -116,7 +117,7 @@ class MachineFromGears(
         entries = at_torque(solved, 0)
         row = {name: entries[name] for name in OF_MESH}
         assembly = pair.assembly(row["mean_stiffness_N_per_m"])
-        warnings = table_warnings(solved)
+        warnings = [*gear_set_warnings(pair.gear_set), *table_warnings(solved)]
         return MachineOfGearsResult(
             self, assembly, pair.figures | row, list(pair.inferences), warnings
         )
@@ -140,11 +141,11 @@ class Pair:
 
     @property
     def radius(self) -> float:
-        return self.gears[0].geometry.base_radius
+        return abs(self.gears[0].geometry.base_radius)
 
     @property
     def ratio(self) -> float:
-        return self.radius / self.gears[1].geometry.base_radius
+        return self.radius / abs(self.gears[1].geometry.base_radius)
 
     @property
     def inertia(self) -> float:

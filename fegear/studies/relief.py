@@ -3,81 +3,98 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fegear.files.codes import with_code
 from fegear.files.errors import InputError
-from fegear.files.output import write_text
-from fegear.files.toml import toml_text
-from fegear.gearset.model import ReliefShape
+from fegear.files.output import INTO_PICTURE
+from fegear.gearset.model import GearSet, ReliefShape
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
 from fegear.statics.best_relief import (
-    MICRO,
     PLACES,
     BestRelief,
-    Objective,
     ReliefProblem,
     find_best_relief,
-    objective_value,
-    peak_to_peak,
     relief_ranges,
     starting_designs,
+    without_idle_reliefs,
 )
+from fegear.statics.excitation import StiffnessSource
+from fegear.statics.relief_front import relief_front
+from fegear.statics.relief_objective import (
+    MICRO,
+    Objective,
+    ReliefObjective,
+    peak_to_peak,
+)
+from fegear.statics.relief_tolerance import tolerance_band
 from fegear.statics.solving import StaticsSettings, contact_problem, solve_mesh
-from fegear.studies.page import Columns, Page, RowTable, cell
+from fegear.studies.relief_result import ReliefResult
+from fegear.studies.relief_vibration import VibrationBest, VibrationSearch
 from fegear.studies.stiffness import table_warnings
 from fegear.studies.study import (
     PLOT,
-    Draw,
     Job,
     SettingsGroup,
     Study,
-    StudyResult,
     Task,
     expose,
     group,
     setting,
 )
-from fegear.studies.table import Table
 from fegear.studies.trains import (
     DEFAULT_PAIR,
     GearSetRef,
     chosen_torques,
     mesh_index,
     mesh_setting,
+    refuse_both,
+    rpms_setting,
+    speeds_setting,
     torques_setting,
+    with_frequencies,
 )
+from fegear.train.lumped_models import LumpedModel
 from lumped.common.options import Range
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+Array = NDArray[np.float64]
+Goal = Literal["largest", "mean", "harmonics", "vibration"]
+STATIC_GOALS: tuple[Objective, ...] = ("largest", "mean", "harmonics")
 SHOWN_TORQUES = 41  # of the figure
 MAX_OVER_ERROR = 2.0  # default largest relief over the largest transmission error
+MAX_ORDER = 64
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings, exposed=expose("positions", "plane", "resolution")
 )
 MORE = {
     "torques": "Write the peak to peak at each torque, before and after, to this CSV "
-    "file."
+    "file.",
+    "pareto": "Write the compromises between the lowest and the highest torque to this "
+    "CSV file; needs --compromises.",
 }
-DESIGN: Columns = {
-    "relief": lambda row: row["relief"],
-    "magnitude\num": cell("magnitude_um", 4),
-    "length\nbase pitches": cell("length_pitches", 4),
-    "p-p of STE\nper um [um]": cell("peak_to_peak_per_um", 3),
+PICTURES = PLOT | {
+    "front": "Draw the compromises between the lowest and the highest torque "
+    f"{INTO_PICTURE}; needs --compromises."
 }
-TORQUES: Columns = {
-    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
-    "p-p of STE\nbefore [um]": cell("before_um", 4),
-    "p-p of STE\nafter [um]": cell("after_um", 4),
-}
+
+
+def _orders(text: str) -> tuple[int, ...]:
+    try:
+        orders = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError("allowed are whole numbers, such as 1,2,3") from None
+    if not all(1 <= order <= MAX_ORDER for order in orders):
+        raise ValueError(f"allowed 1 to {MAX_ORDER}")
+    return tuple(sorted(set(orders)))
+
+
+def _orders_text(orders: tuple[int, ...]) -> str:
+    return ",".join(map(str, orders))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,12 +106,13 @@ class ReliefDesign(
     """Profile relief of least transmission error over torque.
 
     Magnitude and length of the reliefs of both gears are sought together, from several
-    starts, so that the objective is least: the largest, or the mean, peak to peak of
-    the static transmission error at the torques. Reliefs that the gear set has at these
-    places are replaced.
+    starts, so that the objective is least: peak to peak or harmonics of the static
+    transmission error at the torques, or the vibration over a band of speeds. Reliefs
+    that the gear set has at these places are replaced.
     """
 
-    pictures = PLOT
+    partial = True
+    pictures = PICTURES
     more_tables = MORE
     output = "Write the gear set with its best relief to this TOML file."
     endings = (".toml",)
@@ -102,10 +120,32 @@ class ReliefDesign(
     gear_set: GearSetRef = DEFAULT_PAIR
     mesh: int = mesh_setting()
     torque: tuple[float, ...] = torques_setting("driving gear of the mesh")
-    objective: Objective = setting(
+    objective: Goal = setting(
         "largest",
-        "Peak to peak of the static transmission error to minimise. largest: that of "
-        "the worst torque; mean: the mean of all torques.",
+        "Quantity to minimise. largest: peak to peak of the static transmission error "
+        "at the worst torque; mean: the mean peak to peak of all torques; harmonics: "
+        "root of the sum of squares of amplitudes of some harmonics of the static "
+        "transmission error, at the worst torque; vibration: largest RMS of the "
+        "dynamic transmission error over speeds, by sweeps of the coupled model.",
+    )
+    harmonics: tuple[int, ...] = setting(
+        (1, 2, 3),
+        "Orders of the mesh frequency, with commas, of the objective harmonics.",
+        metavar="N,N",
+        parse=_orders,
+        write=_orders_text,
+    )
+    speeds: tuple[float, ...] = speeds_setting(
+        (),
+        "Mesh frequencies of the first mesh [Hz] of the objective vibration. [default: "
+        "none]",
+    )
+    rpm: tuple[float, ...] = rpms_setting("--speeds")
+    designs: int = setting(
+        40,
+        "Largest number of designs whose vibration is computed, each by a sweep up "
+        "and down at every torque.",
+        Range(1, 10000),
     )
     shape: ReliefShape = setting("linear", "Depth of the reliefs over the roll angle.")
     root: bool = setting(False, "Seek root reliefs as well as tip reliefs.")
@@ -117,99 +157,310 @@ class ReliefDesign(
         option="--max-relief-um",
     )
     starts: int = setting(
-        12, "Number of designs from which searches start.", Range(1, 64)
+        5, "Number of designs from which searches start.", Range(1, 64)
+    )
+    compromises: int = setting(
+        0,
+        "Number of compromises between the peak to peak at the lowest and at the "
+        "highest torque to seek.",
+        Range(0, 101),
+    )
+    relief_tolerance_um: float = setting(
+        0.0,
+        "Deviation of the magnitudes [um], uniform within plus and minus this, whose "
+        "effect on the objective is computed.",
+        Range(0.0, below=1e3),
+        option="--relief-tolerance-um",
+    )
+    length_tolerance: float = setting(
+        0.0,
+        "The same of the lengths [base pitches].",
+        Range(0.0, below=1.0),
+        option="--length-tolerance",
     )
     elements: StaticsSettings = group(ELEMENTS)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_both(self, "speeds", "rpm")
+
+    def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        defaults = {field.name: field.default for field in fields(self)}
+        for name, reason in self._idle():
+            if name in outputs or getattr(self, name, None) != defaults.get(name):
+                yield name, reason
+
+    def _idle(self) -> Iterator[tuple[str, str]]:
+        """Yield settings and outputs that need another setting."""
+        if self.objective != "harmonics":
+            yield "harmonics", "needs {objective} harmonics"
+        if self.objective != "vibration":
+            for name in ("speeds", "rpm", "designs"):
+                yield name, "needs {objective} vibration"
+        else:
+            for name in ("relief_tolerance_um", "length_tolerance"):
+                yield name, "needs another {objective}"
+        if not self.compromises:
+            for name in ("pareto", "front"):
+                yield name, "needs {compromises}"
+
     def tasks(self) -> Iterator[Task]:
-        gears = self.gear_set.loaded
-        index = mesh_index(gears, self.mesh)
-        torques = chosen_torques(gears, self.torque, self.mesh)
-        if self.gear_set.preloaded is not None:
+        study = with_frequencies(self, {"speeds": self.rpm})
+        gears = study.gear_set.loaded
+        index = mesh_index(gears, study.mesh)
+        torques = chosen_torques(gears, study.torque, study.mesh)
+        if study.gear_set.preloaded is not None:
             raise InputError(f"gear_set = {gears.name}; needs a gear set by its name")
-        yield Task("relief", partial(self._find, index, torques))
+        if study.objective == "vibration" and not study.speeds:
+            raise InputError("speeds is missing; objective = vibration needs a band")
+        if study.compromises and len(torques) < 2:
+            raise InputError(
+                f"compromises = {study.compromises}; needs two torques or more"
+            )
+        if study.objective == "harmonics":
+            study._require_resolved()
+        yield Task("relief", partial(study._find, index, torques))
+
+    def _require_resolved(self) -> None:
+        """Raise InputError for a harmonic that the positions do not resolve."""
+        most = (self.elements.positions - 1) // 2
+        if self.harmonics[-1] > most:
+            raise InputError(
+                f"harmonics = {_orders_text(self.harmonics)}; at most {most} with "
+                f"positions = {self.elements.positions}"
+            )
 
     def _find(self, index: int, torques: tuple[float, ...], job: Job) -> ReliefResult:
+        """Find the best reliefs of a mesh, by its index, at torques [N m]."""
         gears, settings = self.gear_set.loaded, self.elements
         quick = replace(settings, estimate_error=False, root_stress=False)
-        before = solve_mesh(gears, index, torques, quick, job.report)
-        contact = contact_problem(gears, index, settings)
-        places = PLACES if self.root else PLACES[:2]
-        without: dict[str, Any] = {f"{place}_relief": None for place in places}
-        bare = replace(contact, **without)
-        largest = float(np.abs(before.cycle.ste).max())
-        problem = ReliefProblem(
-            contact=bare,
-            ranges=relief_ranges(bare, places),
-            torques=np.array(torques),
-            positions=np.arange(settings.positions) / settings.positions,
-            max_magnitude=MICRO * self.max_relief_um
-            if self.max_relief_um
-            else MAX_OVER_ERROR * largest,
-            shape=self.shape,
+        before = solve_mesh(gears, index, torques, quick, job.report).cycle.ste
+        problem = self._problem(index, torques, float(np.abs(before).max()))
+        objective = self._static(
+            "largest" if self.objective == "vibration" else self.objective
         )
-        best = find_best_relief(
-            problem,
-            starting_designs(problem, self.starts),
-            self.objective,
-            partial(job.report, "searches"),
-        )
-        reliefs = _reliefs(problem, best)
-        edits = _edits(self.mesh, reliefs, self.shape)
-        tables = load_tables(self.gear_set.name, self.gear_set.overrides | edits)
+        best = self._searched(problem, objective, job)
+        vibration, design = None, best.design
+        if self.objective == "vibration":
+            vibration = self._vibrating(problem, best, index, torques, job)
+            design = vibration.design
+        complete = vibration is None or vibration.complete
+        front = self._front(problem, best, job) if complete else ((), 0)
+        evaluations = best.evaluations + front[1]
+        places = [entry.place for entry in problem.ranges]
+        if vibration is None:
+            problem, design, more = without_idle_reliefs(problem, design, objective)
+            evaluations += more
+        reliefs = _reliefs(problem, design, objective)
+        edits = _edits(self.mesh, places, reliefs, self.shape)
+        after = self.gear_set.changed(edits)
         shown = torques
         if len(torques) > 1:
             shown = tuple(np.linspace(min(torques), max(torques), SHOWN_TORQUES))
-        after = self.gear_set.changed(edits)
+        after_ste = _ste(after, index, torques, quick)
         return ReliefResult(
             study=self,
             gear_set=gears.name,
             reliefs=reliefs,
-            rows=_rows(torques, before.cycle.ste, _ste(after, index, torques, quick)),
+            before_um=self._over_pitches(before, objective) / MICRO,
+            after_um=self._over_pitches(after_ste, objective) / MICRO,
+            rows=_rows(torques, before, after_ste),
             shown=_rows(
                 shown,
                 _ste(gears, index, shown, quick),
                 _ste(after, index, shown, quick),
             ),
-            evaluations=best.evaluations,
+            evaluations=evaluations,
+            left_out=_left_out(places, reliefs),
+            max_magnitude_um=problem.max_magnitude / MICRO,
+            vibration=_vibration_entries(vibration),
+            front=list(front[0]),
+            tolerance=self._tolerance(problem, design, objective),
             warnings=[
                 *gear_set_warnings(after),
                 *table_warnings(solve_mesh(after, index, torques, settings)),
             ],
-            tables=tables,
+            tables=load_tables(self.gear_set.name, self.gear_set.overrides | edits),
+            complete=complete,
         )
+
+    def _problem(
+        self, index: int, torques: tuple[float, ...], largest: float
+    ) -> ReliefProblem:
+        """The sought reliefs; largest : transmission error [m]."""
+        places = PLACES if self.root else PLACES[:2]
+        contact = contact_problem(self.gear_set.loaded, index, self.elements)
+        without: dict[str, Any] = {f"{place}_relief": None for place in places}
+        bare = replace(contact, **without)
+        return ReliefProblem(
+            contact=bare,
+            ranges=relief_ranges(bare, places),
+            torques=np.array(torques),
+            positions=np.arange(self.elements.positions) / self.elements.positions,
+            max_magnitude=MICRO * self.max_relief_um
+            if self.max_relief_um
+            else MAX_OVER_ERROR * largest,
+            shape=self.shape,
+        )
+
+    def _static(self, name: Objective) -> ReliefObjective:
+        return ReliefObjective(name, self.harmonics)
+
+    def _over_pitches(self, ste: Array, objective: ReliefObjective) -> float:
+        """Objective [m] of transmission errors over one base pitch or several."""
+        pitches = ste.shape[1] // self.elements.positions
+        orders = tuple(pitches * order for order in objective.harmonics)
+        return replace(objective, harmonics=orders).of(ste)
+
+    def _searched(
+        self, problem: ReliefProblem, objective: ReliefObjective, job: Job
+    ) -> BestRelief:
+        starts = starting_designs(problem, self.starts)
+        return find_best_relief(
+            problem, starts, objective, partial(job.report, "searches")
+        )
+
+    def _vibrating(
+        self,
+        problem: ReliefProblem,
+        best: BestRelief,
+        index: int,
+        torques: tuple[float, ...],
+        job: Job,
+    ) -> VibrationBest:
+        """Begin with the best of each static objective, that of `best` first."""
+        others = STATIC_GOALS[1:]
+        if (self.elements.positions - 1) // 2 < self.harmonics[-1]:
+            others = others[:1]
+        static = {"largest": best.design} | {
+            name: self._searched(problem, self._static(name), job).design
+            for name in others
+        }
+        elements = self.elements
+        stiffness = StiffnessSource(
+            plane=elements.plane, resolution=elements.resolution
+        )
+
+        def changed(design: Array) -> GearSet:
+            reliefs = _reliefs(problem, design, None)
+            places = [entry.place for entry in problem.ranges]
+            edits = _edits(self.mesh, places, reliefs, self.shape)
+            return self.gear_set.changed(edits)
+
+        search = VibrationSearch(
+            changed=changed,
+            bounds=np.array(problem.bounds),
+            model=LumpedModel(number="auto", stiffness=stiffness),
+            index=index,
+            torques=torques,
+            speeds=self.speeds,
+            limit=self.designs,
+            job=job,
+        )
+        return search.find(self.gear_set.loaded, static)
+
+    def _front(
+        self, problem: ReliefProblem, best: BestRelief, job: Job
+    ) -> tuple[list[dict[str, Any]], int]:
+        if not self.compromises:
+            return [], 0
+        points, evaluations = relief_front(
+            problem,
+            self._static("largest"),
+            self.compromises,
+            (best.design,),
+            partial(job.report, "compromises"),
+        )
+        count = len(problem.ranges)
+        return [
+            {
+                "lowest_um": float(point.measures[0]) / MICRO,
+                "highest_um": float(point.measures[1]) / MICRO,
+                "magnitudes_um": point.design[:count].tolist(),
+                "lengths_pitches": point.design[count:].tolist(),
+            }
+            for point in points
+        ], evaluations
+
+    def _tolerance(
+        self, problem: ReliefProblem, design: Array, objective: ReliefObjective
+    ) -> dict[str, float] | None:
+        if not (self.relief_tolerance_um or self.length_tolerance):
+            return None
+        if not problem.ranges:  # the teeth are best without relief
+            return None
+        limits = MICRO * self.relief_tolerance_um, self.length_tolerance
+        band = tolerance_band(problem, design, objective, *limits)
+        return {
+            "nominal_um": band.nominal / MICRO,
+            "by_derivatives_um": band.first_order / MICRO,
+            "by_solutions_um": band.solved / MICRO,
+            "difference": band.difference,
+            "samples": band.samples,
+        }
+
+
+def _vibration_entries(best: VibrationBest | None) -> dict[str, Any] | None:
+    if best is None:
+        return None
+    bands = {"before": best.before, "static": best.static, "after": best.best}
+    return {
+        "speeds_Hz": list(best.before.speeds),
+        **{f"{name}_um": _micro(band.rms) for name, band in bands.items()},
+        **{f"peak_{name}_um": band.peak / MICRO for name, band in bands.items()},
+        "designs": best.designs,
+        "sweeps": best.sweeps,
+    }
+
+
+def _micro(values: tuple[float, ...]) -> list[float]:
+    return [value / MICRO for value in values]
 
 
 def _ste(gears: Any, index: int, torques: Any, settings: StaticsSettings) -> Any:
     return solve_mesh(gears, index, torques, settings).cycle.ste
 
 
-def _reliefs(problem: ReliefProblem, best: BestRelief) -> list[dict[str, Any]]:
-    """Sought reliefs with rounded sizes, and what a micrometre more would change."""
+def _reliefs(
+    problem: ReliefProblem, design: Array, objective: ReliefObjective | None
+) -> list[dict[str, Any]]:
+    """Sought reliefs with rounded sizes, and what a micrometre more would change.
+
+    objective : that changes, at the worst torque
+    """
     count = len(problem.ranges)
-    ste, slopes = problem.ste(best.design)
-    worst = int(np.argmax(peak_to_peak(ste)))
-    ends = int(np.argmax(ste[worst])), int(np.argmin(ste[worst]))
-    change = (slopes[worst, ends[0]] - slopes[worst, ends[1]]) / MICRO
+    change = np.zeros(2 * count)
+    if objective is not None:
+        ste, slopes = problem.ste(design)
+        worst = int(np.argmax(objective.measures(ste)))
+        change = objective.slopes(ste, slopes)[worst] / MICRO
     return [
         {
             "relief": f"{entry.place}_relief",
-            "magnitude_um": round(float(best.design[i]), 2),
-            "length_pitches": round(float(best.design[count + i]), 4),
-            "peak_to_peak_per_um": float(change[i]),
+            "magnitude_um": round(float(design[i]), 2),
+            "length_pitches": round(float(design[count + i]), 4),
+            "objective_per_um": float(change[i]),
         }
         for i, entry in enumerate(problem.ranges)
     ]
 
 
+def _left_out(places: list[str], reliefs: list[dict[str, Any]]) -> list[str]:
+    """Reliefs at places that are not among those of the result."""
+    names = {relief["relief"] for relief in reliefs}
+    return [name for place in places if (name := f"{place}_relief") not in names]
+
+
 def _edits(
-    mesh: int, reliefs: list[dict[str, Any]], shape: ReliefShape
+    mesh: int, places: list[str], reliefs: list[dict[str, Any]], shape: ReliefShape
 ) -> dict[str, Any]:
-    """Keys of the gear set that give the reliefs, in place of those for both gears."""
+    """Keys of the gear set that give the reliefs, in place of all others at places."""
     edits: dict[str, Any] = {}
-    for relief in reliefs:
-        both = relief["relief"].partition("_")[2]
-        edits[f"mesh.{mesh}.{both}.magnitude_um"] = 0
+    for place in places:
+        both = place.partition("_")[2]
+        edits[f"mesh.{mesh}.{both}_relief.magnitude_um"] = 0
+    for name in _left_out(places, reliefs):
+        edits[f"mesh.{mesh}.{name}.magnitude_um"] = 0
     for relief in reliefs:
         key = f"mesh.{mesh}.{relief['relief']}"
         edits[f"{key}.magnitude_um"] = relief["magnitude_um"]
@@ -229,111 +480,3 @@ def _rows(torques: Any, before: Any, after: Any) -> list[dict[str, float]]:
         }
         for torque, one, two in ranges
     ]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ReliefResult(StudyResult):
-    """Best reliefs, and what they do.
-
-    reliefs : place, size and sensitivity of each
-    rows : peak to peak of the transmission error at the torques, before and after
-    shown : the same at the torques of the figure
-    evaluations : solutions of the mesh cycle during the search
-    tables : of the gear set with the reliefs, as in its file
-    """
-
-    study: ReliefDesign
-    gear_set: str
-    reliefs: list[dict[str, Any]]
-    rows: list[dict[str, float]]
-    shown: list[dict[str, float]]
-    evaluations: int
-    warnings: list[str]
-    tables: dict[str, Any]
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        return {
-            "gear_set": self.gear_set,
-            "mesh": self.study.mesh,
-            "objective": self.study.objective,
-            "objective_before_um": self._objective("before_um"),
-            "objective_after_um": self._objective("after_um"),
-            "reliefs": self.reliefs,
-            "torques": self.rows,
-            "starts": self.study.starts,
-            "evaluations": self.evaluations,
-            "warnings": [*self.warnings, *self._worse()],
-        }
-
-    def _worse(self) -> Iterator[str]:
-        """Yield a warning where the gear set was as good before."""
-        before, after = self._objective("before_um"), self._objective("after_um")
-        if after >= before:
-            text = f"no relief within the limits gives less than {before:.4g} um"
-            yield with_code("W28", text)
-
-    def _objective(self, name: str) -> float:
-        values = np.array([row[name] for row in self.rows])
-        return objective_value(values, self.study.objective)
-
-    @property
-    def more_tables(self) -> dict[str, Table]:
-        return {"torques": self._torques}
-
-    @property
-    def _torques(self) -> Table:
-        """A row for every torque."""
-        names = "torque_Nm", "peak_to_peak_before_m", "peak_to_peak_after_m"
-        rows = [
-            [row["torque_Nm"], MICRO * row["before_um"], MICRO * row["after_um"]]
-            for row in self.rows
-        ]
-        header = {
-            row["relief"]: f"{row['magnitude_um']} um, {row['length_pitches']} pitches"
-            for row in self.reliefs
-        }
-        return Table(names, lambda: rows, header | self.study.gear_set.entries)
-
-    @property
-    def text(self) -> str:
-        """Text of the gear-set file with the reliefs."""
-        return toml_text(self.tables)
-
-    def write(self, path: str | Path) -> None:
-        """Write the gear-set file."""
-        write_text(path, self.text)
-
-    @property
-    def figures(self) -> Mapping[str, Draw]:
-        return {"plot": self._draw}
-
-    def _draw(self) -> Figure:
-        from lumped.figures.drawing import panels
-
-        figure, ((axes,),) = panels(1, size=(8.0, 4.5))
-        torques = [row["torque_Nm"] for row in self.shown]
-        single = "o" if len(torques) == 1 else ""
-        for name, label in (("before_um", "before"), ("after_um", "best relief")):
-            values = [row[name] for row in self.shown]
-            axes.plot(torques, values, marker=single, label=label)
-        axes.set_xlabel("torque on the driving gear [N m]")
-        axes.set_ylabel("peak to peak of the static\ntransmission error [um]")
-        axes.set_ylim(bottom=0.0)
-        axes.legend(fontsize=8)
-        axes.set_title(f"{self.gear_set}, mesh {self.study.mesh}")
-        return figure
-
-    def page(self) -> Page:
-        values = self.summary
-        yield (
-            "{gear_set} mesh {mesh}, {objective} peak to peak of the static "
-            "transmission error {objective_before_um:.4g} um before, "
-            "{objective_after_um:.4g} um after"
-        ).format_map(values)
-        yield RowTable(self.reliefs, DESIGN, "Best relief", ("relief",))
-        yield RowTable(self.rows, TORQUES, "At the torques", ())
-        yield (
-            f"{values['starts']} searches, {values['evaluations']} solutions of the "
-            "mesh cycle"
-        )

@@ -26,7 +26,6 @@ from fegear.statics.plausibility import (
     check_warnings,
     plausibility_warnings,
     tip_warnings,
-    undercut_warnings,
 )
 from fegear.statics.solving import (
     CORNERS,
@@ -413,16 +412,14 @@ def table_warnings(solved: StaticsResult) -> list[str]:
             pressure=_finite_pressure(solved, t),
         )
     ]
-    cut = undercut_warnings(solved.mesh + 1, solved.problem.pair)
-    return [*cut, *_tip_lines(solved), *(unphysical or _evidence_warnings(solved))]
+    return [*_tip_lines(solved), *(unphysical or _evidence_warnings(solved))]
 
 
 def _tip_lines(solved: StaticsResult) -> Iterator[str]:
     """Warnings of tips that meet the edge of an undercut, at the largest torque."""
     t, pair = int(np.abs(solved.cycle.torque).argmax()), solved.problem.pair
     torque, closed = solved.cycle.torque[t], solved.cycle.ste[t].max()
-    where = f"mesh {solved.mesh + 1} at {torque:g} N m"
-    yield from tip_warnings(where, pair, float(closed))
+    yield from tip_warnings(solved.mesh + 1, torque, pair, float(closed))
 
 
 def _finite_pressure(solved: StaticsResult, t: int) -> float:

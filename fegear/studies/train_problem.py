@@ -11,7 +11,6 @@ from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
-from fegear.statics.plausibility import undercut_warnings
 from fegear.studies.driver_speed import with_driver_speed
 from fegear.studies.headings import title_of
 from fegear.studies.study import (
@@ -121,8 +120,6 @@ class TrainProblem(Problem):
         systems : by torque on the input gear [N m]
         """
         yield from gear_set_warnings(self.gears)
-        for number, mesh in enumerate(self.gears.meshes, start=1):
-            yield from undercut_warnings(number, mesh.pair)
         for torque in systems:
             yield from table_warnings(self.model.stiffness, self.gears, torque)
         yield from static_warnings(systems)

@@ -122,6 +122,7 @@ class Convergence(NamedTuple):
     error_bound (m,) error of the deflection by the integrator in a period [m]
     scale (m,) range of deflection that distances are relative to [m]
     counts (3,) common periods passed, period multiple, consecutive confirmations of it
+    earlier_steps : steps between sections, of which the largest must exceed the last
     accept_immediately : whether sections that are the same but for round-off need no
         confirmation, as after a long common period
     """
@@ -134,6 +135,7 @@ class Convergence(NamedTuple):
     error_bound: Array
     scale: Array
     counts: Array
+    earlier_steps: int
     accept_immediately: bool
 
     @property

@@ -136,7 +136,7 @@ def find_multiple(convergence):
             continue
         is_round_off = d <= max(ROUNDOFF_TOLS * tolerance, noise)
         if not is_round_off:
-            if d >= section_distance(convergence, previous, before, before, 0.0):
+            if d >= largest_earlier_step(convergence, p):
                 continue  # it does not shrink
             second_difference = section_distance(
                 convergence, newest, previous, before, 1.0
@@ -146,6 +146,21 @@ def find_multiple(convergence):
         if is_minimal_multiple(convergence, p):
             return p, is_round_off
     return 0, False
+
+
+@inlined
+def largest_earlier_step(convergence, p):
+    """Largest of the steps over p periods that led to the last one."""
+    sections, period = convergence.sections, convergence.counts[PERIOD]
+    slots, largest = sections.shape[0], 0.0
+    for n in range(1, convergence.earlier_steps + 1):
+        if (n + 1) * p > min(period, slots - 1):
+            break
+        end, start = period - n * p, period - (n + 1) * p
+        one, two = sections[end % slots], sections[start % slots]
+        step = section_distance(convergence, one, two, two, 0.0)
+        largest = max(largest, step)
+    return largest
 
 
 @inlined

@@ -19,6 +19,7 @@ class SteadySettings:
     """Criteria for a periodic motion, independent of the integrator."""
 
     min_periods: ClassVar[int]
+    earlier_steps: ClassVar[int] = 1
     tolerance: float = option(
         1e-4,
         "Relative tolerance of the steady state: distance to the periodic motion over "

@@ -345,5 +345,6 @@ def new_convergence(
         error_bound=np.zeros(meshes),
         scale=np.empty(meshes),
         counts=np.zeros(3, np.int64),
+        earlier_steps=settings.earlier_steps,
         accept_immediately=cycles >= LONG_COMMON_PERIOD,
     )

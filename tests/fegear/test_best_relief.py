@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,13 +16,19 @@ import fegear
 from fegear.contact.cycle import TORQUE
 from fegear.contact.problem import candidate_pairs, solve_cycle, solve_pairs
 from fegear.files.toml import toml_text
+from fegear.gearset.edit import edited
 from fegear.gearset.model import Relief
+from fegear.gearset.read import load_tables
 from fegear.statics.best_relief import (
     ReliefProblem,
     find_best_relief,
-    peak_to_peak,
     relief_ranges,
     starting_designs,
+    without_idle_reliefs,
+)
+from fegear.statics.relief_objective import (
+    ReliefObjective,
+    peak_to_peak,
 )
 from fegear.statics.solving import StaticsSettings, contact_problem
 from fegear.studies.trains import GearSetRef
@@ -71,16 +78,18 @@ def test_slopes_of_the_load_add_up_to_the_local_stiffness(contact):
     np.testing.assert_allclose(total, cycle.local_stiffness, rtol=1e-12)
 
 
-def test_derivatives_of_smooth_reliefs_are_close_to_differences(contact):
-    """They leave out that relief turns the normal, an effect of 4 % here."""
-    problem = relief_problem(contact, "parabolic")
+@pytest.mark.parametrize(("nodes", "tolerance"), [(25, 0.02), (101, 0.004)])
+def test_derivatives_approach_differences_with_finer_nodes(contact, nodes, tolerance):
+    """Nodes follow the point of contact, which derivatives leave out: 0.009, 0.002."""
+    problem = relief_problem(replace(contact, nodes=nodes), "parabolic")
+    problem = replace(problem, torques=np.array([100.0]))
     design = np.array([8.0, 7.0, 0.4, 0.35])
     _, slopes = problem.ste(design)
-    for i, step in enumerate([1e-2, 1e-2, 1e-3, 1e-3]):
+    for i, step in enumerate([1e-3, 1e-3, 1e-4, 1e-4]):
         ends = [problem.ste(design + s * step * np.eye(4)[i])[0] for s in (1, -1)]
         difference = (ends[0] - ends[1]) / (2.0 * step)
         largest = np.abs(difference).max()
-        assert np.abs(difference - slopes[..., i]).max() < 0.06 * largest
+        assert np.abs(difference - slopes[..., i]).max() < tolerance * largest
 
 
 def test_flanks_without_relief_have_no_derivatives(contact):
@@ -96,13 +105,14 @@ def test_flanks_without_relief_have_no_derivatives(contact):
 @pytest.mark.parametrize("objective", ["largest", "mean"])
 def test_no_design_of_a_grid_is_better_by_one_per_cent(contact, objective):
     problem = relief_problem(contact)
-    found = find_best_relief(problem, starting_designs(problem, 12), objective)
+    goal = ReliefObjective(objective)
+    found = find_best_relief(problem, starting_designs(problem, 5), goal)
     reduce = np.max if objective == "largest" else np.mean
     grid = itertools.product(*(np.linspace(*ends, 6) for ends in problem.bounds))
     values = [reduce(peak_to_peak(problem.ste(np.array(x))[0])) for x in grid]
     assert found.value < 1.01 * min(values)
-    assert found.evaluations < len(values) / 5
-    assert found.value == pytest.approx(reduce(found.peak_to_peak), rel=1e-12)
+    assert found.evaluations < len(values) / 15
+    assert found.value == pytest.approx(reduce(found.measures), rel=1e-12)
 
 
 def test_designs_to_start_from_are_within_bounds_and_the_same(contact):
@@ -130,18 +140,79 @@ def test_the_written_gear_set_has_the_transmission_error_that_is_shown(tmp_path)
     assert max(after) < 0.7 * max(row["before_um"] for row in result.rows)
 
 
+@pytest.mark.parametrize("folder", ["sets", "elsewhere"])
+def test_the_written_gear_set_has_its_measured_profile(tmp_path, monkeypatch, folder):
+    monkeypatch.chdir(tmp_path)
+    for name in ("sets", "elsewhere"):
+        (tmp_path / name).mkdir()
+    edits = {"mesh.1.driver_profile.file": "flank.csv"}
+    tables = load_tables("liu-pair", {})
+    tables = edited(tables, edits)
+    (tmp_path / "sets/pair.toml").write_text(toml_text(tables))
+    (tmp_path / "sets/flank.csv").write_text(
+        "roll_angle_deg,deviation_um\n18,0\n22,-3\n26,-1\n"
+    )
+    study = fegear.ReliefDesign(
+        gear_set=GearSetRef(name="sets/pair.toml"),
+        torque=(100.0,),
+        starts=1,
+        elements=StaticsSettings(resolution="coarse", positions=8),
+    )
+    path = tmp_path / folder / "best.toml"
+    fegear.run(study).write(path)
+    profile = fegear.load_gear_set(path).meshes[0].driver_profile
+    assert profile == study.gear_set.loaded.meshes[0].driver_profile
+    file = tomllib.loads(path.read_text())["mesh"][0]["driver_profile"]["file"]
+    assert Path(file).is_absolute() == (folder == "elsewhere")
+
+
 def test_a_design_that_is_not_better_is_reported():
     study = fegear.ReliefDesign(
         gear_set=GearSetRef(
             name="liu-pair", edits=("mesh.1.tip_relief.magnitude_um=6",)
         ),
         torque=(100.0,),
-        max_relief_um=0.01,
+        max_relief_um=0.001,
         starts=1,
         elements=StaticsSettings(resolution="coarse", positions=16),
     )
-    (warning,) = fegear.run(study).summary["warnings"]
+    result = fegear.run(study)
+    (warning,) = result.summary["warnings"]
     assert warning.endswith(" um [W28]")
+    assert result.summary["reliefs"] == []
+    assert any("left out" in part for part in result.page() if isinstance(part, str))
+    left_out = result.summary["left_out"]
+    assert left_out == ["driver_tip_relief", "driven_tip_relief"]
+    written = fegear.make_gear_set(result.tables).meshes[0]
+    assert written.driver_tip_relief is written.driven_tip_relief is None
+
+
+def test_a_relief_that_ends_at_its_limit_is_told():
+    study = fegear.ReliefDesign(
+        torque=(100.0,), max_relief_um=3.0, starts=1, elements=COARSE
+    )
+    (warning,) = fegear.run(study).summary["warnings"]
+    assert "driven_tip_relief: the magnitude ends at the largest" in warning
+    assert warning.endswith("3 um, which --max-relief-um raises [W37]")
+
+
+def test_reliefs_without_effect_are_left_out(contact):
+    """One too small to count, and one whose mate is refined in its place."""
+    problem, objective = relief_problem(contact), ReliefObjective()
+    best = find_best_relief(problem, starting_designs(problem, 3), objective)
+    both, design, _ = without_idle_reliefs(problem, best.design, objective)
+    assert both.ranges == problem.ranges
+    np.testing.assert_array_equal(design, best.design)
+    alone = best.design * np.array([0.0, 1.0, 1.0, 1.0])
+    for size_um in (0.001, 0.1):
+        small = alone + np.array([size_um, 0.0, 0.0, 0.0])
+        fewer, design, solutions = without_idle_reliefs(problem, small, objective)
+        assert [entry.place for entry in fewer.ranges] == ["driven_tip"]
+        assert solutions >= 4
+        reached = objective.of(fewer.ste(design)[0])
+        before = objective.of(problem.ste(small)[0])
+        none = objective.of(replace(problem, ranges=()).ste(np.empty(0))[0])
+        assert reached <= before + 1e-3 * none
 
 
 WORDS = st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=8)

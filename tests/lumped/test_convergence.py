@@ -18,6 +18,13 @@ MULTIPLES = 8
 MOST = 40_000  # periods
 
 
+@pytest.fixture(params=[1, 3], autouse=True, ids="{}-earlier".format)
+def earlier_steps(request, monkeypatch):
+    """Steps with which the last one is compared, as of lumped models and others."""
+    monkeypatch.setattr(Settings, "earlier_steps", request.param)
+    return request.param
+
+
 def memory(shape, tolerance, noise=0.0, cycles=1):
     """Of coordinates (n,) that move one mesh, over a range of 1 m."""
     n, settings = len(shape), Settings(tolerance=tolerance, multiples=MULTIPLES)
@@ -160,6 +167,19 @@ def test_a_fast_mode_does_not_hide_a_slow_one():
     period, multiple = settle(way, shape=(1.0, 1.0))
     assert multiple == 1
     assert 0.01 * 0.99**period < 3e-4
+
+
+@pytest.mark.parametrize("angle", [0.86, 0.88, 1.12])
+def test_steps_of_an_ellipse_shrink_over_some_periods_alone(angle, earlier_steps):
+    """Parametric excitation turns a mode on an ellipse: every third step is longer."""
+    n, tolerance, rho = np.arange(2000), 1e-4, 0.8
+    turning = np.exp(2j * np.pi * angle * n)
+    ellipse = rho**n * (turning.real + 0.4j * turning.imag)
+    period, multiple = settle(0.3 + ellipse, tolerance)
+    assert multiple == 1
+    assert rho**period < 3.0 * tolerance
+    if earlier_steps == 3:
+        assert period < latest(rho * cmath.exp(2j * np.pi * angle), tolerance) + 10
 
 
 def test_no_number_never_settles():

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from conftest import make_gear
+from whole_gear import small_ring
 
 from meshes import MeshSize, sector_mesh
 from meshes.outline import half_sector_outline
@@ -23,6 +24,7 @@ GEARS = {
         30, 9e-3, pressure_angle=math.radians(28.0), rack_tip_radius=4e-4
     ),
     "large": make_gear(300, 40e-3),
+    "internal": small_ring(24),
 }
 
 
@@ -44,8 +46,9 @@ def test_moments_are_those_of_a_polygon_of_many_sides(gear):
         np.vstack([turn(sector, i * gear.pitch_angle) for i in range(gear.teeth)])
     )
     bore = gear.hub_radius
-    assert section_area(gear) == pytest.approx(area - math.pi * bore**2, rel=2e-6)
-    moment -= 0.5 * math.pi * bore**4
+    area = gear.sign * (area - math.pi * bore**2)
+    moment = gear.sign * (moment - 0.5 * math.pi * bore**4)
+    assert section_area(gear) == pytest.approx(area, rel=2e-6)
     assert section_polar_moment(gear) == pytest.approx(moment, rel=2e-6)
 
 

@@ -59,13 +59,15 @@ def record(model, state, contact, out, n):
 
 @compiled
 def assemble_rhs(newmark, damping, ratio, state, x, y):
-    """Right-hand side of a field's step, M x + (M ratio + K) y, (n, k).
+    """Right-hand side of a field's step, M x + (M ratio + K) y.
 
     damping : of mass and stiffness, Rayleigh's
+    x : sector array of `fegear.elasticity.cyclic_gear`; y : (unknowns, teeth)
     """
     alpha_f, weight_new = newmark.alpha_f, 1.0 - newmark.alpha_f
-    for i in range(x.shape[0]):
-        for k in range(x.shape[1]):
+    unknowns, teeth = y.shape
+    for i in range(unknowns):
+        for k in range(teeth):
             u, v, a = state[0, i, k], state[1, i, k], state[2, i, k]
             u_pred, v_pred = newmark_predict(newmark, u, v, a)
             velocity = weight_new * v_pred + alpha_f * v
@@ -74,17 +76,26 @@ def assemble_rhs(newmark, damping, ratio, state, x, y):
             x[i, k] = (
                 -(newmark.alpha_m * a + damping[0] * velocity) - ratio * elastic_force
             )
+    cut = x.shape[0] - unknowns
+    for i in range(unknowns, x.shape[0]):  # right cuts are the next left ones
+        for k in range(teeth):
+            x[i, k] = x[i - cut, (k + 1) % teeth]
 
 
 @compiled
-def correct(newmark, acceleration, state):
-    """Bring a field (4, n, k) to the end of the step with that acceleration."""
-    for i in range(acceleration.shape[0]):
-        for k in range(acceleration.shape[1]):
+def correct(newmark, acceleration, elastic, stiffness, turn, state):
+    """Bring a field (4, n, k) to the end of the step.
+
+    Its acceleration there is acceleration + elastic / stiffness + turn.
+
+    acceleration : sector array; elastic : (n, k); turn : (n,)
+    """
+    for i in range(elastic.shape[0]):
+        for k in range(elastic.shape[1]):
+            new_acceleration = acceleration[i, k] + elastic[i, k] / stiffness + turn[i]
             u_pred, v_pred = newmark_predict(
                 newmark, state[0, i, k], state[1, i, k], state[2, i, k]
             )
-            new_acceleration = acceleration[i, k]
             state[0, i, k], state[1, i, k] = newmark_correct(
                 newmark, u_pred, v_pred, new_acceleration
             )

@@ -196,6 +196,11 @@ COARSE = "--resolution coarse"
 STIFF = f"stiffness SET {COARSE} --positions 8 --json"
 COMPARE = "compare SET --json"
 RELIEF = f"relief SET {COARSE} --torque 20,30 --positions 8 --starts 1 --json"
+TOLERANCES = f"tolerances SET {COARSE} --positions 8 --samples 10 --json"
+VIBRATION = (
+    f"relief SET {COARSE} --torque 20 --positions 8 --starts 1 --json "
+    "--objective vibration --designs 3 --speeds 900"
+)
 IDENTIFY = f"identify SET {COARSE} --json"
 MODES = "modes SET --json"
 EXPORT = "export SET -o m.json --json"
@@ -450,6 +455,15 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--mesh": plus(RELIEF, "--mesh 2", TRAIN),
         "--torque": swap(RELIEF, "20,30", "20,40"),
         "--objective": plus(RELIEF, "--objective mean"),
+        "--harmonics": plus(f"{RELIEF} --objective harmonics", "--harmonics 1,3"),
+        "--speeds": swap(VIBRATION, "--speeds 900", "--speeds 1200"),
+        "--rpm": swap(VIBRATION, "--speeds 900", "--rpm 1500"),
+        "--designs": swap(VIBRATION, "--designs 3", "--designs 1"),
+        "--compromises": plus(RELIEF, "--compromises 3"),
+        "--relief-tolerance-um": plus(RELIEF, "--relief-tolerance-um 1"),
+        "--length-tolerance": plus(RELIEF, "--length-tolerance 0.05"),
+        "--pareto": plus(f"{RELIEF} --compromises 3", "--pareto t.csv"),
+        "--front": plus(f"{RELIEF} --compromises 3", "--front p.png"),
         "--shape": plus(RELIEF, "--shape parabolic"),
         "--root": plus(RELIEF, "--root"),
         "--max-relief-um": plus(RELIEF, "--max-relief-um 1"),
@@ -462,6 +476,33 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--plot": plus(RELIEF, "--plot p.png"),
         "--torques": plus(RELIEF, "--torques t.csv"),
         "--json": less(RELIEF, "--json"),
+    },
+    "tolerances": {
+        "SET": swap(TOLERANCES, "SET", "OTHER"),
+        "--mesh": plus(TOLERANCES, "--mesh 2", TRAIN),
+        "--torque": plus(TOLERANCES, "--torque 30"),
+        "--grade": plus(TOLERANCES, "--grade 5"),
+        "--driver-grade": plus(TOLERANCES, "--driver-grade 5"),
+        "--driven-grade": plus(TOLERANCES, "--driven-grade 5"),
+        "--single-pitch-um": plus(TOLERANCES, "--single-pitch-um 1"),
+        "--profile-slope-um": plus(TOLERANCES, "--profile-slope-um 1"),
+        "--profile-form-um": plus(TOLERANCES, "--profile-form-um 1"),
+        "--center-distance-um": plus(TOLERANCES, "--center-distance-um 1"),
+        "--distribution": plus(TOLERANCES, "--distribution uniform"),
+        "--samples": swap(TOLERANCES, "--samples 10", "--samples 12"),
+        "--seed": plus(TOLERANCES, "--seed 2"),
+        "--positions": swap(TOLERANCES, "--positions 8", "--positions 12"),
+        "--plane": plus(TOLERANCES, "--plane strain"),
+        "--resolution": less(TOLERANCES, COARSE),
+        "--corner-contact": plus(TOLERANCES, "--no-corner-contact"),
+        "--set": plus(TOLERANCES, "--set gear.1.young_modulus_GPa=150"),
+        "--output": plus(TOLERANCES, "-o t.csv"),
+        "--plot": plus(TOLERANCES, "--plot p.png"),
+        "--samples-table": plus(TOLERANCES, "--samples-table s.csv"),
+        "--cycle": plus(TOLERANCES, "--cycle c.csv"),
+        "--resume": plus(TOLERANCES, "--resume", refused=True),
+        "--overwrite": plus(TOLERANCES, "--overwrite", refused=True),
+        "--json": less(TOLERANCES, "--json"),
     },
     "identify": {
         "SET": swap(IDENTIFY, "SET", "OTHER"),
@@ -494,6 +535,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": swap(EXPORT, "m.json", "m.npz"),
         "SET": swap(EXPORT, "SET", "OTHER"),
         "--torque": plus(EXPORT, "--torque 200"),
+        "--mesh": plus(EXPORT, "--mesh 1", refused=True),  # m.json has all meshes
         "--set": plus(EXPORT, "--set gear.1.inertia_kg_m2=1e-3"),
         "--translations": plus(EXPORT, "--translations", TRAIN),
         "--damping": plus(EXPORT, "--damping 0.1"),

@@ -5,25 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
-from unittest.mock import patch
 
 import numpy as np
 import pytest
 from oracles.relieved_flanks import Flank, closing_way
-from scipy.spatial import cKDTree
-from skfem import Basis, ElementTriP2, ElementVector, MeshTri2, condense, solve
-from skfem.models.elasticity import linear_elasticity
+from whole_contact import ste_of_whole_gears
 
 from fegear.contact.edges import edge_arcs
-from fegear.contact.loads import patch_load
-from fegear.contact.problem import run_kernel, solve_cycle
+from fegear.contact.problem import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
-from fegear.statics.plausibility import tip_warnings, undercut_warnings
+from fegear.gearset.plausibility import gear_set_warnings
+from fegear.statics.plausibility import tip_warnings
 from fegear.statics.solving import RESOLUTIONS, Resolution, StaticsSettings, solve_mesh
 from fegear.studies.stiffness import table_warnings
-from meshes import MeshSize, sector_mesh
-from meshes.profile import flank_tangents, roll_length_at_arc, turn
+from meshes import MeshSize
 
 TORQUE = 100.0
 TABLES = {
@@ -47,93 +43,6 @@ def solved(resolution="default", positions=64):
     return solve_mesh(make_gear_set(TABLES), 0, [TORQUE], settings)
 
 
-def refined_arcs(length, loads):
-    """Arcs of a flank's vertices, close together where loads are [m].
-
-    loads : (arcs (n,), line loads (n,), step) of each pair
-    """
-    narrow = []
-    for arcs, normal, step in loads:
-        loaded = arcs[normal > 0.0]
-        narrow.append((loaded.mean(), 0.5 * np.ptp(loaded) + step))
-        narrow.append((arcs[np.argmax(normal)], 3.0 * step))
-
-    def edge(arc):
-        near = [max(w / 4.0, 0.3 * (abs(arc - x) - w)) for x, w in narrow]
-        return min(*near, 1e-4)
-
-    stops = [0.0]
-    while stops[-1] < length:
-        stops.append(stops[-1] + edge(stops[-1]))
-    return np.array(stops) * length / stops[-1]
-
-
-def work_on_whole_gear(gear, loads):
-    """Work of the loads of tooth pairs on a whole gear, over their displacement [N].
-
-    loads : (tooth, arcs (n,), line loads (n,) [N/m], step [m]) of each pair, teeth to
-        the right
-
-    Plane stress; the hub is held. It shares the mesh of the sector with the program,
-    with other vertices on the flank.
-    """
-    arcs = refined_arcs(gear.flank_length, [load[1:] for load in loads])
-    with patch("meshes.outline.flank_arcs", return_value=arcs):
-        sector = sector_mesh(gear, SIZE)
-    angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
-    copies = np.vstack([turn(sector.points, a) for a in angles])
-    near = cKDTree(copies).query_ball_point(copies, 1e-9)
-    unique, merged = np.unique([min(n) for n in near], return_inverse=True)
-    shift = len(sector.points) * np.arange(gear.teeth)[:, None, None]
-    triangles = (sector.triangles[None] + shift).reshape(-1, 6)
-    mesh = MeshTri2(copies[unique].T.copy(), merged[triangles].T.copy())
-    basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=4)
-    E, nu = 206e9, 0.3
-    stiffness = linear_elasticity(E * nu / (1 - nu**2), 0.5 * E / (1 + nu))
-    K, places = stiffness.assemble(basis), basis.doflocs.T
-    force, tree = np.zeros(basis.N), cKDTree(places)
-    for tooth, *load in loads:
-        angle = tooth * gear.pitch_angle
-        nodal = list(nodal_loads(gear, sector, *load))
-        total = sum(np.hypot(*vectors.sum(axis=0)) for _, vectors in nodal)
-        for nodes, vectors in nodal:
-            points = turn(sector.points[nodes], angle)
-            vectors = turn(vectors, angle) * load[1].sum() / total
-            for point, vector in zip(points, vectors, strict=True):
-                force[sorted(tree.query_ball_point(point, 1e-9))] += vector
-    held = np.flatnonzero(np.hypot(*places.T) < gear.hub_radius * (1 + 1e-6))
-    return float(force @ solve(*condense(K, force, D=held)))
-
-
-def nodal_loads(gear, sector, arcs, loads, step):
-    """Nodes (3,) and forces (3, 2) of the flank's edges under a piecewise linear load.
-
-    arcs : (n,) of the hats; loads : (n,) of the hats, of which the first and the last
-        are halves [N/m]
-    """
-    # far from the load, arcs may belong to points behind the base circle
-    loaded = np.flatnonzero(loads)
-    inside = slice(max(loaded[0] - 1, 0), loaded[-1] + 2)
-    pressure = loads / step
-    pressure[[0, -1]] *= 2.0
-    order = np.argsort(arcs[inside])
-    arcs, pressure = arcs[inside][order], pressure[inside][order]
-    x, weight = np.polynomial.legendre.leggauss(4)
-    x, weight = 0.5 * (1.0 + x), 0.5 * weight
-    ends = zip(sector.flank_arcs[:-1], sector.flank_arcs[1:], strict=True)
-    for edge, (low, high) in zip(sector.edges["flank"], ends, strict=True):
-        kinks = arcs[(arcs > low) & (arcs < high)]
-        stops = np.concatenate([[low], kinks, [high]])
-        arc = (stops[:-1, None] + np.diff(stops)[:, None] * x).ravel()
-        weights = (np.diff(stops)[:, None] * weight).ravel()
-        p = np.interp(arc, arcs, pressure, left=0.0, right=0.0)
-        t = (arc - low) / (high - low)
-        shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)])
-        tangent = flank_tangents(gear, roll_length_at_arc(gear, arc))
-        inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        yield edge, np.einsum("sq,q,q,qc->sc", shapes, weights, p, inward)
-
-
 # one pair; two, of which one leaves; and before, beside and behind the path's start
 @pytest.mark.slow
 @pytest.mark.parametrize(
@@ -142,34 +51,11 @@ def nodal_loads(gear, sector, arcs, loads, step):
 )
 def test_deflection_is_that_of_whole_gears(position, pairs):
     """Under the contact pressure: transmission error less gaps, weighted by loads."""
-    problem = solved().problem
-    result = run_kernel(problem, np.array([TORQUE]), np.array([position]))
-    touching = np.flatnonzero(result.nodes.force.any(axis=1))
-    assert touching.size == pairs
-    loads = [patch_load(problem, result, int(pair)) for pair in touching]
-    arms = result.cells[0, 0].moment_arms[touching, 0]
-    forces = np.array([load.normal.sum() for load in loads])
-    on_gaps = sum(
-        load.normal @ result.nodes.gap[pair]
-        for load, pair in zip(loads, touching, strict=True)
+    solved_ste, ste, touching = ste_of_whole_gears(
+        solved().problem, TORQUE, position, SIZE
     )
-    work = sum(
-        work_on_whole_gear(gear, loads_on_gear)
-        for gear, loads_on_gear in (
-            (
-                problem.pair.driver,
-                [(x.tooth, x.driver_arcs, x.normal, x.step) for x in loads],
-            ),
-            (
-                problem.pair.driven,
-                [(-x.tooth, x.driven_arcs, x.normal, x.step) for x in loads],
-            ),
-        )
-    )
-    # off the path, a pair closes by less than the transmission error
-    closing = forces @ arms / problem.pair.driver.base_radius
-    ste = (work + on_gaps) / closing
-    assert result.rows.ste[0, 0] == pytest.approx(ste, rel=2e-3)
+    assert touching == pairs
+    assert solved_ste == pytest.approx(ste, rel=2e-3)
 
 
 @pytest.mark.slow
@@ -324,11 +210,10 @@ def test_a_warning_says_that_the_tip_strikes_the_edge(torque, warned):
 
 def test_ordinary_teeth_have_no_edge_to_strike():
     pair = load_gear_set("liu-pair").meshes[0].pair
-    assert not list(tip_warnings("mesh 1", pair, 1e-3))
+    assert not list(tip_warnings(1, 100.0, pair, 1e-3))
 
 
 def test_a_warning_says_how_much_of_the_path_is_lost():
-    (line,) = undercut_warnings(1, solved().problem.pair)
+    (line,) = gear_set_warnings(make_gear_set(TABLES))
     assert "contact ratio 1.254" in line
     assert line.endswith("[W27]")
-    assert line in table_warnings(solved())

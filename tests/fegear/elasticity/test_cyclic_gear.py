@@ -19,7 +19,12 @@ from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
-from fegear.elasticity.cyclic_gear import cyclic_gear, solve_triangular
+from fegear.elasticity.cyclic_gear import (
+    cyclic_gear,
+    multiply_rows,
+    sector_array,
+    solve_triangular,
+)
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.material import PlaneMaterial
@@ -308,8 +313,48 @@ def test_kernel_and_python_agree(gear, factors):
     )
     for rows in (factors.forward, factors.backward):
         close(
-            solve_triangular(*rows, load), solve_triangular.py_func(*rows, load), 1e-13
+            solve_triangular(*rows, load.copy()),
+            solve_triangular.py_func(*rows, load.copy()),
+            1e-13,
         )
+    mass = gear.mass_matrix.indptr, gear.mass_matrix.indices, gear.mass_matrix.data
+    close(multiply_rows(*mass, load), multiply_rows.py_func(*mass, load), 1e-13)
+
+
+def test_between_elimination_and_substitution_loads_are_read_and_added(gear, factors):
+    """As in a step, where the loads follow from displacement without them."""
+    random = np.random.default_rng(1)
+    load, teeth = random_field(gear), np.array([3, 0, gear.teeth - 1])
+    added = np.zeros((factors.rows, teeth.size))
+    added[: gear.unknowns] = random.standard_normal((gear.unknowns, teeth.size))
+    x = sector_array(factors.rows, gear.teeth)
+    x[: gear.unknowns, : gear.teeth] = load
+    factors.eliminate(x)
+    condensed = factors.condense(added)
+    work = [row @ x[:, tooth] for row, tooth in zip(condensed, teeth, strict=True)]
+    without = factors.solve(load)[:, teeth]
+    close(np.array(work), (added[: gear.unknowns] * without).sum(axis=0), 1e-11)
+    factors.add_loads(x, condensed, teeth)
+    factors.substitute(x)
+    load[:, teeth] += added[: gear.unknowns]
+    close(x[: gear.unknowns, : gear.teeth], factors.solve(load), 1e-11)
+    right_cuts = np.roll(x[gear.n_interior : gear.unknowns, : gear.teeth], -1, axis=1)
+    close(x[gear.unknowns :, : gear.teeth], right_cuts, 1e-15)
+    assert not x[:, gear.teeth :].any()
+
+
+def test_mass_of_sector_arrays_is_that_of_fields(gear, factors):
+    """Of both sides of a cut together; what follows the teeth stays zero."""
+    u, x = random_field(gear), sector_array(factors.rows, gear.teeth)
+    x[: gear.unknowns, : gear.teeth] = u
+    x[gear.unknowns :, : gear.teeth] = np.roll(u[gear.n_interior :], -1, axis=1)
+    momenta = gear.sector_mass_times(x)
+    assert not momenta[:, gear.teeth :].any()
+    left = momenta[: gear.unknowns, : gear.teeth]
+    left[gear.n_interior :] += np.roll(
+        momenta[gear.unknowns :, : gear.teeth], 1, axis=1
+    )
+    close(left, gear.mass_times(u), 1e-14)
 
 
 def test_wrong_arguments_are_named(gear, factors, explicit):

@@ -13,7 +13,14 @@ import pytest
 from oracles.thick_ring_modes import ThickRing, frequencies
 from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
-from whole_gear import COARSE, DENSITY, STEEL, WholeGear, small_gear
+from whole_gear import (
+    COARSE,
+    DENSITY,
+    STEEL,
+    WholeGear,
+    same_frequency,
+    small_gear,
+)
 
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.modes import (
@@ -47,14 +54,6 @@ def modes(gear):
 @pytest.fixture(scope="module")
 def whole(gear):
     return WholeGear(gear, COARSE, CUTOFF)
-
-
-def same_frequency(frequency):
-    """Slices of neighbours of equal frequency."""
-    ends = np.flatnonzero(np.diff(frequency) > 1e-6 * frequency[1:]) + 1
-    return [
-        slice(a, b) for a, b in zip([0, *ends], [*ends, len(frequency)], strict=True)
-    ]
 
 
 def test_frequencies_are_those_of_the_whole_gear(modes, whole):
@@ -259,7 +258,8 @@ class RingSector(CyclicSector):
 
 
 def ring_sector(radial, angular, teeth=12):
-    return RingSector(SimpleNamespace(teeth=teeth), STEEL, (radial, angular))
+    gear = SimpleNamespace(teeth=teeth, pitch_angle=2.0 * np.pi / teeth)
+    return RingSector(gear, STEEL, (radial, angular))
 
 
 def ring_mesh(ring, teeth, radial, angular):

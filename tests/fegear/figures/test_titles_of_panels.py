@@ -33,11 +33,11 @@ def test_titles_of_a_gear_set(name):
 
 
 def test_a_long_title_raises_the_panels():
-    def figure(words: str) -> Figure:
+    def figure(title: str) -> Figure:
         drawn = Figure(figsize=(10.0, 4.0), layout="constrained")
         for axes in drawn.subplots(1, 2):
             axes.plot([0.0, 1.0])
-            axes.set_title(words)
+            axes.set_title(title)
         return drawn
 
     short, long = figure("a title"), figure("a title that is long " * 4)

@@ -15,6 +15,7 @@ from fegear.files.templates import template_text
 from fegear.gearset import GearSet, make_gear_set, read_gear_set
 from fegear.gearset.derived import gear_figures
 from fegear.gearset.materials import materials
+from fegear.gearset.plausibility import gear_set_warnings
 from meshes.tooth_thickness import default_span_teeth, pin_dimension, span
 
 PLAIN = {
@@ -209,6 +210,37 @@ center_distance_mm = 105.7
 def test_a_tooth_too_thick_for_its_shift_is_thinned_by_less_than_nothing():
     gear = teeth_of(profile_shift=0.0, span_mm=21.51, span_teeth=4)
     assert -10e-6 < gear.tooth_thinning < 0.0
+
+
+def test_a_span_over_more_than_half_of_the_teeth_is_refused():
+    with pytest.raises(InputError, match="span_teeth = 40 of 30 teeth; allowed 1 to 1"):
+        gear_set(profile_shift=0.0, span_mm=21.5, span_teeth=40)
+
+
+def test_a_shift_that_no_gear_has_names_the_span_it_is_from():
+    with pytest.raises(InputError, match=r"over 9 teeth; profile shift -\d"):
+        gear_set(span_mm=21.5, span_teeth=9)
+
+
+def test_a_measure_that_implies_no_tooth_of_a_gear_is_doubted():
+    """A millimetre off in the span; a shift without any thinning."""
+    by_span = gear_set(profile_shift=0.0, span_mm=20.9, span_teeth=4)
+    (line,) = gear_set_warnings(by_span)
+    thinning_um = 1e6 * by_span.gears[0].geometry.tooth_thinning
+    assert (
+        f"span_mm = 20.9 over 4 teeth gives tooth_thinning_um = {thinning_um:.4g}"
+        in (line)
+    )
+    assert line.endswith("[W38]")
+    large = {"teeth": 60, "hub_radius_mm": 20.0}
+    shifted = teeth_of(shift=1.6, profile_shift=1.6, **large)
+    number = default_span_teeth(shifted)
+    length_mm = 1e3 * span(shifted, shifted.tooth_thickness, number)
+    keys = large | {"span_mm": length_mm, "span_teeth": number}
+    (line,) = gear_set_warnings(gear_set(shift=1.6, **keys))
+    assert f"over {number} teeth gives profile_shift = 1.6; gears have" in line
+    typed = gear_set(profile_shift=0.0, tooth_thinning_um=640.0)
+    assert list(gear_set_warnings(typed)) == []
 
 
 def test_a_span_over_one_tooth_too_many_is_refused():

@@ -91,7 +91,7 @@ def test_a_refused_file_ends_the_command(tmp_path):
     path.write_text("<model/>")
     result = CliRunner().invoke(app, ["new", "--from", str(path), "-o", str(target)])
     assert result.exit_code != 0
-    assert "version = None" in str(result.exception)
+    assert "version = missing" in str(result.exception)
     assert not target.exists()
 
 

@@ -270,7 +270,20 @@ WRONG = [
         ),
         "flanks of a gear are alike",
     ),
+    (
+        changed(
+            'coefficient" unit="none">0.25</attribute>',
+            'coefficient" unit="none">0.25</attribute>'
+            '<attribute id="addendum_modification" unit="mm">2.2</attribute>',
+        ),
+        "they must be equal",
+    ),
     (document(version="2.0"), "version = 2.0; must be one of REXS 1"),
+    (document().replace(' version="1.1"', ""), "version = missing; must be one"),
+    (
+        document(loads=LOADS.replace(' type="shaft"', "")),
+        "load case 1: component 1: type is missing",
+    ),
     (document(relations=""), "a relation of type stage is needed"),
     (
         '<!DOCTYPE model [<!ENTITY a "aaaa">]>' + document(),

@@ -88,6 +88,7 @@ UNITS = {
     "rad/turn": "speed_rad_per_turn",
     "rad2/turn3": "noise_rad2_per_turn3",
     "rpm": "fitted_speed_rpm",
+    "base pitches": "driver_tip_length_pitches",
     "1/s": "impacts_per_s",
     "1/turn": "impacts_per_turn",
     "1/period": "lyapunov_per_period lyapunov_stderr_per_period",

@@ -342,6 +342,11 @@ EXAMPLES = {
         "starts": 1,
         "elements": fegear.StaticsSettings(resolution="coarse", positions=16),
     },
+    "tolerances": {
+        "torque": 100.0 + 1.0 / 3.0,
+        "samples": 10,
+        "elements": fegear.StaticsSettings(resolution="coarse", positions=8),
+    },
     "identify": {
         "gear_set": "liu-pair",
         "variation": [1.0 / 3.0],

@@ -108,5 +108,5 @@ def test_what_changes_nothing_is_refused(tmp_path):
     source = fegear.StiffnessSource(plane="strain")
     with pytest.raises(InputError, match=r"^plane = strain; the gear set gives all"):
         export("liu-pair", source=source)
-    with pytest.raises(InputError, match=r"must end in \.mat, \.npz or \.json$"):
+    with pytest.raises(InputError, match=r"must end in \.mat, \.npz, \.json or \.fmu$"):
         export("liu-pair").write(tmp_path / "m.csv")

@@ -164,3 +164,18 @@ def test_pictures_show_the_path_and_the_torques(result):
     np.testing.assert_array_equal(peaks.get_xdata(), TORQUES)
     ranges = [values["ste_peak_to_peak_um"] for values in result.summary["torques"]]
     np.testing.assert_allclose(peaks.get_ydata(), ranges)
+
+
+def test_the_picture_of_the_path_says_how_many_torques_it_draws():
+    quick = StaticsSettings(positions=8, resolution="coarse", estimate_error=False)
+    titles = []
+    for count in (5, 7):
+        torques = tuple(np.linspace(20.0, 140.0, count))
+        study = fegear.MeshStiffness(torque=torques, elements=quick)
+        figure = fegear.run(study).figures["path"]()
+        titles.append(
+            " ".join(text.get_text() for text in figure.texts)
+            + str(figure.get_suptitle())
+        )
+    assert "torques are drawn" not in titles[0]
+    assert "5 of 7 torques are drawn" in titles[1]

@@ -1,0 +1,144 @@
+"""Many pairs of gears that differ a little: their contact over the same mesh cycle.
+
+The compliance of the flanks is that of one contact problem. What differs are gaps:
+crowning and slope of the profiles, pitch errors of the tooth pairs, and the centre
+distance, which moves the line of action. An involute stays conjugate at another
+centre distance, so that unmodified flanks transmit without error there, but pairs
+begin and end contact elsewhere, and teeth touch at other heights.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.contact.problem import (
+    ContactFailure,
+    ContactProblem,
+    candidate_pairs,
+    kernel_inputs,
+    workspace,
+)
+from fegear.gearset.model import FlankProfile
+from meshes import GearPair
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Variants:
+    """Deviations of s pairs of gears from a contact problem, lengths in metres.
+
+    crowning, slope : (s, 2) that come to the profiles of driver and driven gear
+    gap : (s, k) extra gap of each tooth pair of `candidate_pairs`
+    center_distance : (s,) its increase
+    """
+
+    crowning: Array
+    slope: Array
+    gap: Array
+    center_distance: Array
+
+    @property
+    def count(self) -> int:
+        return int(self.center_distance.size)
+
+
+@dataclass(frozen=True)
+class VariantContact:
+    """Contact of s pairs of gears at a torque and n positions.
+
+    ste, no_load : (s, n) transmission error under load and without [m]
+    gap : (s, n, k) transmission error that closes each tooth pair [m]; infinite where
+        its flanks do not face each other
+    load : (s, n, k) normal force of each tooth pair [N]
+    """
+
+    ste: Array
+    no_load: Array
+    gap: Array
+    load: Array
+
+
+def with_profiles(problem: ContactProblem) -> ContactProblem:
+    """The problem with profiles on both flanks, of no size where it has none."""
+    return replace(
+        problem,
+        driver_profile=problem.driver_profile or FlankProfile(),
+        driven_profile=problem.driven_profile or FlankProfile(),
+    )
+
+
+def solve_variants(
+    problem: ContactProblem,
+    torque: float,
+    position: Array,
+    variants: Variants,
+    report: Callable[[int], None] = lambda done: None,
+) -> VariantContact:
+    """Solve the contact of every pair of gears at a torque on the driver [N m].
+
+    position : (n,) base pitches from the pitch point of the reference pair
+    report : called with the number of pairs of gears that are solved
+
+    Raises ContactFailure where no solution was found.
+    """
+    from fegear.contact import cycle
+    from fegear.contact.flanks import NO_FLANK_GAP
+    from fegear.contact.grid import contact_grid
+
+    teeth = candidate_pairs(problem.pair, position)
+    shape = variants.count, position.size
+    rows = np.zeros(shape, cycle.ROW).view(np.recarray)
+    cells = np.zeros((1, position.size, teeth.size), cycle.CELL).view(np.recarray)
+    gap, load = np.empty((*shape, teeth.size)), np.empty((*shape, teeth.size))
+    target = np.full((1, position.size), torque / problem.face_width)
+    mesh, flanks, tables = kernel_inputs(with_profiles(problem))
+    constants = cycle.Constants(mesh, flanks, tables, contact_grid(problem.nodes))
+    work = workspace(teeth.size, problem.nodes)
+    nominal = flanks.profile.copy()
+    for i in range(variants.count):
+        flanks.profile.crowning[:] = nominal.crowning + variants.crowning[i]
+        flanks.profile.slope[:] = nominal.slope + variants.slope[i]
+        _move_centers(mesh, problem, variants.center_distance[i])
+        gaps = np.tile(variants.gap[i], (position.size, 1))
+        cells[:] = np.zeros((), cycle.CELL)
+        results = rows[i : i + 1], cells
+        cycle.solve_cycle(
+            constants, teeth, gaps, position, cycle.TORQUE, target, work, results
+        )
+        gap[i], load[i] = cells.gap[0], cells.load[0] * problem.face_width
+        report(i + 1)
+    _require_solved(rows.status)
+    gap[gap >= NO_FLANK_GAP] = np.inf
+    return VariantContact(rows.ste, rows.no_load, gap, load)
+
+
+def _move_centers(mesh: Any, problem: ContactProblem, increase: float) -> None:
+    """Line of action and pitch point of the gears at another centre distance."""
+    mesh.line_of_action, mesh.pitch_point = line_of_action(problem.pair, increase)
+
+
+def line_of_action(pair: GearPair, increase: float) -> tuple[float, float]:
+    """Its length, and the driver's roll length at the pitch point.
+
+    At a centre distance that is larger by an amount [m], to the bits of `GearPair`.
+    """
+    bases = pair.driver.base_radius + pair.driven.base_radius
+    distance = pair.center_distance + increase
+    angle = math.acos(bases / distance)
+    return distance * math.sin(angle), pair.driver.base_radius * math.tan(angle)
+
+
+def _require_solved(status: NDArray[np.int64]) -> None:
+    failed = np.argwhere(status != 0)
+    if len(failed):
+        raise ContactFailure(
+            f"contact of pair of gears {failed[0][0] + 1} not solved at position number"
+            f" {failed[0][1] + 1}: status {status[tuple(failed[0])]}"
+        )

@@ -1,0 +1,354 @@
+"""Gears within their tolerances: contact, derivatives, distribution, first order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import kstest, truncnorm, uniform
+
+import fegear
+from fegear.contact.problem import solve_cycle
+from fegear.contact.variants import Variants, solve_variants, with_profiles
+from fegear.files.store import CheckpointOptions
+from fegear.gearset.model import FlankProfile
+from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.tolerance_bands import (
+    band_error,
+    contact_ratio,
+    peak_to_peak_without,
+    total_effects,
+)
+from fegear.statics.tolerances import (
+    CENTER,
+    MEAN_STIFFNESS,
+    PEAK_TO_PEAK,
+    SOURCES,
+    LinearContact,
+    ToleranceProblem,
+    linear_contact,
+    std_over_limit,
+    ste_derivatives,
+    unit_deviates,
+)
+from meshes import GearPair
+
+COARSE = StaticsSettings(resolution="coarse", positions=16)
+POSITION = np.arange(16) / 16
+TORQUE = 100.0
+LIMITS = dict(
+    zip(SOURCES, (7e-6, 7.5e-6, 9e-6, 9e-6, 17.5e-6, 8.5e-6, 8.5e-6), strict=True)
+)
+
+
+@pytest.fixture(scope="module")
+def contact():
+    return contact_problem(fegear.load_gear_set("liu-pair"), 0, COARSE)
+
+
+def problem_of(contact, scale=1.0, distribution="normal", only=SOURCES):
+    limits = {name: scale * LIMITS[name] * (name in only) for name in SOURCES}
+    return ToleranceProblem(contact, TORQUE, POSITION, limits, distribution)
+
+
+def test_one_pair_of_gears_is_that_of_a_gear_set_file(contact):
+    """Slopes, crowning and pitch errors of a sample, in a file for `stiffness`."""
+    problem = problem_of(contact)
+    deviations = 1e-6 * np.round(1e6 * problem.sample(3, seed=5), 3)
+    deviations[:, problem.variables.index(CENTER)] = 0.0
+    solved = problem.solve(deviations)
+    values = problem.quantities(solved.ste, solved.no_load)
+    teeth = contact.pair.driver.teeth, contact.pair.driven.teeth
+    for i, row in enumerate(deviations):
+        edits = {}
+        errors = problem.tooth_errors(row[None, :])
+        roles = zip(("driver", "driven"), teeth, errors, strict=True)
+        for gear, (role, count, error) in enumerate(roles):
+            sizes_um = np.round(1e6 * row[[gear, 2 + gear]], 3).tolist()
+            edits[f"mesh.1.{role}_profile.slope_um"] = sizes_um[0]
+            edits[f"mesh.1.{role}_profile.crowning_um"] = sizes_um[1]
+            pitch = np.zeros(count)
+            pitch[-problem.teeth % count] = 1e6 * error[0]
+            edits[f"gear.{gear + 1}.pitch_errors_um"] = pitch.tolist()
+        gears = fegear.load_gear_set("liu-pair", edits)
+        cycle = solve_cycle(contact_problem(gears, 0, COARSE), TORQUE, POSITION)
+        np.testing.assert_allclose(solved.ste[i], cycle.ste[0], rtol=1e-9)
+        stiffness = values[MEAN_STIFFNESS][i]
+        assert stiffness == pytest.approx(cycle.stiffness.mean(), rel=1e-9)
+        assert values[PEAK_TO_PEAK][i] == pytest.approx(np.ptp(cycle.ste), rel=1e-9)
+
+
+@pytest.mark.parametrize("increase", [-20e-6, 15e-6])
+def test_another_centre_distance_is_another_pair(contact, increase):
+    """Of flanks that stay as they are, with a compliance that stays as it is."""
+    none = np.zeros((1, 2))
+    moved = Variants(none, none, np.zeros((1, 4)), np.array([increase]))
+    solved = solve_variants(contact, TORQUE, POSITION, moved)
+    pair = contact.pair
+    distance = pair.center_distance + increase
+    there = replace(contact, pair=GearPair(pair.driver, pair.driven, distance))
+    cycle = solve_cycle(with_profiles(there), TORQUE, POSITION)
+    np.testing.assert_allclose(solved.ste, cycle.ste, rtol=1e-9)
+    assert contact_ratio(pair, increase) == pytest.approx(there.pair.contact_ratio)
+
+
+def test_the_nominal_pair_is_that_of_the_contact_problem(contact):
+    solved = problem_of(contact).solve(np.zeros((2, 11)))
+    expected = solve_cycle(with_profiles(contact), TORQUE, POSITION)
+    np.testing.assert_allclose(solved.ste[0], expected.ste[0], rtol=1e-12)
+    np.testing.assert_array_equal(solved.ste[0], solved.ste[1])
+    np.testing.assert_allclose(solved.load[0], expected.load[0], rtol=1e-9)
+    np.testing.assert_allclose(solved.no_load[0], expected.no_load[0], atol=1e-15)
+
+
+@pytest.mark.parametrize("source", [s for s in SOURCES if s != CENTER])
+def test_derivatives_of_the_contact_solution_are_those_of_differences(contact, source):
+    """But for the turn of the normal, which they leave out."""
+    problem = problem_of(contact)
+    index = problem.variables.index(source) + source.endswith("pitch")
+    slope = ste_derivatives(problem)[:, index]
+    step, deviations = 1e-9, np.zeros((2, len(problem.variables)))
+    deviations[:, index] = step, -step
+    ends = problem.solve(deviations).ste
+    difference = (ends[0] - ends[1]) / (2.0 * step)
+    assert np.abs(slope - difference).max() < 0.02 * np.abs(slope).max()
+
+
+def test_profiles_without_size_have_derivatives(contact):
+    cycle = solve_cycle(contact, TORQUE, POSITION)
+    assert not cycle.profile_slope.any()
+    one = replace(contact, driven_profile=FlankProfile())
+    slopes = solve_cycle(one, TORQUE, POSITION).profile_slope
+    assert not slopes[:, :, 0].any()
+    assert (slopes[:, :, 1, 0] > 0.0).all()
+    assert (slopes[:, :, 1, 1] < 0.0).all()
+
+
+def test_teeth_add_up_pitch_deviations(contact):
+    """Every step between teeth that follow each other is one single pitch deviation."""
+    problem = problem_of(contact)
+    deviations = problem.sample(1, seed=2)
+    errors, _ = problem.tooth_errors(deviations)
+    order = np.argsort(-problem.teeth)
+    pitch = deviations[0, 5 : 5 + problem.teeth.size - 1]
+    np.testing.assert_allclose(np.diff(errors[0, order]), pitch, atol=1e-20)
+    assert errors[0, list(problem.teeth).index(0)] == 0.0
+
+
+@pytest.mark.parametrize("distribution", ["normal", "uniform"])
+def test_deviates_are_distributed_as_stated(distribution):
+    deviates = unit_deviates(distribution, (20_000, 1), seed=3).ravel()
+    exact = truncnorm(-3.0, 3.0, scale=1 / 3) if distribution == "normal" else None
+    exact = exact or uniform(-1.0, 2.0)
+    assert np.abs(deviates).max() <= 1.0
+    assert kstest(deviates, exact.cdf).pvalue > 0.01
+    assert std_over_limit(distribution) == pytest.approx(exact.std(), rel=1e-9)
+
+
+def test_longer_samples_begin_with_shorter_ones(contact):
+    problem = problem_of(contact)
+    np.testing.assert_array_equal(problem.sample(9, 1)[:4], problem.sample(4, 1))
+
+
+def linear_of(contact, problem, slopes):
+    """A linear contact whose transmission error has two positions."""
+    ste = np.array([20e-6, 10e-6])
+    gaps = np.zeros((2, 1)), np.zeros((2, 1, len(problem.variables)))
+    return LinearContact(ste, gaps[0], np.array([slopes, 0.0 * slopes]), gaps[1], 0.0)
+
+
+def test_quantiles_of_a_linear_case_are_those_of_theory(contact):
+    """Peak to peak of two positions, one of which moves: a normal distribution."""
+    problem = problem_of(contact)
+    slopes = np.linspace(-0.3, 0.4, len(problem.variables))
+    linear = linear_of(contact, problem, slopes)
+    ste, no_load = linear.solve(problem.sample(40_000, 7))
+    values = problem.quantities(ste, no_load)[PEAK_TO_PEAK]
+    std = np.linalg.norm(slopes * problem.std)
+    assert values.std() == pytest.approx(std, rel=0.02)
+    for probability, z in ((5, -1.645), (95, 1.645)):
+        quantile = np.percentile(values, probability)
+        assert quantile == pytest.approx(10e-6 + z * std, abs=0.04 * std)
+
+
+def test_parts_of_the_variance_of_a_linear_case(contact):
+    problem = problem_of(contact)
+    slopes = np.linspace(-0.3, 0.4, len(problem.variables))
+    linear = linear_of(contact, problem, slopes)
+    effects = total_effects(problem, linear, 20_000, 1)[PEAK_TO_PEAK]
+    parts = (slopes * problem.std) ** 2
+    sources = np.array(problem.variables)
+    for source in SOURCES:
+        exact = parts[sources == source].sum() / parts.sum()
+        assert effects[source] == pytest.approx(exact, abs=0.02)
+    without = peak_to_peak_without(problem, linear, 20_000, 1)
+    for source in SOURCES:
+        rest = np.sqrt(parts[sources != source].sum())
+        assert without[source] == pytest.approx(10e-6 + 1.645 * rest, rel=0.01)
+
+
+def test_the_first_order_becomes_exact_as_the_scatter_vanishes(contact):
+    """Its error is of second order in the scatter, in the band of first order."""
+    scales, errors = (0.2, 0.1, 0.05), []
+    for scale in scales:
+        problem = problem_of(contact, scale, only=SOURCES[-2:])
+        deviations = problem.sample(60, 4)
+        solved = problem.solve(deviations).ste
+        linear = linear_contact(problem).solve(deviations)[0]
+        errors.append(np.sqrt(np.mean((solved - linear) ** 2)))
+    order = np.polyfit(np.log(scales), np.log(errors), 1)[0]
+    assert order > 1.5
+
+
+def test_bands_agree_at_small_scatter(contact):
+    problem = problem_of(contact, 0.1)
+    deviations = problem.sample(400, 1)
+    solved = problem.solve(deviations)
+    values = problem.quantities(solved.ste, solved.no_load)
+    linear = problem.quantities(*linear_contact(problem).solve(deviations))
+    for name, value in values.items():
+        assert band_error(value, linear[name]) < 0.03, name
+
+
+@settings(max_examples=5, deadline=None)
+@given(st.integers(0, 2**32), st.floats(0.05, 1.0))
+def test_pairs_of_gears_do_not_depend_on_their_company(contact, seed, scale):
+    problem = problem_of(contact, scale)
+    deviations = problem.sample(3, seed)
+    together = problem.solve(deviations)
+    alone = problem.solve(deviations[2:])
+    np.testing.assert_array_equal(together.ste[2], alone.ste[0])
+    assert (together.load >= 0.0).all()
+    total = together.load.sum(axis=2)
+    force = problem.mesh_force
+    np.testing.assert_allclose(total, np.full_like(total, force), rtol=0.02)
+
+
+def study_of(**options):
+    return fegear.Tolerances(
+        torque=TORQUE,
+        samples=20,
+        elements=StaticsSettings(resolution="coarse", positions=8),
+        **options,
+    )
+
+
+def test_seeds_reproduce():
+    one, same, other = (fegear.run(study_of(seed=s)) for s in (4, 4, 5))
+    assert one.summary == same.summary
+    assert one.table.csv() == same.table.csv()
+    quantities = one.summary["quantities"], other.summary["quantities"]
+    assert quantities[0] != quantities[1]
+
+
+def test_the_number_of_threads_changes_nothing():
+    study = replace(study_of(), samples=600)
+    one, two = (fegear.run(study, workers=n) for n in (1, 2))
+    assert one.summary == two.summary
+
+
+def test_grades_and_amounts():
+    result = fegear.run(study_of(driver_grade=4, driven_grade=8, single_pitch_um=2.0))
+    limits = {row["source"]: row["limit_um"] for row in result.summary["tolerances"]}
+    assert limits["driver_single_pitch"] == limits["driven_single_pitch"] == 2.0
+    assert limits["driven_profile_form"] > 3.5 * limits["driver_profile_form"]
+    assert result.bands.variables.count("driver_single_pitch") == 3
+    shares = [r["share_of_ste_peak_to_peak"] for r in result.summary["tolerances"]]
+    assert sum(shares) == pytest.approx(1.0)
+
+
+def test_a_first_order_that_fails_is_told_with_numbers():
+    """At a small torque teeth lose contact, and the warning says how often."""
+    study = replace(study_of(grade=9), torque=5.0)
+    summary = fegear.run(study).summary
+    (warning,) = [w for w in summary["warnings"] if "STE p-p" in w]
+    assert warning.endswith("[W29]")
+    assert summary["lost_contact_fraction"] > 0.5
+    percent = 100.0 * summary["lost_contact_fraction"]
+    assert f"{percent:.0f} % of the pairs of gears" in warning
+
+
+def test_columns_of_the_first_order_say_so():
+    result = fegear.run(study_of())
+    parts = result.page()
+    bands, tolerances = (part for part in parts if not isinstance(part, str))
+    (row,) = (r for r in bands.rows if r["quantity"] == PEAK_TO_PEAK)
+    assert [name for name in tolerances.columns if "1st order" in name] == [
+        "part of variance\n1st order [%]",
+        "95 % without it\n1st order [um]",
+    ]
+    last = tolerances.rows[-1]
+    assert last["source"] == "none left out"
+    most = 1e6 * row["first_order_p95"]
+    assert last["first_order_p95_without_um"] == pytest.approx(most)
+    without = [r["first_order_p95_without_um"] for r in tolerances.rows]
+    assert max(without) < 1.01 * most  # the same deviations, without those of a source
+
+
+def test_a_nominal_value_outside_its_band_is_explained():
+    """Deviations of either sign lower the stiffness of teeth at a small torque."""
+    lines = list(fegear.run(replace(study_of(grade=9), torque=5.0)).page())
+    assert any("mean k" in x and "lower it" in x for x in lines if isinstance(x, str))
+
+
+def test_an_undercut_is_warned_of():
+    mesh = {"driver": "pinion", "driven": "wheel", "center_distance_mm": 114.02}
+    gears = fegear.make_gear_set(
+        {
+            "name": "undercut",
+            "defaults": {"module_mm": 4.0, "face_width_mm": 20.0},
+            "gear": [
+                {"name": "pinion", "teeth": 12, "hub_radius_mm": 10.0},
+                {"name": "wheel", "teeth": 45, "hub_radius_mm": 60.0},
+            ],
+            "mesh": [mesh],
+        }
+    )
+    warnings = fegear.run(study_of(gear_set=gears)).summary["warnings"]
+    assert [w[-5:] for w in warnings if "undercut" in w] == ["[W27]", "[W36]"]
+
+
+def test_backlash_that_the_centre_distance_takes_away():
+    study = study_of(center_distance_um=1250.0, distribution="uniform")
+    summary = fegear.run(replace(study, samples=100)).summary
+    assert 0.0 < summary["jammed_fraction"] < 0.5
+    assert any(w.endswith("[W30]") for w in summary["warnings"])
+
+
+def test_a_centre_distance_that_ends_the_mesh_is_refused():
+    shorter = {"mesh.1.contact_ratio": 1.2}
+    gears = fegear.load_gear_set("liu-pair", shorter)
+    with pytest.raises(fegear.InputError, match="the contact ratio falls to 0"):
+        fegear.run(study_of(gear_set=gears, center_distance_um=1250.0))
+
+
+def test_pitch_errors_of_the_gear_set_are_replaced():
+    plain = fegear.run(study_of())
+    teeth = fegear.load_gear_set("liu-pair").gears[0].geometry.teeth
+    edits = {"gear.1.pitch_errors_um": [5.0] + [0.0] * (teeth - 1)}
+    with_errors = fegear.run(study_of(gear_set=fegear.load_gear_set("liu-pair", edits)))
+    assert with_errors.bands.rows == plain.bands.rows
+
+
+def test_blocks_that_are_finished_are_gathered(tmp_path):
+    """After Ctrl-C the result is that of the blocks, and --resume completes it."""
+    study = replace(study_of(), samples=600)
+    checkpoint = tmp_path / "t.csv.partial"
+
+    def progress(label: str, done: int, total: int) -> None:
+        if done >= 300:
+            raise KeyboardInterrupt
+
+    options = CheckpointOptions(checkpoint=checkpoint)
+    part = fegear.run(study, options, progress, workers=1)
+    assert not part.complete
+    count = part.summary["samples"]
+    assert 250 <= count < 600
+    whole = fegear.run(study, CheckpointOptions(checkpoint=checkpoint, resume=True))
+    assert whole.summary == fegear.run(study).summary
+    np.testing.assert_array_equal(
+        whole.bands.solved.ste[:250], part.bands.solved.ste[:250]
+    )
