@@ -702,7 +702,8 @@ def with_defaults(tables: dict[str, Any]) -> dict[str, Any]:
     """The tables with [defaults] filled into every gear that lacks the key.
 
     A gear's own key replaces those shared ones that say the same thing, such as the
-    tip under another key.
+    tip under another key. Keys of bores are not for internal gears, nor keys of rings
+    for external ones.
     """
     shared, gears = tables.get("defaults"), tables.get("gear")
     if not isinstance(shared, dict) or not isinstance(gears, list):
@@ -714,4 +715,5 @@ def _filled(gear: Any, shared: dict[str, Any]) -> Any:
     if not isinstance(gear, dict):
         return gear
     replaced = {other for key in gear for other in replaced_keys(key)}
+    replaced |= set(INTERNAL_LACKS if gear.get("internal") else EXTERNAL_LACKS)
     return {key: value for key, value in shared.items() if key not in replaced} | gear

@@ -71,6 +71,7 @@ EXAMPLES = [  # of classes that must be told something
     TRAIN,
     TRAIN.meshes[0],
     lumped.Shaft(gears=(0, 1)),
+    lumped.Carrier(name="c", gears=(0,), radius=0.05, angles=(0.0,), inertia=1e-3),
     SPRING,
     SPRING.pairs[0],
     constant_wave(1.0),

@@ -1137,6 +1137,21 @@ def profile_keys(profile: str, tables: Tables) -> dict[str, Key]:
     return {f"mesh.{profile}.{name}": case for name, case in cases.items()}
 
 
+RING: Tables = {
+    "name": "ring",
+    "defaults": {"module_mm": 2.0, "face_width_mm": 10.0},
+    "gear": [
+        {"name": "p", "teeth": 36, "hub_radius_mm": 20.0},
+        {"name": "r", "teeth": 96, "internal": True, "rim_radius_mm": 112.0},
+    ],
+    "mesh": [{"driver": "p", "driven": "r", "center_distance_mm": 60.0}],
+    "load": {"gear": "p", "torques_Nm": [20.0]},
+}
+RING_KEYS = {
+    "internal": Key(False, (), RING, entry=2),
+    "rim_radius_mm": Key(115.0, (STIFF, MOVING), RING, entry=2),
+    "cutter_teeth": Key(24, (STIFF, MOVING), RING, entry=2),
+}
 STATED = {"mean_stiffness_N_per_m": 1e8, "stiffness_variation": 0.3, "load_share": 0.5}
 PLANETARY: Tables = {
     "name": "planetary",
@@ -1184,7 +1199,7 @@ KEYS: dict[str, Key] = {
     "name": Key("other", (SHOWN,)),
     "description": Key("words", (SHOWN,)),
     "inferences": Key(["a word"], (SHOWN,)),
-    **{f"gear.{name}": key for name, key in GEAR_KEYS.items()},
+    **{f"gear.{name}": key for name, key in (GEAR_KEYS | RING_KEYS).items()},
     "mesh.driver": Key("z", (MODES,), SPARE),
     "mesh.driven": Key("z", (MODES,), SPARE),
     "mesh.center_distance_mm": Key(43.3, TEETH),
@@ -1269,7 +1284,7 @@ def test_a_key_moves_the_answer_or_is_refused(answers, name):
             assert changed.code == 2
 
 
-@pytest.mark.parametrize("name", GearDefaults.model_fields)
+@pytest.mark.parametrize("name", sorted(GearDefaults.model_fields.keys() - RING_KEYS))
 def test_a_default_is_the_same_as_the_key_in_every_gear(name):
     base = PAIR | {"gear": [gear | {"teeth": 19} for gear in PAIR["gear"]]}
     extra = COMPANIONS.get(name) or {name: GEAR_KEYS[name].value}
@@ -1280,3 +1295,15 @@ def test_a_default_is_the_same_as_the_key_in_every_gear(name):
     by_gear = base | {"gear": [g | extra for g in bare], "defaults": shared}
     assert read_gear_set(toml(by_default)) == read_gear_set(toml(by_gear))
     assert read_gear_set(toml(by_default)) != read_gear_set(toml(base))
+
+
+@pytest.mark.parametrize("name", ["rim_radius_mm", "cutter_teeth"])
+def test_a_default_of_rings_is_that_of_the_ring_alone(name):
+    extra, gears = {name: RING_KEYS[name].value}, RING["gear"]
+    bare = {key: value for key, value in gears[1].items() if key != name}
+    by_default = RING | {
+        "gear": [gears[0], bare],
+        "defaults": RING["defaults"] | extra | {"hub_radius_mm": 21.0},
+    }
+    by_gear = RING | {"gear": [gears[0], bare | extra]}
+    assert read_gear_set(toml(by_default)) == read_gear_set(toml(by_gear))
