@@ -87,9 +87,11 @@ def depth_and_slope(flank, end, parameter, s):
 def gap_by_crossing(mesh, master, slave, patch, s):
     """Gap at the master's roll length s, and its slope over the master's crossing."""
     line, step = mesh.line_of_action, CROSSING_STEP * mesh.line_of_action
-    here, there = patch.crossings[0], patch.crossings[0] + step
-    gap = separation(master, slave, line, (here, patch.crossings[1]), s)[0]
-    shifted = separation(master, slave, line, (there, patch.crossings[1]), s)[0]
+    here = patch.crossings[0]
+    gap = separation(master, slave, line, patch.crossings, s)[0]
+    patch.crossings[0] = here + step
+    shifted = separation(master, slave, line, patch.crossings, s)[0]
+    patch.crossings[0] = here
     return gap, (shifted - gap) / step
 
 
@@ -144,14 +146,14 @@ def contact_point(mesh, master, slave, patch):
     corner or kink, or on the mate.
     """
     line, step = mesh.line_of_action, KINK * master.length
-    crossings = patch.crossings[0], patch.crossings[1]
+    crossings, here = patch.crossings, patch.crossings[0]
     near = roll_of_arc(master, max(0.0, patch.arc - step))
     far = roll_of_arc(master, patch.arc + step)
     master_near, mate_near = normals(master, slave, line, crossings, near)
     master_far, mate_far = normals(master, slave, line, crossings, far)
     by_s = (master_near - master_far) / (near - far)
     mate_by_s = (mate_near - mate_far) / (near - far)
-    max_bend = MAX_BEND / min(master.base_radius, slave.base_radius)
+    max_bend = MAX_BEND / min(abs(master.base_radius), abs(slave.base_radius))
     is_corner = patch.arc == 0.0 or (
         master.undercut_roll > 0.0 and patch.arc >= master.length
     )
@@ -159,10 +161,11 @@ def contact_point(mesh, master, slave, patch):
     s = roll_of_arc(master, patch.arc)
     s_mate = separation(master, slave, line, crossings, s)[1]
     shift = CROSSING_STEP * line
-    shifted = crossings[0] + shift, crossings[1]
-    mate_by_x = normals(master, slave, line, shifted, s)[1]
-    mate_by_x = (mate_by_x - normals(master, slave, line, crossings, s)[1]) / shift
-    tangent = base_tangent_angle(master, crossings[0], s)
+    mate_normal = normals(master, slave, line, crossings, s)[1]
+    crossings[0] = here + shift
+    mate_by_x = (normals(master, slave, line, crossings, s)[1] - mate_normal) / shift
+    crossings[0] = here
+    tangent = base_tangent_angle(master, here, s)
     normal = 0.5 * (master_near + master_far)
     if is_corner or abs(mate_by_s) < abs(by_s):
         normal = 0.5 * (mate_near + mate_far)

@@ -344,7 +344,7 @@ EXAMPLES = {
     },
     "tolerances": {
         "torque": 100.0 + 1.0 / 3.0,
-        "samples": 10,
+        "samples": 600,
         "elements": fegear.StaticsSettings(resolution="coarse", positions=8),
     },
     "identify": {
