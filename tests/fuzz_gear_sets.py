@@ -10,7 +10,6 @@ failed with the arguments and the file that did it. Tests run a few of the same 
 
 from __future__ import annotations
 
-import _thread
 import argparse
 import contextlib
 import faulthandler
@@ -522,8 +521,12 @@ def cases(count: int, seed: int) -> Iterator[Case]:
 
 @contextlib.contextmanager
 def patience(arguments: list[str]) -> Iterator[None]:
-    """Ctrl-C after a while where all degrees of freedom may be asked for."""
-    timer = threading.Timer(PATIENCE, _thread.interrupt_main)
+    """Ctrl-C after a while where all degrees of freedom may be asked for.
+
+    The signal goes to the main thread, as from a keyboard, so that waiting ends.
+    """
+    main_thread = threading.main_thread().ident
+    timer = threading.Timer(PATIENCE, signal.pthread_kill, (main_thread, signal.SIGINT))
     if "full" in arguments:
         timer.start()
     try:

@@ -42,6 +42,7 @@ from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+STEPS_PER_PIECE = 64  # some take a tenth of a second
 
 
 @dataclass(frozen=True, eq=False)
@@ -439,6 +440,9 @@ class FullStepper(ImplicitStepper):
                 raise Diverged(n / (cycle * self.system.common_period[0]))
             kernel.record(arrays, now.motion, now.contact, record, n + 1)
         return now, history_from_record(steps.size, record)
+
+    def steps_per_piece(self, cycle: int) -> int:
+        return STEPS_PER_PIECE
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
     def _step(self, size: float) -> FullStepMatrices:

@@ -238,6 +238,10 @@ class ImplicitStepper(ABC):
         """Steps are those that the elastic modes need."""
         return None
 
+    def steps_per_piece(self, cycle: int) -> int:
+        """Steps between two looks at the clock, for `cycle` steps of the first mesh."""
+        return PERIODS_PER_PIECE * cycle
+
     def _common_period(
         self, state: MotionState, speed: Speed
     ) -> tuple[MotionState, FeHistory]:
@@ -249,9 +253,7 @@ class ImplicitStepper(ABC):
         _require_memory(self.model, cycle)
         grid = TimeSteps(speed.frequency, 1.0 / (speed.frequency * cycle), 0, cycle)
         total_steps = self.system.common_period[0] * cycle
-        piece = (
-            total_steps if self.system.repetitions == 1 else PERIODS_PER_PIECE * cycle
-        )
+        piece = self.steps_per_piece(cycle)
         parts = []
         for start in range(0, total_steps, piece):
             if start:

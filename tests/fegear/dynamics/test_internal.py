@@ -37,8 +37,9 @@ def planet_and_ring(driver=0, bearings=False, torque=TORQUE):
 
 
 def rms(study):
-    frame = fegear.run(study).to_frame()
-    return frame["dte_rms_m"].to_numpy(), frame["force_peak_N"].to_numpy()
+    table = fegear.run(study).table
+    columns = dict(zip(table.names, np.transpose(list(table.rows())), strict=True))
+    return columns["dte_rms_m"].astype(float), columns["force_peak_N"].astype(float)
 
 
 def coupled(gears, translations=False):
