@@ -172,6 +172,8 @@ def require_clearances(pair: GearPair) -> None:
             limit = f"at most {floored(1e3 * allowed)} mm"
             if mate.sign < 0:
                 limit = f"at least {ceiled(1e3 * allowed)} mm"
+            if gear.sign < 0:
+                limit += ", or a cutter of more teeth"
             raise GeometryError(
                 "tip_radius",
                 f"{1e3 * abs(mate.tip_radius):.9g} mm of the mate digs below the form "

@@ -5,7 +5,8 @@ All degrees of freedom take minutes by their nature: such a case is interrupted 
 while, as a user would, and must then end by itself.
 
 As a script: `PYTHONPATH=. python tests/fuzz_gear_sets.py 3000 --seed 1`; it prints what
-failed with the arguments and the file that did it. Tests run a few of the same cases.
+failed with the arguments and the file that did it; `--kind planetary` has such sets
+alone. Tests run a few of the same cases.
 """
 
 from __future__ import annotations
@@ -99,11 +100,34 @@ MESH: dict[str, Value] = {
     "stiffness_variation": between(0.0, 0.9),
     "load_share": between(0.05, 0.95),
 }
+RING = {key: GEAR[key] for key in GEAR if key not in ("teeth", "hub_radius_mm")} | {
+    "cutter_teeth": lambda r: r.randint(8, 60),
+    "tip_radius_mm": between(40.0, 130.0),
+}
+PLANETARY: dict[str, Value] = {
+    "center_distance_mm": between(30.0, 110.0),
+    "positions_deg": lambda r: [
+        round(60.0 * place + r.choice([0.0, 0.0, 3.0]), 3) for place in range(9)
+    ],
+    "carrier_inertia_kg_m2": lambda r: 10.0 ** r.uniform(-6, 0),
+    "carrier_mass_kg": between(0.01, 5.0),
+    "carrier_bearing_kx_N_per_m": lambda r: 10.0 ** r.uniform(6, 9),
+    "carrier_coupling_stiffness_Nm_per_rad": any_of(0.0, 100.0, 1e6),
+}
+# keys of a mesh that follow from the set
+NOT_OF_SIDES = {
+    "driver",
+    "driven",
+    "operating_pressure_angle_deg",
+    "center_distance_mm",
+    "center_line_deg",
+    "phase",
+}
 RELIEFS = [key for key in known_keys(["mesh"]) if key.endswith("relief")]
 NAMES = ["a", "b", "c", "pinion 1", "日本", "wheel-2"]
 
 
-def gear_set(r: random.Random) -> dict[str, Any]:
+def train(r: random.Random) -> dict[str, Any]:
     """A train in a row with plausible figures, most of which fit each other."""
     count = r.choice([2, 2, 2, 3, 4])
     names = r.sample(NAMES, count)
@@ -122,6 +146,71 @@ def gear_set(r: random.Random) -> dict[str, Any]:
         shaft = {"gears": r.sample(names, 2)}
         tables["shaft"] = [shaft | {"stiffness_Nm_per_rad": 10.0 ** r.uniform(2, 6)}]
     return tables
+
+
+def ring_pair(r: random.Random) -> dict[str, Any]:
+    """A planet and a ring, either of which drives."""
+    tables = train(r)
+    planet, ring = gear(r, "planet"), ring_gear(r)
+    if r.random() < 0.8:
+        ring |= ring_of(r, planet["teeth"] + r.randint(12, 60))
+    driver, driven = r.sample(["planet", "ring"], 2)
+    entry = mesh(r, driver, driven)
+    if "operating_pressure_angle_deg" in entry and r.random() < 0.7:
+        del entry["operating_pressure_angle_deg"]
+        entry["center_distance_mm"] = ring["teeth"] - planet["teeth"] + 0.0
+    tables |= {"gear": [planet, ring], "mesh": [entry]}
+    tables.pop("shaft", None)
+    if "load" in tables:
+        tables["load"]["gear"] = driver
+    return tables
+
+
+def planetary_set(r: random.Random) -> dict[str, Any]:
+    """A planetary set, most of which can be assembled."""
+    tables = train(r)
+    sun, planet, ring = gear(r, "sun"), gear(r, "planet"), ring_gear(r)
+    if r.random() < 0.9:
+        ring |= ring_of(r, sun["teeth"] + 2 * planet["teeth"])
+    fitting = [n for n in range(2, 7) if (sun["teeth"] + ring["teeth"]) % n == 0]
+    roles = r.sample(["sun", "carrier", "ring"], 3)
+    members = dict(zip(["input", "output", "held"], roles, strict=True))
+    entry = {"sun": "sun", "planet": "planet", "ring": "ring", **members}
+    entry["planets"] = r.choice(fitting or [3]) if r.random() < 0.8 else r.randint(1, 9)
+    for side in ("sun_mesh", "ring_mesh"):
+        keys = mesh(r, "a", "b")
+        keys = {key: keys[key] for key in keys if key not in NOT_OF_SIDES}
+        if r.random() < 0.7:
+            entry[side] = keys
+    for key in r.sample(list(PLANETARY), r.choice([0, 0, 1, 2])):
+        entry[key] = PLANETARY[key](r)
+    if "positions_deg" in entry:
+        entry["positions_deg"] = entry["positions_deg"][: entry["planets"]]
+    if "carrier_bearing_kx_N_per_m" in entry:
+        entry["carrier_bearing_ky_N_per_m"] = 2e8
+    tables |= {"gear": [sun, planet, ring], "planetary": [entry]}
+    for name in ("mesh", "shaft"):
+        tables.pop(name, None)
+    if "load" in tables:
+        tables["load"]["gear"] = members["input"]
+    return tables
+
+
+KINDS = {"train": train, "ring": ring_pair, "planetary": planetary_set}
+
+
+def ring_of(r: random.Random, teeth: int) -> dict[str, Any]:
+    """Teeth of a ring, and a rim that is large enough for them at module 2 mm."""
+    return {"teeth": teeth, "rim_radius_mm": round(teeth + r.uniform(4.0, 20.0), 3)}
+
+
+def ring_gear(r: random.Random) -> dict[str, Any]:
+    entry = {"name": "ring", "internal": True, **ring_of(r, r.randint(50, 130))}
+    for key in r.sample(list(RING), r.choice([0, 0, 1, 2])):
+        entry[key] = RING[key](r)
+    if "bearing_kx_N_per_m" in entry:
+        entry["bearing_ky_N_per_m"] = 2e8
+    return entry
 
 
 def gear(r: random.Random, name: str) -> dict[str, Any]:
@@ -486,11 +575,13 @@ class Case:
         return self.files["set.toml"]
 
 
-def cases(count: int, seed: int) -> Iterator[Case]:
+def cases(count: int, seed: int, kind: str = "") -> Iterator[Case]:
+    """Cases of one kind of gear set, or of all, most of them trains."""
     options = option_lists()
     for number in range(count):
         r = random.Random(f"{seed} {number}")
-        tables = gear_set(r)
+        drawn = r.choices(list(KINDS), [8, 1, 1])[0]
+        tables = KINDS[kind or drawn](r)
         if r.random() < 0.2:
             tables = broken(r, tables)
         comparison = validation_case(r)
@@ -582,12 +673,13 @@ def main() -> None:
     parser.add_argument("count", type=int)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", type=int, help="number of the one case to run")
+    parser.add_argument("--kind", choices=list(KINDS), default="")
     options = parser.parse_args()
     # a shell starts what runs in the background with Ctrl-C switched off
     signal.signal(signal.SIGINT, signal.default_int_handler)
     codes: Counter[tuple[str, int]] = Counter()
     slowest, failed = (0.0, ""), 0
-    for number, case in enumerate(cases(options.count, options.seed)):
+    for number, case in enumerate(cases(options.count, options.seed, options.kind)):
         if options.only not in (None, number):
             continue
         sys.stderr.write(f"\r{number} {shlex.join(case.arguments)[:70]!a:<74}")
