@@ -44,6 +44,7 @@ from lumped.train.modes import (
     natural_modes,
 )
 from lumped.train.propagator import LinearPart
+from lumped.train.rotating_frame import RotatingFrame, rotating_frame
 from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 
@@ -151,6 +152,8 @@ class LumpedSystem:
         They strain a mesh, or teeth slide in them and the sliding reverses friction.
         """
         taking_part = self._moves_mesh
+        if self._frame_speed:  # Coriolis forces excite modes that strain no mesh
+            taking_part = taking_part | (self.modes.frequency_Hz > 0.0)
         if any(
             tooth_friction.sliding == "instantaneous"
             for tooth_friction in self.friction
@@ -204,9 +207,31 @@ class LumpedSystem:
         )
         return coupled_system(self.contacts, train)
 
+    @property
+    def _frame_speed(self) -> float:
+        """Angular speed of the frame of the coordinates per Hz of the first mesh
+        [rad/s], 0 where nothing in it translates."""
+        if not self.modes.coordinates.gyroscopic.any():
+            return 0.0
+        return self.train.carrier_angular_speed(1.0)
+
+    @cached_property
+    def rotating_frame(self) -> RotatingFrame | None:
+        """Inertial forces of the carrier's rotation on the modes that take part; None
+        where it does not rotate or nothing translates."""
+        if not self._frame_speed:
+            return None
+        return rotating_frame(self.modes, self.moving, self._frame_speed)
+
     @cached_property
     def _linear(self) -> LinearPart:
-        return LinearPart(require_present(self.coupled_arrays, COUPLED_MODEL))
+        arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
+        bodies, frame = require_present(self.contacts, COUPLED_MODEL), None
+        if self.rotating_frame is not None:
+            standing = arrays.load.size - 2 * arrays.whirl.size
+            to_unit = bodies.body_modes.to_unit[:standing, :standing]
+            frame = self.rotating_frame.in_coordinates(to_unit)
+        return LinearPart(arrays, frame)
 
     @cached_property
     def loaded(self) -> LoadedState | None:
