@@ -100,10 +100,14 @@ class WhirlModes(Modes):
         Angular speed of the frame [rad/s].
     growth : (n,) array
         Rates at which modes grow [1/s], 0 where they only vibrate.
+    is_supercritical : bool
+        Whether centrifugal forces exceed those of the springs in some motion. Only
+        gyroscopic forces then stabilise it, which damping in the frame undoes.
     """
 
     speed: float
     growth: Array
+    is_supercritical: bool
 
 
 def whirl_modes(
@@ -148,6 +152,7 @@ def whirl_modes(
         mesh_energy=_mesh_energy(modes, vectors, mesh_stiffness),
         speed=speed,
         growth=values.real,
+        is_supercritical=_is_indefinite(np.asarray(np.linalg.eigvalsh(stiffness))),
     )
 
 
@@ -157,7 +162,7 @@ def _eigenvalues(
     """Eigenvalues (n,) [1/s] and modes (n, n) in those at rest, by rising frequency."""
     free = modes.frequency_Hz == 0.0
     squares, axes = np.linalg.eigh(stiffness)
-    if squares.min() < -INDEFINITE_RTOL * squares.max():
+    if _is_indefinite(squares):
         return _general_eigenvalues(stiffness, skew)
     n, zeros = len(stiffness), int(free.sum())
     root = axes * np.sqrt(np.maximum(squares, 0.0))  # L
@@ -168,6 +173,10 @@ def _eigenvalues(
     at_rest = np.eye(n, dtype=complex)[:, free]
     values = np.concatenate([np.zeros(zeros), angular])
     return 1j * values, np.concatenate([at_rest, velocities / (1j * angular)], axis=1)
+
+
+def _is_indefinite(squares: Array) -> bool:
+    return bool(squares.min() < -INDEFINITE_RTOL * squares.max())
 
 
 def _general_eigenvalues(stiffness: Array, skew: Array) -> tuple[Complex, Complex]:

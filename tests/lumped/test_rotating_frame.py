@@ -24,7 +24,6 @@ from tests.lumped.test_planetary_modes import (
     CENTERS,
     MASS,
     MESH,
-    RADIUS,
     REDUCED_INERTIA,
     RING_TORSION,
     closed,
@@ -37,14 +36,17 @@ SPEEDS = [100.0, 500.0, 2000.0]  # rad/s of the carrier
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
-def single_disk(mass: float, stiffness: float):
+def single_disk(mass: float, stiffness: float, along_y: float | None = None):
     """Modes of a disk on a bearing, the other gear of its mesh and the carrier fixed.
 
     The mesh is so soft that it adds 1e-22 of the stiffness.
     """
     sizes = {"teeth": 20, "base_radius": 0.05, "inertia": 1.0}
     disk = lumped.Gear(
-        name="disk", mass=mass, bearing_stiffness=(stiffness, stiffness), **sizes
+        name="disk",
+        mass=mass,
+        bearing_stiffness=(stiffness, along_y or stiffness),
+        **sizes,
     )
     planet = lumped.Gear(name="planet", mass=1.0, **sizes)
     carrier = lumped.Carrier(
@@ -69,6 +71,7 @@ def test_one_disk_whirls_at_its_frequency_less_and_plus_the_speed(mass, k, part)
     expected = [natural - speed, natural + speed]
     assert angular == pytest.approx(expected, rel=1e-9)
     assert (modes.growth == 0.0).all()
+    assert not modes.is_supercritical
 
 
 @pytest.mark.parametrize("part", [1.02, 1.5, 3.0])
@@ -78,6 +81,7 @@ def test_above_the_critical_speed_the_disk_still_whirls(part):
     expected = [(part - 1.0) * 1000.0, (part + 1.0) * 1000.0]
     assert modes.angular[-2:] == pytest.approx(expected, rel=1e-6)
     assert modes.growth[-2:] == pytest.approx([0.0, 0.0])
+    assert modes.is_supercritical
 
 
 def textbook(planets: int, consistent: bool, angles=None):
@@ -202,19 +206,24 @@ def test_the_sense_of_rotation_does_not_change_frequencies():
     assert two == pytest.approx(one, rel=1e-12)
 
 
-def test_a_carrier_on_too_soft_bearings_diverges():
-    """Planets whose bearings turn with the carrier move outward above sqrt(k / m)."""
-    train = planetary(3)
-    soft = tuple(
-        replace(gear, bearing_stiffness=(1e5, 1e5))
-        if gear.name.startswith("planet")
-        else gear
-        for gear in train.gears
+@pytest.mark.parametrize(
+    ("speed", "diverges", "supercritical"),
+    [(900.0, False, False), (1200.0, True, True), (1600.0, False, True)],
+)
+def test_bearings_that_turn_and_differ_diverge_between_both_frequencies(
+    speed, diverges, supercritical
+):
+    """Of a disk with 1000 and 1500 rad/s along x and y of the frame."""
+    modes = whirl_modes(single_disk(1.0, 1000.0**2, 1500.0**2), speed)
+    # (x'' + (k1 - W^2) x - 2 W y'), (y'' + (k2 - W^2) y + 2 W x')
+    p, q = 1000.0**2 - speed**2, 1500.0**2 - speed**2
+    roots = np.sqrt(np.roots([1.0, p + q + 4.0 * speed**2, p * q]).astype(complex))
+    assert modes.growth.max() == pytest.approx(
+        np.abs(roots.real).max() if diverges else 0.0, rel=1e-9
     )
-    modes = natural_modes(replace(train, gears=soft), [1e3] * 6)
-    critical = math.sqrt(1e5 / MASS["planet"])
-    assert (whirl_modes(modes, 0.9 * critical).growth == 0.0).all()
-    assert whirl_modes(modes, 3.0 * critical).frequency_Hz.size == 18
+    assert modes.angular[-1] == pytest.approx(np.abs(roots.imag).max(), rel=1e-9)
+    assert modes.is_supercritical == supercritical
+    assert (modes.growth.max() > 1.0) == diverges
 
 
 @settings(max_examples=30, deadline=None)
@@ -234,7 +243,9 @@ def test_forces_of_the_frame(angles, centres, seed):
     assert (G == -G.T).all()
     assert (C == C.T).all()
     velocity = np.random.default_rng(seed).normal(size=space.mass.size)
-    assert abs(velocity @ G @ velocity) < 1e-12 * (abs(velocity) @ abs(G) @ abs(velocity) + 1e-300)
+    assert abs(velocity @ G @ velocity) < 1e-12 * (
+        abs(velocity) @ abs(G) @ abs(velocity) + 1e-300
+    )
     assert np.linalg.eigvalsh(C).min() > -1e-12 * MASS["carrier"]
     motion = np.zeros(space.mass.size)
     for (body, kind), index in space.indices.items():
@@ -242,14 +253,18 @@ def test_forces_of_the_frame(angles, centres, seed):
             motion[index] = 1.0
         elif body in train.carrier.gears:
             angle = angles[train.carrier.gears.index(body)]
-            motion[index] = CENTERS * (-math.sin(angle) if kind == "x" else math.cos(angle))
+            motion[index] = CENTERS * (
+                -math.sin(angle) if kind == "x" else math.cos(angle)
+            )
     assert C @ motion == pytest.approx(np.zeros(len(C)), abs=1e-14)
 
 
 def test_planets_without_bearings_are_masses_of_the_carrier():
     train = planetary(3)
     gears = tuple(
-        replace(gear, bearing_stiffness=None) if gear.name.startswith("planet") else gear
+        replace(gear, bearing_stiffness=None)
+        if gear.name.startswith("planet")
+        else gear
         for gear in train.gears
     )
     space = train_coordinates(replace(train, gears=gears))
@@ -317,7 +332,11 @@ def test_carrier_and_planet_are_the_linearised_nonlinear_motion(speed):
     exact = np.linalg.eigvals(np.array(columns).T).imag
     exact = np.sort(exact[exact > 1.0])
     gear = lumped.Gear(
-        name="planet", teeth=20, base_radius=0.03, inertia=1.0, mass=mass,
+        name="planet",
+        teeth=20,
+        base_radius=0.03,
+        inertia=1.0,
+        mass=mass,
         bearing_stiffness=(k, k),
     )
     sun = lumped.Gear(name="sun", teeth=20, base_radius=0.03, inertia=1.0)
@@ -348,7 +367,11 @@ def test_speed_of_the_carrier_follows_from_the_held_gear():
 def test_trains_without_a_carrier_have_no_such_forces():
     gears = tuple(
         lumped.Gear(
-            name=name, teeth=20, base_radius=0.03, inertia=1e-3, mass=1.0,
+            name=name,
+            teeth=20,
+            base_radius=0.03,
+            inertia=1e-3,
+            mass=1.0,
             bearing_stiffness=(1e8, 1e8),
         )
         for name in "ab"
@@ -359,3 +382,55 @@ def test_trains_without_a_carrier_have_no_such_forces():
     assert not space.gyroscopic.any()
     assert not space.centripetal.any()
     assert train.carrier_angular_speed(1000.0) == 0.0
+
+
+def test_a_step_of_the_linear_part_is_that_of_scipy():
+    """Three coordinates with G and C at two speeds, and cubic forces."""
+    rng = np.random.default_rng(7)
+    skew, root = rng.normal(size=(2, 3, 3))
+    frame = RotatingFrame(skew - skew.T, root @ root.T, speed=0.4)
+    K, D = np.diag([1e6, 4e6, 9e6]), np.diag([50.0, 80.0, 120.0])
+    system = SimpleNamespace(
+        stiffness=K,
+        damping=D,
+        load=np.zeros(3),
+        whirl=np.zeros(0),
+        contacts=SimpleNamespace(
+            knots=np.array([[0.0, 1e-5]]), load_curve=np.ones((1, 1, 2, 1, 4)) * 1e-6
+        ),
+        rows=np.ones((1, 1, 3)),
+    )
+    push, h = np.array([1.0, -2.0, 0.5]), 1e-4
+    start = np.array([1e-6, -2e-6, 1e-6, 2e-3, 1e-3, -3e-3])
+    for frequency in (500.0, 1500.0):
+        W = 0.4 * frequency
+
+        def slope(time, y, W=W):
+            force = push * (1.0 + 1e3 * time - 1e7 * time**2)
+            damped = (D + W * frame.gyroscopic) @ y[3:]
+            return [*y[3:], *(force - damped - (K - W**2 * frame.centripetal) @ y[:3])]
+
+        options = {"rtol": 1e-12, "atol": 1e-18}
+        exact = solve_ivp(slope, (0.0, h), start, **options).y[:, -1]
+        step = LinearPart(system, frame).step(frequency, h)
+        times = h * np.array([1.0, 0.0, -1.0, -2.0])
+        end, *before = 1.0 + 1e3 * times - 1e7 * times**2
+        inputs = np.concatenate([start, *(push * force for force in before)])
+        state = inputs @ step.transition + (push * end) @ step.force_response
+        np.testing.assert_allclose(state, exact, rtol=1e-8, atol=1e-14)
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_modes_without_the_free_rotation_keep_their_frequencies(speed):
+    """Its speed follows from the moment of momentum, as in an integrated motion."""
+    modes = modes_of(planetary(3))
+    moving = np.flatnonzero(modes.frequency_Hz > 0.0)
+    frame = rotating_frame(modes, moving, 1.0)
+    stiffness = np.diag(modes.angular[moving] ** 2) + frame.stiffness(speed)
+    n = moving.size
+    companion = np.block(
+        [[np.zeros((n, n)), np.eye(n)], [-stiffness, -frame.damping(speed)]]
+    )
+    imaginary = np.linalg.eigvals(companion).imag
+    expected = whirl_modes(modes, speed).angular[1:]
+    assert np.sort(imaginary[imaginary > 0.0]) == pytest.approx(expected, rel=1e-9)
