@@ -19,7 +19,8 @@ from lumped.train.train import Train
 Family = Literal["rotational", "translational", "planet", "mixed"]
 Whirl = Literal["forward", "backward", "none"]
 AT_REST = 1e-9  # part of a mode's kinetic energy below which a motion is none
-# Part of the kinetic energy of a mode by which motions in both senses differ at least
+# Difference of the kinetic energies of both senses of rotation, relative to their sum,
+# that is no round-off
 MIN_WHIRL = 1e-6
 SAME_RTOL = 1e-6  # difference of natural frequencies, relative, that is round-off
 
@@ -59,8 +60,10 @@ def whirl_senses(train: Train, modes: WhirlModes) -> tuple[Whirl, ...]:
     x, y = [*centers], [*centers.values()]
     # counter-clockwise, y is a quarter of a period behind x
     moment = -2.0 * space.mass[x] @ (shapes[x].conj() * shapes[y]).imag
+    energy = space.mass[x] @ (np.abs(shapes[x]) ** 2 + np.abs(shapes[y]) ** 2)
     names: tuple[Whirl, ...] = ("backward", "none", "forward")
-    senses = np.sign(modes.speed * moment) * (np.abs(moment) > MIN_WHIRL)
+    is_orbit = (np.abs(moment) > MIN_WHIRL * energy) & (energy > AT_REST)
+    senses = np.sign(modes.speed * moment) * is_orbit
     return tuple(names[1 + int(sense)] for sense in senses)
 
 
