@@ -65,21 +65,32 @@ class LinearPart:
         """
         if self.frame is None:
             return self._modes_at_rest
-        stiffness = self.frame.stiffness(frequency)
-        return self._modes_with(stiffness, self.frame.damping(frequency))
+        stiffness, damping = self._standing
+        return self._modes_with(
+            stiffness + self.frame.stiffness(frequency),
+            damping + self.frame.damping(frequency),
+        )
 
     @cached_property
     def _modes_at_rest(self) -> tuple[Complex, Complex, Complex]:
-        return self._modes_with(0.0, 0.0)
+        return self._modes_with(*self._standing)
+
+    @property
+    def _standing(self) -> tuple[Array, Array]:
+        """Stiffness (a, a) and damping (a, a) of the coordinates that do not whirl."""
+        standing = slice(0, self.n_standing)
+        system = self.system
+        return (
+            system.stiffness[standing, standing],
+            system.damping[standing, standing],
+        )
 
     def _modes_with(
-        self, added_stiffness: Array | float, added_damping: Array | float
+        self, stiffness: Array, damping: Array
     ) -> tuple[Complex, Complex, Complex]:
         a = self.n_standing
-        standing, eye = slice(0, a), np.eye(a)
-        stiffness = self.system.stiffness[standing, standing] + added_stiffness
+        eye = np.eye(a)
         stiffness = stiffness + MIN_STIFFNESS_RATIO * self._largest * eye
-        damping = self.system.damping[standing, standing] + added_damping
         matrix = np.block([[np.zeros((a, a)), eye], [-stiffness, -damping]])
         values, vectors = np.linalg.eig(matrix)
         return values.astype(complex), vectors.T.astype(complex), np.linalg.inv(vectors)

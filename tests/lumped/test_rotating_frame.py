@@ -13,11 +13,23 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import lumped
+from lumped import Settings
+from lumped.kernels.coupled import settle_motion
+from lumped.steady.steady_state import new_convergence
 from lumped.train.coordinates import train_coordinates
+from lumped.train.coupled import contact_grid, coupled_steps, coupled_system
 from lumped.train.mode_families import mode_families, multiplicities, whirl_senses
 from lumped.train.modes import natural_modes
 from lumped.train.propagator import LinearPart
 from lumped.train.rotating_frame import RotatingFrame, rotating_frame, whirl_modes
+from tests.lumped.test_coupled_blocks import (
+    FREQUENCY,
+    GROUND,
+    LOAD,
+    POSITIONS,
+    STIFFNESS,
+    random_chain,
+)
 from tests.lumped.test_planetary_modes import (
     ALPHA,
     BEARING,
@@ -384,22 +396,26 @@ def test_trains_without_a_carrier_have_no_such_forces():
     assert train.carrier_angular_speed(1000.0) == 0.0
 
 
+def linear_system(stiffness, damping):
+    """Three coordinates without contacts."""
+    curve = 1e-6 * np.ones((1, 1, 2, 1, 4))
+    return SimpleNamespace(
+        stiffness=stiffness,
+        damping=damping,
+        load=np.zeros(3),
+        whirl=np.zeros(0),
+        contacts=SimpleNamespace(knots=np.array([[0.0, 1e-5]]), load_curve=curve),
+        rows=np.ones((1, 1, 3)),
+    )
+
+
 def test_a_step_of_the_linear_part_is_that_of_scipy():
     """Three coordinates with G and C at two speeds, and cubic forces."""
     rng = np.random.default_rng(7)
     skew, root = rng.normal(size=(2, 3, 3))
     frame = RotatingFrame(skew - skew.T, root @ root.T, speed=0.4)
     K, D = np.diag([1e6, 4e6, 9e6]), np.diag([50.0, 80.0, 120.0])
-    system = SimpleNamespace(
-        stiffness=K,
-        damping=D,
-        load=np.zeros(3),
-        whirl=np.zeros(0),
-        contacts=SimpleNamespace(
-            knots=np.array([[0.0, 1e-5]]), load_curve=np.ones((1, 1, 2, 1, 4)) * 1e-6
-        ),
-        rows=np.ones((1, 1, 3)),
-    )
+    system = linear_system(K, D)
     push, h = np.array([1.0, -2.0, 0.5]), 1e-4
     start = np.array([1e-6, -2e-6, 1e-6, 2e-3, 1e-3, -3e-3])
     for frequency in (500.0, 1500.0):
@@ -434,3 +450,82 @@ def test_modes_without_the_free_rotation_keep_their_frequencies(speed):
     imaginary = np.linalg.eigvals(companion).imag
     expected = whirl_modes(modes, speed).angular[1:]
     assert np.sort(imaginary[imaginary > 0.0]) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_linear_part_keeps_its_energy_without_damping():
+    """Coriolis forces do no work; those of the centre have a potential."""
+    rng = np.random.default_rng(3)
+    skew, root = rng.normal(size=(2, 3, 3))
+    frame = RotatingFrame(skew - skew.T, root @ root.T, speed=0.3)
+    K, frequency = np.diag([1e6, 4e6, 9e6]), 1000.0
+    step = LinearPart(linear_system(K, 0.0 * K), frame).step(frequency, 5e-5)
+    stiffness = K + frame.stiffness(frequency)
+    y = rng.normal(size=6) * np.repeat([1e-6, 1e-3], 3)
+    energies = []
+    for _ in range(200):
+        energies.append(0.5 * (y[3:] @ y[3:] + y[:3] @ stiffness @ y[:3]))
+        y = y @ step.transition[:6]
+    assert energies == pytest.approx([energies[0]] * 200, rel=1e-9)
+    assert np.abs(frame.damping(frequency)).max() > 100.0
+
+
+def contact_forces(system, q, position):
+    """Loads (c,) by Newton's method, at a position of the mesh cycle from 0 to 1."""
+    place = position * POSITIONS
+    cell = min(int(place), POSITIONS - 1)
+    weights = 1.0 - (place - cell), place - cell
+
+    def at(table):
+        return weights[0] * table[cell] + weights[1] * table[cell + 1]
+
+    contacts = system.contacts
+    B, Q = at(system.rows.swapaxes(0, 1)), at(contacts.normal_compliance)
+    gap = at(contacts.gap.T)
+    x = np.zeros(len(gap))
+    for _ in range(50):
+        # the same curve at all positions, F = k x + c x^2
+        F = np.where(x > 0.0, STIFFNESS * x + 1e12 * x**2, 0.0)
+        slope = np.where(x > 0.0, STIFFNESS + 2e12 * x, 0.0)
+        residual = x + Q @ F - B @ q + gap
+        x = x - np.linalg.solve(np.eye(len(x)) + Q * slope, residual)
+        if np.abs(residual).max() < 1e-18:
+            break
+    return B.T @ np.where(x > 0.0, STIFFNESS * x + 1e12 * x**2, 0.0)
+
+
+def test_the_coupled_model_in_the_frame_is_that_of_scipy():
+    """A chain of three gears with contacts over a mesh cycle; the error of its steps
+    decreases with their number."""
+    coupled, train = random_chain(3, 2, 0, 0, 5)
+    system = coupled_system(coupled, train)
+    G = np.array([[0.0, -2.0, 1.0], [2.0, 0.0, 0.5], [-1.0, -0.5, 0.0]])
+    frame = RotatingFrame(G, np.diag([1.0, 2.0, 0.5]), speed=1.0)
+    stiffness = system.stiffness + frame.stiffness(FREQUENCY)
+    damping = system.damping + frame.damping(FREQUENCY)
+    start = np.stack([np.linspace(2.0, 1.0, 3) * LOAD / GROUND, np.zeros(3)])
+
+    def slope(time, y):
+        pushed = contact_forces(system, y[:3], time * FREQUENCY)
+        force = system.load - stiffness @ y[:3] - damping @ y[3:]
+        return np.concatenate([y[3:], force - pushed])
+
+    y = start.ravel()
+    for cell in range(POSITIONS):  # the gaps have corners between
+        span = cell / POSITIONS / FREQUENCY, (cell + 1) / POSITIONS / FREQUENCY
+        options = {"rtol": 1e-10, "atol": 1e-15, "method": "DOP853"}
+        y = solve_ivp(slope, span, y, **options).y[:, -1]
+    errors = []
+    for steps in (96, 192, 384):
+        grid = contact_grid(system, steps, np.ones(system.rate.size, np.int64))
+        linear = LinearPart(system, frame)
+        state = start.copy()
+        convergence = new_convergence(system.shapes, np.full(3, 1e4), Settings())
+        arguments = coupled_steps(system, linear, grid, FREQUENCY, 1), 1e9, state
+        settle_motion(system, *arguments, convergence, 1)
+        errors.append(np.abs(state.ravel() - y).max() / np.abs(y).max())
+    without = coupled_steps(system, LinearPart(system), grid, FREQUENCY, 1)
+    state = start.copy()
+    settle_motion(system, without, 1e9, state, convergence, 1)
+    assert errors[2] < 1e-4
+    assert errors[2] < 0.5 * errors[0]
+    assert np.abs(state.ravel() - y).max() / np.abs(y).max() > 100.0 * errors[2]
