@@ -152,8 +152,6 @@ class LumpedSystem:
         They strain a mesh, or teeth slide in them and the sliding reverses friction.
         """
         taking_part = self._moves_mesh
-        if self._frame_speed:  # Coriolis forces excite modes that strain no mesh
-            taking_part = taking_part | (self.modes.frequency_Hz > 0.0)
         if any(
             tooth_friction.sliding == "instantaneous"
             for tooth_friction in self.friction
@@ -207,21 +205,18 @@ class LumpedSystem:
         )
         return coupled_system(self.contacts, train)
 
-    @property
-    def _frame_speed(self) -> float:
-        """Angular speed of the frame of the coordinates per Hz of the first mesh
-        [rad/s], 0 where nothing in it translates."""
-        if not self.modes.coordinates.gyroscopic.any():
-            return 0.0
-        return self.train.carrier_angular_speed(1.0)
-
     @cached_property
     def rotating_frame(self) -> RotatingFrame | None:
-        """Inertial forces of the carrier's rotation on the modes that take part; None
-        where it does not rotate or nothing translates."""
-        if not self._frame_speed:
+        """Inertial forces of the carrier's rotation on the modes that take part.
+
+        None where it does not rotate or nothing translates, and of models 1 to 3, which
+        leave them out.
+        """
+        speed = self.train.carrier_angular_speed(1.0)
+        translates = self.modes.coordinates.gyroscopic.any()
+        if self.contacts is None or speed == 0.0 or not translates:
             return None
-        return rotating_frame(self.modes, self.moving, self._frame_speed)
+        return rotating_frame(self.modes, self.moving, speed)
 
     @cached_property
     def _linear(self) -> LinearPart:
