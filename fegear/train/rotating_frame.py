@@ -35,12 +35,17 @@ def frame_warnings(train: Train) -> Iterator[str]:
         )
 
 
-def left_out_warnings(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[str]:
+def left_out_warnings(
+    system: LumpedSystem,
+    speeds: Sequence[float],
+    model: str = "models 1 to 3 leave",
+) -> Iterator[str]:
     """A line where springs leave out forces of the frame that matter.
 
     They change natural frequencies of translations by up to the speed of the carrier.
 
     speeds : mesh frequencies of the first mesh [Hz], empty where they are not known
+    model : what has the springs in its place
     """
     slowest = lowest_translational(system.modes)
     per_Hz = 2.0 * abs(system.train.carrier_angular_speed(1.0))
@@ -50,8 +55,8 @@ def left_out_warnings(system: LumpedSystem, speeds: Sequence[float]) -> Iterator
     if not speeds or max(speeds) > first:
         yield with_code(
             "W41",
-            "models 1 to 3 leave out gyroscopic and centripetal forces of the carrier; "
-            f"beyond {first:.3g} Hz twice its speed exceeds "
+            f"{model} out gyroscopic and centripetal forces of the carrier; beyond "
+            f" {first:.3g} Hz twice its speed exceeds "
             f"{100.0 * MAX_SPEED_RATIO:g} % of the lowest translational frequency",
         )
 

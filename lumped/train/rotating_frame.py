@@ -180,7 +180,7 @@ def _is_indefinite(squares: Array) -> bool:
 
 
 def _general_eigenvalues(stiffness: Array, skew: Array) -> tuple[Complex, Complex]:
-    """The same where the rotation makes the stiffness negative.
+    """Eigenvalues and modes where the rotation makes the stiffness negative.
 
     One is taken of each pair of opposite eigenvalues: that with a frequency above 0, or
     the one that grows.
