@@ -84,6 +84,15 @@ def test_modes_of_the_coupled_model_have_families(rpm):
     assert {mode["whirl"] for mode in listed} == senses
 
 
+def test_finite_elements_in_motion_leave_forces_of_the_frame_out():
+    study = fegear.Dynamics(
+        gear_set=SET, translations=True, torque=(60.0,), speeds=(8000.0,), source=SOURCE
+    )
+    (line,) = study.prepare()._frame_warnings()
+    assert line.startswith("finite elements in motion leave out gyroscopic")
+    assert line.endswith("[W41]")
+
+
 @pytest.mark.slow
 def test_transmission_errors_at_rest_are_those_of_the_tables():
     """Each mesh alone; that of the ring varies by 0.2 um only, which is 2.5 % off."""

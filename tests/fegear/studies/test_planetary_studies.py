@@ -194,12 +194,3 @@ def test_springs_leave_the_forces_of_the_carrier_out_and_say_where_it_matters():
     assert not codes_of(sweep(3, speeds=(3000.0,)))
     (line,) = codes_of(sweep(3, speeds=(8000.0,)))
     assert line.startswith("models 1 to 3 leave out gyroscopic")
-
-
-def test_finite_elements_in_motion_leave_them_out_as_well():
-    study = fegear.Dynamics(
-        gear_set=set_of(3), translations=True, torque=(60.0,), speeds=(8000.0,)
-    )
-    problem = study.prepare()
-    (line,) = problem._frame_warnings()
-    assert line.startswith("finite elements in motion leave out gyroscopic")
