@@ -141,8 +141,8 @@ def textbook(planets: int, consistent: bool, angles=None):
     return M, G, K, C
 
 
-def textbook_angular(planets: int, speed: float, consistent: bool, angles=None):
-    """Imaginary parts above 0 of all eigenvalues, by the companion matrix."""
+def textbook_eigenvalues(planets: int, speed: float, consistent: bool, angles=None):
+    """All eigenvalues, by the companion matrix."""
     M, G, K, C = textbook(planets, consistent, angles)
     root = 1.0 / np.sqrt(np.diag(M))
     skew, stiffness = (
@@ -150,8 +150,20 @@ def textbook_angular(planets: int, speed: float, consistent: bool, angles=None):
     )
     n = len(M)
     companion = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -skew]])
-    imaginary = np.linalg.eigvals(companion).imag
+    return np.linalg.eigvals(companion)
+
+
+def textbook_angular(planets: int, speed: float, consistent: bool, angles=None):
+    """Angular frequencies above 0."""
+    imaginary = textbook_eigenvalues(planets, speed, consistent, angles).imag
     return np.sort(imaginary[imaginary > 1.0])
+
+
+def test_the_printed_centripetal_matrix_lets_a_free_train_diverge():
+    """Its steady rotation grows; that with the load of the bearings does not."""
+    assert textbook_eigenvalues(3, 500.0, consistent=False).real.max() > 100.0
+    assert textbook_eigenvalues(3, 500.0, consistent=True).real.max() < 0.1
+    assert (whirl_modes(modes_of(planetary(3)), 500.0).growth == 0.0).all()
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
