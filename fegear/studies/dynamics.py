@@ -52,6 +52,7 @@ from fegear.train.lumped_models import (
     lumped_system,
     torque_entry,
 )
+from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.common.csv_text import format_exact
 from lumped.steady.sweep import (
     Branch,
@@ -315,6 +316,13 @@ class DynamicsProblem(Problem):
         arguments = gear.geometry, statics.material(gear), statics.size
         return {place: cached_root_influence(*arguments)}
 
+    def _frame_warnings(self) -> Iterator[str]:
+        """Lines on what is left out of the rotation of a carrier."""
+        system = next(iter(self.systems.values()))
+        yield from frame_warnings(system.train)
+        subject = "finite elements in motion leave"
+        yield from left_out_warnings(system, self.frequencies, subject)
+
     def gather(self, results: Mapping[str, Branch | None]) -> DynamicsResult:
         def branches(prefix: str) -> list[tuple[float, Branch]]:
             return [
@@ -349,6 +357,7 @@ class DynamicsProblem(Problem):
                 cycles_per_turn=cycles_per_turn(self.gears),
                 warnings=(
                     *gear_set_warnings(self.gears),
+                    *self._frame_warnings(),
                     *sweep_warnings(self.gears, (*by_elements, *beside)),
                 ),
             ),

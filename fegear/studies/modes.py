@@ -8,12 +8,14 @@ from functools import cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.files.codes import with_code
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation import Excitations, StiffnessSource, unmodified
 from fegear.studies.page import ColumnTable, Page
 from fegear.studies.study import (
@@ -32,7 +34,7 @@ from fegear.studies.study import (
 )
 from fegear.studies.table import Table
 from fegear.studies.train_problem import bodies_described
-from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting
+from fegear.studies.trains import RPM, GearSetRef, chosen_torque, torque_setting
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
@@ -40,11 +42,21 @@ from fegear.train.lumped_models import (
     default_speeds,
     lumped_system,
 )
+from fegear.train.rotating_frame import frame_warnings, speed_warnings
 from lumped.common.checks import require_present
-from lumped.train.mode_families import Family, mode_families, multiplicities
+from lumped.train.mode_families import (
+    Family,
+    Whirl,
+    mode_families,
+    multiplicities,
+    whirl_senses,
+)
 from lumped.train.modes import Modes, natural_modes
+from lumped.train.rotating_frame import WhirlModes, whirl_modes, without_free_motions
 from lumped.train.system import LumpedSystem
+from lumped.train.train import Train
 
+FloatArray = NDArray[np.float64]
 MIN_MESH_ENERGY_FRACTION = (
     1e-6  # part of the strain energy in the meshes below which there is none
 )
@@ -68,6 +80,13 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         "finite elements where it is missing; fe: by finite elements at the "
         "torque; coupled: of the coupled model about its loaded state.",
     )
+    rpm: float | None = setting(
+        None,
+        "Rotational speed of the input of a planetary set [rpm], at which "
+        "--translations have gyroscopic and centripetal forces. [default: at rest]",
+        RPM,
+        metavar="RPM",
+    )
     source: StiffnessSource = group(FE_SETTINGS)
 
     @property
@@ -90,6 +109,13 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         return None
 
     def tasks(self) -> Iterator[Task]:
+        if self.rpm is not None and (
+            self.gears.carrier is None or not self.translations
+        ):
+            needed = (
+                "needs a planetary set and {translations}, whose modes depend on it"
+            )
+            raise refusal(self, "rpm", needed)
         solve = self._under_load if self.stiffness == "coupled" else self._linear
         yield Task("modes", partial(solve, self.load))
 
@@ -101,19 +127,8 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         system = lumped_system(self.gears, torque, coupled)
         origin = f"tangent of the coupled model at {torque:g} N m on the input gear"
         origins = [origin] * len(self.gears.meshes)
-        ratio = system.train.damping_ratio
-        modes = modes_under_load(system)
-        name = self.gears.name
-        return ModesResult(
-            self,
-            name,
-            load,
-            ratio,
-            modes,
-            origins,
-            system,
-            (*gear_set_warnings(self.gears),),
-        )
+        modes = self._at_speed(system.train, modes_under_load(system), system)
+        return self._result(load, system.train, modes, origins, system)
 
     def _linear(self, load: float | None, job: Job) -> ModesResult:
         torque = load or 0.0
@@ -122,12 +137,37 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         train = train_of(self.gears, torque, self.translations)
         modes = natural_modes(train, [value for value, _ in stiffnesses])
         origins = [origin for _, origin in stiffnesses]
-        name, ratio = self.gears.name, train.damping_ratio
-        warnings = (*gear_set_warnings(self.gears),)
+        return self._result(load, train, self._at_speed(train, modes), origins)
+
+    def _at_speed(
+        self, train: Train, modes: Modes, system: LumpedSystem | None = None
+    ) -> Modes:
+        """Modes at the speed, those at rest without one."""
+        if self.rpm is None:
+            return modes
+        frequency = mesh_frequency(cycles_per_turn(self.gears), self.rpm)
+        meshes = None if system is None else mesh_stiffness_of_modes(system)
+        return whirl_modes(modes, train.carrier_angular_speed(frequency), meshes)
+
+    def _result(
+        self,
+        load: float | None,
+        train: Train,
+        modes: Modes,
+        origins: list[str],
+        system: LumpedSystem | None = None,
+    ) -> ModesResult:
+        at_speed = modes if isinstance(modes, WhirlModes) else None
         return ModesResult(
-            *(self, name, load, ratio, modes, origins),
-            gear_warnings=warnings,
+            *(self, self.gears.name, load, train.damping_ratio, modes, origins),
+            system=system,
+            gear_warnings=(
+                *gear_set_warnings(self.gears),
+                *frame_warnings(train),
+                *(speed_warnings(at_speed) if at_speed else ()),
+            ),
             families=mode_families(train, modes) if train.carrier else (),
+            whirl=whirl_senses(train, at_speed) if at_speed else (),
         )
 
 
@@ -139,6 +179,7 @@ class ModesResult(StudyResult):
     origins : of the mean stiffness of each mesh, in words
     system : of the coupled model, None for others
     families : of the modes of a planetary set, empty for others
+    whirl : senses of the orbits of its members at speed, empty at rest
     """
 
     study: NaturalModes
@@ -150,6 +191,7 @@ class ModesResult(StudyResult):
     system: LumpedSystem | None = None
     gear_warnings: tuple[str, ...] = ()
     families: tuple[Family, ...] = ()
+    whirl: tuple[Whirl, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -158,6 +200,7 @@ class ModesResult(StudyResult):
             "gear_set": self.gear_set,
             "torque_Nm": self.torque,
             "translations": study.translations,
+            "input_speed_rpm": study.rpm,
             "damping_ratio": self.damping_ratio,
             "mean_stiffness": [
                 {"mesh": m, "stiffness_N_per_m": float(value), "origin": origin}
@@ -178,11 +221,13 @@ class ModesResult(StudyResult):
         }
 
     def _family(self, i: int) -> dict[str, Any]:
-        """Family and multiplicity of a mode of a planetary set, None for others."""
+        """Family, multiplicity and whirl of a mode of a planetary set, None for
+        others."""
+        whirl = self.whirl[i] if self.whirl else None
         if not self.families:
-            return {"family": None, "multiplicity": None}
+            return {"family": None, "multiplicity": None, "whirl": whirl}
         same = multiplicities(self.modes.frequency_Hz.tolist())
-        return {"family": self.families[i], "multiplicity": same[i]}
+        return {"family": self.families[i], "multiplicity": same[i], "whirl": whirl}
 
     def _bodies(self) -> dict[str, Any]:
         if self.system is None:
@@ -196,7 +241,8 @@ class ModesResult(StudyResult):
     def table(self) -> Table:
         """A row for every mode."""
         meshes = range(1, len(self.origins) + 1)
-        last = ("kind", "family", "multiplicity") if self.families else ("kind",)
+        last = ["kind", *(("family", "multiplicity") if self.families else ())]
+        last += ["whirl"] if self.whirl else []
         names = "frequency_Hz", *(f"mesh{m}_energy_fraction" for m in meshes), *last
         rows = [
             (mode["frequency_Hz"], *mode["mesh_energy"], *(mode[key] for key in last))
@@ -205,6 +251,7 @@ class ModesResult(StudyResult):
         header = {
             "gear set": self.gear_set,
             "translations": "yes" if self.study.translations else "no",
+            **({"input speed": f"{self.study.rpm:g} rpm"} if self.whirl else {}),
             **{f"mesh {m}": self.origins[m - 1] for m in meshes},
             **self.study.gear_set.entries,
         }
@@ -226,6 +273,8 @@ class ModesResult(StudyResult):
         title, torque = values["gear_set"], values["torque_Nm"]
         if torque is not None:
             title += f", {torque:g} N m on the input gear"
+        if self.whirl:
+            title += f", input at {values['input_speed_rpm']:g} rpm"
         modes = values["modes"]
         columns = {
             f"energy in\nmesh {entry['mesh']} [%]": [
@@ -235,6 +284,8 @@ class ModesResult(StudyResult):
         }
         if self.families:
             columns["family"] = [mode["family"] for mode in modes]
+        if self.whirl:
+            columns["whirl"] = [mode["whirl"] for mode in modes]
         columns["what moves most"] = [mode["kind"] for mode in modes]
         frequencies = [f"{mode['frequency_Hz']:10.1f}" for mode in modes]
         yield ColumnTable(frequencies, columns, "natural\nfrequency [Hz]", title)
@@ -256,12 +307,18 @@ def modes_under_load(system: LumpedSystem) -> Modes:
     hub_and_body_shapes = bodies.to_unit @ loaded.shapes
     space = modes.coordinates
     names = [_name_of_body_mode(system, i) for i in range(bodies.count)]
+    # body modes have a mass of 1 and no place in the train; free motions are left out
+    frame = [
+        np.pad(matrix, (0, bodies.count))
+        for matrix in (space.gyroscopic, without_free_motions(modes))
+    ]
     return Modes(
-        # body modes have a mass of 1 and no place in the train
         coordinates=replace(
             space,
             labels=(*space.labels, *names),
             mass=np.append(space.mass, np.ones(bodies.count)),
+            gyroscopic=frame[0],
+            centripetal=frame[1],
         ),
         mean_stiffness=modal_stiffness / (shapes**2).sum(axis=1) ** 2,
         frequency_Hz=loaded.frequency_Hz,
@@ -274,6 +331,12 @@ def modes_under_load(system: LumpedSystem) -> Modes:
         mesh_shapes=shapes @ hub_and_body_shapes[:hub_count],
         mesh_energy=loaded.mesh_energy,
     )
+
+
+def mesh_stiffness_of_modes(system: LumpedSystem) -> FloatArray:
+    """Tangent stiffness (m, n, n) of each mesh in the modes about the loaded state."""
+    loaded = require_present(system.loaded, "loaded state")
+    return np.asarray(loaded.shapes.T @ loaded.meshes @ loaded.shapes)
 
 
 def _name_of_body_mode(system: LumpedSystem, i: int) -> tuple[str, str]:
@@ -305,7 +368,7 @@ def mean_stiffnesses(
 
 def name_mode(modes: Modes, i: int) -> str:
     """Rigid rotation, or the coordinate that holds most of the kinetic energy."""
-    energy = modes.coordinates.mass * modes.shapes[:, i] ** 2
+    energy = modes.coordinates.mass * np.abs(modes.shapes[:, i]) ** 2
     gear, direction = modes.coordinates.labels[int(energy.argmax())]
     if modes.frequency_Hz[i] == 0.0:
         return (

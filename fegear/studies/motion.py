@@ -193,7 +193,7 @@ class MotionProblem(TrainProblem):
             },
             notes=(self.reason,) if self.reason else (),
             warnings=(
-                *self.warnings_at_rest(systems),
+                *self.warnings_at_rest(systems, (study.frequency,)),
                 *truncation_warnings(checks),
                 *mesh_warnings(
                     self.gears.meshes,

@@ -203,7 +203,7 @@ class SweepProblem(TrainProblem):
             cycles_per_turn=cycles_per_turn(self.gears),
             notes=(self.reason,) if self.reason else (),
             warnings=(
-                *self.warnings_at_rest(self.systems),
+                *self.warnings_at_rest(self.systems, self.frequencies),
                 *sweep_warnings(self.gears, branches),
             ),
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -23,6 +23,7 @@ from fegear.studies.study import (
 from fegear.studies.table import Table
 from fegear.studies.trains import SOURCE, TrainStudy, chosen_torque
 from fegear.train.lumped_models import LumpedModel, resolve_model, static_warnings
+from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.steady.settings import Settings
 from lumped.train.system import LumpedSystem
 
@@ -114,12 +115,18 @@ class TrainProblem(Problem):
             "translations": model.translations,
         }
 
-    def warnings_at_rest(self, systems: Mapping[float, LumpedSystem]) -> Iterator[str]:
+    def warnings_at_rest(
+        self, systems: Mapping[float, LumpedSystem], speeds: Sequence[float] = ()
+    ) -> Iterator[str]:
         """Warnings of the train at rest, and of the mesh tables that it is made from.
 
         systems : by torque on the input gear [N m]
+        speeds : mesh frequencies [Hz], empty where they are not known
         """
         yield from gear_set_warnings(self.gears)
+        for system in [*systems.values()][:1]:
+            yield from frame_warnings(system.train)
+            yield from left_out_warnings(system, speeds)
         for torque in systems:
             yield from table_warnings(self.model.stiffness, self.gears, torque)
         yield from static_warnings(systems)

@@ -210,7 +210,8 @@ class ParametricProblem(TrainProblem):
         varies_teeth = any(
             name.endswith(".teeth") or name.startswith("planetary.") for name in names
         )
-        at_rest = self.warnings_at_rest({self.load: self._any_system})
+        system = {self.load: self._any_system}
+        at_rest = self.warnings_at_rest(system, self.study.at_speeds)
         return TrainFacts(
             summary=summary,
             header={**header, **self.study.gear_set.entries},

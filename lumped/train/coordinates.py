@@ -31,6 +31,9 @@ class Coordinates:
     mesh_rows : (meshes, n) rows; mesh deflection is row times displacement [m]
     spring_rows : (springs, n) elongations of bearings, couplings and shafts
     spring_stiffness : (springs,) [N/m or N m/rad]
+    gyroscopic : (n, n) skew G of the frame that rotates with the carrier; at its
+        angular speed W the inertial forces are -W G v + W^2 C q
+    centripetal : (n, n) symmetric C of that frame, positive semidefinite
     """
 
     labels: tuple[tuple[str, str], ...]
@@ -40,6 +43,8 @@ class Coordinates:
     mesh_rows: Array
     spring_rows: Array
     spring_stiffness: Array
+    gyroscopic: Array
+    centripetal: Array
 
 
 def train_coordinates(train: Train) -> Coordinates:
@@ -68,7 +73,10 @@ def train_coordinates(train: Train) -> Coordinates:
         mass[index] += added
     rows = np.array([_mesh_row(train, mesh, indices, n) for mesh in train.meshes])
     stiffness, elongations = _springs(train, indices, n)
-    return Coordinates(tuple(labels), indices, mass, load, rows, elongations, stiffness)
+    return Coordinates(
+        *(tuple(labels), indices, mass, load, rows, elongations, stiffness),
+        *_rotating_frame(train, indices, mass),
+    )
 
 
 def _bodies(train: Train) -> tuple[Gear | Carrier, ...]:
@@ -177,6 +185,38 @@ def _mesh_row(
             for index, motion in center_motion(train, gear, axis, indices):
                 row[index] += side * cosine * motion
     return row
+
+
+def _rotating_frame(
+    train: Train, indices: Mapping[tuple[int, str], int], mass: Array
+) -> tuple[Array, Array]:
+    """Matrices (n, n) `gyroscopic` and `centripetal` of `Coordinates`.
+
+    A mass m at (x, y) has the inertial forces m (x'' - 2 W y' - W^2 x) and
+    m (y'' + 2 W x' - W^2 y). Of a gear on the carrier, whose bearing also carries the
+    centrifugal load m W^2 r of its centre, that load turns with the carrier: both
+    together do as if its displacement were relative to a carrier that has turned, so
+    that turning the whole train changes nothing.
+    """
+    n, carrier = mass.size, train.carrier
+    gyroscopic, centripetal = np.zeros((n, n)), np.zeros((n, n))
+    if carrier is None:
+        return gyroscopic, centripetal
+    centers = {indices[key]: key for key in indices if key[1] != "rotation"}
+    for index, (body, axis) in centers.items():
+        if axis == "x":
+            y = indices[body, "y"]
+            gyroscopic[index, y] = -2.0 * mass[index]
+            gyroscopic[y, index] = 2.0 * mass[index]
+        row = np.zeros(n)
+        row[index] = 1.0
+        turn = indices.get((len(train.gears), "rotation"))
+        if body in carrier.gears and turn is not None:
+            place = carrier.gears.index(body)
+            point = dict(_carrier_point(train, carrier, place, axis, indices))
+            row[turn] = -point[turn]
+        centripetal += mass[index] * np.outer(row, row)
+    return gyroscopic, centripetal
 
 
 def center_motion(

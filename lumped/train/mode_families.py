@@ -13,10 +13,15 @@ from typing import Literal
 import numpy as np
 
 from lumped.train.modes import Modes
+from lumped.train.rotating_frame import WhirlModes
 from lumped.train.train import Train
 
 Family = Literal["rotational", "translational", "planet", "mixed"]
+Whirl = Literal["forward", "backward", "none"]
 AT_REST = 1e-9  # part of a mode's kinetic energy below which a motion is none
+# Difference of the kinetic energies of both senses of rotation, relative to their sum,
+# that is no round-off
+MIN_WHIRL = 1e-6
 SAME_RTOL = 1e-6  # difference of natural frequencies, relative, that is round-off
 
 
@@ -25,9 +30,9 @@ def mode_families(train: Train, modes: Modes) -> tuple[Family, ...]:
 
     mixed : central members rotate and translate, as with planets that differ
     """
-    planets = set(train.carrier.gears if train.carrier else range(len(train.gears)))
-    energy = modes.coordinates.mass[:, None] * modes.shapes**2
-    sums = {"rotation": np.zeros(len(energy)), "x": np.zeros(len(energy))}
+    planets = _planets(train)
+    energy = modes.coordinates.mass[:, None] * np.abs(modes.shapes) ** 2
+    sums = {kind: np.zeros(energy.shape[1]) for kind in ("rotation", "x")}
     sums["y"] = sums["x"]
     central = {
         index: kind
@@ -38,6 +43,32 @@ def mode_families(train: Train, modes: Modes) -> tuple[Family, ...]:
         sums[kind] += energy[index]
     rotates, translates = sums["rotation"] > AT_REST, sums["x"] > AT_REST
     return tuple(map(_family, rotates.tolist(), translates.tolist()))
+
+
+def whirl_senses(train: Train, modes: WhirlModes) -> tuple[Whirl, ...]:
+    """Sense in which central members move on their orbits, as seen from the carrier.
+
+    forward : the sense in which the carrier rotates; none : they do not translate, or
+        to and fro on a line
+    """
+    space, shapes = modes.coordinates, modes.shapes
+    centers = {
+        index: space.indices[body, "y"]
+        for (body, kind), index in space.indices.items()
+        if kind == "x" and body not in _planets(train)
+    }
+    x, y = [*centers], [*centers.values()]
+    # counter-clockwise, y is a quarter of a period behind x
+    moment = -2.0 * space.mass[x] @ (shapes[x].conj() * shapes[y]).imag
+    energy = space.mass[x] @ (np.abs(shapes[x]) ** 2 + np.abs(shapes[y]) ** 2)
+    names: tuple[Whirl, ...] = ("backward", "none", "forward")
+    is_orbit = (np.abs(moment) > MIN_WHIRL * energy) & (energy > AT_REST)
+    senses = np.sign(modes.speed * moment) * is_orbit
+    return tuple(names[1 + int(sense)] for sense in senses)
+
+
+def _planets(train: Train) -> set[int]:
+    return set(train.carrier.gears if train.carrier else range(len(train.gears)))
 
 
 def _family(rotates: bool, translates: bool) -> Family:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.kernels.arrays import CoupledSystem, Propagator
+from lumped.train.rotating_frame import RotatingFrame
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -39,9 +40,13 @@ LINEAR_COEFFICIENTS[:2, :2] = np.linalg.inv(np.vander(NODES[:2], increasing=True
 
 @dataclass(frozen=True, eq=False)
 class LinearPart:
-    """Train without its contacts, and its eigenvalues."""
+    """Train without its contacts, and its eigenvalues.
+
+    frame : inertial forces of a rotating frame on the standing coordinates, if any
+    """
 
     system: CoupledSystem
+    frame: RotatingFrame | None = None
 
     @property
     def n_wave_pairs(self) -> int:
@@ -53,19 +58,40 @@ class LinearPart:
         """Number of coordinates that do not whirl."""
         return self.system.load.size - 2 * self.n_wave_pairs
 
-    @cached_property
-    def _modes(self) -> tuple[Complex, Complex, Complex]:
-        """Eigenvalues (2 a,), eigenvectors as rows (2 a, 2 a), and their inverse."""
-        a = self.n_standing
-        standing, eye = slice(0, a), np.eye(a)
-        stiffness = self.system.stiffness[standing, standing]
-        stiffness = stiffness + MIN_STIFFNESS_RATIO * self._largest * eye
-        matrix = np.block(
-            [
-                [np.zeros((a, a)), eye],
-                [-stiffness, -self.system.damping[standing, standing]],
-            ]
+    def _modes(self, frequency: float) -> tuple[Complex, Complex, Complex]:
+        """Eigenvalues (2 a,), eigenvectors as rows (2 a, 2 a), and their inverse.
+
+        They depend on the speed in a rotating frame alone.
+        """
+        if self.frame is None:
+            return self._modes_at_rest
+        stiffness, damping = self._standing
+        return self._modes_with(
+            stiffness + self.frame.stiffness(frequency),
+            damping + self.frame.damping(frequency),
         )
+
+    @cached_property
+    def _modes_at_rest(self) -> tuple[Complex, Complex, Complex]:
+        return self._modes_with(*self._standing)
+
+    @property
+    def _standing(self) -> tuple[Array, Array]:
+        """Stiffness (a, a) and damping (a, a) of the coordinates that do not whirl."""
+        standing = slice(0, self.n_standing)
+        system = self.system
+        return (
+            system.stiffness[standing, standing],
+            system.damping[standing, standing],
+        )
+
+    def _modes_with(
+        self, stiffness: Array, damping: Array
+    ) -> tuple[Complex, Complex, Complex]:
+        a = self.n_standing
+        eye = np.eye(a)
+        stiffness = stiffness + MIN_STIFFNESS_RATIO * self._largest * eye
+        matrix = np.block([[np.zeros((a, a)), eye], [-stiffness, -damping]])
         values, vectors = np.linalg.eig(matrix)
         return values.astype(complex), vectors.T.astype(complex), np.linalg.inv(vectors)
 
@@ -89,7 +115,7 @@ class LinearPart:
 
     def step(self, frequency: float, h: float) -> Propagator:
         """Step of size h [s] at a frequency of the first mesh [Hz]."""
-        values, rows, inverse = self._modes
+        values, rows, inverse = self._modes(frequency)
         decay, angular = self._wave_rates
         pattern_rate = 2.0 * math.pi * frequency * self.system.whirl
         rates = -decay + 1j * (pattern_rate + np.array([[1.0], [-1.0]]) * angular)

@@ -44,6 +44,7 @@ from lumped.train.modes import (
     natural_modes,
 )
 from lumped.train.propagator import LinearPart
+from lumped.train.rotating_frame import RotatingFrame, rotating_frame
 from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 
@@ -205,8 +206,27 @@ class LumpedSystem:
         return coupled_system(self.contacts, train)
 
     @cached_property
+    def rotating_frame(self) -> RotatingFrame | None:
+        """Inertial forces of the carrier's rotation on the modes that take part.
+
+        None where it does not rotate or nothing translates, and of models 1 to 3, which
+        leave them out.
+        """
+        speed = self.train.carrier_angular_speed(1.0)
+        translates = self.modes.coordinates.gyroscopic.any()
+        if self.contacts is None or speed == 0.0 or not translates:
+            return None
+        return rotating_frame(self.modes, self.moving, speed)
+
+    @cached_property
     def _linear(self) -> LinearPart:
-        return LinearPart(require_present(self.coupled_arrays, COUPLED_MODEL))
+        arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
+        bodies, frame = require_present(self.contacts, COUPLED_MODEL), None
+        if self.rotating_frame is not None:
+            standing = arrays.load.size - 2 * arrays.whirl.size
+            to_unit = bodies.body_modes.to_unit[:standing, :standing]
+            frame = self.rotating_frame.in_coordinates(to_unit)
+        return LinearPart(arrays, frame)
 
     @cached_property
     def loaded(self) -> LoadedState | None:

@@ -81,7 +81,7 @@ class Carrier:
 
     The bearings of its gears support them on it. Its rotation moves their centres
     along their circle; coordinates are those of the frame that rotates with it at its
-    nominal speed, whose gyroscopic and centripetal terms are left out.
+    nominal speed.
 
     Parameters
     ----------
@@ -105,6 +105,10 @@ class Carrier:
         Constant external torque [N m], positive counter-clockwise.
     is_held : bool, optional
         Whether its rotation is prevented.
+    speed : float, optional
+        Its rotation per rotation of the first mesh's driver relative to it, positive
+        counter-clockwise. None for the speed at which a held gear is at rest, and 0
+        without a held gear.
 
     Raises
     ------
@@ -124,10 +128,13 @@ class Carrier:
     coupling_stiffness: float = 0.0
     torque: float = 0.0
     is_held: bool = False
+    speed: float | None = None
 
     def __post_init__(self) -> None:
         prefix = f"carrier {self.name!r}: "
         _require_positive(f"{prefix}radius", self.radius)
+        if self.speed is not None:
+            _require_finite(f"{prefix}speed", self.speed)
         _require_body(self, prefix)
         if len(self.gears) != len(self.angles) or not self.gears:
             counts = f"{len(self.gears)} gears and {len(self.angles)} angles"
@@ -314,6 +321,40 @@ class Train:
             yield mesh.driver, mesh.driven, sign * Fraction(*teeth)
         for shaft in self.shafts:
             yield *shaft.gears, Fraction(1)
+
+    @cached_property
+    def carrier_speed(self) -> float:
+        """Rotation of the carrier per rotation of the first mesh's driver.
+
+        The latter is relative to the carrier. Where gears are held that could only be
+        at rest together, nothing rotates, and the speed is 0.
+        """
+        if self.carrier is None or self.carrier.is_held:
+            return 0.0
+        if self.carrier.speed is not None:
+            return self.carrier.speed
+        held = {
+            speed
+            for gear, speed in zip(self.gears, self.speeds, strict=True)
+            if gear.is_held
+        }
+        return -float(held.pop()) if len(held) == 1 else 0.0
+
+    def carrier_angular_speed(self, frequency: float) -> float:
+        """Angular speed of the carrier.
+
+        Parameters
+        ----------
+        frequency : float
+            Frequency of the first mesh [Hz].
+
+        Returns
+        -------
+        float
+            Angular speed [rad/s], positive counter-clockwise, 0 without a carrier.
+        """
+        teeth = self.gears[self.meshes[0].driver].teeth
+        return 2.0 * math.pi * frequency * self.carrier_speed / teeth
 
     @cached_property
     def mesh_rates(self) -> tuple[Fraction, ...]:

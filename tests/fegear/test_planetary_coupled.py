@@ -7,6 +7,7 @@ import pytest
 
 import fegear
 from fegear.gearset import load_gear_set
+from fegear.gearset.lumped_train import train_of
 from fegear.train.lumped_models import LumpedModel, StiffnessSource, lumped_system
 
 SET = "planetary-24-36-96"
@@ -49,6 +50,47 @@ def test_frequencies_of_equal_planets_come_in_pairs():
     frequencies = system_of("coupled", ("body",)).resonances_Hz
     gaps = np.diff(frequencies) / frequencies[:-1]
     assert (gaps < 1e-6).sum() == 6  # of translational modes of three planets
+
+
+def test_a_carrier_at_rest_has_no_forces_of_a_frame():
+    """With a held carrier; otherwise the sense of the sun's speed is the carrier's."""
+    rest = system_of("coupled", ("body",), held="carrier", output="ring")
+    assert rest.rotating_frame is None
+    assert rest.train.carrier_speed == 0.0
+    assert system_of("coupled", ("body",), translations=False).rotating_frame is None
+    turning = system_of("coupled", ("body",))
+    angular = turning.train.carrier_angular_speed(4800.0)
+    assert angular == pytest.approx(2.0 * np.pi * 4800.0 / 96.0, rel=1e-14)
+    members = {"input": "carrier", "output": "ring", "held": "sun"}
+    edits = {f"planetary.1.{key}": value for key, value in members.items()}
+    sun_held = load_gear_set(SET, edits | {"load.gear": "carrier"})
+    # the sun turns counter-clockwise relative to the carrier
+    assert train_of(sun_held, 60.0, True).carrier_speed == -1.0
+
+
+@pytest.mark.parametrize("rpm", [None, 12000.0])
+def test_modes_of_the_coupled_model_have_families(rpm):
+    study = fegear.NaturalModes(
+        gear_set=SET,
+        torque=60.0,
+        translations=True,
+        stiffness="coupled",
+        source=SOURCE,
+        rpm=rpm,
+    )
+    listed = fegear.run(study).summary["modes"]
+    assert {mode["family"] for mode in listed} == {"rotational", "translational"}
+    senses = {None} if rpm is None else {"none", "forward", "backward"}
+    assert {mode["whirl"] for mode in listed} == senses
+
+
+def test_finite_elements_in_motion_leave_forces_of_the_frame_out():
+    study = fegear.Dynamics(
+        gear_set=SET, translations=True, torque=(60.0,), speeds=(8000.0,), source=SOURCE
+    )
+    (line,) = study.prepare()._frame_warnings()
+    assert line.startswith("finite elements in motion leave out gyroscopic")
+    assert line.endswith("[W41]")
 
 
 @pytest.mark.slow

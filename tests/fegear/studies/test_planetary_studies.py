@@ -129,3 +129,68 @@ def test_single_planets_that_differ_are_listed():
     assert any(
         "planet-2" in str(part) and "Mass" in str(part) for part in result.page()
     )
+
+
+def at_speed(planets: int, rpm: float | None, *edits: str, **settings):
+    study = fegear.NaturalModes(
+        gear_set=set_of(planets, *edits), translations=True, rpm=rpm, **settings
+    )
+    return fegear.run(study)
+
+
+@pytest.mark.parametrize("planets", [3, 4])
+def test_speed_splits_translational_modes_into_both_senses(planets):
+    """The carrier turns at a fifth of the sun's speed, 24 / (24 + 96)."""
+    result, at_rest = at_speed(planets, 12000.0), modes(planets)
+    listed = result.summary["modes"]
+    assert result.modes.speed == pytest.approx(12000.0 / 60.0 * 2.0 * np.pi / 5.0)
+    names = sorted(mode["family"] for mode in listed)
+    assert names == sorted(mode["family"] for mode in at_rest)
+    pairs = [mode for mode in listed if mode["family"] == "translational"]
+    senses = [mode["whirl"] for mode in pairs]
+    assert senses.count("forward") == senses.count("backward") == 6
+    both = (pairs[0]["frequency_Hz"], pairs[1]["frequency_Hz"])
+    lowest = next(m["frequency_Hz"] for m in at_rest if m["multiplicity"] == 2)
+    assert 10.0 < lowest - both[0] < 40.0  # the carrier's 40 Hz at most
+    assert 10.0 < both[1] - lowest < 40.0
+    assert result.table.names[-1] == "whirl"
+    assert "12000 rpm" in "\n".join(map(str, result.page()))
+
+
+def test_a_result_at_speed_is_saved_and_loaded(tmp_path):
+    result = at_speed(3, 12000.0)
+    result.save(tmp_path / "modes.nc")
+    again = fegear.load(tmp_path / "modes.nc")
+    assert (again.modes.shapes == result.modes.shapes).all()
+    assert again.summary["modes"] == result.summary["modes"]
+
+
+@pytest.mark.parametrize(("name", "translations"), [("liu-idler", True), (SET, False)])
+def test_speed_is_refused_where_it_changes_nothing(name, translations):
+    study = fegear.NaturalModes(gear_set=name, translations=translations, rpm=1000.0)
+    with pytest.raises(fegear.InputError, match="rpm = 1000; needs a planetary set"):
+        fegear.run(study)
+
+
+def codes_of(result) -> list[str]:
+    return [line for line in result.summary["warnings"] if line.endswith("[W41]")]
+
+
+def test_bearings_in_space_that_differ_are_warned_of():
+    (line,) = codes_of(at_speed(3, None, "gear.sun.bearing_kx_N_per_m=2e8"))
+    assert line.startswith('"sun": bearing_kx_N_per_m = 2e+08')
+    assert not codes_of(at_speed(3, None, "gear.planet.bearing_kx_N_per_m=3e8"))
+    held = ("planetary.1.held=carrier", "planetary.1.output=ring")
+    assert not codes_of(at_speed(3, None, *held, "gear.sun.bearing_kx_N_per_m=2e8"))
+
+
+def test_a_carrier_above_its_critical_speed_is_warned_of():
+    (line,) = codes_of(at_speed(3, 9e5))
+    assert "above a critical speed" in line
+    assert not codes_of(at_speed(3, 1e5))
+
+
+def test_springs_leave_the_forces_of_the_carrier_out_and_say_where_it_matters():
+    assert not codes_of(sweep(3, speeds=(3000.0,)))
+    (line,) = codes_of(sweep(3, speeds=(8000.0,)))
+    assert line.startswith("models 1 to 3 leave out gyroscopic")
