@@ -38,10 +38,7 @@ def assemble_contacts(
     penetrations = {side.mesh: side.load_curves.penetration for side in sides}
     arms = np.concatenate([s.load_curves.moment_arms.T[2:] for s in sides], axis=1)
     gap = np.concatenate(
-        [
-            s.load_curves.gap.T + s.backlash + s.flank_sign * gaps[s.mesh]
-            for s in sides
-        ]
+        [s.load_curves.gap.T + s.backlash + s.flank_sign * gaps[s.mesh] for s in sides]
     )
     # the back flanks slide the other way
     sliding = np.concatenate(

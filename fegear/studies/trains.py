@@ -350,10 +350,14 @@ def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
 
 
 def lumped_model(
-    offers: Mapping[str, Setting | SettingsGroup], number: Number = 1
+    offers: Mapping[str, Setting | SettingsGroup],
+    number: Number = 1,
+    translations: bool = False,
 ) -> Any:
-    """A field for a lumped model with these settings; number : by default."""
-    default = LumpedModel(number=number)
+    """A field for a lumped model with these settings; number, translations : by
+    default.
+    """
+    default = LumpedModel(number=number, translations=translations)
     return group(
         SettingsGroup(
             kind=LumpedModel,

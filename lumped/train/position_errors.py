@@ -68,9 +68,7 @@ def with_gap(excitation: MeshExcitation, gap: float) -> MeshExcitation:
     """Return an excitation all of whose pairs have an additional gap [m]."""
     if gap == 0.0:
         return excitation
-    pairs = (
-        replace(pair, gap=_raised(pair.gap, gap)) for pair in excitation.pairs
-    )
+    pairs = (replace(pair, gap=_raised(pair.gap, gap)) for pair in excitation.pairs)
     return replace(excitation, pairs=tuple(pairs))
 
 
