@@ -106,8 +106,8 @@ class SharingProblem(TrainProblem):
     @property
     def centers(self) -> tuple[str, ...]:
         """FIXED, and ON_BEARINGS where there are any."""
-        bodies = *self.gears.gears, carrier_of(self.gears)
-        movable = any(body.bearing_stiffness for body in bodies)
+        gears, carrier = self.gears.gears, carrier_of(self.gears)
+        movable = carrier.bearing_stiffness or any(g.bearing_stiffness for g in gears)
         return (FIXED, ON_BEARINGS) if movable else (FIXED,)
 
     def tasks(self) -> Iterator[Task]:
@@ -194,7 +194,7 @@ class PlanetLoadSharingResult(StudyResult):
 
     @property
     def table(self) -> Table:
-        """A row for every planet at every torque, with centres fixed and on bearings."""
+        """A row for every planet, at every torque and with either centres."""
         rows = self._rows
         header = {
             "gear set": self.gears.name,
