@@ -2,8 +2,8 @@
 
 With constant stiffnesses and central members whose axes are fixed, the path of planet i
 from sun to ring is a spring k, 1/k = 1/k_s + 1/k_r + 4 cos(alpha)^2 / k_p, behind a gap
-G_i = 2 e_i cos(alpha): the forces k max(S - G_i, 0) add up to the torque of the sun over
-its base radius.
+G_i = 2 e_i cos(alpha): the forces k max(S - G_i, 0) add up to the torque of the sun
+over its base radius.
 """
 
 import math
