@@ -358,7 +358,7 @@ def sharing() -> dict[str, Case]:
         "--model": springs.replace("--model 1", "--model 2"),
         "--set": springs.replace("[0,2,0]", "[0,1,0]"),
         "--excitation": trapezoid,
-        "--resolution": elements.replace(COARSE, "--resolution medium"),
+        "--resolution": elements.replace(f" {COARSE}", ""),
         "--json": springs.replace(" --json", ""),
     }
     added = {
