@@ -50,8 +50,7 @@ class PlanetLoadSharing(
     TrainStudy,
     Study,
     command="sharing",
-    example="sharing planetary-24-36-96 "
-    "--set planetary.1.position_errors_um=[0,20,0] -o shares.csv",
+    example="sharing planetary-24-36-96 --torque 60 --model 1 -o shares.csv",
 ):
     """Load sharing between the planets of a planetary set at rest.
 

@@ -186,7 +186,8 @@ def test_a_planet_without_load_is_warned_of():
     study = fegear.PlanetLoadSharing(gear_set=off, model=model, torque=(60.0,))
     result = fegear.run(study)
     (fixed, moving) = result.summary["warnings"]
-    assert "60 N m, centres fixed: no load on planet 2" in fixed and "W39" in fixed
+    assert "60 N m, centres fixed: no load on planet 2" in fixed
+    assert "W39" in fixed
     assert "centres on bearings" in moving
     assert result.summary["cases"][0]["mesh_load_factor"] == pytest.approx(1.5)
     assert "largest share 1.5 times" in str(list(result.page()))
