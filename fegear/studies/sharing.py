@@ -62,12 +62,14 @@ class PlanetLoadSharing(
     pictures = NO_PICTURES
 
     torque: tuple[float, ...] = torques_setting()
-    model: LumpedModel = lumped_model(AT_REST, "auto", translations=True)
+    model: LumpedModel = lumped_model(AT_REST, "auto")
     table: tuple[str, ...] = tables_setting()
 
     def prepare(self) -> SharingProblem:
         carrier_of(self.gear_set.loaded)
-        return SharingProblem.of(self)
+        # edits of bearings are read, whatever the model says
+        model = replace(self.model, translations=True)
+        return SharingProblem.of(replace(self, model=model))
 
 
 def carrier_of(gears: GearSet) -> PlanetCarrier:

@@ -350,14 +350,10 @@ def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
 
 
 def lumped_model(
-    offers: Mapping[str, Setting | SettingsGroup],
-    number: Number = 1,
-    translations: bool = False,
+    offers: Mapping[str, Setting | SettingsGroup], number: Number = 1
 ) -> Any:
-    """A field for a lumped model with these settings; number, translations : by
-    default.
-    """
-    default = LumpedModel(number=number, translations=translations)
+    """A field for a lumped model with these settings; number : by default."""
+    default = LumpedModel(number=number)
     return group(
         SettingsGroup(
             kind=LumpedModel,

@@ -399,7 +399,7 @@ EXAMPLES = {
         "gear_set": "planetary-24-36-96",
         "torque": (50.0 + 1.0 / 3.0,),
         "model": fegear.LumpedModel(
-            translations=True, stiffness=fegear.StiffnessSource(resolution="coarse")
+            stiffness=fegear.StiffnessSource(resolution="coarse")
         ),
     },
     "theory": {"gear_set": "liu-idler", "torque": 50.0 + 1.0 / 3.0, "model": MODEL},
