@@ -23,9 +23,11 @@ def assemble_contacts(
     rows: ContactJacobian,
     body: ModalMatrices,
     cross_mesh: tuple[Array, Array] | None,
+    gaps: Array,
 ) -> Contacts:
     """Laws of all contacts.
 
+    gaps : (m,) of the meshes from position errors of planets [m]
     cross_mesh : normal and tangential cross-mesh compliance (p, c, c) [m/N]
     """
     mesh_of = rows.mesh_of
@@ -35,7 +37,9 @@ def assemble_contacts(
         tangential += cross_mesh[1]
     penetrations = {side.mesh: side.load_curves.penetration for side in sides}
     arms = np.concatenate([s.load_curves.moment_arms.T[2:] for s in sides], axis=1)
-    gap = np.concatenate([s.load_curves.gap.T + s.backlash for s in sides])
+    gap = np.concatenate(
+        [s.load_curves.gap.T + s.backlash + s.flank_sign * gaps[s.mesh] for s in sides]
+    )
     # the back flanks slide the other way
     sliding = np.concatenate(
         [s.flank_sign * s.load_curves.sliding_sign.T for s in sides]

@@ -68,16 +68,26 @@ def mesh_load_curves(
     phase = mesh_phases(gear_set)[mesh].value
     position = phase + np.arange(POSITIONS_PER_CYCLE + 1) / POSITIONS_PER_CYCLE
     static_deflection += float(np.ptp([0.0, *tooth_pair_errors(gear_set, mesh)]))
-    max_penetration, backlash = (
-        PENETRATION_FACTOR * static_deflection,
-        gear_set.meshes[mesh].backlash,
-    )
-    has_back_side = backlash < MAX_BACKLASH_FACTOR * static_deflection
+    max_penetration = PENETRATION_FACTOR * static_deflection
     return MeshLoadCurves(
         drive=pair_load_curves(problem, position, max_penetration),
         back=pair_load_curves(problem, position, max_penetration, back=True)
-        if has_back_side
+        if has_back_side(gear_set, mesh, static_deflection)
         else None,
-        backlash=backlash,
+        backlash=gear_set.meshes[mesh].backlash,
         friction=problem.friction,
     )
+
+
+def has_back_side(gear_set: GearSet, mesh: int, static_deflection: float) -> bool:
+    """Whether back flanks of a mesh (index from 0) are within reach.
+
+    A position error of a planet takes up backlash in both of its meshes.
+
+    static_deflection : largest of equal teeth [m]
+    """
+    carrier = gear_set.carrier
+    errors = carrier.position_errors if carrier else ()
+    reach = MAX_BACKLASH_FACTOR * static_deflection
+    reach += 2.0 * float(np.ptp([0.0, *errors]))
+    return gear_set.meshes[mesh].backlash < reach

@@ -29,6 +29,7 @@ from fegear.dynamics.rows import contact_rows, is_supported
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import rolling_senses
+from fegear.gearset.position_errors import position_gaps
 from lumped.kernels.arrays import Contacts
 from lumped.train.system import LumpedSystem
 
@@ -101,7 +102,10 @@ def dynamic_model(
         modal=modal,
         jacobian=jacobian,
         kinematics=_kinematics(gear_set, reference),
-        contacts=assemble_contacts(sides, jacobian, modal, cross_mesh_compliance),
+        contacts=assemble_contacts(
+            *(sides, jacobian, modal, cross_mesh_compliance),
+            position_gaps(gear_set, reference.train),
+        ),
     )
 
 

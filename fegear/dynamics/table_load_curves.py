@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from fegear.contact.pair_load_curves import PAIR_RANGE_FACTOR, PairLoadCurves
 from fegear.contact.problem import back_side_position
-from fegear.dynamics.mesh_load_curves import MAX_BACKLASH_FACTOR, POSITIONS_PER_CYCLE
+from fegear.dynamics.mesh_load_curves import POSITIONS_PER_CYCLE, has_back_side
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
@@ -66,10 +66,12 @@ def table_load_curves(
     pair, backlash = gear_set.meshes[mesh].pair, gear_set.meshes[mesh].backlash
     phase = mesh_phases(gear_set)[mesh].value
     position = phase + np.arange(positions + 1) / positions
-    has_back_side = backlash < MAX_BACKLASH_FACTOR * static_deflection
+    back = None
+    if has_back_side(gear_set, mesh, static_deflection):
+        back = load_curves_at(path, pair, position, back=True)
     return MeshLoadCurves(
         drive=load_curves_at(path, pair, position),
-        back=load_curves_at(path, pair, position, back=True) if has_back_side else None,
+        back=back,
         backlash=backlash,
         friction=0.0,
     )

@@ -50,6 +50,7 @@ def carrier_of(
         bearing_stiffness=None if kx is None or ky is None else (kx, ky),
         coupling_stiffness=entry.carrier_coupling_stiffness_Nm_per_rad,
         torques=torques,
+        position_errors=tuple(1e-6 * error for error in entry.position_errors_um or ()),
     )
 
 

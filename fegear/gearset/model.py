@@ -204,6 +204,9 @@ class PlanetCarrier:
     bearing_stiffness : kx, ky [N/m], or None for an axis that does not move
     coupling_stiffness : torsional, to ground [N m/rad]
     torques : on the input member, the set's load cases [N m]
+    position_errors : displacement of each planet's pin along its circle [m], positive
+        in the sense of the carrier's rotation, see
+        `fegear.gearset.position_errors.carrier_sense`; empty for none
     """
 
     members: Members
@@ -218,11 +221,18 @@ class PlanetCarrier:
     bearing_stiffness: tuple[float, float] | None = None
     coupling_stiffness: float = 0.0
     torques: tuple[float, ...] = ()
+    position_errors: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         _require_fields(self)
         _require_positive(self, "radius", "inertia", "mass", "bearing_stiffness")
         _require_within(self, "coupling_stiffness", 0.0, MAX_COUNT)
+        errors = len(self.position_errors)
+        if errors not in (0, len(self.planets)):
+            raise InputError(
+                f"position_errors = {errors} values; {len(self.planets)} planets need "
+                "each"
+            )
         if len(self.planets) != len(self.angles):
             raise InputError(
                 f"angles = {len(self.angles)} values; {len(self.planets)} planets need "

@@ -33,6 +33,7 @@ def planetary_figures(gear_set: GearSet) -> dict[str, Any] | None:
         "mesh_cycles_per_turn": members.cycles_per_turn,
         "center_radius_mm": 1e3 * carrier.radius,
         "positions_deg": [math.degrees(angle) for angle in carrier.angles],
+        "position_errors_um": [1e6 * error for error in carrier.position_errors],
         "carrier_inertia_kg_m2": carrier.inertia,
         "carrier_mass_kg": carrier.mass,
         "carrier_bearing_kx_N_per_m": kx,

@@ -517,6 +517,9 @@ class ShaftEntry(Keys):
     )
 
 
+PositionError = Annotated[float, Field(ge=-1e3, le=1e3)]
+
+
 class PlanetaryEntry(Keys):
     """[[planetary]]: equal planets on a carrier between a sun and a ring.
 
@@ -544,6 +547,12 @@ class PlanetaryEntry(Keys):
         default=None,
         description="Direction of each planet, counter-clockwise from x. [default: "
         "equally spaced, the first along x]",
+    )
+    position_errors_um: Entries[PositionError] | None = Field(
+        default=None,
+        description="Displacement of each planet's pin, or of its axis where it has no "
+        "bearing, along the circle of the axes; positive in the sense of the "
+        "carrier's rotation, where the carrier is held in that of the input.",
     )
     carrier_inertia_kg_m2: Inertia | None = Field(
         default=None,
@@ -589,12 +598,13 @@ class PlanetaryEntry(Keys):
             )
         if len({self.sun, self.planet, self.ring}) < 3:
             raise ValueError("sun, planet and ring; must be three gears")
-        positions = self.positions_deg
-        if positions is not None and len(positions) != self.planets:
-            raise ValueError(
-                f"positions_deg has {len(positions)} entries; one for each of the "
-                f"{self.planets} planets is needed"
-            )
+        for name in ("positions_deg", "position_errors_um"):
+            entries = getattr(self, name)
+            if entries is not None and len(entries) != self.planets:
+                raise ValueError(
+                    f"{name} has {len(entries)} entries; one for each of the "
+                    f"{self.planets} planets is needed"
+                )
         return self
 
     @property

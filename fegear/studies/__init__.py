@@ -107,6 +107,11 @@ STUDIES = {
         "Motion",
         "Steady-state motion of a lumped train at one speed.",
     ),
+    "sharing": (
+        "sharing",
+        "PlanetLoadSharing",
+        "Load sharing between the planets of a planetary set at rest.",
+    ),
     "theory": (
         "theory",
         "Theory",

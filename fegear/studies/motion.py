@@ -11,7 +11,15 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.headings import friction_of_summary
-from fegear.studies.page import ColumnTable, Page, number, pluralize
+from fegear.studies.page import (
+    Columns,
+    ColumnTable,
+    Page,
+    RowTable,
+    cell,
+    number,
+    pluralize,
+)
 from fegear.studies.responses import UNITS
 from fegear.studies.study import (
     Draw,
@@ -66,6 +74,8 @@ from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import reporting_observer
 from lumped.steady.truncation_check import TruncationCheck, check_truncation
+from lumped.train.equilibrium import mesh_forces_at_rest
+from lumped.train.load_sharing import load_sharing
 from lumped.train.system import LumpedSystem
 
 LINES = 5  # largest ones of a spectrum, in the summary
@@ -76,6 +86,13 @@ ROWS = {  # of the screen, with the key of a mesh and its factor
     "largest mesh force [N]": ("force_peak_N", 1.0),
     "contact lost [% of the time]": ("contact_loss_fraction", 100.0),
     "back side [% of the time]": ("back_side_fraction", 100.0),
+}
+
+PLANETS: Columns = {
+    "planet": lambda row: str(row["planet"]),
+    "at rest": cell("load_share_at_rest", scale=100.0),
+    "in motion": cell("load_share", scale=100.0),
+    "largest in motion": cell("load_share_peak", scale=100.0),
 }
 
 
@@ -228,6 +245,7 @@ class MotionResult(StudyResult):
             "shown_time_s": float(motion.history.time[-1]),
             "section_points": len(motion.section_rate),
             "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
+            "planets": _planets(motion),
             "warnings": list(self.facts.warnings),
         }
 
@@ -278,6 +296,8 @@ class MotionResult(StudyResult):
             "largest amplitudes [um]",
         ]
         yield ColumnTable(labels, columns)
+        if values["planets"]:
+            yield RowTable(values["planets"], PLANETS, "Load shares [%]", ())
         for mesh in values["meshes"]:
             if "efficiency" in mesh:
                 yield (
@@ -318,6 +338,24 @@ def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
         **_losses(motion, m),
         "largest_lines": _largest_lines(motion, m),
     }
+
+
+def _planets(motion: TimeHistory) -> list[dict[str, float]]:
+    """Load shares of the planets of a planetary set, empty for other trains."""
+    train, history = motion.system.train, motion.history
+    if train.carrier is None:
+        return []
+    at_rest = load_sharing(train, mesh_forces_at_rest(motion.system))
+    moving = load_sharing(train, history.force, history.time)
+    return [
+        {
+            "planet": number + 1,
+            "load_share_at_rest": float(at_rest.share[number]),
+            "load_share": float(moving.share[number]),
+            "load_share_peak": float(moving.share_peak[number]),
+        }
+        for number in range(len(train.carrier.gears))
+    ]
 
 
 def _losses(motion: TimeHistory, m: int) -> dict[str, float]:

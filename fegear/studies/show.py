@@ -62,6 +62,7 @@ HEADERS = {
     "mesh_cycles_per_turn": "Mesh cycles per turn of the input",
     "center_radius_mm": "Circle of the planets' axes, radius [mm]",
     "positions_deg": "Positions of the planets [deg]",
+    "position_errors_um": "Position errors of the planets [um]",
     "input_torques_Nm": "Torques on the input [N m]",
     "speed_over_input": "Speed over that of the input",
     "speed_against_carrier_over_input": "Speed against the carrier over the input's",

@@ -19,6 +19,7 @@ from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods, without_pitch_errors
+from fegear.gearset.position_errors import position_gaps
 from fegear.gearset.power_path import mesh_torques_at, power_path
 from fegear.statics.excitation import (
     Excitations,
@@ -39,6 +40,7 @@ from lumped.train.excitation import MeshExcitation, bending_along_path, column_a
 from lumped.train.friction import Sliding, ToothFriction, with_bending
 from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.path_load_curves import path_load_curves
+from lumped.train.position_errors import with_gap
 from lumped.train.system import LumpedSystem
 from lumped.train.table import pair_names
 from lumped.train.train import TrainError
@@ -251,7 +253,16 @@ def lumped_system(
         source.mesh_excitation(gear_set, mesh, on_mesh, model.springs)
         for mesh, on_mesh in enumerate(on_meshes)
     )
-    references = rest_references(gear_set, on_meshes, source, model, driven)
+    gaps = position_gaps(gear_set, train).tolist()
+    references = tuple(
+        reference and replace(reference, gap=gap)
+        for reference, gap in zip(
+            rest_references(gear_set, on_meshes, source, model, driven),
+            gaps,
+            strict=True,
+        )
+    )
+    driven = tuple(map(with_gap, driven, gaps))
     friction: tuple[ToothFriction, ...] = ()
     try:
         if model.friction:

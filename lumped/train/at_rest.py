@@ -24,12 +24,14 @@ class RestReference:
 
     force : transmitted along the line of action [N]
     transmission_error : (n,) of the table, over whole base pitches [m]
-    excitation : of the mesh, without friction
+    excitation : of the mesh, without friction and without `gap`
+    gap : of all its tooth pairs [m], which the table does not have
     """
 
     force: float
     transmission_error: Array
     excitation: MeshExcitation
+    gap: float = 0.0
 
     def __post_init__(self) -> None:
         require_fields(self)

@@ -63,6 +63,10 @@ MAX_FACING_GAP = 5e-3  # m, gaps beyond which flanks do not face each other
 MAX_NEWTON_ITERATIONS = 60  # iterations of Newton's method for static equilibrium
 POSITION_ROUND_OFF = 1e-9  # round-off of a position in a mesh cycle
 EQUILIBRIUM_RTOL = 1e-12  # error relative to the range of the contacts' tables
+MAX_HALVINGS = 12  # of a step of this method that would overshoot
+# Stiffness over the typical one that is added where there may be none, as of a planet
+# that has lost contact
+ADDED_STIFFNESS = 1e-9
 
 
 MODE_FIELDS = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
@@ -666,30 +670,91 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
 
     Raises ArithmeticError if no equilibrium is found.
     """
-    K, B, Q, gap = _without_pairs_of_modes(system)
-    positions, count, a = B.shape
-    whole = start + _touching_coordinates(system, start)
-    q, eye = whole[:, :a], np.eye(count)
-    x = _multiply(B, q) - gap
-    tolerance = EQUILIBRIUM_RTOL * system.contacts.knots[:, -1].max()
-    for _ in range(MAX_NEWTON_ITERATIONS):
-        F, D = contact_loads(system, x)
-        residual = [
-            x + _multiply(Q, F) - _multiply(B, q) + gap,
-            q @ K + _multiply(B.transpose(0, 2, 1), F) - system.load[:a],
+    problem = _RestProblem(system, *_without_pairs_of_modes(system))
+    a = problem.stiffness.shape[0]
+    q = (start + _touching_coordinates(system, start))[:, :a]
+    for added in (0.0, ADDED_STIFFNESS):
+        equilibrium = problem.solve(q, added)
+        if equilibrium is not None:
+            return _linearise(system, *equilibrium)
+    raise ArithmeticError("no static equilibrium of the contacts was found")
+
+
+@dataclass(frozen=True, eq=False)
+class _RestProblem:
+    """Equilibrium of a contacts and standing coordinates, see `_without_pairs_of_modes`
+    for the shapes.
+    """
+
+    system: CoupledSystem
+    stiffness: Array
+    rows: Array
+    compliance: Array
+    gap: Array
+
+    def residual(self, x: Array, q: Array, F: Array) -> Array:
+        """Errors (p + 1, c + a) of the penetrations and of the balance of loads."""
+        load = self.system.load[: q.shape[1]]
+        errors = [
+            x + _multiply(self.compliance, F) - _multiply(self.rows, q) + self.gap,
+            q @ self.stiffness + _multiply(self.rows.transpose(0, 2, 1), F) - load,
         ]
-        matrix = np.zeros((positions, count + a, count + a))
-        matrix[:, :count, :count] = eye + Q * D[:, None, :]
+        return np.concatenate(errors, axis=1)
+
+    def step(self, x: Array, q: Array, added: float) -> tuple[Array, Array]:
+        """Newton's steps of penetrations and coordinates, to be subtracted.
+
+        added : stiffness in all coordinates [1/s2], for those that have none
+        """
+        B, count = self.rows, x.shape[1]
+        F, D = contact_loads(self.system, x)
+        matrix = np.zeros((len(x), count + q.shape[1], count + q.shape[1]))
+        matrix[:, :count, :count] = np.eye(count) + self.compliance * D[:, None, :]
         matrix[:, :count, count:] = -B
         matrix[:, count:, :count] = B.transpose(0, 2, 1) * D[:, None, :]
-        matrix[:, count:, count:] = K
-        step = _solve(matrix, np.concatenate(residual, axis=1))
-        x, q = x - step[:, :count], q - step[:, count:]
-        if not np.isfinite(step).all():
-            break
-        if (np.abs(step[:, :count]) < tolerance).all():
-            return _linearise(system, x, q)
-    raise ArithmeticError("no static equilibrium of the contacts was found")
+        matrix[:, count:, count:] = self.stiffness + added * np.eye(q.shape[1])
+        step = _solve(matrix, self.residual(x, q, F))
+        return step[:, :count], step[:, count:]
+
+    def error(self, x: Array, q: Array) -> Array:
+        """Largest residual (p + 1,), of penetrations and loads over typical ones."""
+        errors = np.abs(self.residual(x, q, contact_loads(self.system, x)[0]))
+        errors[:, : x.shape[1]] /= self.system.contacts.knots[:, -1].max()
+        errors[:, x.shape[1] :] /= np.abs(self.system.load).max()
+        return np.asarray(errors.max(axis=1))
+
+    def step_lengths(self, x: Array, q: Array, x_step: Array, q_step: Array) -> Array:
+        """Part (p + 1, 1) of the steps by which the residual falls."""
+        length, before = np.ones((len(x), 1)), self.error(x, q)
+        for _ in range(MAX_HALVINGS):
+            rises = self.error(x - length * x_step, q - length * q_step) > before
+            if not rises.any():
+                break
+            length[rises] *= 0.5
+        return length
+
+    def solve(self, q: Array, added: float) -> tuple[Array, Array] | None:
+        """Penetrations and coordinates at rest, None where they are not found.
+
+        added : stiffness that steps see in addition, over the largest of the train;
+            contacts that do not touch may then be anywhere
+        """
+        x = _multiply(self.rows, q) - self.gap
+        tolerance = EQUILIBRIUM_RTOL * self.system.contacts.knots[:, -1].max()
+        added *= float(np.abs(self.system.load).max() / np.abs(q).max()) if added else 0
+        for _ in range(MAX_NEWTON_ITERATIONS):
+            try:
+                x_step, q_step = self.step(x, q, added)
+            except np.linalg.LinAlgError:
+                return None
+            touching = (x > 0.0) | (x - x_step > 0.0) | (added == 0.0)
+            length = self.step_lengths(x, q, x_step, q_step) if added else 1.0
+            x, q = x - length * x_step, q - length * q_step
+            if not (np.isfinite(x_step).all() and np.isfinite(q_step).all()):
+                return None
+            if (np.abs(x_step) * touching < tolerance).all():
+                return x, q
+        return None
 
 
 def _without_pairs_of_modes(system: CoupledSystem) -> tuple[Array, Array, Array, Array]:

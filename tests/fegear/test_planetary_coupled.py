@@ -9,6 +9,8 @@ import fegear
 from fegear.gearset import load_gear_set
 from fegear.gearset.lumped_train import train_of
 from fegear.train.lumped_models import LumpedModel, StiffnessSource, lumped_system
+from lumped.train.equilibrium import mesh_forces_at_rest
+from lumped.train.load_sharing import load_sharing
 
 SET = "planetary-24-36-96"
 SOURCE = StiffnessSource(resolution="coarse", positions=64)
@@ -143,3 +145,38 @@ def test_finite_elements_in_motion_vibrate_alike():
         errors.append([row["dte_rms_m"] for row in rows])
     reduced, coupled = errors
     assert coupled == pytest.approx(reduced, rel=0.03)
+
+
+def test_position_errors_are_gaps_of_both_meshes_of_a_planet():
+    """The sun drives: a pin ahead of its place opens both drive sides of its planet."""
+    equal = system_of("coupled", ("body",), translations=False)
+    error = 2e-6
+    off = system_of(
+        "coupled", ("body",), translations=False, position_errors_um=[0.0, 2.0, 0.0]
+    )
+    mesh_of = equal.contacts.mesh_of
+    opened = error * np.cos(off.train.meshes[0].pressure_angle)
+    expected = np.where((mesh_of == 2) | (mesh_of == 3), opened, 0.0)
+    both = off.contacts.contacts, equal.contacts.contacts
+    difference = both[0].gap - both[1].gap
+    facing = both[1].gap < 1e-3  # gaps of flanks that do not face are large
+    gaps = np.broadcast_to((both[1].side * expected)[:, None], difference.shape)
+    assert difference[facing] == pytest.approx(gaps[facing], abs=1e-12)
+    # at rest a mesh alone has the transmission error of its table still
+    assert all(abs(check.mean_error) < 1e-2 for check in off.static_checks)
+    force = mesh_forces_at_rest(off)
+    model_1 = system_of(1, translations=False, position_errors_um=[0.0, 2.0, 0.0])
+    shares = load_sharing(off.train, force).share
+    expected_shares = load_sharing(model_1.train, mesh_forces_at_rest(model_1)).share
+    assert shares == pytest.approx(expected_shares, abs=0.02)  # teeth stiffen
+    assert shares[1] < 0.2
+
+
+@pytest.mark.slow
+def test_a_planet_without_contact_leaves_the_load_to_the_others():
+    """The rotation of planet 2 has no stiffness at rest."""
+    system = system_of(
+        "coupled", ("body",), translations=False, position_errors_um=[0.0, 20.0, 0.0]
+    )
+    share = load_sharing(system.train, mesh_forces_at_rest(system)).share
+    assert share == pytest.approx([0.5, 0.0, 0.5], abs=1e-4)

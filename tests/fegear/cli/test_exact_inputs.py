@@ -60,6 +60,12 @@ CASES = {  # what is typed, and which numbers of it JSON and the file have
         (TORQUE, RATIO, 0.1 / 3),
         (0.1234567,),
     ),
+    "sharing": (
+        ("sharing", "planetary-24-36-96", "--torque", TORQUE, "--model", 1),
+        ("--resolution", "coarse"),
+        (TORQUE,),
+        (),
+    ),
     "theory": (("theory", "liu-pair", *LOADED), (), (TORQUE, RATIO), ()),
     "dynamics": (
         ("dynamics", "liu-pair", "--torque", TORQUE, "--friction", THIRD),

@@ -71,6 +71,34 @@ SHAFT = TRAIN | {
     "gear": [*TRAIN["gear"], TRAIN["gear"][2] | {"name": "d"}],
     "shaft": [{"gears": ["b", "c"], "stiffness_Nm_per_rad": 1e4}],
 }
+STIFF_BEARING = {"bearing_kx_N_per_m": 1e8, "bearing_ky_N_per_m": 1e8}
+STATED = {"mean_stiffness_N_per_m": 1e8, "stiffness_variation": 0.3, "load_share": 0.5}
+PLANETARY: Tables = {
+    "name": "planetary",
+    "defaults": {
+        "module_mm": 2.0,
+        "face_width_mm": 10.0,
+        "tooth_thinning_um": 40.0,
+        **STIFF_BEARING,
+    },
+    "gear": [
+        {"name": "s", "teeth": 24, "hub_radius_mm": 12.0},
+        {"name": "p", "teeth": 36, "hub_radius_mm": 20.0},
+        {"name": "r", "teeth": 96, "internal": True, "rim_radius_mm": 112.0},
+    ],
+    "planetary": [
+        {
+            "sun": "s",
+            "planet": "p",
+            "ring": "r",
+            "planets": 3,
+            **{f"carrier_{key}": value for key, value in STIFF_BEARING.items()},
+            "sun_mesh": STATED,
+            "ring_mesh": STATED,
+        }
+    ],
+    "load": {"gear": "s", "torques_Nm": [20.0]},
+}
 # what a command only repeats of its input, and what differs from run to run
 REPEATED = {
     "center_distance_mm",
@@ -276,6 +304,7 @@ DOUBLED = (
     "--damping 0.02 --direction up -o b.csv --json"
 )
 THEORY = "theory SET --excitation rectangular --json"
+SHARING = "sharing SET --excitation rectangular --model 1 --json"
 ABLATION = "ablation SET --speeds 2000 --json"
 VALIDATE = "validate CASE -o out --json"
 ECCENTRIC = "eccentric --radius 20 --eccentricity 5 --json"
@@ -314,6 +343,39 @@ def unmodified(base: str) -> Case:
     """Pairs with relief that have the stiffness of teeth without."""
     relieved = "--model 1 --set mesh.1.tip_relief.magnitude_um=10"
     return plus(f"{base} {COARSE} {relieved}", "--relief-stiffness unmodified")
+
+
+def sharing() -> dict[str, Case]:
+    """Options of load sharing, of planets one of which is off its place."""
+    key = "--set planetary.1.position_errors_um"
+    springs = f"{SHARING} {key}=[0,2,0]"
+    trapezoid, fourier = (
+        springs.replace("rectangular", kind) for kind in ("trapezoid", "fourier")
+    )
+    elements = springs.replace("--excitation rectangular", COARSE)
+    relieved = f"{elements} --set planetary.1.sun_mesh.tip_relief.magnitude_um=10"
+    plain = {
+        "--model": springs.replace("--model 1", "--model 2"),
+        "--set": springs.replace("[0,2,0]", "[0,1,0]"),
+        "--excitation": trapezoid,
+        "--resolution": elements.replace(f" {COARSE}", ""),
+        "--json": springs.replace(" --json", ""),
+    }
+    added = {
+        "--torque": (springs, "--torque 30"),
+        "--ramp": (trapezoid, "--ramp 0.05"),
+        "--excitation-harmonics": (fourier, "--excitation-harmonics 1"),
+        "--plane": (elements, "--plane strain"),
+        "--relief-stiffness": (relieved, "--relief-stiffness unmodified"),
+        "--output": (springs, "-o s.csv"),
+    }
+    return {
+        **{name: Case(springs, text, PLANETARY) for name, text in plain.items()},
+        **{name: plus(*texts, PLANETARY) for name, texts in added.items()},
+        "--resolution": Case(elements, plain["--resolution"], PLANETARY),
+        "SET": Case(springs, springs.replace("SET", "OTHER"), PLANETARY, refused=True),
+        "--table": plus(springs, "--table TABLE", PLANETARY, refused=True),
+    }
 
 
 def rubbed(base: str) -> dict[str, Case]:
@@ -600,6 +662,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--table": plus("theory SET --model 3 --json", "--table TABLE"),
         "--output": plus(THEORY, "-o t.csv"),
     },
+    "sharing": sharing(),
     "map": lumped(MAP)
     | rubbed(MAP)
     | {
@@ -1042,7 +1105,6 @@ SPAN = {"span_mm": 15.4, "span_teeth": 3}
 PINS = {"pin_dimension_mm": 43.05, "pin_diameter_mm": 3.5}
 MEASURED = PAIR | {"gear": [PAIR["gear"][0] | SPAN, PAIR["gear"][1]]}
 PINNED = PAIR | {"gear": [PAIR["gear"][0] | PINS, PAIR["gear"][1]]}
-STIFF_BEARING = {"bearing_kx_N_per_m": 1e8, "bearing_ky_N_per_m": 1e8}
 COMPANIONS = {  # keys that a key needs beside it
     **dict.fromkeys(STIFF_BEARING, STIFF_BEARING),
     **dict.fromkeys(SPAN, SPAN),
@@ -1152,33 +1214,6 @@ RING_KEYS = {
     "rim_radius_mm": Key(115.0, (STIFF, MOVING), RING, entry=2),
     "cutter_teeth": Key(24, (STIFF, MOVING), RING, entry=2),
 }
-STATED = {"mean_stiffness_N_per_m": 1e8, "stiffness_variation": 0.3, "load_share": 0.5}
-PLANETARY: Tables = {
-    "name": "planetary",
-    "defaults": {
-        "module_mm": 2.0,
-        "face_width_mm": 10.0,
-        "tooth_thinning_um": 40.0,
-        **STIFF_BEARING,
-    },
-    "gear": [
-        {"name": "s", "teeth": 24, "hub_radius_mm": 12.0},
-        {"name": "p", "teeth": 36, "hub_radius_mm": 20.0},
-        {"name": "r", "teeth": 96, "internal": True, "rim_radius_mm": 112.0},
-    ],
-    "planetary": [
-        {
-            "sun": "s",
-            "planet": "p",
-            "ring": "r",
-            "planets": 3,
-            **{f"carrier_{key}": value for key, value in STIFF_BEARING.items()},
-            "sun_mesh": STATED,
-            "ring_mesh": STATED,
-        }
-    ],
-    "load": {"gear": "s", "torques_Nm": [20.0]},
-}
 PLANETARY_KEYS = {
     **dict.fromkeys(("sun", "planet"), Key("r", (), PLANETARY)),
     "ring": Key("s", (), PLANETARY),
@@ -1186,6 +1221,7 @@ PLANETARY_KEYS = {
     "planets": Key(4, (PLANE, SHOWN), PLANETARY),
     "center_distance_mm": Key(60.1, (PLANE, SHOWN), PLANETARY),
     "positions_deg": Key([0.0, 99.0, 240.0], (PLANE, SHOWN), PLANETARY),
+    "position_errors_um": Key([0.0, 2.0, 0.0], (SHARING, SHOWN), PLANETARY),
     "carrier_inertia_kg_m2": Key(0.01, (PLANE, SHOWN), PLANETARY),
     "carrier_mass_kg": Key(3.0, (PLANE, SHOWN), PLANETARY),
     "carrier_bearing_kx_N_per_m": Key(3e8, (PLANE, SHOWN), PLANETARY),

@@ -395,6 +395,13 @@ EXAMPLES = {
         "from_speed": 1010.0 + 1.0 / 3.0,
         "model": MODEL,
     },
+    "sharing": {
+        "gear_set": "planetary-24-36-96",
+        "torque": (50.0 + 1.0 / 3.0,),
+        "model": fegear.LumpedModel(
+            stiffness=fegear.StiffnessSource(resolution="coarse")
+        ),
+    },
     "theory": {"gear_set": "liu-idler", "torque": 50.0 + 1.0 / 3.0, "model": MODEL},
     "eccentric": {
         "radius": 20.0 + 1.0 / 3.0,

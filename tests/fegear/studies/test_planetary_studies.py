@@ -194,3 +194,96 @@ def test_springs_leave_the_forces_of_the_carrier_out_and_say_where_it_matters():
     assert not codes_of(sweep(3, speeds=(3000.0,)))
     (line,) = codes_of(sweep(3, speeds=(8000.0,)))
     assert line.startswith("models 1 to 3 leave out gyroscopic")
+
+
+def share_rows(*edits: str, torque: float = 60.0) -> dict[str, list[dict]]:
+    """Planets at rest by model 1, by whether centres are fixed."""
+    model = LumpedModel(
+        number=1, translations=True, stiffness=StiffnessSource(kind="rectangular")
+    )
+    study = fegear.PlanetLoadSharing(
+        gear_set=set_of(3, *edits), model=model, torque=(torque,)
+    )
+    result = fegear.run(study)
+    assert len(list(result.table.rows())) == 6
+    return {case["centers"]: case["planets"] for case in result.summary["cases"]}
+
+
+OFF = "planetary.1.position_errors_um=[0, 2, 0]"
+SOFT_SUN = ("gear.sun.bearing_kx_N_per_m=1e3", "gear.sun.bearing_ky_N_per_m=1e3")
+
+
+def test_bearings_and_a_floating_sun_even_out_the_shares():
+    stiff, soft = share_rows(OFF), share_rows(OFF, *SOFT_SUN)
+    shares = {
+        name: [planet["load_share"] for planet in cases]
+        for name, cases in (stiff | {"floating": soft["on bearings"]}).items()
+    }
+    assert shares["fixed"][1] < shares["on bearings"][1] < shares["floating"][1]
+    assert shares["floating"] == pytest.approx([1.0 / 3.0] * 3, abs=1e-4)
+    assert [planet["position_error_um"] for planet in stiff["fixed"]] == [0.0, 2.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("members", "sense"),
+    [
+        (("sun", "carrier", "ring"), -1),
+        (("ring", "carrier", "sun"), -1),
+        (("sun", "ring", "carrier"), -1),
+        (("carrier", "sun", "ring"), 1),
+        (("carrier", "ring", "sun"), 1),
+    ],
+)
+def test_a_pin_ahead_carries_more_where_the_carrier_drives(members, sense):
+    edits = [
+        f"planetary.1.{role}={member}"
+        for role, member in zip(("input", "output", "held"), members, strict=True)
+    ]
+    share = share_rows(OFF, *edits, f"load.gear={members[0]}", torque=300.0)["fixed"]
+    assert sense * (share[1]["load_share"] - 1.0 / 3.0) > 0.005
+
+
+def test_a_planet_without_load_is_warned_of():
+    model = LumpedModel(
+        number=1, translations=True, stiffness=StiffnessSource(kind="rectangular")
+    )
+    off = set_of(3, "planetary.1.position_errors_um=[0, 50, 0]")
+    study = fegear.PlanetLoadSharing(gear_set=off, model=model, torque=(60.0,))
+    result = fegear.run(study)
+    (fixed, moving) = result.summary["warnings"]
+    assert "60 N m, centres fixed: no load on planet 2" in fixed
+    assert "W39" in fixed
+    assert "centres on bearings" in moving
+    assert result.summary["cases"][0]["mesh_load_factor"] == pytest.approx(1.5)
+    assert "largest share 1.5 times" in str(list(result.page()))
+
+
+def test_load_sharing_needs_planets_and_a_load():
+    with pytest.raises(fegear.InputError, match="liu-idler has no"):
+        fegear.run(fegear.PlanetLoadSharing(gear_set="liu-idler"))
+    study = fegear.PlanetLoadSharing(gear_set=SET, torque=(0.0,))
+    with pytest.raises(fegear.InputError, match="torque = 0"):
+        fegear.run(study)
+
+
+@pytest.mark.parametrize(
+    ("errors", "reason"),
+    [("[0, 1]", "position_errors_um has 2 entries"), ("[0, 2000, 0]", "1000")],
+)
+def test_position_errors_that_do_not_fit_are_refused(errors, reason):
+    with pytest.raises(fegear.InputError, match=reason):
+        _ = set_of(3, f"planetary.1.position_errors_um={errors}").loaded
+
+
+def test_motions_have_shares_at_rest_and_in_motion():
+    model = LumpedModel(number=1, stiffness=StiffnessSource(kind="rectangular"))
+    study = fegear.Motion(
+        gear_set=set_of(3, OFF), model=model, torque=60.0, speed=200.0
+    )
+    planets = fegear.run(study).summary["planets"]
+    for key in ("load_share_at_rest", "load_share"):
+        assert sum(planet[key] for planet in planets) == pytest.approx(1.0)
+    for planet in planets:  # slow: vibration is small
+        rest, moving = planet["load_share_at_rest"], planet["load_share"]
+        assert moving == pytest.approx(rest, abs=0.02)
+        assert planet["load_share_peak"] > moving

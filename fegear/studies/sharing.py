@@ -1,0 +1,235 @@
+"""Load sharing between the planets of a planetary set at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fegear.files.codes import with_code
+from fegear.files.errors import InputError
+from fegear.files.version import package_version
+from fegear.gearset.model import GearSet, PlanetCarrier
+from fegear.statics.excitation import ExcitationSource
+from fegear.studies.page import Columns, Page, RowTable, cell
+from fegear.studies.study import NO_PICTURES, Job, Study, StudyResult, Task
+from fegear.studies.table import Table
+from fegear.studies.train_problem import TrainProblem
+from fegear.studies.trains import (
+    AUTO,
+    TrainStudy,
+    chosen_torques,
+    lumped_model,
+    tables_setting,
+    torques_setting,
+)
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.train.equilibrium import mesh_forces_at_rest
+from lumped.train.load_sharing import LoadSharing, load_sharing
+from lumped.train.system import LumpedSystem
+
+AT_REST = {name: AUTO[name] for name in ("number", "stiffness")}
+MIN_SHARE = 1e-3  # share below which a planet counts as one without contact
+FIXED, ON_BEARINGS = "fixed", "on bearings"
+COLUMNS: Columns = {
+    "torque\n[N m]": cell("torque_Nm", 6),
+    "centres": lambda row: str(row["centers"]),
+    "planet": lambda row: str(row["planet"]),
+    "position\nerror [um]": cell("position_error_um"),
+    "load share\n[%]": cell("load_share", 4, 100.0),
+    "largest in a\nmesh cycle [%]": cell("load_share_peak", 4, 100.0),
+    "mesh with\nsun [N]": cell("sun_mesh_force_N"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanetLoadSharing(
+    TrainStudy,
+    Study,
+    command="sharing",
+    example="sharing planetary-24-36-96 --torque 60 --model 1 -o shares.csv",
+):
+    """Load sharing between the planets of a planetary set at rest.
+
+    Share of the torque of the sun that each planet carries, with all centres fixed and,
+    where gears or carrier have bearings, with those on their bearings. Planets lose
+    contact where the others carry the load.
+    """
+
+    pictures = NO_PICTURES
+
+    torque: tuple[float, ...] = torques_setting()
+    model: LumpedModel = lumped_model(AT_REST, "auto")
+    table: tuple[str, ...] = tables_setting()
+
+    def prepare(self) -> SharingProblem:
+        carrier_of(self.gear_set.loaded)
+        # edits of bearings are read, whatever the model says
+        model = replace(self.model, translations=True)
+        return SharingProblem.of(replace(self, model=model))
+
+
+def carrier_of(gears: GearSet) -> PlanetCarrier:
+    """The carrier; InputError where the gear set has no planets."""
+    if gears.carrier is None:
+        raise InputError(
+            f"{gears.name} has no [[planetary]]; load sharing is that of its planets"
+        )
+    return gears.carrier
+
+
+@dataclass(frozen=True)
+class SharingCase:
+    """Load sharing at a torque on the input [N m]; centers : FIXED or ON_BEARINGS."""
+
+    torque: float
+    centers: str
+    sharing: LoadSharing
+
+
+@dataclass(frozen=True, eq=False)
+class SharingProblem(TrainProblem):
+    """A planetary set at each torque, with centres fixed and on bearings."""
+
+    study: PlanetLoadSharing
+
+    @cached_property
+    def torques(self) -> tuple[float, ...]:
+        """Torques on the input [N m]; InputError for none."""
+        torques = chosen_torques(self.gears, self.study.torque)
+        if 0.0 in torques:
+            raise InputError("torque = 0; load sharing needs at least 1e-6 N m")
+        return torques
+
+    @property
+    def centers(self) -> tuple[str, ...]:
+        """FIXED, and ON_BEARINGS where there are any."""
+        gears, carrier = self.gears.gears, carrier_of(self.gears)
+        movable = carrier.bearing_stiffness or any(g.bearing_stiffness for g in gears)
+        return (FIXED, ON_BEARINGS) if movable else (FIXED,)
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("sharing", self._solved)
+
+    def _solved(self, job: Job) -> PlanetLoadSharingResult:
+        source, cases, systems = self.model.excitations, [], {}
+        wanted = [(torque, name) for torque in self.torques for name in self.centers]
+        for done, (torque, name) in enumerate(wanted):
+            job.report("load sharing", done, len(wanted))
+            system = self._system(torque, name, source)
+            systems[torque] = system
+            sharing = load_sharing(system.train, mesh_forces_at_rest(system))
+            cases.append(SharingCase(torque, name, sharing))
+        return PlanetLoadSharingResult(
+            study=self.study,
+            gears=self.gears,
+            model=self.model,
+            notes=tuple(filter(None, (self.reason, *self.notes))),
+            cases=tuple(cases),
+            train_warnings=(*self.warnings_at_rest(systems),),
+        )
+
+    def _system(
+        self, torque: float, centers: str, source: ExcitationSource
+    ) -> LumpedSystem:
+        # modes and inertia of the bodies change nothing at rest
+        without = ("body", "modes") if self.model.number == "coupled" else ()
+        translations = centers == ON_BEARINGS
+        model = replace(self.model, translations=translations, without=without)
+        return lumped_system(self.gears, torque, model, source)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlanetLoadSharingResult(StudyResult):
+    """Load sharing at each torque, with centres fixed and on bearings."""
+
+    study: PlanetLoadSharing
+    gears: GearSet
+    model: LumpedModel
+    notes: tuple[str, ...]
+    cases: tuple[SharingCase, ...]
+    train_warnings: tuple[str, ...]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        return {
+            "gear_set": self.gears.name,
+            "model": self.model.name,
+            "excitation": self.model.stiffness.header["excitation"],
+            "cases": [self._case(case) for case in self.cases],
+            "warnings": [*self.train_warnings, *self._lost_contact()],
+        }
+
+    def _case(self, case: SharingCase) -> dict[str, Any]:
+        shares = case.sharing.share
+        return {
+            "torque_Nm": case.torque,
+            "centers": case.centers,
+            "mesh_load_factor": shares.size * float(shares.max()),
+            "planets": planet_rows(case.sharing, carrier_of(self.gears)),
+        }
+
+    @property
+    def _rows(self) -> list[dict[str, Any]]:
+        """A row for each planet of each case."""
+        return [
+            {"torque_Nm": case["torque_Nm"], "centers": case["centers"], **planet}
+            for case in self.summary["cases"]
+            for planet in case["planets"]
+        ]
+
+    def _lost_contact(self) -> Iterator[str]:
+        """A line for each case with planets that carry nothing."""
+        for case in self.cases:
+            numbers = np.flatnonzero(case.sharing.share < MIN_SHARE) + 1
+            if numbers.size:
+                listed = " and ".join(map(str, numbers.tolist()))
+                yield with_code(
+                    "W39",
+                    f"{case.torque:g} N m, centres {case.centers}: no load on planet "
+                    f"{listed} at rest, the others carry all of it",
+                )
+
+    @property
+    def table(self) -> Table:
+        """A row for every planet, at every torque and with either centres."""
+        rows = self._rows
+        header = {
+            "gear set": self.gears.name,
+            "fegear version": package_version(),
+            **self.model.stiffness.header,
+            "model": self.model.name,
+            **self.study.gear_set.entries,
+        }
+        cells = [list(row.values()) for row in rows]
+        return Table(tuple(rows[0]), lambda: cells, header)
+
+    def page(self) -> Page:
+        values = self.summary
+        yield from self.notes
+        title = "{gear_set} at rest, model {model}, {excitation}".format_map(values)
+        yield RowTable(self._rows, COLUMNS, title, ("centres",))
+        for case in values["cases"]:
+            yield (
+                f"{case['torque_Nm']:g} N m, centres {case['centers']}: largest share "
+                f"{case['mesh_load_factor']:.4g} times that of equal planets"
+            )
+
+
+def planet_rows(sharing: LoadSharing, carrier: PlanetCarrier) -> list[dict[str, Any]]:
+    """Position error, shares and forces of each planet, as in the table."""
+    errors = carrier.position_errors or (0.0,) * len(carrier.planets)
+    return [
+        {
+            "planet": number + 1,
+            "position_error_um": 1e6 * error,
+            "load_share": float(sharing.share[number]),
+            "load_share_peak": float(sharing.share_peak[number]),
+            "sun_mesh_force_N": float(sharing.sun_force[number]),
+            "ring_mesh_force_N": float(sharing.ring_force[number]),
+        }
+        for number, error in enumerate(errors)
+    ]
