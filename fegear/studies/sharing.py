@@ -129,7 +129,7 @@ class SharingProblem(TrainProblem):
             model=self.model,
             notes=tuple(filter(None, (self.reason, *self.notes))),
             cases=tuple(cases),
-            train_warnings=(*self.warnings_at_rest(systems),),
+            train_warnings=(*self.warnings_at_rest(systems, speeds=(0.0,)),),
         )
 
     def _system(
