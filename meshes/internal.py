@@ -49,6 +49,14 @@ class Foundation:
                     f"{MAX_STIFFNESS:g} N/m3"
                 )
 
+    def translation(self, radius: float) -> float:
+        """Stiffness of a rigid ring of an outer radius [m] to shifts [N/m per m]."""
+        return math.pi * radius * (self.radial + self.tangential)
+
+    def rotation(self, radius: float) -> float:
+        """Stiffness of the same to rotation about its axis [N m/rad per m]."""
+        return 2.0 * math.pi * radius**3 * self.tangential
+
 
 @dataclass(frozen=True, kw_only=True)
 class InternalGear(SpurGear):

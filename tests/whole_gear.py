@@ -11,7 +11,14 @@ from conftest import make_gear
 from scipy.sparse import block_array, csr_array, eye_array, hstack
 from scipy.sparse.linalg import eigsh, splu
 from scipy.spatial import cKDTree
-from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
+from skfem import (
+    Basis,
+    BilinearForm,
+    ElementTriP2,
+    ElementVector,
+    FacetBasis,
+    MeshTri2,
+)
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
@@ -70,7 +77,29 @@ class WholeGear:
         radius = gear.sign * np.hypot(*self.places.T)
         slack = 1e-6 * abs(gear.hub_radius)
         self.free = np.flatnonzero(radius > gear.hub_radius + slack)
+        if getattr(gear, "foundation", None) is not None:
+            self.stiffness += self._springs(basis)
+            self.free = np.arange(basis.N)
         self._solve(cutoff_Hz)
+
+    def _springs(self, basis):
+        """Stiffness of springs on the outside of a ring, by scikit-fem's own facets."""
+        springs, mesh = self.gear.foundation, basis.mesh
+        ends = np.hypot(*mesh.p)[mesh.facets]
+        at_rim = ends > -(1.0 - 1e-6) * self.gear.hub_radius
+        outside = np.intersect1d(
+            np.flatnonzero(at_rim.all(axis=0)), mesh.boundary_facets()
+        )
+        edges = FacetBasis(mesh, basis.elem, facets=outside, intorder=12)
+
+        def work(u, v, w):
+            radial = w.x / np.hypot(*w.x)
+            across = np.stack([-radial[1], radial[0]])
+            return springs.radial * dot(u, radial) * dot(v, radial) + (
+                springs.tangential * dot(u, across) * dot(v, across)
+            )
+
+        return BilinearForm(work).assemble(edges).tocsc()
 
     def _solve(self, cutoff_Hz):
         K, M = (A[self.free][:, self.free] for A in (self.stiffness, self.mass))

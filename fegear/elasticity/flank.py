@@ -135,7 +135,9 @@ def flamant_loads(sector: CyclicSector, load_angle: float = 0.0) -> SectorLoads:
     force = -(boundary.operator @ np.stack([t.T.ravel() for t in tractions], axis=1))
     if sector.foundation is not None:
         dofs = np.unique(sector.springs.indices)  # (x, y) pairs, see `node_dofs`
-        force -= sector.springs[:, dofs] @ flamant_displacement(sector, dofs, load_angle)
+        force -= sector.springs[:, dofs] @ flamant_displacement(
+            sector, dofs, load_angle
+        )
     cut = flamant_displacement(sector, sector.cut, load_angle)
     hub = flamant_displacement(sector, sector.hub, load_angle)
     return SectorLoads(force, -hub, sector.polar.T @ cut)

@@ -25,7 +25,9 @@ def foundation_stiffness(
 
     def component(a: int, b: int) -> diags_array:
         isotropic = tangential if a == b else 0.0
-        return diags_array((isotropic + difference * along[:, a] * along[:, b]) / weight)
+        return diags_array(
+            (isotropic + difference * along[:, a] * along[:, b]) / weight
+        )
 
     law = block_array([[component(a, b) for b in range(2)] for a in range(2)])
     return csr_array(operator @ law @ operator.T)

@@ -104,9 +104,7 @@ class CyclicSector:
         if self.foundation is None:
             return csr_array((self.basis.N, self.basis.N))
         edges = np.vstack([self.mesh.edges[name] for name in ("hub", "left_hub")])
-        outside = edge_quadrature(
-            self.mesh.points, edges, self.node_dofs, self.basis.N
-        )
+        outside = edge_quadrature(self.mesh.points, edges, self.node_dofs, self.basis.N)
         return foundation_stiffness(
             outside, self.foundation.radial, self.foundation.tangential
         )

@@ -298,7 +298,6 @@ class GearEntry(GearDefaults):
         require_exactly_one(self, *((RIM_KEY,) if self.internal else HUB_KEYS))
         for keys in (BEARING_KEYS, SPAN_KEYS, PIN_KEYS, RIM_STIFFNESS_KEYS):
             require_all_or_none(self, *keys)
-        require_at_most_one(self, RIM_STIFFNESS_KEYS[0], BEARING_KEYS[0])
         return self
 
     @model_validator(mode="after")
