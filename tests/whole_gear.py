@@ -17,6 +17,7 @@ from skfem import (
     ElementTriP2,
     ElementVector,
     FacetBasis,
+    LinearForm,
     MeshTri2,
 )
 from skfem.helpers import dot
@@ -72,6 +73,7 @@ class WholeGear:
         self.stiffness = law.assemble(stiff_basis).tocsc()
         form = BilinearForm(lambda u, v, _: DENSITY * dot(u, v))
         self.mass = form.assemble(basis).tocsc()
+        self.basis = basis
         self.places = basis.doflocs.T
         self.along_y = np.isin(np.arange(basis.N), basis.split_indices()[1])
         radius = gear.sign * np.hypot(*self.places.T)
@@ -82,15 +84,41 @@ class WholeGear:
             self.free = np.arange(basis.N)
         self._solve(cutoff_Hz)
 
-    def _springs(self, basis):
-        """Stiffness of springs on the outside of a ring, by scikit-fem's own facets."""
-        springs, mesh = self.gear.foundation, basis.mesh
+    def _outside(self, basis):
+        """Facets on the outside of a ring."""
+        mesh = basis.mesh
         ends = np.hypot(*mesh.p)[mesh.facets]
         at_rim = ends > -(1.0 - 1e-6) * self.gear.hub_radius
         outside = np.intersect1d(
             np.flatnonzero(at_rim.all(axis=0)), mesh.boundary_facets()
         )
-        edges = FacetBasis(mesh, basis.elem, facets=outside, intorder=12)
+        return outside
+
+    def mean_outside(self, tooth):
+        """Nodal loads (2, freedoms) of unit loads on the outside of one sector.
+
+        Outward and clockwise.
+        """
+        outside, mesh = self._outside(self.basis), self.basis.mesh
+        angle = -0.5 * np.pi - tooth * self.gear.pitch_angle
+        middle = mesh.p[:, mesh.facets[:, outside]].mean(axis=1)
+        turned = np.exp(-1j * angle) * (middle[0] + 1j * middle[1])
+        near = np.abs(np.angle(turned)) < 0.5 * abs(self.gear.pitch_angle)
+        edges = FacetBasis(mesh, self.basis.elem, facets=outside[near], intorder=12)
+        length = edges.dx.sum()
+
+        def outward(v, w):
+            return dot(v, w.x / np.hypot(*w.x)) / length
+
+        def clockwise(v, w):
+            return dot(v, np.stack([w.x[1], -w.x[0]]) / np.hypot(*w.x)) / length
+
+        return [LinearForm(form).assemble(edges) for form in (outward, clockwise)]
+
+    def _springs(self, basis):
+        """Stiffness of springs on the outside of a ring, by scikit-fem's own facets."""
+        springs, outside = self.gear.foundation, self._outside(basis)
+        edges = FacetBasis(basis.mesh, basis.elem, facets=outside, intorder=12)
 
         def work(u, v, w):
             radial = w.x / np.hypot(*w.x)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from fegear.elasticity import halfplane
 from fegear.elasticity.boundary import boundary_quadrature
@@ -134,10 +135,10 @@ def flamant_loads(sector: CyclicSector, load_angle: float = 0.0) -> SectorLoads:
     ]
     force = -(boundary.operator @ np.stack([t.T.ravel() for t in tractions], axis=1))
     if sector.foundation is not None:
-        dofs = np.unique(sector.springs.indices)  # (x, y) pairs, see `node_dofs`
-        force -= sector.springs[:, dofs] @ flamant_displacement(
-            sector, dofs, load_angle
-        )
+        # freedoms of the outside, as (x, y) pairs: see `CyclicSector.node_dofs`
+        dofs = np.unique(sector.springs.indices).astype(np.int64)
+        outside = flamant_displacement(sector, dofs, load_angle)
+        force -= csr_array(sector.springs[:, dofs]) @ outside
     cut = flamant_displacement(sector, sector.cut, load_angle)
     hub = flamant_displacement(sector, sector.hub, load_angle)
     return SectorLoads(force, -hub, sector.polar.T @ cut)

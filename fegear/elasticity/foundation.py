@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.sparse import block_array, csr_array, diags_array
 
@@ -23,11 +25,11 @@ def foundation_stiffness(
     along = boundary.points / np.hypot(*boundary.points.T)[:, None]
     difference = radial - tangential
 
-    def component(a: int, b: int) -> diags_array:
+    def component(a: int, b: int) -> Any:
         isotropic = tangential if a == b else 0.0
         return diags_array(
             (isotropic + difference * along[:, a] * along[:, b]) / weight
         )
 
-    law = block_array([[component(a, b) for b in range(2)] for a in range(2)])
+    law: Any = block_array([[component(a, b) for b in range(2)] for a in range(2)])
     return csr_array(operator @ law @ operator.T)

@@ -1,7 +1,8 @@
 """The cyclic sector of a gear: one tooth with its share of the body, hub held.
 
-The hub of a ring is what carries its outside, rigidly or by the springs of a foundation.
-With springs no freedom of the ring is held: displacement is relative to their base.
+The hub of a ring is what carries its outside, rigidly or by the springs of a
+foundation. With springs no freedom of the ring is held: displacement is relative to
+their base.
 
 All teeth of a gear are equal, so one sector represents the gear: flank compliance,
 modes, the cyclic gear, stress and pictures are functions of a `CyclicSector`.

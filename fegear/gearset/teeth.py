@@ -37,6 +37,7 @@ GEAR_KEYS = {
     "tooth_thinning": "tooth_thinning_um",
     "cutter_teeth": "cutter_teeth",
 }
+N_PER_MM3 = 1e9  # N/m3
 MIN_DEFAULT_CUTTER_TEETH = 10
 
 
@@ -123,7 +124,7 @@ class Blank(Involute):
         tangential = self.entry.rim_tangential_stiffness_N_per_mm3
         if radial is None or tangential is None:
             return None
-        return Foundation(radial=radial / MM**3, tangential=tangential / MM**3)
+        return Foundation(radial=radial * N_PER_MM3, tangential=tangential * N_PER_MM3)
 
     @property
     def rack_tip_radius(self) -> float:

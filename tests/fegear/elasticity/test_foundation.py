@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.linalg import spsolve
+from thin_ring import RIM, thin_ring
 from whole_gear import COARSE, DENSITY, STEEL, WholeGear, small_ring
 
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
@@ -16,7 +17,7 @@ from fegear.elasticity.modes import gear_modes, lowest_modes
 from fegear.elasticity.root_stress import root_influence
 from fegear.elasticity.sector import RIGHT, CyclicSector
 from meshes import MeshSize
-from meshes.internal import Foundation, InternalGear
+from meshes.internal import Foundation
 from meshes.section import section_area
 
 SOFT = Foundation(radial=2e10, tangential=1e10)  # N/m3
@@ -153,27 +154,8 @@ def test_springs_resist_a_rigid_body_as_in_closed_form(ring, mode):
     assert errors[1] < errors[0] / 8.0
 
 
-TEETH, MODULE, RIM = 480, 0.25e-3, 4e-3
-
-
-def thin_ring(springs):
-    reference = 0.5 * TEETH * MODULE
-    return InternalGear(
-        teeth=TEETH,
-        module=MODULE,
-        pressure_angle=np.deg2rad(20.0),
-        profile_shift=0.0,
-        tip_radius=-(reference - 0.6 * MODULE),
-        dedendum=1.2 * MODULE,
-        rack_tip_radius=0.2 * MODULE,
-        hub_radius=-(reference + 1.2 * MODULE + RIM),
-        cutter_teeth=160,
-        foundation=springs,
-    )
-
-
 @pytest.mark.parametrize(
-    "radial, tangential, rtol",
+    ("radial", "tangential", "rtol"),
     [(1e6, 1e6, 0.02), (1e10, 1e10, 0.02), (1e11, 5e9, 0.03), (3e10, 0.3e10, 0.03)],
 )
 def test_bending_frequencies_are_those_of_a_thin_ring_on_springs(
@@ -219,9 +201,9 @@ def test_rigid_modes_on_soft_springs_are_those_of_a_mass_and_an_inertia(n):
 
 
 @pytest.mark.parametrize(
-    "radial, tangential, field",
+    ("radial", "tangential", "field"),
     [(-1.0, 1e9, "radial"), (1e9, 0.0, "tangential"), (np.nan, 1e9, "radial")],
 )
 def test_springs_that_do_not_hold_a_ring_are_refused(radial, tangential, field):
-    with pytest.raises(ValueError, match=f"{field} = .* allowed"):
+    with pytest.raises(ValueError, match=rf"{field} = .* allowed"):
         Foundation(radial=radial, tangential=tangential)

@@ -198,7 +198,7 @@ def test_one_stiffness_of_a_ring_needs_the_other(missing):
 
 
 @pytest.mark.parametrize(
-    "key, value", [("radial", -1.0), ("tangential", 0.0), ("tangential", 2e12)]
+    ("key", "value"), [("radial", -1.0), ("tangential", 0.0), ("tangential", 2e12)]
 )
 def test_stiffnesses_of_a_ring_have_limits(key, value):
     name = f"rim_{key}_stiffness_N_per_mm3"
@@ -209,7 +209,7 @@ def test_stiffnesses_of_a_ring_have_limits(key, value):
 def test_springs_are_not_for_external_gears():
     tables = {"name": "sun", "teeth": 24, "hub_radius_mm": 12.0} | SPRINGS
     mesh = {"driver": "sun", "driven": "p", "center_distance_mm": 60.0}
-    with pytest.raises(InputError, match="rim_radial_.*not allowed for an external"):
+    with pytest.raises(InputError, match=r"rim_radial_.*not allowed for an external"):
         make_gear_set(
             {
                 "name": "pair",
@@ -220,7 +220,7 @@ def test_springs_are_not_for_external_gears():
         )
 
 
-@pytest.mark.parametrize("stiffness, warned", [(100.0, True), (1000.0, False)])
+@pytest.mark.parametrize(("stiffness", "warned"), [(100.0, True), (1000.0, False)])
 def test_a_ring_that_moves_on_soft_springs_is_doubted(stiffness, warned):
     gear_set = planet_and_ring(**dict.fromkeys(SPRINGS, stiffness))
     lines = [line for line in gear_set_warnings(gear_set) if line.endswith("[W40]")]
@@ -235,7 +235,7 @@ def test_a_rotating_ring_on_springs_needs_inertia_of_what_carries_it():
     enough = planet_and_ring(**SPRINGS, inertia_kg_m2=least)
     for gear_set in (held, enough):
         require_inertia_beyond_springs(gear_set, "")
-    with pytest.raises(InputError, match="ring.*inertia_kg_m2 = .*at least 0.0126"):
+    with pytest.raises(InputError, match=r"ring.*inertia_kg_m2 = .*at least 0.0126"):
         require_inertia_beyond_springs(springs, "")
 
 
@@ -251,7 +251,7 @@ def test_a_ring_on_springs_that_does_not_rotate_needs_no_more_inertia():
     }
     require_inertia_beyond_springs(make_gear_set(tables), "")
     turning = members | {"input": "sun", "output": "ring", "held": "carrier"}
-    with pytest.raises(InputError, match="ring.*inertia_kg_m2"):
+    with pytest.raises(InputError, match=r"ring.*inertia_kg_m2"):
         require_inertia_beyond_springs(
             make_gear_set(tables | {"planetary": [turning]}), ""
         )
