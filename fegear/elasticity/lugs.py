@@ -214,8 +214,8 @@ def ring_on_lugs(sector: CyclicSector, lugs: Lugs) -> RingOnLugs:
     between = outside[(lug[:, None] - lug) * step % teeth]  # (n, n, 2, 2)
     size = 2 * lugs.count
     compliance = between.transpose(0, 2, 1, 3).reshape(size, size)
-    own = np.tile([1.0 / lugs.radial, 1.0 / lugs.tangential], lugs.count)
-    support = np.linalg.inv(np.diag(own) + 0.5 * (compliance + compliance.T))
+    of_lugs = np.tile([1.0 / lugs.radial, 1.0 / lugs.tangential], lugs.count)
+    support = np.linalg.inv(np.diag(of_lugs) + 0.5 * (compliance + compliance.T))
     return RingOnLugs(sector, lugs, outside, flank, support)
 
 

@@ -24,7 +24,7 @@ PLAUSIBLE = {
 }
 MIN_OVERLAP_MM = 1e-3
 MAX_THINNING = 0.2  # of a measured tooth, to either side [modules]
-USUAL_MESH_STIFFNESS = 2e10  # of steel teeth, per face width [N/m2], as in ISO 6336
+TYPICAL_MESH_STIFFNESS = 2e10  # of steel teeth, per face width [N/m2], as in ISO 6336
 MAX_RIGID_SHARE = 0.1
 MAX_SHIFT = 1.5  # the same of its profile shift
 
@@ -82,7 +82,7 @@ def _spring_warnings(gear: Gear) -> Iterator[str]:
     springs, radius = teeth.foundation, teeth.outer_radius
     compliance = 1.0 / springs.translation(radius)
     compliance += teeth.base_radius**2 / springs.rotation(radius)
-    if (share := compliance * USUAL_MESH_STIFFNESS) > MAX_RIGID_SHARE:
+    if (share := compliance * TYPICAL_MESH_STIFFNESS) > MAX_RIGID_SHARE:
         yield with_code(
             "W40",
             f'gear "{gear.name}": on its springs it moves as a rigid body by '
