@@ -25,7 +25,37 @@ from meshes.gear import (
 from meshes.shaper import ShaperCutter, shaper_cutter
 from meshes.tip_interference import corner_clearance
 
+MIN_TANGENTIAL = 1e6  # N/m3; without it the ring would rotate freely
+MAX_STIFFNESS = 1e21  # N/m3; the ring is held to 1e-6 from 1e20 on
 MIN_CUTTER_TEETH = 5  # of a cutter, and fewer than the ring has
+
+
+@dataclass(frozen=True, kw_only=True)
+class Foundation:
+    """Springs between the outside of a ring and what carries it, per area [N/m3].
+
+    radial, tangential : stiffness along and across the radius
+    """
+
+    radial: float
+    tangential: float
+
+    def __post_init__(self) -> None:
+        for name, least in (("radial", 0.0), ("tangential", MIN_TANGENTIAL)):
+            stiffness = getattr(self, name)
+            if not least <= stiffness <= MAX_STIFFNESS:
+                raise ValueError(
+                    f"{name} = {stiffness:g} N/m3; allowed {least:g} to "
+                    f"{MAX_STIFFNESS:g} N/m3"
+                )
+
+    def translation(self, radius: float) -> float:
+        """Stiffness of a rigid ring of an outer radius [m] to shifts [N/m per m]."""
+        return math.pi * radius * (self.radial + self.tangential)
+
+    def rotation(self, radius: float) -> float:
+        """Stiffness of the same to rotation about its axis [N m/rad per m]."""
+        return 2.0 * math.pi * radius**3 * self.tangential
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,11 +67,13 @@ class InternalGear(SpurGear):
     rack_tip_radius : rounding of the cutter's tips, which generates the root fillet
     hub_radius : outer radius of the ring, where it is held, negative
     cutter_teeth : number of teeth of the cutter
+    foundation : springs that carry the outside; None where it is held rigidly
 
     Raises GeometryError if no such gear can be cut.
     """
 
     cutter_teeth: int
+    foundation: Foundation | None = None
 
     @property
     def sign(self) -> int:

@@ -11,7 +11,15 @@ from conftest import make_gear
 from scipy.sparse import block_array, csr_array, eye_array, hstack
 from scipy.sparse.linalg import eigsh, splu
 from scipy.spatial import cKDTree
-from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
+from skfem import (
+    Basis,
+    BilinearForm,
+    ElementTriP2,
+    ElementVector,
+    FacetBasis,
+    LinearForm,
+    MeshTri2,
+)
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
@@ -65,12 +73,61 @@ class WholeGear:
         self.stiffness = law.assemble(stiff_basis).tocsc()
         form = BilinearForm(lambda u, v, _: DENSITY * dot(u, v))
         self.mass = form.assemble(basis).tocsc()
+        self.basis = basis
         self.places = basis.doflocs.T
         self.along_y = np.isin(np.arange(basis.N), basis.split_indices()[1])
         radius = gear.sign * np.hypot(*self.places.T)
         slack = 1e-6 * abs(gear.hub_radius)
         self.free = np.flatnonzero(radius > gear.hub_radius + slack)
+        if getattr(gear, "foundation", None) is not None:
+            self.stiffness += self._springs(basis)
+            self.free = np.arange(basis.N)
         self._solve(cutoff_Hz)
+
+    def _outside(self, basis):
+        """Facets on the outside of a ring."""
+        mesh = basis.mesh
+        ends = np.hypot(*mesh.p)[mesh.facets]
+        at_rim = ends > -(1.0 - 1e-6) * self.gear.hub_radius
+        outside = np.intersect1d(
+            np.flatnonzero(at_rim.all(axis=0)), mesh.boundary_facets()
+        )
+        return outside
+
+    def mean_outside(self, tooth):
+        """Nodal loads (2, freedoms) of unit loads on the outside of one sector.
+
+        Outward and clockwise.
+        """
+        outside, mesh = self._outside(self.basis), self.basis.mesh
+        angle = -0.5 * np.pi - tooth * self.gear.pitch_angle
+        middle = mesh.p[:, mesh.facets[:, outside]].mean(axis=1)
+        turned = np.exp(-1j * angle) * (middle[0] + 1j * middle[1])
+        near = np.abs(np.angle(turned)) < 0.5 * abs(self.gear.pitch_angle)
+        edges = FacetBasis(mesh, self.basis.elem, facets=outside[near], intorder=12)
+        length = edges.dx.sum()
+
+        def outward(v, w):
+            return dot(v, w.x / np.hypot(*w.x)) / length
+
+        def clockwise(v, w):
+            return dot(v, np.stack([w.x[1], -w.x[0]]) / np.hypot(*w.x)) / length
+
+        return [LinearForm(form).assemble(edges) for form in (outward, clockwise)]
+
+    def _springs(self, basis):
+        """Stiffness of springs on the outside of a ring, by scikit-fem's own facets."""
+        springs, outside = self.gear.foundation, self._outside(basis)
+        edges = FacetBasis(basis.mesh, basis.elem, facets=outside, intorder=12)
+
+        def work(u, v, w):
+            radial = w.x / np.hypot(*w.x)
+            across = np.stack([-radial[1], radial[0]])
+            return springs.radial * dot(u, radial) * dot(v, radial) + (
+                springs.tangential * dot(u, across) * dot(v, across)
+            )
+
+        return BilinearForm(work).assemble(edges).tocsc()
 
     def _solve(self, cutoff_Hz):
         K, M = (A[self.free][:, self.free] for A in (self.stiffness, self.mass))

@@ -25,7 +25,10 @@ from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedSte
 from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
-from fegear.gearset.inertia import require_inertia_of_bodies
+from fegear.gearset.inertia import (
+    require_inertia_beyond_springs,
+    require_inertia_of_bodies,
+)
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.excitation import Excitations
 from fegear.statics.solving import StaticsSettings
@@ -128,7 +131,9 @@ def prepare(
         and corner contact of its source hold for all finite elements
     """
     if elements.fidelity != "quasistatic":
-        require_inertia_of_bodies(gear_set)
+        otherwise = "fidelity quasistatic has no elastic body"
+        require_inertia_of_bodies(gear_set, otherwise)
+        require_inertia_beyond_springs(gear_set, otherwise)
     tables = equal_tables(gear_set, torque, excitations)
     statics = replace(excitations.source.statics, friction=elements.friction)
     load_curves = all_mesh_load_curves(gear_set, tables, statics)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from fegear.elasticity.sector import CyclicSector
+if TYPE_CHECKING:
+    from fegear.elasticity.sector import CyclicSector
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from fegear.elasticity import halfplane
 from fegear.elasticity.boundary import boundary_quadrature
@@ -124,6 +125,8 @@ def flamant_loads(sector: CyclicSector, load_angle: float = 0.0) -> SectorLoads:
     load_angle : as in `halfplane.displacement`
     """
     names = [side + name for name in FREE_BOUNDARIES for side in ("", "left_")]
+    if sector.foundation is not None:
+        names += ["hub", "left_hub"]
     boundary = boundary_quadrature(sector, [n for n in names if n in sector.mesh.edges])
     flank = sector.flanks[RIGHT]
     tractions = [
@@ -131,6 +134,11 @@ def flamant_loads(sector: CyclicSector, load_angle: float = 0.0) -> SectorLoads:
         for x, n in zip(flank.points, flank.inward, strict=True)
     ]
     force = -(boundary.operator @ np.stack([t.T.ravel() for t in tractions], axis=1))
+    if sector.foundation is not None:
+        # freedoms of the outside, as (x, y) pairs: see `CyclicSector.node_dofs`
+        dofs = np.unique(sector.springs.indices).astype(np.int64)
+        outside = flamant_displacement(sector, dofs, load_angle)
+        force -= csr_array(sector.springs[:, dofs]) @ outside
     cut = flamant_displacement(sector, sector.cut, load_angle)
     hub = flamant_displacement(sector, sector.hub, load_angle)
     return SectorLoads(force, -hub, sector.polar.T @ cut)

@@ -1,5 +1,9 @@
 """The cyclic sector of a gear: one tooth with its share of the body, hub held.
 
+The hub of a ring is what carries its outside, rigidly or by the springs of a
+foundation. With springs no freedom of the ring is held: displacement is relative to
+their base.
+
 All teeth of a gear are equal, so one sector represents the gear: flank compliance,
 modes, the cyclic gear, stress and pictures are functions of a `CyclicSector`.
 
@@ -26,10 +30,13 @@ from skfem import Basis, BilinearForm
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
+from fegear.elasticity.boundary import edge_quadrature
 from fegear.elasticity.elements import dofs_of_nodes, plane_basis
+from fegear.elasticity.foundation import foundation_stiffness
 from fegear.elasticity.material import PlaneMaterial
 from fegear.files.timing import stage
 from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
+from meshes.internal import Foundation, InternalGear
 from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
@@ -80,10 +87,28 @@ class CyclicSector:
 
     @cached_property
     def stiffness(self) -> csr_array:
-        """(n, n) over all freedoms [Pa]."""
+        """(n, n) over all freedoms, springs of a foundation included [Pa]."""
         basis = self.basis
         with stage("assembling"):
-            return csr_array(linear_elasticity(*self.material.lame).assemble(basis))
+            body = csr_array(linear_elasticity(*self.material.lame).assemble(basis))
+            return body if self.foundation is None else body + self.springs
+
+    @property
+    def foundation(self) -> Foundation | None:
+        """Springs that carry the outside of a ring; None where the hub is held."""
+        gear = self.gear
+        return gear.foundation if isinstance(gear, InternalGear) else None
+
+    @cached_property
+    def springs(self) -> csr_array:
+        """Stiffness (n, n) of the foundation alone [Pa], without entries if none."""
+        if self.foundation is None:
+            return csr_array((self.basis.N, self.basis.N))
+        edges = np.vstack([self.mesh.edges[name] for name in ("hub", "left_hub")])
+        outside = edge_quadrature(self.mesh.points, edges, self.node_dofs, self.basis.N)
+        return foundation_stiffness(
+            outside, self.foundation.radial, self.foundation.tangential
+        )
 
     def mass(self, density: float) -> csr_array:
         """Consistent mass (n, n) [kg/m], hub included; density in kg/m3."""
@@ -102,7 +127,9 @@ class CyclicSector:
 
     @cached_property
     def hub(self) -> Indices:
-        """Freedoms held by the hub, as (x, y) pairs."""
+        """Freedoms held by the hub, as (x, y) pairs; none on a foundation."""
+        if self.foundation is not None:
+            return np.empty(0, np.int64)
         dofs = self._boundary_dofs(["hub", "left_hub"])
         x, y = np.round(self.basis.doflocs[:, dofs], 12)
         return dofs[np.lexsort((dofs, x, y))]

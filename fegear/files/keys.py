@@ -21,6 +21,7 @@ UNITS = {
     "Nm_per_rad": "N m/rad",
     "Nms_per_rad": "N m s/rad",
     "kg_per_m3": "kg/m3",
+    "N_per_mm3": "N/mm3",
     "Ns_per_m": "N s/m",
     "N_per_m": "N/m",
     "m_per_N": "m/N",

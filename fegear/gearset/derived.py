@@ -16,6 +16,7 @@ from fegear.gearset.planetary_figures import planetary_figures
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.zones import Zones, zones
 from meshes import SpurGear
+from meshes.internal import InternalGear
 from meshes.tooth_thickness import (
     default_pin_diameter,
     default_span_teeth,
@@ -67,6 +68,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "form_radius_mm": 1e3 * abs(teeth.form_radius),
         "root_radius_mm": 1e3 * abs(teeth.root_radius),
         "hub_radius_mm": 1e3 * abs(teeth.hub_radius),
+        **_spring_figures(gear),
         "rack_tip_radius_mm": 1e3 * teeth.rack_tip_radius,
         "tip_thickness_mm": 1e3 * teeth.tip_thickness,
         "tooth_thickness_mm": 1e3 * teeth.tooth_thickness,
@@ -86,6 +88,20 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "young_modulus_GPa": 1e-9 * gear.young_modulus,
         "poisson_ratio": gear.poisson_ratio,
         "density_kg_per_m3": gear.density,
+    }
+
+
+def _spring_figures(gear: Gear) -> dict[str, float]:
+    """Springs that carry a ring, and what they make of it as a rigid body."""
+    teeth = gear.geometry
+    if not (isinstance(teeth, InternalGear) and teeth.foundation):
+        return {}
+    springs, width, radius = teeth.foundation, gear.face_width, teeth.outer_radius
+    return {
+        "rim_radial_stiffness_N_per_mm3": 1e-9 * springs.radial,
+        "rim_tangential_stiffness_N_per_mm3": 1e-9 * springs.tangential,
+        "rim_translation_stiffness_N_per_m": width * springs.translation(radius),
+        "rim_rotation_stiffness_Nm_per_rad": width * springs.rotation(radius),
     }
 
 

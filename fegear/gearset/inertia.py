@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
+from meshes.internal import InternalGear
 from meshes.section import section_area, section_polar_moment
 
 INERTIA_RTOL = 1e-5  # of a given inertia, as `fegear show` prints it
+MIN_CARRIER_SHARE = 0.01  # of a ring's inertia, in what carries its springs
 
 
 def body_mass(gear: Gear) -> float:
@@ -51,4 +53,27 @@ def require_inertia_of_bodies(
                 "outline; where the body is elastic, give its inertia or more, a "
                 "smaller face_width_mm, a larger hub_radius_mm, or a smaller "
                 f"density_kg_per_m3 for a body with holes; {otherwise}"
+            )
+
+
+def require_inertia_beyond_springs(gear_set: GearSet, otherwise: str) -> None:
+    """Raise InputError for a rotating ring on springs whose carrier has no inertia.
+
+    The torque on the ring acts on what carries its springs, which without inertia would
+    follow every vibration at once.
+
+    otherwise : what has no elastic body
+    """
+    for index, gear in enumerate(gear_set.gears):
+        teeth, carrier = gear.geometry, gear_set.carrier
+        if not (isinstance(teeth, InternalGear) and teeth.foundation):
+            continue
+        least = (1.0 + MIN_CARRIER_SHARE) * body_inertia(gear)
+        is_held = carrier is not None and carrier.is_held(index)
+        if not is_held and inertia_of(gear) < least * (1.0 - INERTIA_RTOL):
+            raise InputError(
+                f'{gear_set.name}: gear "{gear.name}": inertia_kg_m2 = '
+                f"{inertia_of(gear):.6g}; at least {least:.6g} kg m2, that of the ring "
+                "and of what carries it by rim_tangential_stiffness_N_per_mm3; "
+                f"{otherwise}"
             )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from fegear.files.codes import with_code
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.placing import layout
+from meshes.internal import InternalGear
 
 if TYPE_CHECKING:
     from meshes import GearPair
@@ -23,6 +24,8 @@ PLAUSIBLE = {
 }
 MIN_OVERLAP_MM = 1e-3
 MAX_THINNING = 0.2  # of a measured tooth, to either side [modules]
+TYPICAL_MESH_STIFFNESS = 2e10  # of steel teeth, per face width [N/m2], as in ISO 6336
+MAX_RIGID_SHARE = 0.1
 MAX_SHIFT = 1.5  # the same of its profile shift
 
 
@@ -33,6 +36,7 @@ def gear_set_warnings(gear_set: GearSet) -> Iterator[str]:
     for gear in gear_set.gears:
         yield from _material_warnings(gear)
         yield from _thickness_warnings(gear)
+        yield from _spring_warnings(gear)
     yield from _overlap_warnings(gear_set)
     for number, mesh in enumerate(gear_set.meshes, start=1):
         yield from undercut_warnings(number, mesh.pair)
@@ -68,6 +72,23 @@ def _material_warnings(gear: Gear) -> Iterator[str]:
                 f'gear "{gear.name}": {key} = {value:.6g} is outside {least:g} to '
                 f"{most:g}, which materials of gears have; the unit is {hint}",
             )
+
+
+def _spring_warnings(gear: Gear) -> Iterator[str]:
+    """A ring on springs that moves as a rigid body as its teeth deflect."""
+    teeth = gear.geometry
+    if not (isinstance(teeth, InternalGear) and teeth.foundation):
+        return
+    springs, radius = teeth.foundation, teeth.outer_radius
+    compliance = 1.0 / springs.translation(radius)
+    compliance += teeth.base_radius**2 / springs.rotation(radius)
+    if (share := compliance * TYPICAL_MESH_STIFFNESS) > MAX_RIGID_SHARE:
+        yield with_code(
+            "W40",
+            f'gear "{gear.name}": on its springs it moves as a rigid body by '
+            f"{share:.2g} times the deflection of a usual mesh; its inertia in that "
+            "motion is part of the coupled model and of fidelity reduced alone",
+        )
 
 
 def _overlap_warnings(gear_set: GearSet) -> Iterator[str]:

@@ -112,7 +112,11 @@ ALTERNATIVES = (
 )
 # of bores and of measures over teeth, which internal gears have not; and the reverse
 INTERNAL_LACKS = (*HUB_KEYS, *SPAN_KEYS, *PIN_KEYS)
-EXTERNAL_LACKS = (RIM_KEY, "cutter_teeth")
+RIM_STIFFNESS_KEYS = (
+    "rim_radial_stiffness_N_per_mm3",
+    "rim_tangential_stiffness_N_per_mm3",
+)
+EXTERNAL_LACKS = (RIM_KEY, *RIM_STIFFNESS_KEYS, "cutter_teeth")
 BEARING_KEYS = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
 
 
@@ -187,7 +191,21 @@ class GearDefaults(Keys):
     )
     rim_radius_mm: Length | None = Field(
         default=None,
-        description="Outer radius of an internal gear, where it is held.",
+        description="Outer radius of an internal gear, where it is held or carried.",
+    )
+    rim_radial_stiffness_N_per_mm3: Annotated[float, Field(ge=0.0, le=1e12)] | None = (
+        Field(
+            default=None,
+            description="Radial stiffness, per area, of springs that carry the whole "
+            "outside of an internal gear; needs the tangential one. [default: held "
+            "rigidly]",
+        )
+    )
+    rim_tangential_stiffness_N_per_mm3: (
+        Annotated[float, Field(ge=1e-3, le=1e12)] | None
+    ) = Field(
+        default=None,
+        description="Tangential stiffness, per area, of the same springs.",
     )
     tooth_thinning_um: Signed | None = Field(
         default=None,
@@ -278,7 +296,7 @@ class GearEntry(GearDefaults):
     def _whole(self) -> GearEntry:
         require_none(self, *(INTERNAL_LACKS if self.internal else EXTERNAL_LACKS))
         require_exactly_one(self, *((RIM_KEY,) if self.internal else HUB_KEYS))
-        for keys in (BEARING_KEYS, SPAN_KEYS, PIN_KEYS):
+        for keys in (BEARING_KEYS, SPAN_KEYS, PIN_KEYS, RIM_STIFFNESS_KEYS):
             require_all_or_none(self, *keys)
         return self
 

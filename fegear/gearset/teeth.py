@@ -20,7 +20,7 @@ from fegear.gearset.thickness import (
 )
 from lumped.common.checks import require_present
 from meshes.gear import GeometryError, SpurGear, floored
-from meshes.internal import MIN_CUTTER_TEETH, InternalGear
+from meshes.internal import MIN_CUTTER_TEETH, Foundation, InternalGear
 from meshes.involute import Involute, involute
 from meshes.shaper import ShaperCutter, shaper_cutter
 
@@ -37,6 +37,7 @@ GEAR_KEYS = {
     "tooth_thinning": "tooth_thinning_um",
     "cutter_teeth": "cutter_teeth",
 }
+N_PER_MM3 = 1e9  # N/m3
 MIN_DEFAULT_CUTTER_TEETH = 10
 
 
@@ -117,6 +118,15 @@ class Blank(Involute):
         return max(fewest, self.teeth // 3)
 
     @property
+    def foundation(self) -> Foundation | None:
+        """Springs that carry a ring, None where its outside is held."""
+        radial = self.entry.rim_radial_stiffness_N_per_mm3
+        tangential = self.entry.rim_tangential_stiffness_N_per_mm3
+        if radial is None or tangential is None:
+            return None
+        return Foundation(radial=radial * N_PER_MM3, tangential=tangential * N_PER_MM3)
+
+    @property
     def rack_tip_radius(self) -> float:
         radius_mm = self.entry.rack_tip_radius_mm
         if radius_mm is not None:
@@ -165,7 +175,9 @@ class Blank(Involute):
 
     def _gear(self, sizes: dict[str, Any]) -> SpurGear:
         if self.entry.internal:
-            return InternalGear(**sizes, cutter_teeth=self.cutter_teeth)
+            return InternalGear(
+                **sizes, cutter_teeth=self.cutter_teeth, foundation=self.foundation
+            )
         return SpurGear(**sizes)
 
     def _complaint(self, error: GeometryError, tip: Tip) -> str:

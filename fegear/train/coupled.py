@@ -25,7 +25,10 @@ from fegear.dynamics.table_load_curves import all_table_load_curves
 from fegear.elasticity.cache import cached_body
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT, CyclicSector
-from fegear.gearset.inertia import require_inertia_of_bodies
+from fegear.gearset.inertia import (
+    require_inertia_beyond_springs,
+    require_inertia_of_bodies,
+)
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations, GivenTables
 from fegear.statics.solving import StaticsSettings
@@ -62,6 +65,7 @@ def coupled_contacts(
     if "body" not in without:
         otherwise = "the coupled model without body counts none of it"
         require_inertia_of_bodies(gear_set, otherwise)
+        require_inertia_beyond_springs(gear_set, otherwise)
     settings = excitations.statics
     if isinstance(excitations, GivenTables):
         load_curves = all_table_load_curves(gear_set, torque, excitations, without)

@@ -1209,9 +1209,18 @@ RING: Tables = {
     "mesh": [{"driver": "p", "driven": "r", "center_distance_mm": 60.0}],
     "load": {"gear": "p", "torques_Nm": [20.0]},
 }
+RIM_SPRINGS = {
+    "rim_radial_stiffness_N_per_mm3": 1e3,
+    "rim_tangential_stiffness_N_per_mm3": 1e3,
+}
+SPRUNG_RING = RING | {"gear": [RING["gear"][0], RING["gear"][1] | RIM_SPRINGS]}
 RING_KEYS = {
     "internal": Key(False, (), RING, entry=2),
     "rim_radius_mm": Key(115.0, (STIFF, MOVING), RING, entry=2),
+    "rim_radial_stiffness_N_per_mm3": Key(2e3, (STIFF, SHOWN), SPRUNG_RING, entry=2),
+    "rim_tangential_stiffness_N_per_mm3": Key(
+        2e3, (STIFF, SHOWN), SPRUNG_RING, entry=2
+    ),
     "cutter_teeth": Key(24, (STIFF, MOVING), RING, entry=2),
 }
 PLANETARY_KEYS = {
@@ -1333,9 +1342,10 @@ def test_a_default_is_the_same_as_the_key_in_every_gear(name):
     assert read_gear_set(toml(by_default)) != read_gear_set(toml(base))
 
 
-@pytest.mark.parametrize("name", ["rim_radius_mm", "cutter_teeth"])
+@pytest.mark.parametrize("name", ["rim_radius_mm", "cutter_teeth", *RIM_SPRINGS])
 def test_a_default_of_rings_is_that_of_the_ring_alone(name):
-    extra, gears = {name: RING_KEYS[name].value}, RING["gear"]
+    value, gears = RING_KEYS[name].value, RING["gear"]
+    extra = (RIM_SPRINGS if name in RIM_SPRINGS else {}) | {name: value}
     bare = {key: value for key, value in gears[1].items() if key != name}
     by_default = RING | {
         "gear": [gears[0], bare],

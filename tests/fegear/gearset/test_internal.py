@@ -11,10 +11,14 @@ from scipy.spatial import cKDTree
 
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
+from fegear.gearset.derived import gear_figures
 from fegear.gearset.draw import tooth_outline
+from fegear.gearset.inertia import body_inertia, require_inertia_beyond_springs
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.placing import layout
+from fegear.gearset.plausibility import gear_set_warnings
+from meshes.internal import Foundation
 
 SUN = {"name": "sun", "teeth": 24, "hub_radius_mm": 12.0}
 PLANET = {"teeth": 36, "hub_radius_mm": 20.0}
@@ -151,3 +155,103 @@ def test_wrong_keys_are_named(keys, message):
         planetary([0.0], **keys)
     assert "ring" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+SPRINGS = {
+    "rim_radial_stiffness_N_per_mm3": 2e3,
+    "rim_tangential_stiffness_N_per_mm3": 1e3,
+}
+
+
+def planet_and_ring(**keys):
+    gears = [PLANET | {"name": "planet"}, RING | keys]
+    mesh = {"driver": "planet", "driven": "ring", "center_distance_mm": 60.0}
+    defaults = {"module_mm": 2.0, "face_width_mm": 20.0}
+    tables = {"name": "pair", "defaults": defaults, "gear": gears, "mesh": [mesh]}
+    return make_gear_set(tables)
+
+
+def test_springs_of_a_ring_are_those_of_the_file_and_equal_rings_share_them():
+    ring = planet_and_ring(**SPRINGS).gears[1]
+    assert ring.geometry.foundation == Foundation(radial=2e12, tangential=1e12)
+    assert ring == planet_and_ring(**SPRINGS).gears[1]
+    assert ring.geometry != planet_and_ring().gears[1].geometry
+
+
+def test_show_prints_the_springs_of_the_ring_as_a_rigid_body():
+    figures = gear_figures(planet_and_ring(**SPRINGS).gears[1])
+    width, R = 0.02, 0.108
+    assert figures["rim_translation_stiffness_N_per_m"] == pytest.approx(
+        width * math.pi * R * 3e12
+    )
+    assert figures["rim_rotation_stiffness_Nm_per_rad"] == pytest.approx(
+        width * 2.0 * math.pi * R**3 * 1e12
+    )
+    assert not any("rim_" in key for key in gear_figures(planet_and_ring().gears[1]))
+
+
+@pytest.mark.parametrize("missing", SPRINGS)
+def test_one_stiffness_of_a_ring_needs_the_other(missing):
+    keys = {key: value for key, value in SPRINGS.items() if key != missing}
+    with pytest.raises(InputError, match=f"{missing} is needed with it"):
+        planet_and_ring(**keys)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("radial", -1.0), ("tangential", 0.0), ("tangential", 2e12)]
+)
+def test_stiffnesses_of_a_ring_have_limits(key, value):
+    name = f"rim_{key}_stiffness_N_per_mm3"
+    with pytest.raises(InputError, match=name):
+        planet_and_ring(**(SPRINGS | {name: value}))
+
+
+def test_springs_are_not_for_external_gears():
+    tables = {"name": "sun", "teeth": 24, "hub_radius_mm": 12.0} | SPRINGS
+    mesh = {"driver": "sun", "driven": "p", "center_distance_mm": 60.0}
+    with pytest.raises(InputError, match=r"rim_radial_.*not allowed for an external"):
+        make_gear_set(
+            {
+                "name": "pair",
+                "defaults": {"module_mm": 2.0, "face_width_mm": 20.0},
+                "gear": [tables, PLANET | {"name": "p"}],
+                "mesh": [mesh],
+            }
+        )
+
+
+@pytest.mark.parametrize(("stiffness", "warned"), [(100.0, True), (1000.0, False)])
+def test_a_ring_that_moves_on_soft_springs_is_doubted(stiffness, warned):
+    gear_set = planet_and_ring(**dict.fromkeys(SPRINGS, stiffness))
+    lines = [line for line in gear_set_warnings(gear_set) if line.endswith("[W40]")]
+    assert len(lines) == warned
+    if warned:  # (1 / 1.357e9 + 0.09021**2 / 1.583e7) N/m, 20 mm of 2e10 N/m2
+        assert "rigid body by 0.5 times" in lines[0]
+
+
+def test_a_rotating_ring_on_springs_needs_inertia_of_what_carries_it():
+    held, springs = planet_and_ring(), planet_and_ring(**SPRINGS)
+    least = 1.01 * body_inertia(springs.gears[1])
+    enough = planet_and_ring(**SPRINGS, inertia_kg_m2=least)
+    for gear_set in (held, enough):
+        require_inertia_beyond_springs(gear_set, "")
+    with pytest.raises(InputError, match=r"ring.*inertia_kg_m2 = .*at least 0.0126"):
+        require_inertia_beyond_springs(springs, "")
+
+
+def test_a_ring_on_springs_that_does_not_rotate_needs_no_more_inertia():
+    gears = [SUN, PLANET | {"name": "planet"}, RING | SPRINGS]
+    members = {"sun": "sun", "planet": "planet", "ring": "ring", "planets": 3}
+    tables = {
+        "name": "set",
+        "defaults": {"module_mm": 2.0, "face_width_mm": 20.0},
+        "gear": gears,
+        "planetary": [members],
+        "load": {"gear": "sun", "torques_Nm": [30.0]},
+    }
+    require_inertia_beyond_springs(make_gear_set(tables), "")
+    turning = members | {"input": "sun", "output": "ring", "held": "carrier"}
+    with pytest.raises(InputError, match=r"ring.*inertia_kg_m2"):
+        require_inertia_beyond_springs(
+            make_gear_set(tables | {"planetary": [turning]}), ""
+        )
