@@ -25,8 +25,8 @@ def equal_share_loss_factor(pair: GearPair) -> float:
     It is the loss over the coefficient of friction and the transmitted power, which is
     the mesh force times the speed along the line of action: friction acts normal to this
     line, so that the pressure angle does not appear. The mean of |x| over the n pairs in
-    contact is integrated along the path, for any contact ratio. For one of 1 to 2 it is
-    Ohlendorf's pi (1/z1 + 1/z2) (1 - eps + eps_a^2 + eps_r^2).
+    contact is integrated along the path, for any contact ratio. With the pitch point in
+    single contact it is Ohlendorf's pi (1/z1 + 1/z2) (1 - eps + eps_1^2 + eps_2^2).
     """
     start, end = pair.path
     shifts = np.arange(math.ceil(end - start) + 1)
