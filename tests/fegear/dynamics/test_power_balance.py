@@ -76,10 +76,11 @@ def imbalance(stepper, track, frequency, steps):
     return input_power / dissipated_power - 1.0, response.contact_loss[0]
 
 
-def require_balance(imbalances, *, losing):
+def require_balance(imbalances, *, losing, floor=0.0):
+    """floor : below it the tolerance of the steady state, not the step, counts."""
     errors, loss = np.abs(imbalances).T
     assert (loss > 0.05).all() == losing
-    assert errors[-1] < 0.3 * errors[0]
+    assert errors[-1] < max(0.3 * errors[0], floor)
     assert errors[0] < 5e-5
 
 
@@ -95,7 +96,8 @@ def test_power_is_balanced(case_of, track, tmp_path, kind, gears, name):
     imbalances = [
         imbalance(stepper, track, frequency, steps) for steps in (256, 512, 1024)
     ]
-    require_balance(imbalances, losing=name == "losing contact")
+    floor = {"liu-pair": 0.0, "planet-ring": 1e-7}[gears]
+    require_balance(imbalances, losing=name == "losing contact", floor=floor)
 
 
 @pytest.mark.slow
