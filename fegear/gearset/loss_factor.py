@@ -23,10 +23,11 @@ def equal_share_loss_factor(pair: GearPair) -> float:
     """Loss factor H_V of a mesh whose tooth pairs share the load equally.
 
     It is the loss over the coefficient of friction and the transmitted power, which is
-    the mesh force times the speed along the line of action: friction acts normal to this
-    line, so that the pressure angle does not appear. The mean of |x| over the n pairs in
-    contact is integrated along the path, for any contact ratio. With the pitch point in
-    single contact it is Ohlendorf's pi (1/z1 + 1/z2) (1 - eps + eps_1^2 + eps_2^2).
+    the mesh force times the speed along the line of action: friction acts normal to
+    this line, so that the pressure angle does not appear. The mean of |x| over the n
+    pairs in contact is integrated along the path, for any contact ratio. With the pitch
+    point in single contact it is Ohlendorf's
+    pi (1/z1 + 1/z2) (1 - eps + eps_1^2 + eps_2^2).
     """
     start, end = pair.path
     shifts = np.arange(math.ceil(end - start) + 1)

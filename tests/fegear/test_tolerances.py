@@ -47,12 +47,20 @@ LIMITS = dict(
 RING = """
 name = "planet-ring"
 defaults = { module_mm = 2.0, face_width_mm = 20.0, tooth_thinning_um = 40 }
-gear = [
-    { name = "planet", teeth = 36, hub_radius_mm = 20.0 },
-    { name = "ring", teeth = 96, internal = true, rim_radius_mm = 108.0, tip_radius_mm = 94.3 },
-]
 mesh = [{ driver = "planet", driven = "ring", center_distance_mm = 60.0 }]
 load = { gear = "planet", torques_Nm = [100.0] }
+
+[[gear]]
+name = "planet"
+teeth = 36
+hub_radius_mm = 20.0
+
+[[gear]]
+name = "ring"
+teeth = 96
+internal = true
+rim_radius_mm = 108.0
+tip_radius_mm = 94.3
 """
 
 

@@ -83,9 +83,7 @@ def test_modes_of_a_ring_tend_to_all_freedoms(case_of, full_of, tmp_path):
     motion, _ = passed(full_of(name=str(path)))
     expected = motion.deflection[:, 0]
     errors = [
-        apart(
-            passed(case_of(str(path)).stepper(cutoff))[0].deflection[:, 0], expected
-        )
+        apart(passed(case_of(str(path)).stepper(cutoff))[0].deflection[:, 0], expected)
         for cutoff in (40e3, 90e3, 180e3)
     ]
     assert errors[0] > errors[1] > errors[2]

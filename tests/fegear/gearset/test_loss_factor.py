@@ -26,8 +26,8 @@ def of_one_to_two_pairs(pair: GearPair) -> float:
     start, end = pair.path
     whole = start**2 + end**2
     single = (start + 1.0) * abs(start + 1.0) - (end - 1.0) * abs(end - 1.0)
-    return 0.5 * math.pi * abs(sum(1.0 / z for z in signed_teeth(pair))) * (
-        whole + single
+    return (
+        0.5 * math.pi * abs(sum(1.0 / z for z in signed_teeth(pair))) * (whole + single)
     )
 
 
