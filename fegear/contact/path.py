@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fegear.contact.problem import ContactCycle
+from fegear.gearset.loss_factor import sliding_per_base_pitch
 from meshes import GearPair
 
 Array = NDArray[np.float64]
@@ -71,15 +72,6 @@ def sliding_sign(position: Array) -> Array:
     """Whether friction acts toward both roots, 1, or toward both tips, -1."""
     moving = np.abs(position) > PITCH_POINT_TOL
     return np.where(moving, -np.sign(position), 0.0)
-
-
-def sliding_per_base_pitch(teeth: Sequence[int]) -> float:
-    """Sliding a base pitch from the pitch point, over the speed along the line of
-    action.
-
-    teeth : of driver and driven gear, negative of an internal one
-    """
-    return 2.0 * math.pi * abs(sum(1.0 / z for z in teeth))
 
 
 def loss_factor(teeth: Sequence[int], position: Array, share: ArrayLike) -> Array:

@@ -129,10 +129,11 @@ def line_of_action(pair: GearPair, increase: float) -> tuple[float, float]:
 
     At a centre distance that is larger by an amount [m], to the bits of `GearPair`.
     """
-    bases = pair.driver.base_radius + pair.driven.base_radius
+    bases = abs(pair.driver.base_radius + pair.driven.base_radius)
     distance = pair.center_distance + increase
     angle = math.acos(bases / distance)
-    return distance * math.sin(angle), pair.driver.base_radius * math.tan(angle)
+    length = pair.sign * distance * math.sin(angle)
+    return length, pair.driver.base_radius * math.tan(angle)
 
 
 def _require_solved(status: NDArray[np.int64]) -> None:

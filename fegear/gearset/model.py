@@ -351,6 +351,30 @@ class GearSet:
         group = next((gears for gears in groups if gear in gears), ())
         return (gear, *(other for other in group if other != gear))
 
+    def meshes_of_same_flanks(self, mesh: int) -> tuple[int, ...]:
+        """The meshes of a planetary set in which the same flanks meet those of planets.
+
+        Teeth of the sun, or of the ring, pass all planets with one flank, and the
+        planets are equal.
+
+        Parameters
+        ----------
+        mesh : int
+            Index of the mesh, from 0.
+
+        Returns
+        -------
+        tuple of int
+            Indices of the meshes, in order; of the mesh alone without a carrier.
+        """
+        if self.carrier is None:
+            return (mesh,)
+        centers = {self.carrier.sun, self.carrier.ring}
+        center = centers.intersection(self.meshes[mesh].gears)
+        return tuple(
+            n for n, other in enumerate(self.meshes) if center & set(other.gears)
+        )
+
     @cached_property
     def meshes_of(self) -> Mapping[int, tuple[int, ...]]:
         """Meshes that each gear takes part in, by their indices."""

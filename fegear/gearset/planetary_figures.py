@@ -10,10 +10,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from fegear.gearset.loss_factor import equal_share_loss_factor
 from fegear.gearset.members import MEMBERS
 from fegear.gearset.model import GearSet, PlanetCarrier
 from lumped.common.checks import require_present
-from meshes import GearPair
 
 NOTHING = 1e-6  # part of what all planets together could give, below which it is none
 
@@ -88,26 +88,12 @@ def _role(carrier: PlanetCarrier, member: str) -> str:
 def loss_per_friction(gear_set: GearSet) -> float:
     """Power lost over that of the input, per coefficient of friction of the teeth.
 
-    Both meshes lose H_V of the power that rolls through them; for small friction.
+    Both meshes lose H_V of the power that rolls through them; for small friction and
+    rigid teeth that share the load equally.
     """
     carrier = require_present(gear_set.carrier, "carrier")
-    factors = [mesh_loss_factor(mesh.pair) for mesh in gear_set.meshes[:2]]
+    factors = [equal_share_loss_factor(mesh.pair) for mesh in gear_set.meshes[:2]]
     return abs(carrier.members.rolling_power) * sum(factors)
-
-
-def mesh_loss_factor(pair: GearPair) -> float:
-    """Loss factor H_V of a mesh whose teeth share the load equally, or of one pair.
-
-    H_V = pi (1/z1 + 1/z2) (1 - eps + eps_a^2 + eps_r^2) / cos(alpha) for a contact
-    ratio eps of 1 to 2, Niemann and Winter, Maschinenelemente II (1989), with -1/z2 of
-    an internal gear.
-    """
-    approach, recess = -pair.path[0], pair.path[1]
-    share = 1.0 - approach - recess + approach**2 + recess**2
-    curvature = abs(
-        pair.driver.sign / pair.driver.teeth + pair.driven.sign / pair.driven.teeth
-    )
-    return math.pi * curvature * share / math.cos(pair.operating_pressure_angle)
 
 
 def harmonic_figures(sun: int, angles: Sequence[float]) -> list[dict[str, Any]]:

@@ -41,7 +41,7 @@ def flank_tolerances(gear: SpurGear, grade: int) -> FlankTolerances:
 
     Raises InputError for sizes that the standard does not cover.
     """
-    d, m = 2.0 * gear.reference_radius / MM, gear.module / MM
+    d, m = 2.0 * abs(gear.reference_radius) / MM, gear.module / MM
     _require_size("reference diameter", d, DIAMETERS)
     _require_size("module", m, MODULES)
     step = math.sqrt(2.0) ** (grade - BASE_GRADE)

@@ -193,7 +193,7 @@ def tolerance_bands(
             contact_ratio(pair, -largest),
         ),
         backlash=pair.backlash,
-        backlash_slope=2.0 * float(np.sin(pair.operating_pressure_angle)),
+        backlash_slope=2.0 * pair.sign * float(np.sin(pair.operating_pressure_angle)),
     )
 
 

@@ -153,7 +153,7 @@ class ModelExport(
         return FmuMesh(
             excitation=excitation,
             driver_teeth=pair[0].teeth,
-            base_radii=(pair[0].base_radius, pair[1].base_radius),
+            base_radii=(abs(pair[0].base_radius), abs(pair[1].base_radius)),
             backlash=mesh.backlash,
             damping=train.damping_ratio * critical,
             phase=mesh.phase,

@@ -252,7 +252,7 @@ class ReliefDesign(
             problem, design, more = without_idle_reliefs(problem, design, objective)
             evaluations += more
         reliefs = _reliefs(problem, design, objective)
-        edits = _edits(self.mesh, places, reliefs, self.shape)
+        edits = self._edits(places, reliefs)
         after = self.gear_set.changed(edits)
         shown = torques
         if len(torques) > 1:
@@ -261,6 +261,7 @@ class ReliefDesign(
         return ReliefResult(
             study=self,
             gear_set=gears.name,
+            meshes=[n + 1 for n in gears.meshes_of_same_flanks(index)],
             reliefs=reliefs,
             before_um=self._over_pitches(before, objective) / MICRO,
             after_um=self._over_pitches(after_ste, objective) / MICRO,
@@ -283,6 +284,15 @@ class ReliefDesign(
             tables=load_tables(self.gear_set.name, self.gear_set.overrides | edits),
             complete=complete,
         )
+
+    def _edits(
+        self, places: list[str], reliefs: list[dict[str, Any]]
+    ) -> dict[str, Any]:
+        """Keys that give the reliefs to the mesh and to those with the same flanks."""
+        edits: dict[str, Any] = {}
+        for index in self.gear_set.loaded.meshes_of_same_flanks(self.mesh - 1):
+            edits |= _edits(index + 1, places, reliefs, self.shape)
+        return edits
 
     def _problem(
         self, index: int, torques: tuple[float, ...], largest: float
@@ -344,7 +354,7 @@ class ReliefDesign(
         def changed(design: Array) -> GearSet:
             reliefs = _reliefs(problem, design, None)
             places = [entry.place for entry in problem.ranges]
-            edits = _edits(self.mesh, places, reliefs, self.shape)
+            edits = self._edits(places, reliefs)
             return self.gear_set.changed(edits)
 
         search = VibrationSearch(
@@ -454,7 +464,10 @@ def _left_out(places: list[str], reliefs: list[dict[str, Any]]) -> list[str]:
 def _edits(
     mesh: int, places: list[str], reliefs: list[dict[str, Any]], shape: ReliefShape
 ) -> dict[str, Any]:
-    """Keys of the gear set that give the reliefs, in place of all others at places."""
+    """Keys of the gear set that give the reliefs, in place of all others at places.
+
+    mesh : its number, from 1
+    """
     edits: dict[str, Any] = {}
     for place in places:
         both = place.partition("_")[2]

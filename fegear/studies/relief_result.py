@@ -72,6 +72,7 @@ class ReliefResult(StudyResult):
 
     study: Any
     gear_set: str
+    meshes: list[int]
     reliefs: list[dict[str, Any]]
     before_um: float
     after_um: float
@@ -92,6 +93,7 @@ class ReliefResult(StudyResult):
         values: dict[str, Any] = {
             "gear_set": self.gear_set,
             "mesh": self.study.mesh,
+            "meshes": self.meshes,
             "objective": self.study.objective,
             "objective_before_um": self._ends[0],
             "objective_after_um": self._ends[1],
@@ -288,6 +290,9 @@ class ReliefResult(StudyResult):
             f"transmission error {self.before_um:.4g} um before, "
             f"{self.after_um:.4g} um after"
         )
+        if len(self.meshes) > 1:
+            listed = ", ".join(map(str, self.meshes))
+            yield f"the same flanks meet in meshes {listed}: all have the relief"
         if self.vibration:
             yield (
                 "peak RMS of the dynamic transmission error {peak_before_um:.4g} um "

@@ -206,10 +206,10 @@ def _require_mesh(pair: GearPair, limits: Mapping[str, float]) -> None:
                 f"{source} = {limit / UM:.6g} um; must be at most half the module, "
                 f"{half_module / UM:.6g} um"
             )
-    bases = pair.driver.base_radius + pair.driven.base_radius
+    bases = abs(pair.driver.base_radius + pair.driven.base_radius)
     if not pair.center_distance - limits[CENTER] > bases:
         raise InputError(f"{CENTER} = {limits[CENTER] / UM:.6g} um; the gears overlap")
-    least = contact_ratio(pair, limits[CENTER])
+    least = min(contact_ratio(pair, sign * limits[CENTER]) for sign in (-1, 1))
     if not least >= 1.0:
         raise InputError(
             f"{CENTER} = {limits[CENTER] / UM:.6g} um; the contact ratio falls to "
@@ -301,7 +301,7 @@ class TolerancesResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         study, bands = self.study, self.bands
-        least, nominal, largest = bands.contact_ratios
+        least, nominal, largest = sorted(bands.contact_ratios)
         return {
             "gear_set": self.gear_set,
             "mesh": study.mesh,

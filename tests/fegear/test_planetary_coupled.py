@@ -110,13 +110,13 @@ def test_transmission_errors_at_rest_are_those_of_the_tables():
         assert abs(check.mean_error) < 1e-3
 
 
-def swept(**settings):
+def swept(speed=4500.0, **settings):
     """A sweep of the coupled model at one speed; settings : of the model."""
     return fegear.Sweep(
         gear_set=SET,
         torque=(60.0,),
         model=LumpedModel(number="coupled", stiffness=SOURCE, **settings),
-        speeds=(4500.0,),
+        speeds=(speed,),
         direction="up",
     )
 
@@ -130,21 +130,28 @@ def test_planets_in_phase_vibrate_alike():
 
 
 @pytest.mark.slow
-def test_finite_elements_in_motion_vibrate_alike():
-    """Fidelity reduced beside the coupled model, away from resonances."""
+@pytest.mark.parametrize(
+    ("speed", "translations", "allowed"),
+    [(4500.0, False, 0.03), (3100.0, False, 0.06), (5700.0, True, 0.08)],
+)
+def test_finite_elements_in_motion_vibrate_alike(speed, translations, allowed):
+    """Fidelity reduced beside the coupled model; of ten speeds from 1000 to 7000 Hz
+    the last two are those at which the meshes of the sun differ most."""
     study = fegear.Dynamics(
         gear_set=SET,
         torque=(60.0,),
         source=SOURCE,
-        speeds=(4500.0,),
+        speeds=(speed,),
         direction="up",
+        translations=translations,
     )
+    model = swept(speed, translations=translations)
     errors = []
-    for table in (fegear.run(study).table, fegear.run(swept()).table):
+    for table in (fegear.run(study).table, fegear.run(model).table):
         rows = [dict(zip(table.names, row, strict=True)) for row in table.rows()]
         errors.append([row["dte_rms_m"] for row in rows])
     reduced, coupled = errors
-    assert coupled == pytest.approx(reduced, rel=0.03)
+    assert coupled == pytest.approx(reduced, rel=allowed)
 
 
 def test_position_errors_are_gaps_of_both_meshes_of_a_planet():

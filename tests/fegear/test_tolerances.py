@@ -44,9 +44,44 @@ LIMITS = dict(
 )
 
 
+RING = """
+name = "planet-ring"
+defaults = { module_mm = 2.0, face_width_mm = 20.0, tooth_thinning_um = 40 }
+mesh = [{ driver = "planet", driven = "ring", center_distance_mm = 60.0 }]
+load = { gear = "planet", torques_Nm = [100.0] }
+
+[[gear]]
+name = "planet"
+teeth = 36
+hub_radius_mm = 20.0
+
+[[gear]]
+name = "ring"
+teeth = 96
+internal = true
+rim_radius_mm = 108.0
+tip_radius_mm = 94.3
+"""
+
+
 @pytest.fixture(scope="module")
 def contact():
     return contact_problem(fegear.load_gear_set("liu-pair"), 0, COARSE)
+
+
+@pytest.fixture(scope="module", params=["liu-pair", "planet-ring"])
+def gears_name(request, tmp_path_factory):
+    """The name of an external pair, the file of a planet in a ring."""
+    if request.param == "liu-pair":
+        return request.param
+    path = tmp_path_factory.mktemp("ring") / "ring.toml"
+    path.write_text(RING)
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def any_contact(gears_name):
+    return contact_problem(fegear.load_gear_set(gears_name), 0, COARSE)
 
 
 def problem_of(contact, scale=1.0, distribution="normal", only=SOURCES):
@@ -54,8 +89,9 @@ def problem_of(contact, scale=1.0, distribution="normal", only=SOURCES):
     return ToleranceProblem(contact, TORQUE, POSITION, limits, distribution)
 
 
-def test_one_pair_of_gears_is_that_of_a_gear_set_file(contact):
+def test_one_pair_of_gears_is_that_of_a_gear_set_file(any_contact, gears_name):
     """Slopes, crowning and pitch errors of a sample, in a file for `stiffness`."""
+    contact = any_contact
     problem = problem_of(contact)
     deviations = 1e-6 * np.round(1e6 * problem.sample(3, seed=5), 3)
     deviations[:, problem.variables.index(CENTER)] = 0.0
@@ -73,7 +109,7 @@ def test_one_pair_of_gears_is_that_of_a_gear_set_file(contact):
             pitch = np.zeros(count)
             pitch[-problem.teeth % count] = 1e6 * error[0]
             edits[f"gear.{gear + 1}.pitch_errors_um"] = pitch.tolist()
-        gears = fegear.load_gear_set("liu-pair", edits)
+        gears = fegear.load_gear_set(gears_name, edits)
         cycle = solve_cycle(contact_problem(gears, 0, COARSE), TORQUE, POSITION)
         np.testing.assert_allclose(solved.ste[i], cycle.ste[0], rtol=1e-9)
         stiffness = values[MEAN_STIFFNESS][i]
@@ -82,8 +118,9 @@ def test_one_pair_of_gears_is_that_of_a_gear_set_file(contact):
 
 
 @pytest.mark.parametrize("increase", [-20e-6, 15e-6])
-def test_another_centre_distance_is_another_pair(contact, increase):
+def test_another_centre_distance_is_another_pair(any_contact, increase):
     """Of flanks that stay as they are, with a compliance that stays as it is."""
+    contact = any_contact
     none = np.zeros((1, 2))
     moved = Variants(none, none, np.zeros((1, 4)), np.array([increase]))
     solved = solve_variants(contact, TORQUE, POSITION, moved)
@@ -93,6 +130,17 @@ def test_another_centre_distance_is_another_pair(contact, increase):
     cycle = solve_cycle(with_profiles(there), TORQUE, POSITION)
     np.testing.assert_allclose(solved.ste, cycle.ste, rtol=1e-9)
     assert contact_ratio(pair, increase) == pytest.approx(there.pair.contact_ratio)
+
+
+def test_backlash_of_a_ring_falls_as_the_centres_move_apart(gears_name):
+    study = study_of(gear_set=gears_name)
+    bands = fegear.run(study).bands
+    pair = fegear.load_gear_set(gears_name).meshes[0].pair
+    step = 1e-6
+    there = GearPair(pair.driver, pair.driven, pair.center_distance + step)
+    slope = (there.backlash - pair.backlash) / step
+    assert bands.backlash_slope == pytest.approx(slope, rel=1e-3)
+    assert (slope < 0.0) == pair.is_internal
 
 
 def test_the_nominal_pair_is_that_of_the_contact_problem(contact):

@@ -7,8 +7,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from fegear.contact.path import sliding_per_base_pitch
 from fegear.elasticity.material import Plane
+from fegear.gearset.loss_factor import (
+    equal_share_loss_factor,
+    sliding_per_base_pitch,
+)
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear
 from lumped.common.checks import require_present
@@ -71,28 +74,18 @@ def _materials(subject: LoadedPair) -> tuple[hertz.Material, hertz.Material]:
 def loss_factor_ohlendorf(subject: LoadedPair) -> float:
     """Loss over transmitted power and friction coefficient, Ohlendorf (1958)."""
     start, end = subject.pair.path
-    return _twice_sliding(subject) * 0.5 * (1.0 - (end - start) + start**2 + end**2)
+    share = 0.5 * (1.0 - (end - start) + start**2 + end**2)
+    return sliding_per_base_pitch(subject.teeth) * share
 
 
 def loss_factor_rigid(subject: LoadedPair) -> float:
     """Loss factor integrated over the path: pairs share the load equally."""
-    start, end = subject.pair.path
-    edges = np.unique([start, end, 0.0, *(end - k for k in (1, 2)), start + 1.0])
-    edges = edges[(edges >= start) & (edges <= end)]
-    middle, length = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
-    shifted = middle[:, None] + np.arange(-3, 4)
-    pairs = ((shifted > start) & (shifted < end)).sum(axis=1)
-    return _twice_sliding(subject) * float(np.sum(length * np.abs(middle) / pairs))
+    return equal_share_loss_factor(subject.pair)
 
 
 def loss_factor_fe(subject: LoadedPair) -> float:
     """Loss factor with the load sharing of finite elements, plane strain."""
     return float(subject.solved("strain").loss_factors[0])
-
-
-def _twice_sliding(subject: LoadedPair) -> float:
-    """Sliding over the motion of the contact per base pitch from the pitch point."""
-    return sliding_per_base_pitch(subject.teeth)
 
 
 def iso_theoretical(subject: LoadedPair) -> float:

@@ -9,6 +9,16 @@ from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import TimeSteps
 
 FREQUENCY, CYCLE = 1600.0, 128
+PLANET_AND_RING = """
+name = "planet-ring"
+defaults = { module_mm = 2.0, face_width_mm = 20.0 }
+gear = [
+    { name = "planet", teeth = 36, hub_radius_mm = 10.0 },
+    { name = "ring", teeth = 96, internal = true, rim_radius_mm = 130.0 },
+]
+mesh = [{ driver = "planet", driven = "ring", center_distance_mm = 60.0 }]
+load = { gear = "planet", torques_Nm = [100.0] }
+"""
 
 
 def passed(stepper, periods=1):
@@ -63,6 +73,21 @@ def test_modes_tend_to_all_freedoms(case_of, full_of, friction):
     ]
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 4e-3
+
+
+@pytest.mark.slow
+def test_modes_of_a_ring_tend_to_all_freedoms(case_of, full_of, tmp_path):
+    """A planet that drives a ring, over one period from rest."""
+    path = tmp_path / "ring.toml"
+    path.write_text(PLANET_AND_RING)
+    motion, _ = passed(full_of(name=str(path)))
+    expected = motion.deflection[:, 0]
+    errors = [
+        apart(passed(case_of(str(path)).stepper(cutoff))[0].deflection[:, 0], expected)
+        for cutoff in (40e3, 90e3, 180e3)
+    ]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 1e-3
 
 
 @pytest.mark.slow

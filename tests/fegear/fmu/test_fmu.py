@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import fegear
 from fegear.files.errors import InputError
+from fegear.gearset import make_gear_set
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import wave_from_samples
 
@@ -173,6 +174,37 @@ def test_export_writes_the_mesh_of_a_train(tmp_path):
     saved = tmp_path / "r.nc"
     result.save(saved)
     assert fegear.load(saved).fmu_mesh.data == mesh.data
+
+
+PLANET = {"name": "planet", "teeth": 36, "hub_radius_mm": 20.0}
+RING = {"name": "ring", "teeth": 96, "internal": True, "rim_radius_mm": 108.0}
+
+
+@pytest.mark.parametrize("driver", [0, 1])
+def test_a_ring_turns_and_is_loaded_in_the_sense_of_its_mate(tmp_path, driver):
+    """Angles in the ratio of teeth deflect nothing, whichever gear drives."""
+    gears = [PLANET, RING]
+    one, two = (gears[n]["name"] for n in (driver, 1 - driver))
+    teeth = gears[driver]["teeth"], gears[1 - driver]["teeth"]
+    pair = make_gear_set(
+        {
+            "name": "planet-ring",
+            "defaults": {"module_mm": 2.0, "face_width_mm": 20.0},
+            "gear": gears,
+            "mesh": [{"driver": one, "driven": two, "center_distance_mm": 60.0}],
+            "load": {"gear": one, "torques_Nm": [100.0]},
+        }
+    )
+    source = fegear.StiffnessSource(positions=16, resolution="coarse")
+    study = fegear.ModelExport(gear_set=pair, mesh=1, source=source)
+    fmu = running(fegear.run(study).fmu_mesh, tmp_path)
+    fmu.driver_angle, fmu.driven_angle = 0.3, 0.3 * teeth[0] / teeth[1]
+    assert fmu.deflection == pytest.approx(0.0, abs=1e-15)
+    fmu.driver_angle += 3e-6 / fmu.radii[0]
+    assert fmu.mesh_force > 100.0
+    assert fmu.driver_torque < 0.0 < fmu.driven_torque
+    ratio = -fmu.driven_torque / fmu.driver_torque
+    assert ratio == pytest.approx(teeth[1] / teeth[0], rel=1e-9)
 
 
 def test_damping_of_a_pair_is_that_of_its_matrices():

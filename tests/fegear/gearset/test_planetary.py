@@ -224,6 +224,41 @@ def test_members_satisfy_willis_and_pass_all_power_on(sun, planet, roles):
     assert lost == pytest.approx(abs(members.rolling_power), rel=1e-4)
 
 
+@settings(max_examples=50, deadline=None)
+@given(st.integers(5, 200), st.integers(5, 200), st.floats(0.8, 1.0))
+def test_efficiencies_of_textbooks(sun, planet, basic):
+    """Those of Mueller by the basic ratio i = -z_r / z_s and the basic efficiency."""
+    ring = sun + 2 * planet
+    i = -ring / sun
+    expected = {
+        ("sun", "ring"): basic,
+        ("ring", "sun"): basic,
+        ("sun", "carrier"): (1.0 - i * basic) / (1.0 - i),
+        ("carrier", "sun"): (1.0 - i) / (1.0 - i / basic),
+        ("ring", "carrier"): (i - basic) / (i - 1.0),
+        ("carrier", "ring"): (i - 1.0) / (i - 1.0 / basic),
+    }
+    for into, out, held in ROLES:
+        roles = {"input": into, "output": out, "held": held}
+        members = Members(sun=sun, ring=ring, planets=3, **roles)
+        efficiency = members.efficiency(basic)
+        assert efficiency == pytest.approx(expected[into, out], rel=1e-12)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(5, 200), st.integers(5, 200), st.sampled_from(ROLES))
+def test_no_power_circulates_with_a_negative_basic_ratio(sun, planet, roles):
+    """Rolling power is z_r / (z_s + z_r) of the input's with the ring held, z_s /
+    (z_s + z_r) with the sun held and all of it with the carrier held."""
+    ring = sun + 2 * planet
+    into, out, held = roles
+    members = Members(sun=sun, ring=ring, planets=3, input=into, output=out, held=held)
+    teeth = {"sun": sun, "ring": ring, "carrier": sun + ring}
+    expected = teeth[held] / (sun + ring)
+    assert abs(members.rolling_power) == pytest.approx(expected, rel=1e-12)
+    assert abs(members.rolling_power) <= 1.0 + 1e-12
+
+
 @pytest.mark.parametrize(
     ("roles", "ratio"),
     [

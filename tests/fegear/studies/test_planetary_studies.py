@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import numpy as np
 import pytest
 
 import fegear
+from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.draw import gear_set_figure
+from fegear.gearset.members import MEMBERS
+from fegear.gearset.planetary_figures import loss_per_friction
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.solving import StaticsSettings, solve_mesh
 from fegear.studies.trains import GearSetRef
 from fegear.train.lumped_models import LumpedModel, StiffnessSource
 
@@ -287,3 +295,68 @@ def test_motions_have_shares_at_rest_and_in_motion():
         rest, moving = planet["load_share_at_rest"], planet["load_share"]
         assert moving == pytest.approx(rest, abs=0.02)
         assert planet["load_share_peak"] > moving
+
+
+TORQUE, FRICTION = 60.0, 0.01
+
+
+def slow_motion(gears, rpm: float, **model) -> tuple[list[dict], float]:
+    """Meshes in a motion without vibration, and the power of the input [W]."""
+    lumped = LumpedModel(number=1, friction=FRICTION, **model)
+    study = fegear.Motion(gear_set=gears, rpm=rpm, torque=TORQUE, model=lumped)
+    return fegear.run(study).summary["meshes"], TORQUE * rpm * math.pi / 30.0
+
+
+@pytest.mark.parametrize("roles", [*itertools.permutations(MEMBERS)])
+def test_power_and_loss_of_slow_motion_are_those_of_the_closed_forms(roles):
+    """Pairs of a rectangular wave share the load equally, as rigid teeth do."""
+    keys = zip(("input", "output", "held"), roles, strict=True)
+    edits = [f"planetary.1.{key}={role}" for key, role in keys]
+    gears = set_of(3, *edits, f"load.gear={roles[0]}").loaded
+    stiffness = StiffnessSource(kind="rectangular")
+    meshes, power = slow_motion(gears, 20.0, bending=0.0, stiffness=stiffness)
+    rolling = abs(gears.carrier.members.rolling_power)
+    for side in (0, 1):
+        passed = sum(mesh["driver_power_mean_W"] for mesh in meshes[side::2])
+        assert passed / power == pytest.approx(rolling, rel=3e-3)
+    lost = sum(mesh["friction_power_mean_W"] for mesh in meshes)
+    expected = FRICTION * loss_per_friction(gears)
+    assert lost / power == pytest.approx(expected, rel=3e-3)
+
+
+@pytest.mark.slow
+def test_elastic_teeth_lose_what_their_shares_of_the_load_say():
+    """Within 1 % of the closed form, for pairs share the load almost equally."""
+    gears = load_gear_set(SET)
+    settings = StaticsSettings(resolution="coarse", positions=64)
+    source = StiffnessSource(resolution="coarse", positions=64)
+    factors = [
+        float(solve_mesh(gears, n, [on_driver], settings).loss_factors[0])
+        for n, on_driver in enumerate(mesh_torques_at(gears, TORQUE)[:2])
+    ]
+    meshes, power = slow_motion(gears, 100.0, stiffness=source)
+    lost = sum(mesh["friction_power_mean_W"] for mesh in meshes)
+    expected = 0.8 * FRICTION * sum(factors)
+    assert lost / power == pytest.approx(expected, rel=3e-3)
+    closed_form = FRICTION * loss_per_friction(gears)
+    assert lost / power == pytest.approx(closed_form, rel=0.012)
+    assert expected > closed_form
+
+
+@pytest.mark.slow
+def test_relief_is_that_of_all_planets():
+    """Teeth of the sun pass all planets; a mesh of the ring has other flanks."""
+    study = fegear.ReliefDesign(
+        gear_set=SET,
+        mesh=1,
+        torque=(30.0,),
+        starts=1,
+        elements=StaticsSettings(resolution="coarse", positions=16),
+    )
+    result = fegear.run(study)
+    assert result.summary["meshes"] == [1, 3, 5]
+    relieved = make_gear_set(result.tables)
+    tips = [mesh.driver_tip_relief for mesh in relieved.meshes]
+    assert tips[0] == tips[2] == tips[4] != tips[1]
+    assert tips[1] == tips[3] == tips[5] is None
+    assert "all have the relief" in "\n".join(map(str, result.page()))
