@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from textwrap import wrap
 from typing import Any
@@ -10,7 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.rendering.fields import ContactField, GearField, PairField
-from fegear.rendering.look import COLOURS, CUT, HEADER, INK, RenderStyle, ribbon_base
+from fegear.rendering.look import (
+    ARROW,
+    COLOURS,
+    CUT,
+    HEADER,
+    INK,
+    RenderStyle,
+    mesh_forces,
+    ribbon_base,
+)
 from fegear.rendering.recorded import Instant
 
 Array = NDArray[np.float64]
@@ -23,7 +33,9 @@ def details(field: ContactField, look: RenderStyle) -> str:
     parts = state_words(field)
     scale = look.motion_scale
     parts.append("true to scale" if scale == 1.0 else f"deformation scale {scale:g}")
-    if look.shown != "pressure":
+    if look.force is not None:
+        parts.append("arrows: mesh forces on driven gears")
+    elif look.shown != "pressure":
         parts.append("ribbon: contact pressure")
     return ", ".join(parts)
 
@@ -34,6 +46,11 @@ def state_words(field: ContactField) -> list[str]:
 
 
 def _at_rest(field: ContactField) -> list[str]:
+    if field.ste is None:
+        return [
+            f"position {field.position:.3f} base pitches of mesh 1",
+            f"torque {field.torque:g} N m on the input",
+        ]
     return [
         f"position {field.position:.3f} base pitches",
         f"torque {field.torque:g} N m",
@@ -105,6 +122,66 @@ def draw_names(
         at = view.middle + reach * away
         at[0] -= 0.25 * font * len(gear.name) * _pixel(look, size)
         _draw_label(plotter, gear.name, at, look, font)
+
+
+def draw_mesh_forces(
+    plotter: Any, pairs: Sequence[PairField], look: RenderStyle, size: tuple[int, int]
+) -> None:
+    """Load of every mesh and its largest pressure beside its contact."""
+    font = scaled(20, size)
+    reach = ARROW if look.force else look.ribbon
+    for force in mesh_forces(pairs):
+        away = (reach + 0.03) * look.view.half_height * force.direction
+        text = f"{force.load:.0f} N, {1e-6 * force.pressure:.0f} MPa"
+        at = force.base(look) + away
+        _draw_centred(plotter, text, at, look, size, font)
+
+
+def draw_names_of_set(
+    plotter: Any, field: ContactField, look: RenderStyle, size: tuple[int, int]
+) -> None:
+    """Names in the middle of gears, below each other on one axis; of internal gears
+    on their bodies, away from contacts.
+    """
+    font, named = scaled(24, size), []
+    for gear in field.gears:
+        at = gear.center.copy()
+        if gear.is_internal:
+            at = _free_place(gear, field.pairs)
+        row = sum(
+            np.hypot(*(at - other)) < 1e-3 * look.view.half_height for other in named
+        )
+        named.append(at)
+        at = at - [0.0, 2.0 * row * font * _pixel(look, size)]
+        _draw_centred(plotter, gear.name, at, look, size, font)
+
+
+def _free_place(gear: GearField, pairs: Sequence[PairField]) -> Array:
+    """A point (2,) of an internal gear's body in the middle between two contacts, the
+    highest one where the largest gaps are equal.
+    """
+    distance = np.hypot(*(gear.points - gear.center).T)
+    radius = 0.5 * (distance.max() + np.median(distance))
+    angles = sorted(math.atan2(*(pair.center - gear.center)[::-1]) for pair in pairs)
+    angles = angles or [0.0]
+    gaps = np.diff([*angles, angles[0] + 2.0 * math.pi])
+    middles = np.array(angles) + 0.5 * gaps
+    widest = middles[gaps > gaps.max() - 0.1]
+    angle = widest[np.sin(widest).argmax()]
+    return gear.center + radius * np.array([math.cos(angle), math.sin(angle)])
+
+
+def _draw_centred(
+    plotter: Any,
+    text: str,
+    at: Array,
+    look: RenderStyle,
+    size: tuple[int, int],
+    font: int,
+) -> None:
+    """A label with its middle at a point (2,) of the world."""
+    shift = np.array([0.25 * len(text), 0.5]) * font * _pixel(look, size)
+    _draw_label(plotter, text, at - shift, look, font)
 
 
 def _pixel(look: RenderStyle, size: tuple[int, int]) -> float:

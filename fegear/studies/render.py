@@ -1,4 +1,4 @@
-"""Pictures of two gears in contact."""
+"""Pictures of gears in contact."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from fegear.rendering.pictures import (
     PictureSettings,
     contact_at_rest,
     contact_in_motion,
+    contacts_of_set,
     draw_contact,
     require_drawable_file,
 )
@@ -43,6 +44,7 @@ from fegear.studies.study import (
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,
+    MIN_TORQUE,
     GearSetRef,
     chosen_torque,
     mesh_index,
@@ -79,8 +81,10 @@ class ContactPictures(
     command="render",
     example="render liu-pair --position 0.5 --zoom tooth -o contact.png",
 ):
-    """Pictures and films of the stress of two gears in mesh.
+    """Pictures and films of the stress of two gears in mesh, or of a whole gear set.
 
+    --zoom set draws all gears with all meshes loaded at once, each at its own position
+    in its cycle and under its part of the torque.
     --time-history draws the contact of a recorded motion: a film of its period, or the
     moment of its largest mesh force. Each moment shows the static fields under its own
     loads.
@@ -101,12 +105,13 @@ class ContactPictures(
     position: float | None = setting(
         None,
         "Mesh position [base pitches] from the pitch point, 0 to 1, or until the "
-        "tooth pairs repeat where they have pitch errors. [default: 0]",
+        "tooth pairs repeat where they have pitch errors; of a whole set that of mesh "
+        "1. [default: 0]",
     )
     torque: float | None = setting(
         None,
-        "Torque on the driving gear of the mesh [N\u00a0m]. [default: middle load case "
-        "of the gear set]",
+        "Torque on the driving gear of the mesh, of a whole set on its input "
+        "[N\u00a0m]. [default: middle load case of the gear set]",
     )
     time_history: str | None = setting(
         None,
@@ -131,7 +136,10 @@ class ContactPictures(
 
     def tasks(self) -> Iterator[Task]:
         self._require_file()
-        contact = self._in_motion() if self.time_history else self._at_rest()
+        if self.picture.zoom == "set":
+            contact = self._whole_set()
+        else:
+            contact = self._in_motion() if self.time_history else self._at_rest()
         yield Task("picture", partial(self._drawn, contact))
 
     def _require_file(self) -> None:
@@ -150,6 +158,19 @@ class ContactPictures(
         if suffix not in FILMS:
             reason = "only films have frames, .gif and .mp4"
             refuse_given(self.picture, ("frames",), reason, PICTURE)
+
+    def _whole_set(self) -> ContactSequence:
+        zoom = f"{display_name(self.picture, 'zoom')} set"
+        if self.mesh != 1:
+            raise InputError(f"mesh = {self.mesh}; {zoom} draws all, leave it out")
+        if self.time_history:
+            option = f"{display_name(self, 'time_history')} {self.time_history}"
+            raise InputError(f"{option}; {zoom} draws gears at rest, leave one out")
+        torque = chosen_torque(self.gears, self.torque)
+        if torque < MIN_TORQUE:
+            raise InputError(f"torque = {torque:g}; {zoom} needs a load above 0")
+        place = self.gears, torque, self.position or 0.0
+        return contacts_of_set(*place, self.elements)
 
     def _at_rest(self) -> ContactSequence:
         index = mesh_index(self.gears, self.mesh)
