@@ -24,6 +24,8 @@ from fegear.rendering.look import (
 from fegear.rendering.recorded import Instant
 
 Array = NDArray[np.float64]
+SAME_AXIS = 1e-6  # m, between centres of gears on a shaft
+EQUAL_GAPS = 0.1  # rad, between contacts of planets, which move along their paths
 BAR_LETTERS = 18  # of a line next to the picture
 LABEL_GAP = 0.005  # of the view's half height between a picture and its labels
 
@@ -131,42 +133,45 @@ def draw_mesh_forces(
     font = scaled(20, size)
     reach = ARROW if look.force else look.ribbon
     for force in mesh_forces(pairs):
-        away = (reach + 0.03) * look.view.half_height * force.direction
         text = f"{force.load:.0f} N, {1e-6 * force.pressure:.0f} MPa"
-        at = force.base(look) + away
+        half = np.array([0.28 * len(text), 0.8]) * font * _pixel(look, size)
+        # so far that the label's edge touches the arrow's tip
+        to_edge = (half / np.maximum(np.abs(force.direction), 1e-9)).min()
+        away = (reach + 0.01) * look.view.half_height + to_edge
+        at = force.base(look) + away * force.direction
         _draw_centred(plotter, text, at, look, size, font)
 
 
 def draw_names_of_set(
     plotter: Any, field: ContactField, look: RenderStyle, size: tuple[int, int]
 ) -> None:
-    """Names in the middle of gears, below each other on one axis; of internal gears
-    on their bodies, away from contacts.
+    """Names in the middle of gears; of internal gears and of those behind others on a
+    shaft they are on their bodies, away from contacts.
     """
-    font, named = scaled(24, size), []
     for gear in field.gears:
-        at = gear.center.copy()
-        if gear.is_internal:
-            at = _free_place(gear, field.pairs)
-        row = sum(
-            np.hypot(*(at - other)) < 1e-3 * look.view.half_height for other in named
+        is_behind = any(
+            other.layer < gear.layer
+            and np.hypot(*(other.center - gear.center)) < SAME_AXIS
+            for other in field.gears
         )
-        named.append(at)
-        at = at - [0.0, 2.0 * row * font * _pixel(look, size)]
-        _draw_centred(plotter, gear.name, at, look, size, font)
+        at = gear.center
+        if gear.is_internal or is_behind:
+            at = _place_on_body(gear, field.pairs)
+        _draw_centred(plotter, gear.name, at, look, size, scaled(24, size))
 
 
-def _free_place(gear: GearField, pairs: Sequence[PairField]) -> Array:
-    """A point (2,) of an internal gear's body in the middle between two contacts, the
-    highest one where the largest gaps are equal.
+def _place_on_body(gear: GearField, pairs: Sequence[PairField]) -> Array:
+    """A point (2,) between rim and teeth in the middle between two contacts, the highest
+    one where the largest gaps are equal.
     """
     distance = np.hypot(*(gear.points - gear.center).T)
-    radius = 0.5 * (distance.max() + np.median(distance))
+    rim = distance.max() if gear.is_internal else distance.min()
+    radius = 0.5 * (rim + np.median(distance))
     angles = sorted(math.atan2(*(pair.center - gear.center)[::-1]) for pair in pairs)
     angles = angles or [0.0]
     gaps = np.diff([*angles, angles[0] + 2.0 * math.pi])
     middles = np.array(angles) + 0.5 * gaps
-    widest = middles[gaps > gaps.max() - 0.1]
+    widest = middles[gaps > gaps.max() - EQUAL_GAPS]
     angle = widest[np.sin(widest).argmax()]
     return gear.center + radius * np.array([math.cos(angle), math.sin(angle)])
 

@@ -172,14 +172,12 @@ def contacts_of_set(
     def positions(count: int) -> list[float]:
         return [length * i / count for i in range(count)]
 
-    count = len(gear_set.meshes)
-    title = f"{gear_set.name}, all {count} meshes" if count > 1 else gear_set.name
     cycles = "" if length < 1.001 else f", {length:.3g} cycles of mesh 1"
     return ContactSequence(
         gear_set=gear_set,
         mesh=None,
         statics=statics,
-        title=title + _settings_text(statics),
+        title=f"{gear_set.name}, all meshes{_settings_text(statics)}",
         film_title=cycles,
         still=position,
         samples=positions(COLOUR_SCALE_POSITIONS),
