@@ -74,6 +74,17 @@ class GearField:
     is_internal: bool = False
     layer: int = 0
 
+    def moved(self, frame: Frame) -> GearField:
+        """The gear with all its fields, its world in a frame."""
+        return replace(
+            self,
+            center=frame.places(self.center),
+            points=frame.places(self.points),
+            displacement=frame.vectors(self.displacement),
+            hub_motion=frame.vectors(self.hub_motion),
+            stress=frame.stresses(self.stress),
+        )
+
     @property
     def motion(self) -> Array:
         """Displacement from the gears touching without load, (n, 2) [m]."""
@@ -119,6 +130,15 @@ class PairField:
     has_edge: bool
     mesh: int = 0
 
+    def moved(self, frame: Frame) -> PairField:
+        """The pair, its world in a frame."""
+        return replace(
+            self,
+            points=frame.places(self.points),
+            normals=frame.vectors(self.normals),
+            motion=frame.vectors(self.motion),
+        )
+
     @property
     def center(self) -> Array:
         """Point at which the resultant of the load acts, (2,)."""
@@ -143,6 +163,14 @@ class ContactField:
     gears: tuple[GearField, ...]
     pairs: tuple[PairField, ...]
     instant: Instant | None = None
+
+    def turned(self, angle: float, center: Array) -> ContactField:
+        """All of it turned counterclockwise [rad] about a point (2,)."""
+        turn = turned(angle)
+        frame = Frame(center - turn @ center, turn)
+        gears = tuple(gear.moved(frame) for gear in self.gears)
+        pairs = tuple(pair.moved(frame) for pair in self.pairs)
+        return replace(self, gears=gears, pairs=pairs)
 
     @property
     def is_gear_set(self) -> bool:
@@ -484,11 +512,12 @@ def gears_in_meshes(
     pairs: list[PairField] = []
     for number, mesh in enumerate(meshes):
         driver = mesh.scene.mesh.driver
-        gear, by_tooth = gears[driver], {s.tooth: s for s in sectors[driver]}
-        count = gear.counts[[side.mesh for side in gear.sides].index(mesh)]
+        by_tooth = {sector.tooth: sector for sector in sectors[driver]}
+        loaded = gears[driver]
+        count = loaded.counts[[side.mesh for side in loaded.sides].index(mesh)]
         for load in mesh.loads:
             sector = by_tooth[count.in_first(load.tooth)]
-            contact = DriverContact(mesh, gear.first, sector, count.mirrored)
+            contact = DriverContact(mesh, loaded.first, sector, count.mirrored)
             pairs.append(contact.pair_field(load, turns[driver], number))
     return fields, tuple(pairs)
 
@@ -511,7 +540,9 @@ def _gear_field(
         part |= {"outline": outline + count, "fillet": corners + count}
         parts.append(part)
         count += len(part["points"])
-    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    joined: dict[str, Any] = {
+        name: np.concatenate([part[name] for part in parts]) for name in parts[0]
+    }
     x, y = (joined["points"] - center).T
     return GearField(
         name=side.name,

@@ -38,6 +38,7 @@ from fegear.rendering.fields import (
 from fegear.rendering.frames import View
 from fegear.rendering.sector_field import LoadableGear
 from fegear.statics.solving import StaticsSettings
+from lumped.common.checks import require_present
 from lumped.common.progress import Progress, silent
 
 Array = NDArray[np.float64]
@@ -178,3 +179,42 @@ def _loaded_mesh(scene: MeshScene, torque: float, position: float) -> LoadedMesh
     require_drawable(scene, ste)
     loads = patch_loads(scene.problem, torque, position)
     return LoadedMesh(scene, RelativePose(position, ste), loads)
+
+
+@dataclass(frozen=True)
+class SetMoment:
+    """A position of the first mesh [base pitches], and how far the carrier has turned
+    in the ground's frame, counterclockwise [rad].
+    """
+
+    position: float
+    carrier_angle: float = 0.0
+
+
+def turn_moments(gear_set: GearSet, turns: float, count: int) -> list[SetMoment]:
+    """Moments of some turns of the carrier, or of the input of a set without one."""
+    carrier, parts = gear_set.carrier, [turns * i / count for i in range(count)]
+    if carrier is None:
+        teeth = gear_set.gears[gear_set.meshes[0].driver].geometry.teeth
+        return [SetMoment(teeth * part) for part in parts]
+    held = carrier.gear_of(carrier.members.held)
+    if held is None:
+        raise InputError(
+            f"turns = {turns:g}; the carrier of {gear_set.name} is held, leave it out"
+        )
+    # against the carrier the held gear turns the other way
+    full = -2.0 * math.pi * gear_set.senses[held]
+    teeth = gear_set.gears[held].geometry.teeth
+    return [SetMoment(teeth * part, full * part) for part in parts]
+
+
+def field_at(
+    scene: GearSetScene, torque: float, moment: SetMoment, view: View
+) -> ContactField:
+    """Fields at a moment, in the ground's frame where the carrier has turned."""
+    field = gear_set_field(scene, torque, moment.position, view)
+    if moment.carrier_angle == 0.0:
+        return field
+    carrier = require_present(scene.gear_set.carrier, "carrier")
+    place = layout(scene.gear_set).places[carrier.sun]
+    return field.turned(moment.carrier_angle, np.array([place.x, place.y]))

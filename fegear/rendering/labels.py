@@ -25,7 +25,7 @@ from fegear.rendering.recorded import Instant
 
 Array = NDArray[np.float64]
 SAME_AXIS = 1e-6  # m, between centres of gears on a shaft
-EQUAL_GAPS = 0.1  # rad, between contacts of planets, which move along their paths
+EQUAL_GAPS = 1e-3  # rad
 BAR_LETTERS = 18  # of a line next to the picture
 LABEL_GAP = 0.005  # of the view's half height between a picture and its labels
 
@@ -129,11 +129,13 @@ def draw_names(
 def draw_mesh_forces(
     plotter: Any, pairs: Sequence[PairField], look: RenderStyle, size: tuple[int, int]
 ) -> None:
-    """Load of every mesh and its largest pressure beside its contact."""
+    """Load of every mesh beside its contact, and its largest pressure where shown."""
     font = scaled(20, size)
     reach = ARROW if look.force else look.ribbon
     for force in mesh_forces(pairs):
-        text = f"{force.load:.0f} N, {1e-6 * force.pressure:.0f} MPa"
+        text = f"{force.load:.0f} N"
+        if look.shown == "pressure":
+            text += f", {1e-6 * force.pressure:.0f} MPa"
         half = np.array([0.28 * len(text), 0.8]) * font * _pixel(look, size)
         # so far that the label's edge touches the arrow's tip
         to_edge = (half / np.maximum(np.abs(force.direction), 1e-9)).min()
@@ -149,28 +151,31 @@ def draw_names_of_set(
     shaft they are on their bodies, away from contacts.
     """
     for gear in field.gears:
+        distant = [g for g in field.gears if not _on_one_axis(g, gear)]
         is_behind = any(
-            other.layer < gear.layer
-            and np.hypot(*(other.center - gear.center)) < SAME_AXIS
-            for other in field.gears
+            other.layer < gear.layer for other in field.gears if other not in distant
         )
         at = gear.center
         if gear.is_internal or is_behind:
-            at = _place_on_body(gear, field.pairs)
+            at = _place_on_body(gear, [other.center for other in distant])
         _draw_centred(plotter, gear.name, at, look, size, scaled(24, size))
 
 
-def _place_on_body(gear: GearField, pairs: Sequence[PairField]) -> Array:
-    """A point (2,) between rim and teeth in the middle between two contacts, the highest
-    one where the largest gaps are equal.
+def _on_one_axis(one: GearField, other: GearField) -> bool:
+    return bool(np.hypot(*(one.center - other.center)) < SAME_AXIS)
+
+
+def _place_on_body(gear: GearField, mates: Sequence[Array]) -> Array:
+    """A point (2,) between rim and teeth, in the middle of the widest gap between the
+    directions of the mates' centres (2,), the highest one of equal gaps.
     """
     distance = np.hypot(*(gear.points - gear.center).T)
     rim = distance.max() if gear.is_internal else distance.min()
     radius = 0.5 * (rim + np.median(distance))
-    angles = sorted(math.atan2(*(pair.center - gear.center)[::-1]) for pair in pairs)
-    angles = angles or [0.0]
+    away = [mate - gear.center for mate in mates]
+    angles = np.sort([math.atan2(y, x) for x, y in away] or [0.0])
     gaps = np.diff([*angles, angles[0] + 2.0 * math.pi])
-    middles = np.array(angles) + 0.5 * gaps
+    middles = angles + 0.5 * gaps
     widest = middles[gaps > gaps.max() - EQUAL_GAPS]
     angle = widest[np.sin(widest).argmax()]
     return gear.center + radius * np.array([math.cos(angle), math.sin(angle)])

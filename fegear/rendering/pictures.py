@@ -33,8 +33,10 @@ from fegear.rendering.fields import (
 from fegear.rendering.frames import View
 from fegear.rendering.gear_set_scene import (
     GearSetScene,
-    gear_set_field,
+    SetMoment,
+    field_at,
     gear_set_scene,
+    turn_moments,
 )
 from fegear.rendering.look import RenderStyle, Shown, look_of, palette, picture_aspect
 from fegear.rendering.motion_field import instant_field
@@ -88,6 +90,13 @@ class PictureSettings:
         Range(480, 7680),
     )
     frames: int = option(60, "Number of pictures in a film.", Range(2, 1000))
+    turns: float | None = option(
+        None,
+        "Turns of the carrier that a film of a whole set shows as seen from the "
+        "ground, of the input where there is no carrier. [default: one mesh cycle, "
+        "seen from the carrier]",
+        Range(most=100.0, above=0.0),
+    )
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -157,32 +166,46 @@ def contact_at_rest(
 
 
 def contacts_of_set(
-    gear_set: GearSet, torque: float, position: float, statics: StaticsSettings
+    gear_set: GearSet,
+    torque: float,
+    position: float,
+    statics: StaticsSettings,
+    turns: float | None = None,
 ) -> ContactSequence:
     """Contact of all meshes under a torque on the input [N m].
 
-    position : of the first mesh, base pitches from the pitch point. A film shows one
-        cycle of the slowest mesh.
+    position : of the first mesh, base pitches from the pitch point
+    turns : of the carrier or the input that a film shows, None for one cycle of the
+        slowest mesh
     """
     period = pair_periods(gear_set)[0]
     if not 0.0 <= position <= period:
         raise InputError(f"position = {position:.12g}; allowed 0 to {period}")
     length = 1.0 / min(map(float, train_of(gear_set, torque).mesh_rates))
 
-    def positions(count: int) -> list[float]:
-        return [length * i / count for i in range(count)]
+    def cycle(count: int) -> list[SetMoment]:
+        return [SetMoment(length * i / count) for i in range(count)]
 
-    cycles = "" if length < 1.001 else f", {length:.3g} cycles of mesh 1"
+    def frames(count: int) -> list[SetMoment]:
+        return cycle(count) if turns is None else turn_moments(gear_set, turns, count)
+
+    frames(1)  # refuses turns of a carrier that is held
+    film_title = "" if length < 1.001 else f", {length:.3g} cycles of mesh 1"
+    if turns is not None:
+        member = "input" if gear_set.carrier is None else "carrier"
+        film_title = (
+            f", {turns:.3g} {'turn' if turns == 1.0 else 'turns'} of the {member}"
+        )
     return ContactSequence(
         gear_set=gear_set,
         mesh=None,
         statics=statics,
         title=f"{gear_set.name}, all meshes{_settings_text(statics)}",
-        film_title=cycles,
-        still=position,
-        samples=positions(COLOUR_SCALE_POSITIONS),
-        frames=positions,
-        field=lambda scene, at, view: gear_set_field(scene, torque, at, view),
+        film_title=film_title,
+        still=SetMoment(position),
+        samples=cycle(COLOUR_SCALE_POSITIONS),
+        frames=frames,
+        field=lambda scene, at, view: field_at(scene, torque, at, view),
     )
 
 

@@ -68,7 +68,7 @@ def _scale(text: str) -> float | None:
 PICTURE = SettingsGroup(
     kind=PictureSettings,
     exposed=expose(
-        *("shown", "motion_scale", "zoom", "width", "frames"),
+        *("shown", "motion_scale", "zoom", "width", "frames", "turns"),
         shown=Setting(option="--field"),
         motion_scale=Setting(option="--scale", parse=_scale),
     ),
@@ -157,7 +157,10 @@ class ContactPictures(
             refuse_given(self.picture, ("width",), reason, PICTURE)
         if suffix not in FILMS:
             reason = "only films have frames, .gif and .mp4"
-            refuse_given(self.picture, ("frames",), reason, PICTURE)
+            refuse_given(self.picture, ("frames", "turns"), reason, PICTURE)
+        if self.picture.zoom != "set":
+            zoom = f"{display_name(self.picture, 'zoom')} set"
+            refuse_given(self.picture, ("turns",), f"needs {zoom}", PICTURE)
 
     def _whole_set(self) -> ContactSequence:
         zoom = f"{display_name(self.picture, 'zoom')} set"
@@ -170,7 +173,7 @@ class ContactPictures(
         if torque < MIN_TORQUE:
             raise InputError(f"torque = {torque:g}; {zoom} needs a load above 0")
         place = self.gears, torque, self.position or 0.0
-        return contacts_of_set(*place, self.elements)
+        return contacts_of_set(*place, self.elements, self.picture.turns)
 
     def _at_rest(self) -> ContactSequence:
         index = mesh_index(self.gears, self.mesh)
