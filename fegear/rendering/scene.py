@@ -142,8 +142,8 @@ def _draw_picture(
     for gear in field.gears:
         height = LAYER_HEIGHT * look.view.half_height - _depth(gear, look.view)
         lines, width = _outline(gear, look, height), 1.5 * size[1] / 1080.0
-        if field.is_gear_set:  # teeth are small
-            width *= 0.5
+        if field.is_gear_set:  # teeth are small, but a thinner line has gaps
+            width = max(0.5 * width, 1.0)
         plotter.add_mesh(lines, color=INK, line_width=width, **flat)
     ribbon = _ribbon(field.pairs, look) if look.force is None else _arrows(field, look)
     if look.shown == "pressure":

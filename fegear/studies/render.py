@@ -38,13 +38,13 @@ from fegear.studies.study import (
     display_name,
     expose,
     group,
+    refusal,
     refuse_given,
     setting,
 )
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,
-    MIN_TORQUE,
     GearSetRef,
     chosen_torque,
     mesh_index,
@@ -159,20 +159,17 @@ class ContactPictures(
             reason = "only films have frames, .gif and .mp4"
             refuse_given(self.picture, ("frames", "turns"), reason, PICTURE)
         if self.picture.zoom != "set":
-            zoom = f"{display_name(self.picture, 'zoom')} set"
-            refuse_given(self.picture, ("turns",), f"needs {zoom}", PICTURE)
+            refuse_given(self.picture, ("turns",), "needs {zoom} set", PICTURE)
 
     def _whole_set(self) -> ContactSequence:
-        zoom = f"{display_name(self.picture, 'zoom')} set"
         if self.mesh != 1:
-            raise InputError(f"mesh = {self.mesh}; {zoom} draws all, leave it out")
+            raise refusal(self, "mesh", "{zoom} set draws all meshes, leave it out")
         if self.time_history:
-            option = f"{display_name(self, 'time_history')} {self.time_history}"
-            raise InputError(f"{option}; {zoom} draws gears at rest, leave one out")
-        torque = chosen_torque(self.gears, self.torque)
-        if torque < MIN_TORQUE:
-            raise InputError(f"torque = {torque:g}; {zoom} needs a load above 0")
-        place = self.gears, torque, self.position or 0.0
+            reason = "{zoom} set draws gears at rest, leave one of them out"
+            raise refusal(self, "time_history", reason)
+        if self.torque == 0.0:
+            raise refusal(self, "torque", "{zoom} set needs a load above 0")
+        place = self.gears, chosen_torque(self.gears, self.torque), self.position or 0.0
         return contacts_of_set(*place, self.elements, self.picture.turns)
 
     def _at_rest(self) -> ContactSequence:
