@@ -460,7 +460,7 @@ class LoadedGear:
 
 
 def _tooth_count(first: MeshSide, other: MeshSide) -> ToothCount:
-    """By the places of the teeth; InputError where these do not coincide."""
+    """Compare the places of the teeth; InputError where these do not coincide."""
     gear, scene = first.body.sector.gear, other.mesh.scene
     turn = first.frame().turn.T @ other.frame().turn
     mirrored = bool(np.linalg.det(turn) < 0.0)

@@ -92,8 +92,8 @@ class PictureSettings:
     frames: int = option(60, "Number of pictures in a film.", Range(2, 1000))
     turns: float | None = option(
         None,
-        "Turns of the carrier that a film of a whole set shows as seen from the "
-        "ground, of the input where there is no carrier. [default: one mesh cycle, "
+        "Rotation of the carrier, or of the input where there is none, that a film of "
+        "a whole set shows as seen from the ground [turns]. [default: one mesh cycle, "
         "seen from the carrier]",
         Range(most=100.0, above=0.0),
     )

@@ -81,9 +81,9 @@ class ContactPictures(
     command="render",
     example="render liu-pair --position 0.5 --zoom tooth -o contact.png",
 ):
-    """Pictures and films of the stress of two gears in mesh, or of a whole gear set.
+    """Pictures and films of the stress of gears in mesh.
 
-    --zoom set draws all gears with all meshes loaded at once, each at its own position
+    A zoom of set draws all gears with all meshes loaded at once, each at its own position
     in its cycle and under its part of the torque.
     --time-history draws the contact of a recorded motion: a film of its period, or the
     moment of its largest mesh force. Each moment shows the static fields under its own
