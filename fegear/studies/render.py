@@ -83,11 +83,10 @@ class ContactPictures(
 ):
     """Pictures and films of the stress of gears in mesh.
 
-    A zoom of set draws all gears with all meshes loaded at once, each at its own position
-    in its cycle and under its part of the torque.
-    --time-history draws the contact of a recorded motion: a film of its period, or the
-    moment of its largest mesh force. Each moment shows the static fields under its own
-    loads.
+    A zoom of set draws all gears with all meshes loaded at once, each at its own
+    position in its cycle and under its part of the torque. --time-history draws the
+    contact of a recorded motion: a film of its period, or the moment of its largest
+    mesh force. Each moment shows the static fields under its own loads.
     """
 
     pictures = NO_PICTURES
