@@ -73,8 +73,9 @@ def write_vtu(field: ContactField, path: Path) -> None:
     grid.field_data["position_base_pitches"] = [field.position]
     if field.ste is not None:
         grid.field_data["approach_m"] = [field.ste]
-    grid.field_data["gear_name"] = [gear.name for gear in field.gears]
-    grid.field_data["pair_mesh"] = [pair.mesh + 1 for pair in field.pairs]
+    else:
+        grid.field_data["gear_name"] = [gear.name for gear in field.gears]
+        grid.field_data["pair_mesh"] = [pair.mesh + 1 for pair in field.pairs]
     grid.field_data["pair_load_N"] = [pair.load for pair in field.pairs]
     grid.save(path)
 

@@ -447,7 +447,7 @@ def test_pressure_of_a_whole_set_is_drawn_over_all_contacts(tmp_path):
     options = ("--zoom", "set", "--resolution", "coarse", "--width", "640")
     run("liu-countershaft", *options, "--field", "pressure", "-o", str(path))
     image = imread(path)[40:, : int(640 * (1.0 - MARGIN)), :3]
-    coloured = np.ptp(image, axis=2) > 0.3
+    coloured = np.ptp(image, axis=2) > 0.12  # lines of a pixel; bodies are grey
     _, columns = np.nonzero(coloured)
     assert (columns < 200).any()  # of the first mesh
     assert (columns > 230).any()  # and of the second
