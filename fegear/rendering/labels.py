@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from textwrap import wrap
 from typing import Any
@@ -10,10 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.rendering.fields import ContactField, GearField, PairField
-from fegear.rendering.look import COLOURS, CUT, HEADER, INK, RenderStyle, ribbon_base
+from fegear.rendering.look import (
+    ARROW,
+    COLOURS,
+    CUT,
+    HEADER,
+    INK,
+    RenderStyle,
+    mesh_forces,
+    ribbon_base,
+)
 from fegear.rendering.recorded import Instant
 
 Array = NDArray[np.float64]
+SAME_AXIS = 1e-6  # m, between centres of gears on a shaft
+EQUAL_GAPS = 1e-3  # rad
 BAR_LETTERS = 18  # of a line next to the picture
 LABEL_GAP = 0.005  # of the view's half height between a picture and its labels
 
@@ -23,7 +35,9 @@ def details(field: ContactField, look: RenderStyle) -> str:
     parts = state_words(field)
     scale = look.motion_scale
     parts.append("true to scale" if scale == 1.0 else f"deformation scale {scale:g}")
-    if look.shown != "pressure":
+    if look.force is not None:
+        parts.append("arrows: mesh forces on driven gears")
+    elif look.shown != "pressure":
         parts.append("ribbon: contact pressure")
     return ", ".join(parts)
 
@@ -34,6 +48,11 @@ def state_words(field: ContactField) -> list[str]:
 
 
 def _at_rest(field: ContactField) -> list[str]:
+    if field.ste is None:
+        return [
+            f"position {field.position:.3f} base pitches of mesh 1",
+            f"torque {field.torque:g} N m on the input",
+        ]
     return [
         f"position {field.position:.3f} base pitches",
         f"torque {field.torque:g} N m",
@@ -105,6 +124,74 @@ def draw_names(
         at = view.middle + reach * away
         at[0] -= 0.25 * font * len(gear.name) * _pixel(look, size)
         _draw_label(plotter, gear.name, at, look, font)
+
+
+def draw_mesh_forces(
+    plotter: Any, pairs: Sequence[PairField], look: RenderStyle, size: tuple[int, int]
+) -> None:
+    """Load of every mesh beside its contact, and its largest pressure where shown."""
+    font = scaled(20, size)
+    reach = ARROW if look.force else look.ribbon
+    for force in mesh_forces(pairs):
+        text = f"{force.load:.0f} N"
+        if look.shown == "pressure":
+            text += f", {1e-6 * force.pressure:.0f} MPa"
+        half = np.array([0.28 * len(text), 0.8]) * font * _pixel(look, size)
+        # so far that the label's edge touches the arrow's tip
+        to_edge = (half / np.maximum(np.abs(force.direction), 1e-9)).min()
+        away = (reach + 0.01) * look.view.half_height + to_edge
+        at = force.base(look) + away * force.direction
+        _draw_centred(plotter, text, at, look, size, font)
+
+
+def draw_names_of_set(
+    plotter: Any, field: ContactField, look: RenderStyle, size: tuple[int, int]
+) -> None:
+    """Names in the middle of gears; of internal gears and of those behind others on a
+    shaft they are on their bodies, away from contacts.
+    """
+    for gear in field.gears:
+        distant = [g for g in field.gears if not _on_one_axis(g, gear)]
+        is_behind = any(
+            other.layer < gear.layer for other in field.gears if other not in distant
+        )
+        at = gear.center
+        if gear.is_internal or is_behind:
+            at = _place_on_body(gear, [other.center for other in distant])
+        _draw_centred(plotter, gear.name, at, look, size, scaled(24, size))
+
+
+def _on_one_axis(one: GearField, other: GearField) -> bool:
+    return bool(np.hypot(*(one.center - other.center)) < SAME_AXIS)
+
+
+def _place_on_body(gear: GearField, mates: Sequence[Array]) -> Array:
+    """A point (2,) between rim and teeth, in the middle of the widest gap between the
+    directions of the mates' centres (2,), the highest one of equal gaps.
+    """
+    distance = np.hypot(*(gear.points - gear.center).T)
+    rim = distance.max() if gear.is_internal else distance.min()
+    radius = 0.5 * (rim + np.median(distance))
+    away = [mate - gear.center for mate in mates]
+    angles = np.sort([math.atan2(y, x) for x, y in away] or [0.0])
+    gaps = np.diff([*angles, angles[0] + 2.0 * math.pi])
+    middles = angles + 0.5 * gaps
+    widest = middles[gaps > gaps.max() - EQUAL_GAPS]
+    angle = widest[np.sin(widest).argmax()]
+    return gear.center + radius * np.array([math.cos(angle), math.sin(angle)])
+
+
+def _draw_centred(
+    plotter: Any,
+    text: str,
+    at: Array,
+    look: RenderStyle,
+    size: tuple[int, int],
+    font: int,
+) -> None:
+    """A label with its middle at a point (2,) of the world."""
+    shift = np.array([0.25 * len(text), 0.5]) * font * _pixel(look, size)
+    _draw_label(plotter, text, at - shift, look, font)
 
 
 def _pixel(look: RenderStyle, size: tuple[int, int]) -> float:

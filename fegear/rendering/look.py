@@ -18,6 +18,8 @@ Shown = Literal["von-mises", "principal", "displacement", "pressure"]
 SIZE = (1920, 1080)  # pixels
 HEADER, MARGIN = 0.10, 0.13  # parts of the picture for the title and the colour bar
 RIBBON, ALONE = 0.16, 0.22  # height of the largest pressure over the view's half
+ARROW = 0.11  # length of the largest mesh force over the view's half
+ARROW_WIDTH, HEAD_WIDTH, HEAD_LENGTH = 0.05, 0.22, 0.35  # over that length
 DRAWN_MOTION = 0.02  # the largest motion over the view's height
 LARGEST_MOTION = 0.06  # modules of drawn motion, so that teeth stay in their gaps
 CUT = 1.25  # of the ribbon, over the height of `Look.pressure`
@@ -71,6 +73,8 @@ class RenderStyle:
     pressure : that is drawn at the ribbon's full height, the peak of the pair with
         the largest load; a tip corner's own peak is cut off a little above [Pa]
     exact : whether this is all that is shown, not a choice of a film's frames
+    force : mesh force that is drawn as an arrow of full length [N], None where the
+        pressure is drawn instead
     """
 
     shown: Shown
@@ -80,6 +84,7 @@ class RenderStyle:
     largest: float
     pressure: float
     exact: bool = True
+    force: float | None = None
 
     def still(self, motion_scale: float = 0.0) -> RenderStyle:
         """This look with another scale of motion, by default without motion."""
@@ -123,7 +128,13 @@ def look_of(
     else:
         limits, largest = _limits(gears, COLOURS[shown], view)
     exact = len(fields) == 1
-    return RenderStyle(shown, view, motion_scale, limits, largest, pressure, exact)
+    force = None
+    if shown != "pressure" and fields[0].is_gear_set:
+        forces = [force.load for field in fields for force in mesh_forces(field.pairs)]
+        force = max(forces, default=1.0)
+    return RenderStyle(
+        shown, view, motion_scale, limits, largest, pressure, exact, force
+    )
 
 
 def _limits(
@@ -187,6 +198,62 @@ def ribbon_of(
     if not points:
         return None
     return np.vstack(points), np.vstack(faces), np.concatenate(pressure)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshForce:
+    """Resultant of the pairs of one mesh.
+
+    point : at which it acts, without load (2,); motion : of that point (2,) [m]
+    direction : of the force on the driven gear (2,), of length 1
+    load : [N]; pressure : largest of the pairs [Pa]
+    """
+
+    point: Array
+    motion: Array
+    direction: Array
+    load: float
+    pressure: float
+
+    def base(self, look: RenderStyle) -> Array:
+        """Where the point is drawn (2,)."""
+        return self.point + look.motion_scale * self.motion
+
+    def arrow(self, look: RenderStyle) -> Array:
+        """Corners (7, 2) of an arrow, its tip in the middle."""
+        length = ARROW * look.view.half_height * self.load / (look.force or self.load)
+        along, across = self.direction, np.array([-1.0, 1.0]) * self.direction[::-1]
+        full = ARROW * look.view.half_height  # a small force has as wide an arrow
+        neck = max(length - HEAD_LENGTH * full, 0.0)
+        width, head = 0.5 * ARROW_WIDTH * full, 0.5 * HEAD_WIDTH * full
+        corners = [(0.0, width), (neck, width), (neck, head), (length, 0.0)]
+        corners += [(x, -y) for x, y in corners[2::-1]]
+        return self.base(look) + [x * along + y * across for x, y in corners]
+
+
+def mesh_forces(pairs: Sequence[PairField]) -> list[MeshForce]:
+    """Resultant of each mesh with contact, in the order of the meshes."""
+    forces = []
+    for mesh in sorted({pair.mesh for pair in pairs}):
+        members = [pair for pair in pairs if pair.mesh == mesh]
+        weights = np.array([pair.load for pair in members])
+        weights /= weights.sum()
+        direction = sum(
+            weight * (pair.pressure @ pair.normals)
+            for weight, pair in zip(weights, members, strict=True)
+        )
+        tops = [int(pair.pressure.argmax()) for pair in members]
+        motions = [pair.motion[top] for pair, top in zip(members, tops, strict=True)]
+        forces.append(
+            MeshForce(
+                point=weights @ [pair.center for pair in members],
+                motion=weights @ motions,
+                direction=direction / np.hypot(*direction),
+                load=sum(pair.load for pair in members),
+                pressure=max(float(pair.pressure.max()) for pair in members),
+            )
+        )
+    return forces
 
 
 def palette(shown: Shown) -> NDArray[np.uint8]:

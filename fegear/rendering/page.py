@@ -67,20 +67,21 @@ def _table(pairs: Sequence[PairField]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class LinearMesh:
-    """Both gears in straight triangles (m, 3) and lines (k, 2).
+    """All gears in straight triangles (m, 3) and lines (k, 2).
 
-    nodes : those needed, of both gears' in a row; first : how many of the driver
+    nodes : those needed, of all gears in a row
+    starts : number of each gear's first node among them
     """
 
     nodes: Indices
-    first: int
+    starts: list[int]
     triangles: Indices
     lines: Indices
 
 
 def _values_of(field: ContactField) -> LinearMesh:
     """Elements in quarters, or whole where there are so many that none shows."""
-    nodes, sides = field.nodes_of_both("triangles"), field.nodes_of_both("outline")
+    nodes, sides = field.nodes_of_gears("triangles"), field.nodes_of_gears("outline")
     if sum(len(gear.points) for gear in field.gears) > MIN_NODES_OF_CORNERS:
         triangles, lines = nodes[:, :3], sides[:, [0, 2]]
     else:
@@ -90,7 +91,7 @@ def _values_of(field: ContactField) -> LinearMesh:
     used_nodes = np.union1d(triangles, lines)
     return LinearMesh(
         nodes=used_nodes,
-        first=int(np.searchsorted(used_nodes, len(field.gears[0].points))),
+        starts=np.searchsorted(used_nodes, field.first_nodes).tolist(),
         triangles=np.searchsorted(used_nodes, triangles),
         lines=np.searchsorted(used_nodes, lines),
     )
@@ -100,13 +101,13 @@ def _data(field: ContactField, looks: Sequence[RenderStyle]) -> dict[str, Any]:
     look, view, plain = looks[0], looks[0].view, _values_of(field)
     return {
         "names": [gear.name for gear in field.gears],
-        "first": plain.first,
+        "starts": plain.starts,
         "center": (MM * view.middle).tolist(),
         "half": MM * view.half_height,
         "aspect": view.aspect,
         "scale": look.motion_scale,
-        "points": _floats(MM * (field.of_both("points")[plain.nodes] - view.middle)),
-        "motion": _rough(MM * field.of_both("motion")[plain.nodes]),
+        "points": _floats(MM * (field.of_gears("points")[plain.nodes] - view.middle)),
+        "motion": _rough(MM * field.of_gears("motion")[plain.nodes]),
         "triangles": _indices(plain.triangles),
         "outline": _indices(plain.lines),
         "fields": [_field(field, plain, style) for style in looks],
@@ -120,7 +121,7 @@ def _field(field: ContactField, plain: LinearMesh, look: RenderStyle) -> dict[st
     colours = COLOURS[look.shown]
     values: Array = np.empty(0)
     if look.shown != "pressure":
-        values = colours.scale * field.of_both(colours.quantity)[plain.nodes]
+        values = colours.scale * field.of_gears(colours.quantity)[plain.nodes]
     return {
         "title": colours.title.replace("\n", " "),
         "unit": colours.unit,

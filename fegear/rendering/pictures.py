@@ -1,4 +1,4 @@
-"""Stress of two gears in contact, and its pictures, films and data files."""
+"""Stress of gears in contact, and its pictures, films and data files."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from fegear.contact.problem import ContactFailure
 from fegear.files.errors import InputError
 from fegear.files.output import require_writable, write_text, write_whole
 from fegear.files.printable import printable
+from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import pair_periods
@@ -30,6 +31,13 @@ from fegear.rendering.fields import (
     mesh_scene,
 )
 from fegear.rendering.frames import View
+from fegear.rendering.gear_set_scene import (
+    GearSetScene,
+    SetMoment,
+    field_at,
+    gear_set_scene,
+    turn_moments,
+)
 from fegear.rendering.look import RenderStyle, Shown, look_of, palette, picture_aspect
 from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
@@ -65,7 +73,11 @@ class PictureSettings:
         "Quantity that the colours show: von Mises stress, largest principal stress, "
         "displacement or contact pressure.",
     )
-    zoom: Zoom = option("contact", "Field of view: the contact, a tooth or a gear.")
+    zoom: Zoom = option(
+        "contact",
+        "Field of view: the contact, a tooth or a gear of one mesh, or the whole gear "
+        "set with all its meshes loaded.",
+    )
     motion_scale: float | None = option(
         None,
         "Magnification of the motion, a number or auto. [default: auto]",
@@ -78,6 +90,13 @@ class PictureSettings:
         Range(480, 7680),
     )
     frames: int = option(60, "Number of pictures in a film.", Range(2, 1000))
+    turns: float | None = option(
+        None,
+        "Rotation of the carrier, or of the input where there is none, that a film of "
+        "a whole set shows as seen from the ground [turns]. [default: one mesh cycle, "
+        "seen from the carrier]",
+        Range(most=100.0, above=0.0),
+    )
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -89,7 +108,7 @@ class PictureSettings:
 class ContactSequence:
     """The contact that is drawn, at moments of a mesh cycle or of a recorded motion.
 
-    mesh : index from 0
+    mesh : index from 0, None for all meshes of the gear set at the same moment
     film_title : added to the title of a film
     still : moment of a single picture
     samples : moments among which colours and scales of a film are chosen
@@ -98,14 +117,20 @@ class ContactSequence:
     """
 
     gear_set: GearSet
-    mesh: int
+    mesh: int | None
     statics: StaticsSettings
     title: str
     film_title: str
     still: Any
     samples: Sequence[Any]
     frames: Callable[[int], Sequence[Any]]
-    field: Callable[[MeshScene, Any, View], ContactField]
+    field: Callable[[Any, Any, View], ContactField]
+
+    def scene(self, report: Progress = silent) -> MeshScene | GearSetScene:
+        """The gears, with what all moments have in common."""
+        if self.mesh is None:
+            return gear_set_scene(self.gear_set, self.statics, report)
+        return mesh_scene(self.gear_set, self.mesh, self.statics, report)
 
 
 def contact_at_rest(
@@ -137,6 +162,50 @@ def contact_at_rest(
         samples=positions(COLOUR_SCALE_POSITIONS),
         frames=positions,
         field=lambda scene, at, view: contact_field(scene, torque, at, view),
+    )
+
+
+def contacts_of_set(
+    gear_set: GearSet,
+    torque: float,
+    position: float,
+    statics: StaticsSettings,
+    turns: float | None = None,
+) -> ContactSequence:
+    """Contact of all meshes under a torque on the input [N m].
+
+    position : of the first mesh, base pitches from the pitch point
+    turns : of the carrier or the input that a film shows, None for one cycle of the
+        slowest mesh
+    """
+    period = pair_periods(gear_set)[0]
+    if not 0.0 <= position <= period:
+        raise InputError(f"position = {position:.12g}; allowed 0 to {period}")
+    length = 1.0 / min(map(float, train_of(gear_set, torque).mesh_rates))
+
+    def cycle(count: int) -> list[SetMoment]:
+        return [SetMoment(length * i / count) for i in range(count)]
+
+    def frames(count: int) -> list[SetMoment]:
+        return cycle(count) if turns is None else turn_moments(gear_set, turns, count)
+
+    frames(1)  # refuses turns of a carrier that is held
+    film_title = "" if length < 1.001 else f", {length:.3g} cycles of mesh 1"
+    if turns is not None:
+        member = "input" if gear_set.carrier is None else "carrier"
+        film_title = (
+            f", {turns:.3g} {'turn' if turns == 1.0 else 'turns'} of the {member}"
+        )
+    return ContactSequence(
+        gear_set=gear_set,
+        mesh=None,
+        statics=statics,
+        title=f"{gear_set.name}, all meshes{_settings_text(statics)}",
+        film_title=film_title,
+        still=SetMoment(position),
+        samples=cycle(COLOUR_SCALE_POSITIONS),
+        frames=frames,
+        field=lambda scene, at, view: field_at(scene, torque, at, view),
     )
 
 
@@ -179,29 +248,31 @@ def contact_in_motion(
 def _title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:
     spec = gear_set.meshes[mesh]
     driver, driven = (gear_set.gears[i].name for i in (spec.driver, spec.driven))
-    title = (
-        f"{gear_set.name}, mesh {mesh + 1}: {driver} drives {driven}, "
-        f"plane {statics.plane}"
-    )
-    return title + (f", friction {statics.friction:g}" if statics.friction else "")
+    title = f"{gear_set.name}, mesh {mesh + 1}: {driver} drives {driven}"
+    return title + _settings_text(statics)
+
+
+def _settings_text(statics: StaticsSettings) -> str:
+    friction = f", friction {statics.friction:g}" if statics.friction else ""
+    return f", plane {statics.plane}{friction}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StressResult(Result):
-    """Stress in the teeth of a mesh around its contact.
+    """Stress in the teeth of a mesh around its contact, or of a whole gear set.
 
     Attributes
     ----------
     contact : ContactSequence
         Contact that was solved, with its torque and settings.
-    scene : MeshScene
-        Both gears in their position.
+    scene : MeshScene or GearSetScene
+        The gears in their position.
     field : ContactField
         Displacement [m], stress [Pa] and contact pressure [Pa] at the nodes in view.
     """
 
     contact: ContactSequence
-    scene: MeshScene
+    scene: MeshScene | GearSetScene
     field: ContactField
 
     @property
@@ -253,7 +324,8 @@ class StressResult(Result):
         output = Path(path)
         require_drawable_file(output)
         with _window(output):
-            picture = picture or PictureSettings()
+            usual: Zoom = "contact" if self.contact.mesh is not None else "set"
+            picture = picture or PictureSettings(zoom=usual)
             Drawing(self.contact, self.scene, picture).write(output)
 
 
@@ -281,9 +353,11 @@ def solve_stress(
     mesh : int, optional
         Index of the mesh, from 0.
     position : float, optional
-        Position of the mesh, past the pitch point of the reference pair [base pitches].
-    zoom : {'contact', 'tooth', 'gear'}, optional
-        What is in view and solved.
+        Position of the mesh, with zoom 'set' of the first mesh, past the pitch point
+        of the reference pair [base pitches].
+    zoom : {'contact', 'tooth', 'gear', 'set'}, optional
+        What is in view and solved. With 'set' all meshes of the gear set are, loaded
+        at once; the torque is still that on the driver of `mesh`.
     settings : StaticsSettings, optional
         Settings of the finite elements and of the contact.
     torque : float, optional
@@ -303,10 +377,22 @@ def solve_stress(
     settings = settings or StaticsSettings()
     require_mesh(gear_set, mesh)
     on_driver = _torque_on_driver(gear_set, mesh, torque_on_driver, torque)
-    contact = contact_at_rest(gear_set, mesh, on_driver, position, settings)
-    scene = mesh_scene(gear_set, mesh, settings)
+    if zoom == "set":
+        on_input = on_driver / _torque_factor(gear_set, mesh)
+        contact = contacts_of_set(gear_set, on_input, position, settings)
+    else:
+        contact = contact_at_rest(gear_set, mesh, on_driver, position, settings)
+    scene = contact.scene()
     view = scene.view(zoom, picture_aspect())
     return StressResult(contact, scene, contact.field(scene, contact.still, view))
+
+
+def _torque_factor(gear_set: GearSet, mesh: int) -> float:
+    """Torque on the driver of a mesh per torque on the input."""
+    factor = mesh_torques_at(gear_set, 1.0)[mesh]
+    if factor == 0.0:
+        raise InputError(f"mesh = {mesh}; must pass power on from the input")
+    return factor
 
 
 def _torque_on_driver(
@@ -345,8 +431,7 @@ def draw_contact(
     """
     require_drawable_file(output)
     with _window(output):
-        scene = mesh_scene(contact.gear_set, contact.mesh, contact.statics, report)
-        return Drawing(contact, scene, picture).write(output, report)
+        return Drawing(contact, contact.scene(report), picture).write(output, report)
 
 
 def require_drawable_file(output: Path) -> None:
@@ -369,7 +454,7 @@ class Drawing:
     """A contact whose scene is made, and how it is shown."""
 
     contact: ContactSequence
-    scene: MeshScene
+    scene: MeshScene | GearSetScene
     picture: PictureSettings
 
     def write(self, output: Path, report: Progress = silent) -> PeaksInView:
@@ -444,7 +529,7 @@ class Drawing:
         return self.contact.field(self.scene, moment, self._view)
 
     def _look(self, fields: Sequence[ContactField], shown: Shown) -> RenderStyle:
-        module, scale = self.scene.mesh.pair.driver.module, self.picture.motion_scale
+        module, scale = self.scene.module, self.picture.motion_scale
         return look_of(fields, shown, self._view, module, scale)
 
     def _size(self, usual: int) -> tuple[int, int]:

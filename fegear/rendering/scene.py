@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from fegear.rendering.fields import ContactField, GearField, PairField
 from fegear.rendering.frames import View
-from fegear.rendering.labels import draw_bar, draw_loads, draw_names, draw_title
+from fegear.rendering.labels import (
+    draw_bar,
+    draw_loads,
+    draw_mesh_forces,
+    draw_names,
+    draw_names_of_set,
+    draw_title,
+)
 from fegear.rendering.look import (
     BODY,
     COLOURS,
@@ -21,6 +28,7 @@ from fegear.rendering.look import (
     RIBBON_COLOUR,
     SIZE,
     RenderStyle,
+    mesh_forces,
     ribbon_of,
 )
 
@@ -29,40 +37,45 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 QUADRATIC_TRIANGLE = 22  # VTK's cell type
-LAYER_HEIGHT = 1e-3  # of the view's height between layers, toward the eye
+LAYER_HEIGHT = 1e-3  # of the view's height between bodies, lines and loads
+GEAR_DEPTH = 1e-2  # of the view's height between gears on a shaft, away from the eye
 
 
 def grid_of(field: ContactField) -> pyvista.UnstructuredGrid:
-    """Both gears, undeformed, with all fields at the points; SI units."""
+    """All gears, undeformed, with all fields at the points; SI units."""
     import pyvista
 
-    cells = {QUADRATIC_TRIANGLE: field.nodes_of_both("triangles")}
-    grid = pyvista.UnstructuredGrid(cells, _spatial(field.of_both("points")))
-    stress = field.of_both("stress")
+    cells = {QUADRATIC_TRIANGLE: field.nodes_of_gears("triangles")}
+    grid = pyvista.UnstructuredGrid(cells, _spatial(field.of_gears("points")))
+    stress = field.of_gears("stress")
     arrays = {
-        "displacement_m": _spatial(field.of_both("displacement")),
-        "motion_m": _spatial(field.of_both("motion")),
-        "von_mises_Pa": field.of_both("von_mises"),
-        "principal_1_Pa": field.of_both("principal_1"),
+        "displacement_m": _spatial(field.of_gears("displacement")),
+        "motion_m": _spatial(field.of_gears("motion")),
+        "von_mises_Pa": field.of_gears("von_mises"),
+        "principal_1_Pa": field.of_gears("principal_1"),
         "stress_xx_Pa": stress[:, 0],
         "stress_yy_Pa": stress[:, 1],
         "stress_xy_Pa": stress[:, 2],
-        "stress_zz_Pa": field.of_both("out_of_plane"),
+        "stress_zz_Pa": field.of_gears("out_of_plane"),
     }
     for name, values in arrays.items():
         grid.point_data[name] = np.ascontiguousarray(values)
     counts = [len(gear.tooth) for gear in field.gears]
-    grid.cell_data["gear"] = np.repeat([0, 1], counts)
-    grid.cell_data["tooth"] = field.of_both("tooth")
+    grid.cell_data["gear"] = np.repeat(np.arange(len(counts)), counts)
+    grid.cell_data["tooth"] = field.of_gears("tooth")
     return grid
 
 
 def write_vtu(field: ContactField, path: Path) -> None:
-    """Both gears with all fields for ParaView; units are in the names."""
+    """All gears with all fields for ParaView; units are in the names."""
     grid = grid_of(field)
     grid.field_data["torque_Nm"] = [field.torque]
     grid.field_data["position_base_pitches"] = [field.position]
-    grid.field_data["approach_m"] = [field.ste]
+    if field.ste is not None:
+        grid.field_data["approach_m"] = [field.ste]
+    else:
+        grid.field_data["gear_name"] = [gear.name for gear in field.gears]
+        grid.field_data["pair_mesh"] = [pair.mesh + 1 for pair in field.pairs]
     grid.field_data["pair_load_N"] = [pair.load for pair in field.pairs]
     grid.save(path)
 
@@ -112,6 +125,9 @@ def _draw_picture(
     colours = COLOURS[look.shown]
     grid = grid_of(field)
     grid.points += look.motion_scale * grid.point_data["motion_m"]
+    counts = [len(gear.points) for gear in field.gears]
+    depths = [_depth(gear, look.view) for gear in field.gears]
+    grid.points[:, 2] -= np.repeat(depths, counts)
     flat: dict[str, Any] = {"lighting": False, "reset_camera": False}
     painted = {
         "cmap": colours.map,
@@ -122,19 +138,31 @@ def _draw_picture(
     if look.shown == "pressure":
         plotter.add_mesh(grid, color=BODY, **flat)
     else:
-        grid.point_data["shown"] = colours.scale * field.of_both(colours.quantity)
+        grid.point_data["shown"] = colours.scale * field.of_gears(colours.quantity)
         actor = plotter.add_mesh(grid, scalars="shown", **painted)
     for gear in field.gears:
-        lines = _outline(gear, look, LAYER_HEIGHT * look.view.half_height)
-        plotter.add_mesh(lines, color=INK, line_width=1.5 * size[1] / 1080.0, **flat)
-    ribbon = _ribbon(field.pairs, look)
+        height = LAYER_HEIGHT * look.view.half_height - _depth(gear, look.view)
+        lines, width = _outline(gear, look, height), 1.5 * size[1] / 1080.0
+        if field.is_gear_set:  # teeth are small, but a thinner line has gaps
+            width = max(0.5 * width, 1.0)
+        plotter.add_mesh(lines, color=INK, line_width=width, **flat)
+    ribbon = _ribbon(field.pairs, look) if look.force is None else _arrows(field, look)
     if look.shown == "pressure":
         actor = plotter.add_mesh(ribbon, scalars="pressure_MPa", **painted)
     elif field.pairs:
         plotter.add_mesh(ribbon, color=RIBBON_COLOUR, **flat)
-    draw_loads(plotter, field.pairs, look, size)
-    draw_names(plotter, field.gears, look, size)
+    if field.is_gear_set:
+        draw_mesh_forces(plotter, field.pairs, look, size)
+        draw_names_of_set(plotter, field, look, size)
+    else:
+        draw_loads(plotter, field.pairs, look, size)
+        draw_names(plotter, field.gears, look, size)
     return actor.mapper
+
+
+def _depth(gear: GearField, view: View) -> float:
+    """How far a gear is behind those in front [m]."""
+    return gear.layer * GEAR_DEPTH * view.half_height
 
 
 def _look_at(plotter: Any, view: View) -> None:
@@ -178,6 +206,22 @@ def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> pyvista.PolyData:
     )
     ribbon.point_data["pressure_MPa"] = 1e-6 * pressure
     return ribbon
+
+
+def _arrows(field: ContactField, look: RenderStyle) -> pyvista.PolyData:
+    """The force of each mesh on its driven gear; without any a point out of view."""
+    import pyvista
+
+    height = 2.0 * LAYER_HEIGHT * look.view.half_height
+    forces = mesh_forces(field.pairs)
+    if not forces:
+        return pyvista.PolyData(np.array([[1e3, 1e3, height]]))
+    corners = [force.arrow(look) for force in forces]
+    count = len(corners[0])
+    nodes = np.arange(count * len(forces)).reshape(-1, count)
+    faces = np.column_stack([np.full(len(forces), count), nodes])
+    arrows = pyvista.PolyData(_spatial(np.vstack(corners), height), faces=faces.ravel())
+    return arrows.triangulate()
 
 
 def _spatial(plane: Array, height: float = 0.0) -> Array:

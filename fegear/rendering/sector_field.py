@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +29,15 @@ from fegear.elasticity.body_stress import (
 from fegear.elasticity.flank import SectorLoads, flamant_loads, ring_fields
 from fegear.elasticity.hats import hat_displacement
 from fegear.elasticity.sector import CyclicSector
-from lumped.common.checks import require_present
 from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 N_CANDIDATES = 16  # elements among which the one around a point is looked for
 CHILD_CORNERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))  # nodes of the parent
+MIRROR = np.array([-1.0, 1.0])  # of points and vectors, at a tooth's axis
+MIRROR_STATE = np.array([-1.0, 1.0, 1.0, 1.0, -1.0])
+MAX_LOCATED = 500  # points located at once, which bounds memory
 TRIANGLE = ElementTriP2()  # six nodes, as those of the mesh
 
 
@@ -66,28 +69,71 @@ class LoadableGear:
     unit_loads: tuple[SectorLoads, ...]
 
     def sectors(
-        self, loads: Sequence[ToothLoad], teeth: Iterable[int]
+        self,
+        loads: Sequence[ToothLoad],
+        teeth: Iterable[int],
+        back_loads: Sequence[ToothLoad] = (),
     ) -> list[SectorField]:
-        """Fields of the sectors `teeth`, counted to the right as the loads' teeth."""
+        """Fields of the sectors `teeth`, counted to the right as the loads' teeth.
+
+        back_loads : on left flanks. They are seen in the mirror of the axis of tooth 0,
+            where these flanks are the right ones and teeth count the other way.
+        """
         wanted = list(teeth)
-        total = np.zeros((len(wanted), self.sector.basis.N))
+        smooth = self._smooth(loads, wanted)
+        if back_loads:
+            mirrored = self._smooth(back_loads, [-tooth for tooth in wanted])
+            smooth = [
+                one + self._in_mirror(other)
+                for one, other in zip(smooth, mirrored, strict=True)
+            ]
+        return [
+            SectorField(
+                self,
+                tooth,
+                state,
+                self._on_tooth(loads, tooth),
+                self._on_tooth(back_loads, -tooth),
+            )
+            for tooth, state in zip(wanted, smooth, strict=True)
+        ]
+
+    def _smooth(self, loads: Sequence[ToothLoad], teeth: Sequence[int]) -> list[Array]:
+        """Remainder (nodes, 5) in each of the sectors, the sum over the loads."""
+        total = np.zeros((len(teeth), self.sector.basis.N))
         for load in loads:
-            apart = [self._apart(tooth, load.tooth) for tooth in wanted]
+            apart = [self._apart(tooth, load.tooth) for tooth in teeth]
             fields = ring_fields(self.sector, self._smooth_loads(load), apart)
             for row, offset in zip(total, apart, strict=True):
                 row += fields[offset][:, 0]
-        return [
-            SectorField(self, tooth, self._state(field), self._own(loads, tooth))
-            for tooth, field in zip(wanted, total, strict=True)
-        ]
+        return [self._state(field) for field in total]
+
+    def _in_mirror(self, state: Array) -> Array:
+        """A state at the nodes (nodes, 5), reflected at the tooth's axis."""
+        nodes, weights = self._mirrored_nodes
+        return MIRROR_STATE * np.einsum("pi,pic->pc", weights, state[nodes])
+
+    @cached_property
+    def _mirrored_nodes(self) -> tuple[Indices, Array]:
+        """Six nodes (nodes, 6) around each node's mirror image, and shape values
+        there. A mesh that is read from a file need not be symmetric.
+        """
+        mesh = self.sector.mesh
+        images = np.array_split(
+            MIRROR * mesh.points, 1 + len(mesh.points) // MAX_LOCATED
+        )
+        located = [_located(mesh.points[mesh.triangles], part) for part in images]
+        element, weights = (np.concatenate(part) for part in zip(*located, strict=True))
+        return mesh.triangles[element], weights
 
     def _apart(self, tooth: int, other: int) -> int:
         teeth = self.sector.gear.teeth
         return (tooth - other + teeth // 2) % teeth - teeth // 2
 
-    def _own(self, loads: Sequence[ToothLoad], tooth: int) -> ToothLoad | None:
-        on_it = (load for load in loads if self._apart(tooth, load.tooth) == 0)
-        return next(on_it, None)
+    def _on_tooth(
+        self, loads: Sequence[ToothLoad], tooth: int
+    ) -> tuple[ToothLoad, ...]:
+        return tuple(load for load in loads if self._apart(tooth, load.tooth) == 0)
 
     def _smooth_loads(self, load: ToothLoad) -> SectorLoads:
         """What drives the remainder under one tooth's load, in a single column."""
@@ -116,13 +162,15 @@ class SectorField:
 
     tooth : place to the right of the reference tooth
     smooth : (nodes, 5) remainder at the nodes of the sector mesh
-    load : on the sector's own tooth, None without one
+    loads : on the right flank of the sector's own tooth
+    back_loads : on its left flank, as they are seen in the mirror of the tooth's axis
     """
 
     body: LoadableGear
     tooth: int
     smooth: Array
-    load: ToothLoad | None
+    loads: tuple[ToothLoad, ...] = ()
+    back_loads: tuple[ToothLoad, ...] = ()
 
     def at(self, points: Array) -> Array:
         """State (n, 5) at points (n, 2) of the sector, exact near the contact."""
@@ -132,21 +180,32 @@ class SectorField:
         return smooth + self.local(points)
 
     def local(self, points: Array) -> Array:
-        """The half-plane state (n, 5) of the tooth's own load; zeros without one."""
-        state, load, gear = np.zeros((len(points), 5)), self.load, self.body.sector.gear
-        if load is None:
-            return state
-        state[:, 2:] = hat_stresses(load, gear, points)
-        moduli = self.body.sector.material.modulus, self.body.sector.material.poisson
-        frame = flank_frame(gear, load.arcs)
-        for x, n, *forces in zip(*frame, load.normal, load.rootward, strict=True):
-            if any(forces):
-                pair = (forces[0], forces[1])
-                state[:, :2] += hat_displacement(points, x, n, load.step, pair, moduli)
+        """The half-plane state (n, 5) of the tooth's own loads; zeros without any."""
+        state = self._half_plane(points, self.loads)
+        if self.back_loads:
+            back = self._half_plane(MIRROR * points, self.back_loads)
+            state += MIRROR_STATE * back
         return state
 
-    def refined(self) -> tuple[Array, Indices, Array]:
+    def _half_plane(self, points: Array, loads: Sequence[ToothLoad]) -> Array:
+        """State (n, 5) of loads on the right flank."""
+        state, gear = np.zeros((len(points), 5)), self.body.sector.gear
+        moduli = self.body.sector.material.modulus, self.body.sector.material.poisson
+        for load in loads:
+            state[:, 2:] += hat_stresses(load, gear, points)
+            frame = flank_frame(gear, load.arcs)
+            for x, n, *forces in zip(*frame, load.normal, load.rootward, strict=True):
+                if any(forces):
+                    pair = (forces[0], forces[1])
+                    state[:, :2] += hat_displacement(
+                        points, x, n, load.step, pair, moduli
+                    )
+        return state
+
+    def refined(self, finest: float = 0.0) -> tuple[Array, Indices, Array]:
         """Points (n, 2), triangles (m, 6) and state (n, 5), fine at the contact.
+
+        finest : size below which no triangle is cut [m]
 
         Nodes of the sector mesh come first. Elements are cut into quarters that
         follow the same map until they are small compared with the distance to the load.
@@ -154,17 +213,23 @@ class SectorField:
         mesh = self.body.sector.mesh
         places, state = mesh.points, self.smooth
         triangles = mesh.triangles
-        if self.load is not None:
+        if self.loads or self.back_loads:
             everything = np.hstack([places, state])
-            everything, triangles = _refined(everything, triangles, *self._focus())
+            everything, triangles = _refined(
+                everything, triangles, *self._focus(finest)
+            )
             places, state = everything[:, :2], everything[:, 2:]
         return places, triangles, state + self.local(places)
 
-    def _focus(self) -> tuple[Array, float]:
+    def _focus(self, finest: float) -> tuple[Array, float]:
         """Points that carry load, and the size of the smallest triangles [m]."""
-        load = require_present(self.load, "load of the sector")
-        arcs = load.arcs[load.normal != 0.0]
-        return flank_frame(self.body.sector.gear, arcs)[0], 2.0 * load.step
+        focus = [
+            side * flank_frame(self.body.sector.gear, load.arcs[load.normal != 0.0])[0]
+            for side, loads in ((np.ones(2), self.loads), (MIRROR, self.back_loads))
+            for load in loads
+        ]
+        steps = [load.step for load in (*self.loads, *self.back_loads)]
+        return np.vstack(focus), max(2.0 * min(steps), finest)
 
 
 def _refined(

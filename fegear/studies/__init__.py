@@ -68,7 +68,7 @@ STUDIES = {
     "render": (
         "render",
         "ContactPictures",
-        "Pictures and films of the stress of two gears in mesh.",
+        "Pictures and films of the stress of gears in mesh.",
     ),
     "dynamics": (
         "dynamics",

@@ -1,4 +1,4 @@
-"""Pictures of two gears in contact."""
+"""Pictures of gears in contact."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from fegear.rendering.pictures import (
     PictureSettings,
     contact_at_rest,
     contact_in_motion,
+    contacts_of_set,
     draw_contact,
     require_drawable_file,
 )
@@ -37,6 +38,7 @@ from fegear.studies.study import (
     display_name,
     expose,
     group,
+    refusal,
     refuse_given,
     setting,
 )
@@ -66,7 +68,7 @@ def _scale(text: str) -> float | None:
 PICTURE = SettingsGroup(
     kind=PictureSettings,
     exposed=expose(
-        *("shown", "motion_scale", "zoom", "width", "frames"),
+        *("shown", "motion_scale", "zoom", "width", "frames", "turns"),
         shown=Setting(option="--field"),
         motion_scale=Setting(option="--scale", parse=_scale),
     ),
@@ -79,11 +81,12 @@ class ContactPictures(
     command="render",
     example="render liu-pair --position 0.5 --zoom tooth -o contact.png",
 ):
-    """Pictures and films of the stress of two gears in mesh.
+    """Pictures and films of the stress of gears in mesh.
 
-    --time-history draws the contact of a recorded motion: a film of its period, or the
-    moment of its largest mesh force. Each moment shows the static fields under its own
-    loads.
+    A zoom of set draws all gears with all meshes loaded at once, each at its own
+    position in its cycle and under its part of the torque. --time-history draws the
+    contact of a recorded motion: a film of its period, or the moment of its largest
+    mesh force. Each moment shows the static fields under its own loads.
     """
 
     pictures = NO_PICTURES
@@ -101,12 +104,13 @@ class ContactPictures(
     position: float | None = setting(
         None,
         "Mesh position [base pitches] from the pitch point, 0 to 1, or until the "
-        "tooth pairs repeat where they have pitch errors. [default: 0]",
+        "tooth pairs repeat where they have pitch errors; of a whole set that of mesh "
+        "1. [default: 0]",
     )
     torque: float | None = setting(
         None,
-        "Torque on the driving gear of the mesh [N\u00a0m]. [default: middle load case "
-        "of the gear set]",
+        "Torque on the driving gear of the mesh, of a whole set on its input "
+        "[N\u00a0m]. [default: middle load case of the gear set]",
     )
     time_history: str | None = setting(
         None,
@@ -131,7 +135,10 @@ class ContactPictures(
 
     def tasks(self) -> Iterator[Task]:
         self._require_file()
-        contact = self._in_motion() if self.time_history else self._at_rest()
+        if self.picture.zoom == "set":
+            contact = self._whole_set()
+        else:
+            contact = self._in_motion() if self.time_history else self._at_rest()
         yield Task("picture", partial(self._drawn, contact))
 
     def _require_file(self) -> None:
@@ -149,7 +156,20 @@ class ContactPictures(
             refuse_given(self.picture, ("width",), reason, PICTURE)
         if suffix not in FILMS:
             reason = "only films have frames, .gif and .mp4"
-            refuse_given(self.picture, ("frames",), reason, PICTURE)
+            refuse_given(self.picture, ("frames", "turns"), reason, PICTURE)
+        if self.picture.zoom != "set":
+            refuse_given(self.picture, ("turns",), "needs {zoom} set", PICTURE)
+
+    def _whole_set(self) -> ContactSequence:
+        if self.mesh != 1:
+            raise refusal(self, "mesh", "{zoom} set draws all meshes, leave it out")
+        if self.time_history:
+            reason = "{zoom} set draws gears at rest, leave one of them out"
+            raise refusal(self, "time_history", reason)
+        if self.torque == 0.0:
+            raise refusal(self, "torque", "{zoom} set needs a load above 0")
+        place = self.gears, chosen_torque(self.gears, self.torque), self.position or 0.0
+        return contacts_of_set(*place, self.elements, self.picture.turns)
 
     def _at_rest(self) -> ContactSequence:
         index = mesh_index(self.gears, self.mesh)

@@ -408,3 +408,99 @@ def test_a_film_of_a_motion_prints_the_time_of_its_largest_values(tmp_path):
     frames = [pytest.approx(i * period / 6) for i in range(6)]
     assert all(time in frames for time in times)
     assert film["frames"] == 3
+
+
+SET = ("planetary-24-36-96", "--zoom", "set", "--resolution", "coarse")
+
+
+def test_data_of_a_whole_set_has_all_gears_and_meshes(tmp_path):
+    path = tmp_path / "set.vtu"
+    run(*SET, "--torque", "60", "--position", "0.3", "-o", str(path))
+    grid = pyvista.read(path)
+    names = list(grid.field_data["gear_name"])
+    assert sorted(names) == ["planet-1", "planet-2", "planet-3", "ring", "sun"]
+    assert set(np.unique(grid.cell_data["gear"])) == set(range(5))
+    meshes, loads = grid.field_data["pair_mesh"], grid.field_data["pair_load_N"]
+    sums = [loads[meshes == number].sum() for number in range(1, 7)]
+    radius = load_gear_set("planetary-24-36-96").gears[0].geometry.base_radius
+    assert sums == pytest.approx([20.0 / radius] * 6)
+    assert "approach_m" not in grid.field_data
+
+
+def test_picture_of_a_whole_set_shows_every_gear_and_the_forces(tmp_path):
+    path = tmp_path / "set.png"
+    run(*SET, "--width", "640", "-o", str(path))
+    image = imread(path)[..., :3]
+    assert image.shape == (360, 640, 3)
+    centre = round(0.5 * (1.0 - MARGIN) * 640), round(360 * (1.0 + HEAD) / 2.0)
+    pixel = 1.03 * 0.224 / (360 * (1.0 - HEAD))
+    colours = image.reshape(-1, 3)
+    force = np.array([0.816, 0.106, 0.545])
+    assert (np.abs(colours - force).max(axis=1) < 0.15).sum() > 30
+    for x, y in ((0.072, 0.021), (0.0, 0.018), (-0.108, 0.0)):  # planet, sun, ring
+        row, column = centre[1] - round(y / pixel), centre[0] + round(x / pixel)
+        assert image[row, column].max() < 0.9
+
+
+def test_pressure_of_a_whole_set_is_drawn_over_all_contacts(tmp_path):
+    path = tmp_path / "set.png"
+    options = ("--zoom", "set", "--resolution", "coarse", "--width", "640")
+    run("liu-countershaft", *options, "--field", "pressure", "-o", str(path))
+    image = imread(path)[40:, : int(640 * (1.0 - MARGIN)), :3]
+    coloured = np.ptp(image, axis=2) > 0.12  # lines of a pixel; bodies are grey
+    _, columns = np.nonzero(coloured)
+    assert (columns < 200).any()  # of the first mesh
+    assert (columns > 230).any()  # and of the second
+    assert 0.2 < (np.abs(image - [0.835, 0.859, 0.882]).max(axis=2) < 0.02).mean() < 0.9
+
+
+def test_page_of_a_whole_set_names_its_gears(tmp_path):
+    path = tmp_path / "set.html"
+    run("liu-idler", "--zoom", "set", "--resolution", "coarse", "-o", str(path))
+    text = path.read_text(encoding="utf-8")
+    data = json.loads(re.search(r'json">(.*?)</script>', text, re.DOTALL)[1])
+    assert data["names"] == ["pinion", "idler", "follower"]
+    assert data["starts"][0] == 0
+    assert data["starts"] == sorted(set(data["starts"]))
+    assert "on the input" in text
+
+
+@pytest.mark.slow
+def test_film_of_a_third_of_a_turn_ends_where_it_began(tmp_path):
+    """Planets are in the places of others, and all teeth where teeth have been."""
+    path = tmp_path / "turn.gif"
+    turn = ("--turns", "0.333333333333", "--frames", "12", "--width", "480")
+    run(*SET, *turn, "-o", str(path))
+    with Image.open(path) as film:
+        assert film.n_frames == 12
+        frames = []
+        for i in range(film.n_frames):
+            film.seek(i)
+            frames.append(np.asarray(film.convert("RGB"), float)[30:, :400])
+    steps = [np.abs(a - b).mean() for a, b in pairwise([*frames, frames[0]])]
+    assert min(steps) > 0.5
+    assert steps[-1] < 1.5 * np.median(steps)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--zoom", "set", "--mesh", "2"), "--mesh = 2; --zoom set draws all"),
+        (("--zoom", "set", "--torque", "0"), "--torque = 0; --zoom set needs a load"),
+        (("--zoom", "set", "--position", "1.5"), "position = 1.5; allowed 0 to 1"),
+        (("--zoom", "set", "--turns", "1"), "only films have frames"),
+        (("--zoom", "set", "--time-history", "h.csv"), "draws gears at rest"),
+    ],
+)
+def test_options_that_do_not_suit_a_whole_set(tmp_path, arguments, message):
+    output = tmp_path / "a.png"
+    with pytest.raises(InputError) as caught:
+        run("planetary-24-36-96", *arguments, "-o", str(output))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert not output.exists()
+
+
+def test_turns_are_those_of_films_of_whole_sets(tmp_path):
+    with pytest.raises(InputError, match="--turns = 1; needs --zoom set"):
+        run("--turns", "1", "-o", str(tmp_path / "a.gif"))

@@ -22,12 +22,15 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set
 from fegear.rendering.fields import (
+    LoadedGear,
+    LoadedMesh,
     MeshScene,
+    MeshSide,
+    RelativePose,
     contact_field,
     mesh_scene,
-    sector_fields,
 )
-from fegear.rendering.sector_field import loadable_gear
+from fegear.rendering.sector_field import MIRROR, MIRROR_STATE, loadable_gear
 from fegear.statics.solving import StaticsSettings
 from meshes import MeshSize, sector_mesh
 from meshes.profile import flank_frame, turn
@@ -51,7 +54,9 @@ def mirrored(private_cache) -> MeshScene:
 
 def loaded_sectors(scene, role, position) -> tuple[list[PatchLoad], dict]:
     loads = patch_loads(scene.problem, TORQUE, position)
-    sectors = sector_fields(scene, role, loads, position, scene.view("tooth", 1.6))
+    mesh = LoadedMesh(scene, RelativePose(position, 0.0), loads)
+    gear = LoadedGear((MeshSide(mesh, role),))
+    sectors = gear.sectors(scene.view("tooth", 1.6))
     return loads, {sector.tooth: sector for sector in sectors}
 
 
@@ -377,6 +382,69 @@ def test_fields_are_those_of_a_direct_solve_of_the_whole_gear():
             trace = stress.reshape(3, -1)[:2, fillet].sum(axis=0).max()
             root = nodal_state(sector)[fillet, 2:4].sum(axis=1).max()
             assert root == pytest.approx(trace, rel=1e-2)
+
+
+def test_loads_on_both_flanks_are_those_of_a_direct_solve_of_the_whole_gear():
+    """A tooth's right flank and another's left one are loaded, as those of a planet."""
+    gear = make_gear(12, 5e-3, profile_shift=0.4, tip_radius=18.6e-3)
+    material = PlaneMaterial(206e9, 0.3, "strain")
+    size = MeshSize(flank_edges=40, flank_grading=0.0)
+    direct = DirectSolve(gear, size)
+    mesh, E, nu = direct.sector, 206e9, 0.3
+    lame = E * nu / (1.0 + nu) / (1.0 - 2.0 * nu), 0.5 * E / (1.0 + nu)
+    mirror, behind = np.array([-1.0, 1.0]), 4
+    angle = behind * gear.pitch_angle
+    right, left = (flank_frame(gear, mesh.flank_arcs[[node]]) for node in (17, 25))
+    places = right[0], turn(mirror * left[0], angle)
+    forces = 1e5 * right[1][0], 6e4 * turn(mirror * left[1], angle)[0]
+    u = sum(
+        direct.displacement(direct.freedoms(place)[0], force, lame)
+        for place, force in zip(places, forces, strict=True)
+    )
+
+    body = loadable_gear(CyclicSector(gear, material, size), friction=False)
+    arcs = mesh.flank_arcs[[17]], mesh.flank_arcs[[25]]
+    still = np.array([0.0])
+    load = ToothLoad(0, arcs[0], 2e-5, np.array([1e5]), still)
+    back = ToothLoad(-behind, arcs[1], 2e-5, np.array([6e4]), still)
+    sectors = body.sectors([load], range(-3, 7), [back])
+    assert [s.tooth for s in sectors if s.loads] == [0]
+    assert [s.tooth for s in sectors if s.back_loads] == [behind]
+    for sector in sectors:
+        angle = sector.tooth * gear.pitch_angle
+        expected = turn(u[direct.freedoms(turn(mesh.points, angle))], -angle)
+        distance = np.min(
+            [np.hypot(*(turn(mesh.points, angle) - p).T) for p in places], axis=0
+        )
+        far = distance > 0.5 * gear.module
+        displacement = nodal_state(sector)[far, :2]
+        largest = np.abs(displacement).max()
+        np.testing.assert_allclose(displacement, expected[far], atol=1e-3 * largest)
+        if sector.loads or sector.back_loads:
+            stress = (nodal_stress(body.sector) @ field_of(body, expected)).reshape(
+                3, -1
+            )
+            state = nodal_state(sector)[:, 2:4].sum(axis=1)
+            for name in ("fillet", "left_fillet"):
+                fillet = np.unique(mesh.edges[name])
+                for largest_of in (np.max, np.min):
+                    trace = largest_of(stress[:2, fillet].sum(axis=0))
+                    assert largest_of(state[fillet]) == pytest.approx(trace, rel=1e-2)
+
+
+def test_a_back_load_is_the_mirror_image_of_a_load(pinion):
+    sector = CyclicSector(pinion, PlaneMaterial(206e9, 0.3, "strain"))
+    body = loadable_gear(sector)
+    load = ToothLoad(2, np.array([2e-3]), 5e-5, np.array([1e5]), np.array([2e4]))
+    points = sector.mesh.points
+    state = MIRROR_STATE * np.array(
+        [s.at(points) for s in body.sectors([load], [2, 4])]
+    )
+    mirrored = body.sectors([], [-2, -4], [load])
+    for one, other in zip(state, mirrored, strict=True):
+        values = other.at(MIRROR * points)
+        scale = np.abs(one).max(axis=0)
+        np.testing.assert_allclose(values / scale, one / scale, atol=1e-7)
 
 
 def field_of(body, nodal):
