@@ -70,6 +70,25 @@ def solve_active(C, nodes, kind, target, active, q, rate):
     return d, slope
 
 
+@allocating
+def moment_rates(C, arm, active, rates):
+    """Fill rates (n,) with minus the slope of arm . q over each gap, C' rates = arm.
+
+    It is zero for nodes out of contact.
+    """
+    active_nodes = np.flatnonzero(active)
+    n = active_nodes.size
+    matrix = np.empty((n, n + 1))
+    for i in range(n):
+        matrix[i, n] = arm[active_nodes[i]]
+        for j in range(n):
+            matrix[i, j] = C[active_nodes[j], active_nodes[i]]
+    eliminate(matrix, n, n + 1)
+    rates[:] = 0.0
+    for i in range(n):
+        rates[active_nodes[i]] = matrix[i, n]
+
+
 @compiled_part
 def require_contact(nodes, active):
     """Put the node that closes first in contact where none is."""

@@ -15,6 +15,7 @@ from fegear.contact.active_set import (
     STE,
     TORQUE,
     NodeConditions,
+    moment_rates,
     solve_contact,
 )
 from fegear.contact.compliance import fill_compliance, friction_bending
@@ -102,6 +103,8 @@ class Workspace(NamedTuple):
     in_contact : (k, n) contact state, at which the next position starts
     C : (k n, k n) compliance of the active pairs [m/(N/m)]
     q : (k n,) their nodal forces [N/m];  rate : their slope over ste [Pa]
+    moment_rate : (k n,) slope of the driver's moment over the gap of each node, over
+        minus its base radius [Pa]; without friction that is `rate`
     """
 
     patches: NDArray[Any]
@@ -112,6 +115,7 @@ class Workspace(NamedTuple):
     C: NDArray[np.float64]
     q: NDArray[np.float64]
     rate: NDArray[np.float64]
+    moment_rate: NDArray[np.float64]
 
 
 @compiled
@@ -256,6 +260,10 @@ def solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row):
     ste, slope, residual, status, sweeps = solve_contact(
         C, conditions, kind, target, active, q, work.rate[:count]
     )
+    work.moment_rate[:count] = work.rate[:count]
+    if mesh.friction > 0.0:
+        moment_rates(C, arm, active, work.moment_rate[:count])
+        work.moment_rate[:count] /= base_radius
     for p in range(active_pairs.size):
         for i in range(size):
             work.in_contact[active_pairs[p], i] = active[p * size + i]
@@ -285,11 +293,12 @@ def store_cells(constants, work, active_pairs, ste, cells):
         rate = work.rate[p * size : (p + 1) * size]
         for i in range(size):
             cells[k].slope += rate[i]
+        by_gap = work.moment_rate[p * size : (p + 1) * size]
         store_relief_rates(
-            constants, work.patches[k], work.nodes[k], q, rate, ste, cells[k]
+            constants, work.patches[k], work.nodes[k], q, by_gap, ste, cells[k]
         )
         store_profile_rates(
-            constants.flanks, work.patches[k], work.nodes[k], rate, cells[k]
+            constants.flanks, work.patches[k], work.nodes[k], by_gap, cells[k]
         )
 
 

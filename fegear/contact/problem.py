@@ -339,6 +339,7 @@ def workspace(pairs: int, size: int) -> Workspace:
         C=np.empty((pairs * size, pairs * size)),
         q=np.zeros(pairs * size),
         rate=np.zeros(pairs * size),
+        moment_rate=np.zeros(pairs * size),
     )
 
 
@@ -467,7 +468,9 @@ def _collect(
     arm = cells.moment_arms[..., 1] - mu * cells.moment_arms[..., 3]
     base_radius = problem.pair.driver.base_radius
     closing = cells.moment_arms[..., 0] / base_radius
-    total_slope = (cells.slope * closing).sum(axis=2)[..., None, None, None]
+    driver_arm = cells.moment_arms[..., 0] - mu * cells.moment_arms[..., 2]
+    moment_slope = (cells.slope * (driver_arm / base_radius)).sum(axis=2)
+    total_slope = moment_slope[..., None, None, None]
     return ContactCycle(
         torque=torque,
         position=position,

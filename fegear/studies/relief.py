@@ -69,7 +69,8 @@ SHOWN_TORQUES = 41  # of the figure
 MAX_OVER_ERROR = 2.0  # default largest relief over the largest transmission error
 MAX_ORDER = 64
 ELEMENTS = SettingsGroup(
-    kind=StaticsSettings, exposed=expose("positions", "plane", "resolution")
+    kind=StaticsSettings,
+    exposed=expose("friction", "positions", "plane", "resolution"),
 )
 MORE = {
     "torques": "Write the peak to peak at each torque, before and after, to this CSV "
@@ -360,7 +361,9 @@ class ReliefDesign(
         search = VibrationSearch(
             changed=changed,
             bounds=np.array(problem.bounds),
-            model=LumpedModel(number="auto", stiffness=stiffness),
+            model=LumpedModel(
+                number="auto", stiffness=stiffness, friction=elements.friction
+            ),
             index=index,
             torques=torques,
             speeds=self.speeds,

@@ -78,10 +78,14 @@ def test_slopes_of_the_load_add_up_to_the_local_stiffness(contact):
     np.testing.assert_allclose(total, cycle.local_stiffness, rtol=1e-12)
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.1])
 @pytest.mark.parametrize(("nodes", "tolerance"), [(25, 0.02), (101, 0.004)])
-def test_derivatives_approach_differences_with_finer_nodes(contact, nodes, tolerance):
+def test_derivatives_approach_differences_with_finer_nodes(
+    contact, nodes, tolerance, friction
+):
     """Nodes follow the point of contact, which derivatives leave out: 0.009, 0.002."""
-    problem = relief_problem(replace(contact, nodes=nodes), "parabolic")
+    finer = replace(contact, nodes=nodes, friction=friction)
+    problem = relief_problem(finer, "parabolic")
     problem = replace(problem, torques=np.array([100.0]))
     design = np.array([8.0, 7.0, 0.4, 0.35])
     _, slopes = problem.ste(design)

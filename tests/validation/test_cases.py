@@ -66,6 +66,7 @@ def test_the_comparisons_of_the_source_are_there():
         "friction-pair",
         "friction-resonance",
         "friction-sweep",
+        "friction-relief",
         "planetary",
     }
     assert load_case("idler").torques_Nm == (50.0, 100.0, 150.0)
