@@ -28,6 +28,7 @@ ALLOWED = {
     "fegear": {
         "fegear",
         "meshes",
+        "lumped.bearings",
         "lumped.common.compiled",
         "lumped.kernels.elimination",
         "lumped.common.checks",

@@ -22,6 +22,7 @@ UNITS = {
     "Nms_per_rad": "N m s/rad",
     "kg_per_m3": "kg/m3",
     "Ns_per_m": "N s/m",
+    "N_per_m_n": "N/m^n",
     "N_per_m": "N/m",
     "m_per_N": "m/N",
     "m_per_s": "m/s",

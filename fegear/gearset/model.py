@@ -32,6 +32,7 @@ class Gear:
         carries load in the gear's first mesh [m], or empty; positive opens a gap
     inertia, mass : as given [kg m2], [kg]; see `inertia_of` and `mass_of`
     bearing_stiffness : kx, ky [N/m], or None for a centre that does not move
+    rolling_bearing : in place of a bearing_stiffness, or None
     coupling_stiffness : torsional, to ground [N m/rad]
     """
 
@@ -47,6 +48,7 @@ class Gear:
     mass: float | None = None
     pitch_errors: tuple[float, ...] = ()
     bearing_stiffness: tuple[float, float] | None = None
+    rolling_bearing: BallBearing | RollerBearing | None = None
     coupling_stiffness: float = 0.0
 
     def __post_init__(self) -> None:
