@@ -55,8 +55,10 @@ def ring_force(samples, b, x, y, shaft):
     cage = parameters[CAGE_RATIO] * shaft
     cosine, sine = math.cos(cage), math.sin(cage)
     # an eccentric race moves as its ring does
-    race_x = x + parameters[RUNOUT] * math.cos(shaft)
-    race_y = y + parameters[RUNOUT] * math.sin(shaft)
+    race_x, race_y = x, y
+    if parameters[RUNOUT] > 0.0:
+        race_x += parameters[RUNOUT] * math.cos(shaft)
+        race_y += parameters[RUNOUT] * math.sin(shaft)
     has_waves = samples.first_wave[b + 1] > samples.first_wave[b]
     force_x, force_y = 0.0 * x, 0.0 * y  # NaN stays NaN
     for e in range(samples.first_element[b], samples.first_element[b + 1]):

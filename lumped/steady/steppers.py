@@ -228,7 +228,12 @@ class FixedStepper(LumpedStepper):
     def refined(
         self, frequency: float, settings: Settings, repeats: bool
     ) -> Settings | None:
-        """Settings with twice the steps, as far as memory permits."""
+        """Settings with twice the steps, as far as memory permits.
+
+        None for a motion on rolling bearings that does not repeat, since cages do not.
+        """
+        if self.system.rolling is not None and not repeats:
+            return None
         fastest = float(max(self.system.train.mesh_rates))
         current = steps_per_period(self.system, frequency, settings)
         current = math.ceil(current / fastest - 1e-9)
