@@ -26,6 +26,7 @@ COMMANDS = {  # in the order of the help
     "Gears and files": ("sets", "new", "keys", "show", "mesh", "eccentric"),
     "Statics": (
         *("stiffness", "compare", "identify", "relief", "tolerances", "render"),
+        "bearing",
     ),
     "Vibration": (
         *("modes", "theory", "sweep", "motion", "branches", "bifurcations", "map"),

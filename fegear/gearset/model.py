@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from fegear.files.errors import InputError
 from fegear.gearset.members import Member, Members
+from lumped.bearings.rolling import BallBearing, RollerBearing
 from lumped.common.checks import is_number, require_fields
 from meshes import GearPair, SpurGear
 

@@ -30,6 +30,7 @@ from fegear.studies.study import (
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
+    BEARINGS,
     COUPLED,
     FREQUENCY,
     MOVING,
@@ -104,7 +105,7 @@ class Map(
     )
     rpm: tuple[float, ...] = rpms_setting("--at if it is one, or of --band")
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(COUPLED | MOVING)
+    model: LumpedModel = lumped_model(COUPLED | MOVING | BEARINGS, 1, "rolling")
     integration: Settings = lumped_integration()
 
     def __post_init__(self) -> None:

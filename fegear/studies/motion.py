@@ -23,9 +23,15 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainFacts, TrainProblem, bodies_described
+from fegear.studies.train_problem import (
+    TrainFacts,
+    TrainProblem,
+    bearing_notes,
+    bodies_described,
+)
 from fegear.studies.trains import (
     AUTO,
+    BEARINGS,
     FREQUENCY,
     MOVING,
     TrainStudy,
@@ -106,7 +112,7 @@ class Motion(
     )
     from_rpm: float | None = rpm_setting("--from-speed")
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(AUTO | MOVING, "auto")
+    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto", "rolling")
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 
@@ -191,7 +197,10 @@ class MotionProblem(TrainProblem):
                 "speed_Hz": format_exact(study.frequency),
                 **study.gear_set.entries,
             },
-            notes=(self.reason,) if self.reason else (),
+            notes=(
+                *((self.reason,) if self.reason else ()),
+                *bearing_notes(motion.system),
+            ),
             warnings=(
                 *self.warnings_at_rest(systems),
                 *truncation_warnings(checks),

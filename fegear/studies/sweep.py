@@ -25,9 +25,15 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainFacts, TrainProblem, bodies_described
+from fegear.studies.train_problem import (
+    TrainFacts,
+    TrainProblem,
+    bearing_notes,
+    bodies_described,
+)
 from fegear.studies.trains import (
     AUTO,
+    BEARINGS,
     MOVING,
     TrainStudy,
     chosen_torques,
@@ -129,7 +135,7 @@ class Sweep(
     }
 
     torque: tuple[float, ...] = torques_setting()
-    model: LumpedModel = lumped_model(AUTO | MOVING, "auto")
+    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto", "rolling")
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 
@@ -201,7 +207,10 @@ class SweepProblem(TrainProblem):
             | entries
             | study.gear_set.entries,
             cycles_per_turn=cycles_per_turn(self.gears),
-            notes=(self.reason,) if self.reason else (),
+            notes=(
+                *((self.reason,) if self.reason else ()),
+                *bearing_notes(system),
+            ),
             warnings=(
                 *self.warnings_at_rest(self.systems),
                 *sweep_warnings(self.gears, branches),

@@ -34,7 +34,13 @@ from fegear.studies.study import (
     require_settings,
     setting,
 )
-from fegear.train.lumped_models import COUPLED_MODEL, SPRING_MODELS, LumpedModel, Number
+from fegear.train.lumped_models import (
+    COUPLED_MODEL,
+    SPRING_MODELS,
+    Bearings,
+    LumpedModel,
+    Number,
+)
 from lumped.common.options import Range
 from lumped.steady.settings import Settings
 
@@ -342,18 +348,25 @@ MOVING = SLIDING | expose(
 )
 
 
+BEARINGS = expose("bearings", bearings=Setting(option="--bearings"))
+
+
 def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
     if model.number != "coupled":
         yield "without", "needs {number} coupled"
     if model.sliding != "instantaneous":
         yield "transition", "needs {sliding} instantaneous"
+    if not model.translations:
+        yield "bearings", "needs {translations}"
 
 
 def lumped_model(
-    offers: Mapping[str, Setting | SettingsGroup], number: Number = 1
+    offers: Mapping[str, Setting | SettingsGroup],
+    number: Number = 1,
+    bearings: Bearings = "linear",
 ) -> Any:
-    """A field for a lumped model with these settings; number : by default."""
-    default = LumpedModel(number=number)
+    """A field for a lumped model with these settings; number, bearings : by default."""
+    default = LumpedModel(number=number, bearings=bearings)
     return group(
         SettingsGroup(
             kind=LumpedModel,

@@ -41,6 +41,24 @@ class EllipticContact:
         return math.pi * self.ellipticity * modulus / (3.0 * self.first) * shape
 
 
+    def pressure(self, load: float, modulus: float) -> float:
+        """Largest pressure [Pa] under a load [N] at an effective modulus E' [Pa]."""
+        k, E2, R = self.ellipticity, self.second, self.radius
+        long = (6.0 * k**2 * E2 * load * R / (math.pi * modulus)) ** (1.0 / 3.0)
+        return 1.5 * load * k / (math.pi * long**2)
+
+
+def line_pressure(
+    load: float, length: float, curvature: float, modulus: float
+) -> float:
+    """Largest pressure [Pa] of a line contact.
+
+    load : on the contact [N]; length : of it [m]; curvature : sum of both bodies' [1/m]
+    modulus : effective modulus E' [Pa]
+    """
+    return math.sqrt(load * curvature * modulus / (2.0 * math.pi * length))
+
+
 def effective_modulus(young_modulus: float, poisson_ratio: float) -> float:
     """E' of two equal materials [Pa], 2 / E' = 2 (1 - nu^2) / E."""
     return young_modulus / (1.0 - poisson_ratio**2)
@@ -49,10 +67,10 @@ def effective_modulus(young_modulus: float, poisson_ratio: float) -> float:
 def elliptic_contact(rolling: float, transverse: float) -> EllipticContact:
     """Contact of bodies by the sums of their curvatures in two normal planes [1/m].
 
-    rolling : along the direction of rolling, at least the transverse one
+    rolling : along the direction of rolling
     transverse : across it
     """
-    difference = (rolling - transverse) / (rolling + transverse)
+    difference = abs(rolling - transverse) / (rolling + transverse)
 
     def excess(ellipticity: float) -> float:
         first, second = _integrals(ellipticity)

@@ -10,10 +10,12 @@ from typing import ClassVar
 from lumped.bearings.hertz import (
     LINE_EXPONENT,
     POINT_EXPONENT,
+    EllipticContact,
     effective_modulus,
     elliptic_contact,
     in_series,
     line_coefficient,
+    line_pressure,
 )
 from lumped.common.checks import require_between, require_fields
 
@@ -65,6 +67,7 @@ class RollingBearing:
 
     exponent: ClassVar[float]
     noun: ClassVar[str]
+    max_pressure: ClassVar[float]
 
     element_diameter: float
     pitch_diameter: float
@@ -134,6 +137,10 @@ class RollingBearing:
         from geometry and material."""
         raise NotImplementedError
 
+    def pressures(self, load: float) -> tuple[float, float]:
+        """Largest pressure [Pa] on the inner and the outer race under a load [N]."""
+        raise NotImplementedError
+
     @property
     def _modulus(self) -> float:
         return effective_modulus(self.young_modulus, self.poisson_ratio)
@@ -175,6 +182,7 @@ class BallBearing(RollingBearing):
     """
 
     exponent: ClassVar[float] = POINT_EXPONENT
+    max_pressure: ClassVar[float] = 4.2e9  # Pa, of the static load rating, ISO 76
     noun: ClassVar[str] = "ball"
 
     balls: int
@@ -191,21 +199,29 @@ class BallBearing(RollingBearing):
         return self.balls
 
     @property
-    def race_coefficients(self) -> tuple[float, float]:
+    def contacts(self) -> tuple[EllipticContact, EllipticContact]:
+        """Contacts of a ball with the inner and the outer race."""
         ball = 2.0 / self.element_diameter
         inner, outer = self.race_diameters
         grooves = self.inner_conformity, self.outer_conformity
-        curvatures = ball + 2.0 / inner, ball - 2.0 / outer
         of_inner, of_outer = (
             elliptic_contact(rolling, ball - 1.0 / (groove * self.element_diameter))
-            if rolling >= ball - 1.0 / (groove * self.element_diameter)
-            else elliptic_contact(
-                ball - 1.0 / (groove * self.element_diameter), rolling
+            for rolling, groove in zip(
+                (ball + 2.0 / inner, ball - 2.0 / outer), grooves, strict=True
             )
-            for rolling, groove in zip(curvatures, grooves, strict=True)
         )
+        return of_inner, of_outer
+
+    @property
+    def race_coefficients(self) -> tuple[float, float]:
+        of_inner, of_outer = self.contacts
         modulus = self._modulus
         return of_inner.coefficient(modulus), of_outer.coefficient(modulus)
+
+    def pressures(self, load: float) -> tuple[float, float]:
+        of_inner, of_outer = self.contacts
+        modulus = self._modulus
+        return of_inner.pressure(load, modulus), of_outer.pressure(load, modulus)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -244,6 +260,7 @@ class RollerBearing(RollingBearing):
     """
 
     exponent: ClassVar[float] = LINE_EXPONENT
+    max_pressure: ClassVar[float] = 4.0e9  # Pa, of the static load rating, ISO 76
     noun: ClassVar[str] = "roller"
 
     rollers: int
@@ -261,3 +278,12 @@ class RollerBearing(RollingBearing):
     def race_coefficients(self) -> tuple[float, float]:
         one = line_coefficient(self.length, self._modulus)
         return one, one
+
+    def pressures(self, load: float) -> tuple[float, float]:
+        roller = 2.0 / self.element_diameter
+        inner, outer = self.race_diameters
+        of_inner, of_outer = (
+            line_pressure(load, self.length, curvature, self._modulus)
+            for curvature in (roller + 2.0 / inner, roller - 2.0 / outer)
+        )
+        return of_inner, of_outer
