@@ -89,8 +89,10 @@ class BearingEntry(BaseModel):
             "contact_stiffness": self.contact_stiffness_N_per_m_n,
             "film_thickness": self.film_thickness_um * UM,
             "runout": self.runout_um * UM,
-            "waves": (*_waves(self.inner_waviness, True),)
-            + (*_waves(self.outer_waviness, False),),
+            "waves": (
+                *_waves(self.inner_waviness, True),
+                *_waves(self.outer_waviness, False),
+            ),
         }
 
 

@@ -1,4 +1,4 @@
-"""Load on the rolling elements of a gear's bearing, stiffness, ball-pass frequencies."""
+"""Load on the rolling elements of a bearing, its stiffness, ball-pass frequencies."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def solve_bearing(
         study=study,
         summary=summary,
         distribution={
-            "element": np.arange(1, bearing.elements + 1),
+            "element": np.arange(1.0, bearing.elements + 1.0),
             "angle_deg": np.degrees(np.mod(state.angles, 2.0 * math.pi)),
             "approach_um": 1e6 * state.approaches,
             "load_N": state.loads,
@@ -249,5 +249,3 @@ def _passes(values: dict[str, Any]) -> str:
     outer = values["ball_pass_frequency_over_shaft"]
     inner = values["inner_ball_pass_frequency_over_shaft"]
     return f"{outer:.6g} of the outer race, {inner:.6g} of the inner race"
-
-

@@ -40,7 +40,6 @@ class EllipticContact:
         shape = math.sqrt(2.0 * self.second * self.radius / self.first)
         return math.pi * self.ellipticity * modulus / (3.0 * self.first) * shape
 
-
     def pressure(self, load: float, modulus: float) -> float:
         """Largest pressure [Pa] under a load [N] at an effective modulus E' [Pa]."""
         k, E2, R = self.ellipticity, self.second, self.radius
@@ -75,7 +74,8 @@ def elliptic_contact(rolling: float, transverse: float) -> EllipticContact:
     def excess(ellipticity: float) -> float:
         first, second = _integrals(ellipticity)
         square = ellipticity**2
-        return ((square + 1.0) * second - 2.0 * first) / (square - 1.0) - difference
+        ratio = ((square + 1.0) * second - 2.0 * first) / ((square - 1.0) * second)
+        return ratio - difference
 
     ellipticity = 1.0
     if difference > 1e-9:

@@ -17,8 +17,13 @@ from lumped.bearings.kinematics import cage_over_shaft
 from lumped.bearings.rolling import RollingBearing
 
 Array = NDArray[np.float64]
-MAX_ITERATIONS = 200
+MAX_ITERATIONS = 40
+LOAD_STEP = 3.0  # ratio of loads from which a smaller one is approached
 EQUILIBRIUM_RTOL = 1e-12  # of the load
+ROUND_OFF = 1e-14  # of the loads on all elements
+MAX_HALVINGS = 60
+MIN_STEP = 1e-300  # m
+REGULARISATION = 1e-13  # of the stiffness, for a single element in contact
 MEAN_ANGLES = 32  # positions of the cage within one spacing that a mean is taken over
 MIN_LOAD = 1e-6  # N; less is lost in round-off
 
@@ -130,30 +135,64 @@ def load_distribution(
 
 
 def _equilibrium(support: RingSupport, force: Array) -> Array:
-    """Displacement (2,) under a force (2,), from all loaded elements in contact."""
+    """Displacement (2,) under a force (2,); ValueError if none is found.
+
+    A small load behind a large clearance, which few elements carry, is approached from
+    larger ones, under which more of them are in contact.
+    """
     bearing, size = support.bearing, float(np.hypot(*force))
     depth = (size / bearing.coefficient) ** (1.0 / bearing.exponent)
-    u = (2.0 * depth + max(0.0, -float(support.closed.min()))) * force / size
+    play = float(np.abs(support.closed).max())
+    reach = 2.0 * depth + play
+    u = _newton(support, force, reach * force / size, reach)
+    if u is not None:
+        return u
+    largest = max(size, bearing.coefficient * play**bearing.exponent)
+    stages = math.ceil(math.log(largest / size, LOAD_STEP))
+    u = reach * force / size
+    for stage in range(stages, -1, -1):
+        closer = _newton(support, LOAD_STEP**stage * force, u, reach)
+        if closer is None:
+            raise ValueError("no equilibrium of the bearing was found")
+        u = closer
+    return u
+
+
+def _newton(support: RingSupport, force: Array, u: Array, reach: float) -> Array | None:
+    """Displacement (2,) under a force (2,) from a first one, None if not found."""
+    size = float(np.hypot(*force))
     for _ in range(MAX_ITERATIONS):
         residual = force - support.force(u)
-        if np.hypot(*residual) <= EQUILIBRIUM_RTOL * size:
+        total = size + float(support.loads(support.approaches(u)).sum())
+        if not total < math.inf:
+            return None
+        if np.hypot(*residual) <= EQUILIBRIUM_RTOL * size + ROUND_OFF * total:
             return u
-        u = u + _damped_step(support, force, u, residual)
-    if np.hypot(*(force - support.force(u))) <= 1e-6 * size:
-        return u  # round-off of large preloads
-    raise ValueError("no equilibrium of the bearing was found")
+        u = u + _damped_step(support, force, u, residual, reach)
+    return None
 
 
-def _damped_step(support: RingSupport, force: Array, u: Array, residual: Array) -> Array:
-    """Newton step, halved until the total potential decreases."""
+def _damped_step(
+    support: RingSupport, force: Array, u: Array, residual: Array, reach: float
+) -> Array:
+    """Newton step, halved until the potential decreases or the residual halves.
+
+    Near equilibrium the change of the potential is round-off. Where one element alone
+    is in contact, the ring moves around it by at most `reach` [m].
+    """
     stiffness = support.stiffness(u)
-    level = max(np.trace(stiffness), 1e-300)
-    step = np.linalg.solve(stiffness + 1e-13 * level * np.eye(2), residual)
-    before = support.energy(u) - force @ u
+    # without contact only this much, so that the ring moves along the force
+    level = max(float(np.trace(stiffness)), float(np.hypot(*residual)) / reach)
+    step = np.linalg.solve(stiffness + REGULARISATION * level * np.eye(2), residual)
+    before, size = support.energy(u) - force @ u, float(np.hypot(*residual))
+    step = step * min(1.0, reach / max(float(np.hypot(*step)), MIN_STEP))
     slope = residual @ step
-    for _ in range(60):
-        if support.energy(u + step) - force @ (u + step) <= before - 1e-4 * slope:
-            return np.asarray(step)
+    for _ in range(MAX_HALVINGS):
+        ahead = u + step
+        if support.energy(ahead) - force @ ahead <= before - 1e-4 * slope:
+            break
+        if np.hypot(*(force - support.force(ahead))) <= 0.5 * size:
+            break
         step, slope = 0.5 * step, 0.5 * slope
     return np.asarray(step)
 

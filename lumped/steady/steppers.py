@@ -381,7 +381,8 @@ def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
         mesh_of = system.excitation.mesh_of
         return replace(history, friction=_per_contact(out, mesh_of, FRICTION_ROWS))
     if system.rolling is not None:
-        values = out[:, 6:].reshape(len(out), -1)[:, : BEARING_VALUES * system.rolling.count]
+        size = BEARING_VALUES * system.rolling.count
+        values = out[:, 6:].reshape(len(out), -1)[:, :size]
         return replace(history, bearings=values.reshape(len(out), -1, BEARING_VALUES))
     if system.contacts is None:
         return history
