@@ -214,7 +214,7 @@ class RollingSupports:
             if np.abs(residual).max() <= EQUILIBRIUM_RTOL * size:
                 break
             q = q + _decreasing_step(energy, q, jacobian, residual)
-        return q
+        return q if np.isfinite(q).all() else start
 
 
 def _decreasing_step(
