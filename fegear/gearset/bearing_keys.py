@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
 
@@ -18,28 +17,15 @@ from lumped.bearings.rolling import (
     Waviness,
 )
 
-Item = TypeVar("Item")
 MM, UM = 1e-3, 1e-6
+MAX_ORDERS = 1000  # of waves around a race
 Count = Annotated[int, Field(ge=MIN_ELEMENTS, le=MAX_ELEMENTS)]
 Diameter = Annotated[float, Field(ge=1e-3, le=1e5)]
 Deviation = Annotated[float, Field(ge=0.0, le=1e4)]
+Amplitudes = Annotated[
+    tuple[Deviation, ...], Strict(False), Field(max_length=MAX_ORDERS)
+]
 CONTACT_KEYS = ("race_conformity", "contact_stiffness_N_per_m_n")
-
-
-class WavinessEntry(BaseModel):
-    """A wave around a race."""
-
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, allow_inf_nan=False
-    )
-
-    order: Annotated[int, Field(ge=1, le=10_000)] = Field(
-        description="Number of waves per circumference."
-    )
-    amplitude_um: Deviation = Field(description="Excess of material at a crest.")
-    phase_deg: Annotated[float, Field(ge=-1e5, le=1e5)] = Field(
-        default=0.0, description="Phase of the wave at the first rolling element."
-    )
 
 
 class BearingEntry(BaseModel):
@@ -73,11 +59,13 @@ class BearingEntry(BaseModel):
     runout_um: Deviation = Field(
         default=0.0, description="Eccentricity of the inner race on its shaft."
     )
-    inner_waviness: Annotated[tuple[WavinessEntry, ...], Strict(False)] = Field(
-        default=(), description="Waves around the inner race."
+    inner_waviness_um: Amplitudes = Field(
+        default=(),
+        description="Amplitudes of waves around the inner race, of 1, 2, 3 waves per "
+        "circumference and so on; all have a crest at the first rolling element.",
     )
-    outer_waviness: Annotated[tuple[WavinessEntry, ...], Strict(False)] = Field(
-        default=(), description="Waves around the outer race."
+    outer_waviness_um: Amplitudes = Field(
+        default=(), description="Amplitudes of waves around the outer race, likewise."
     )
 
     @property
@@ -90,20 +78,16 @@ class BearingEntry(BaseModel):
             "film_thickness": self.film_thickness_um * UM,
             "runout": self.runout_um * UM,
             "waves": (
-                *_waves(self.inner_waviness, True),
-                *_waves(self.outer_waviness, False),
+                *_waves(self.inner_waviness_um, True),
+                *_waves(self.outer_waviness_um, False),
             ),
         }
 
 
-def _waves(entries: tuple[WavinessEntry, ...], inner: bool) -> Iterator[Waviness]:
-    for entry in entries:
-        yield Waviness(
-            order=entry.order,
-            amplitude=entry.amplitude_um * UM,
-            phase=math.radians(entry.phase_deg),
-            inner=inner,
-        )
+def _waves(amplitudes_um: tuple[float, ...], inner: bool) -> Iterator[Waviness]:
+    for order, amplitude in enumerate(amplitudes_um, start=1):
+        if amplitude > 0.0:
+            yield Waviness(order=order, amplitude=amplitude * UM, inner=inner)
 
 
 class BallBearingEntry(BearingEntry):

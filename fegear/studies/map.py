@@ -151,7 +151,7 @@ class MapProblem(ParametricProblem):
         yield Task("points", self._computed)
 
     def _computed(self, job: Job) -> MapResult:
-        require_method(self.model, self.study.integration)
+        require_method(self.model, self.study.integration, self.gears)
         compute = partial(job.compute, "points")
         evaluate = self._evaluation(job.stop_event)
         empty = ParameterMap(self.study.axes, len(self.gears.meshes), self._header)

@@ -148,7 +148,7 @@ class MotionProblem(TrainProblem):
     @cached_property
     def system(self) -> LumpedSystem:
         """The train at the torque."""
-        require_method(self.model, self.study.integration)
+        require_method(self.model, self.study.integration, self.gears)
         return lumped_system(self.gears, self.single_torque, self.model)
 
     def tasks(self) -> Iterator[Task]:

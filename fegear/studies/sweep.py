@@ -152,7 +152,7 @@ class SweepProblem(TrainProblem):
     @cached_property
     def systems(self) -> dict[float, LumpedSystem]:
         """The train by its torque on the input gear [N m]."""
-        require_method(self.model, self.study.integration)
+        require_method(self.model, self.study.integration, self.gears)
         arguments = self.model, self.model.excitations
         return {
             torque: lumped_system(self.gears, torque, *arguments)

@@ -581,12 +581,16 @@ def shares_a_gear(gear_set: GearSet) -> bool:
     return len(set(places)) < len(places)
 
 
-def require_method(model: LumpedModel, settings: Settings) -> None:
-    """Adaptive steps end where springs open; the coupled model has none."""
-    if model.number == "coupled" and settings.method != "rk4":
+def require_method(model: LumpedModel, settings: Settings, gear_set: GearSet) -> None:
+    """Adaptive steps end where springs open, of springs and teeth alone."""
+    if settings.method == "rk4":
+        return
+    if model.number == "coupled":
         raise InputError(
             f"method = {settings.method}; the coupled model takes rk4 only"
         )
+    if has_rolling_bearings(model, gear_set):
+        raise InputError(f"method = {settings.method}; rolling bearings take rk4 only")
 
 
 def body_modes_warnings(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[str]:

@@ -95,7 +95,7 @@ def test_curvatures_of_a_209_bearing():
 
 
 @pytest.mark.parametrize(
-    "diameter, pitch, balls", [(7.94e-3, 38.5e-3, 9), (15.081e-3, 65e-3, 8)]
+    ("diameter", "pitch", "balls"), [(7.94e-3, 38.5e-3, 9), (15.081e-3, 65e-3, 8)]
 )
 def test_approximations_of_hamrock_and_brewe(diameter, pitch, balls):
     """Of bearings 6205 and 6308; the approximations err by up to 3 %."""

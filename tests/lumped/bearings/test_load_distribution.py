@@ -128,7 +128,8 @@ def test_elements_balance_any_load(bearing, changes, load, direction, cage):
     state = load_distribution(bearing, force, cage)
     normals = np.stack([np.cos(state.angles), np.sin(state.angles)])
     np.testing.assert_allclose(normals @ state.loads, force, atol=2e-6 * load)
-    assert (state.loads >= 0.0).all() and (
+    assert (state.loads >= 0.0).all()
+    assert (
         (state.loads > 0) == (state.approaches > 0)
     ).all()
     np.testing.assert_allclose(
@@ -240,7 +241,7 @@ def test_rolling_without_slip(ratio, balls):
 
 
 @pytest.mark.parametrize(
-    "changes, message",
+    ("changes", "message"),
     [
         ({"balls": 2}, "balls must be 3 to 1000, got 2"),
         ({"balls": 16}, "ball_diameter must be at most"),
