@@ -87,7 +87,7 @@ def displacement(samples, b, q):
 
 @inlined
 def set_bearing_acceleration(system, samples, instant, q, v, a, s):
-    """Set what `set_spring_acceleration` does, with forces of bearings beyond springs."""
+    """Set accelerations and deflections, with forces of bearings beyond springs."""
     set_spring_acceleration(system, samples, instant, q, v, a, s)
     bearings = samples.parameters.shape[0]
     first_rotation = q.size - bearings

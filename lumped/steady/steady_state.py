@@ -35,7 +35,7 @@ MIN_ROLLING_PERIODS = 200  # least periods on rolling bearings
 MIN_WINDOWS = 4  # least number of windows for a long common period
 WINDOW_PERIODS = 2_000  # most periods of the first mesh in more than MIN_WINDOWS
 # Periods of the first mesh in a window on rolling bearings, and in all windows
-ROLLING_WINDOW_PERIODS, ROLLING_PERIODS = 64, 512
+ROLLING_WINDOW_PERIODS, ROLLING_PERIODS = 64, 256
 # Cycles of the first mesh after which nothing repeats by chance
 LONG_COMMON_PERIOD = 100
 JUMP_RTOL = 0.25  # relative change of an RMS from speed to speed that may be a jump
