@@ -17,7 +17,16 @@ from fegear.files.errors import InputError
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.studies.page import Page
-from fegear.studies.study import Draw, Job, Study, StudyResult, Task, refusal, setting
+from fegear.studies.study import (
+    Draw,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    display_name,
+    refusal,
+    setting,
+)
 from fegear.studies.table import Table
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting
@@ -55,8 +64,10 @@ class Bearing(
     }
 
     gear_set: GearSetRef
-    gear: str = setting(
-        "", "Name of the gear. [default: the first one with a rolling bearing]"
+    gear_name: str = setting(
+        "",
+        "Name of the gear. [default: the first one with a rolling bearing]",
+        option="--gear",
     )
     load: float | None = setting(
         None,
@@ -86,12 +97,16 @@ class Bearing(
             raise InputError(
                 f"{self.gears.name}: no gear has a ball_bearing or roller_bearing"
             )
-        if self.gear and self.gear not in names:
+        if self.gear_name and self.gear_name not in names:
             raise InputError(
-                f"gear = {self.gear}; allowed are those with a ball_bearing or "
+                f"{display_name(self, 'gear_name')} = {self.gear_name}; allowed are those with a ball_bearing or "
                 f"roller_bearing: {', '.join(names)}"
             )
-        return with_bearing[names.index(self.gear)] if self.gear else with_bearing[0]
+        return (
+            with_bearing[names.index(self.gear_name)]
+            if self.gear_name
+            else with_bearing[0]
+        )
 
     def tasks(self) -> Iterator[Task]:
         yield Task("bearing", self._solve)

@@ -105,7 +105,8 @@ class Map(
     )
     rpm: tuple[float, ...] = rpms_setting("--at if it is one, or of --band")
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(COUPLED | MOVING | BEARINGS, 1, "rolling")
+    has_rolling = True
+    model: LumpedModel = lumped_model(COUPLED | MOVING | BEARINGS)
     integration: Settings = lumped_integration()
 
     def __post_init__(self) -> None:

@@ -96,7 +96,10 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     def _under_load(self, load: float | None, job: Job) -> ModesResult:
         torque = load or 0.0
         coupled = LumpedModel(
-            number="coupled", translations=self.translations, stiffness=self.source
+            number="coupled",
+            translations=self.translations,
+            bearings="linear",
+            stiffness=self.source,
         )
         system = lumped_system(self.gears, torque, coupled)
         origin = f"tangent of the coupled model at {torque:g} N m on the input gear"

@@ -112,7 +112,8 @@ class Motion(
     )
     from_rpm: float | None = rpm_setting("--from-speed")
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto", "rolling")
+    has_rolling = True
+    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto")
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 

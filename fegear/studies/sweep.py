@@ -135,7 +135,8 @@ class Sweep(
     }
 
     torque: tuple[float, ...] = torques_setting()
-    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto", "rolling")
+    has_rolling = True
+    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto")
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 

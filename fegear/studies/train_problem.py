@@ -89,7 +89,10 @@ class TrainProblem(Problem):
         gears = edited_gears(study)
         integration = getattr(study, "integration", None)
         method = integration.method if isinstance(integration, Settings) else "rk4"
-        model, reason = resolve_model(_with_tables(study, gears), gears, method)
+        model = _with_tables(study, gears)
+        if not study.has_rolling:
+            model = replace(model, bearings="linear")
+        model, reason = resolve_model(model, gears, method)
         return cls(study, gears=gears, model=model, reason=reason)
 
     @property

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeVar, get_args
+from typing import Any, ClassVar, TypeVar, get_args
 
 from fegear.boundary import require_gear_set
 from fegear.files.contents import exact_repr
@@ -37,7 +37,6 @@ from fegear.studies.study import (
 from fegear.train.lumped_models import (
     COUPLED_MODEL,
     SPRING_MODELS,
-    Bearings,
     LumpedModel,
     Number,
 )
@@ -363,10 +362,9 @@ def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
 def lumped_model(
     offers: Mapping[str, Setting | SettingsGroup],
     number: Number = 1,
-    bearings: Bearings = "linear",
 ) -> Any:
-    """A field for a lumped model with these settings; number, bearings : by default."""
-    default = LumpedModel(number=number, bearings=bearings)
+    """A field for a lumped model with these settings; number : by default."""
+    default = LumpedModel(number=number)
     return group(
         SettingsGroup(
             kind=LumpedModel,
@@ -407,7 +405,12 @@ class TrainStudy:
     """Settings of all studies of a lumped train; `model` is a `lumped_model` field.
 
     Where the command reads mesh tables, `table` is declared by `tables_setting`.
+
+    has_rolling : whether its motions may be those on rolling bearings, which have no
+        common period; otherwise bearings are linear
     """
+
+    has_rolling: ClassVar[bool] = False
 
     gear_set: GearSetRef
     model: LumpedModel

@@ -97,7 +97,7 @@ class LumpedModel:
         "only rotate.",
     )
     bearings: Bearings = option(
-        "linear",
+        "rolling",
         "Ball and roller bearings of gears that move in the plane. rolling: force of "
         "all rolling elements, whose cage rotates; linear: stiffness under load.",
     )

@@ -129,9 +129,7 @@ def test_elements_balance_any_load(bearing, changes, load, direction, cage):
     normals = np.stack([np.cos(state.angles), np.sin(state.angles)])
     np.testing.assert_allclose(normals @ state.loads, force, atol=2e-6 * load)
     assert (state.loads >= 0.0).all()
-    assert (
-        (state.loads > 0) == (state.approaches > 0)
-    ).all()
+    assert ((state.loads > 0) == (state.approaches > 0)).all()
     np.testing.assert_allclose(
         state.stiffness, state.stiffness.T, atol=1e-9 * state.stiffness.max()
     )
