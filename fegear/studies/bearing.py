@@ -97,16 +97,15 @@ class Bearing(
             raise InputError(
                 f"{self.gears.name}: no gear has a ball_bearing or roller_bearing"
             )
-        if self.gear_name and self.gear_name not in names:
+        if not self.gear_name:
+            return with_bearing[0]
+        if self.gear_name not in names:
+            shown = display_name(self, "gear_name")
             raise InputError(
-                f"{display_name(self, 'gear_name')} = {self.gear_name}; allowed are those with a ball_bearing or "
+                f"{shown} = {self.gear_name}; allowed are those with a ball_bearing or "
                 f"roller_bearing: {', '.join(names)}"
             )
-        return (
-            with_bearing[names.index(self.gear_name)]
-            if self.gear_name
-            else with_bearing[0]
-        )
+        return with_bearing[names.index(self.gear_name)]
 
     def tasks(self) -> Iterator[Task]:
         yield Task("bearing", self._solve)
