@@ -84,7 +84,7 @@ STUDIES = {
     "bearing": (
         "bearing",
         "Bearing",
-        "Load on the rolling elements of a gear's bearing, and its stiffness.",
+        "Load on a bearing's balls or rollers, and its stiffness.",
     ),
     "export": (
         "export",

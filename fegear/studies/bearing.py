@@ -39,6 +39,7 @@ from lumped.bearings.kinematics import (
 from lumped.bearings.load_integral import max_element_load
 from lumped.bearings.rolling import BallBearing, RollerBearing
 from lumped.bearings.statics import MIN_LOAD, load_distribution, mean_support
+from lumped.common.checks import require_present
 from lumped.common.options import Range
 from lumped.train.rolling_supports import bearing_loads
 
@@ -53,7 +54,7 @@ class Bearing(
     command="bearing",
     example="bearing pair.toml --gear pinion --load 1000 --plot bearing.png",
 ):
-    """Load on the rolling elements of a gear's bearing, and its stiffness.
+    """Load on a bearing's balls or rollers, and its stiffness.
 
     Ball and roller bearings under a radial load, with clearance.
     """
@@ -112,8 +113,7 @@ class Bearing(
 
     def _solve(self, job: Job) -> BearingResult:
         gears, index = self.gears, self.index
-        bearing = gears.gears[index].rolling_bearing
-        assert bearing is not None
+        bearing = require_present(gears.gears[index].rolling_bearing, "bearing")
         direction, load = 0.0, self.load
         if load is None:
             torque = chosen_torque(gears, self.torque)

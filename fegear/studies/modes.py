@@ -78,9 +78,9 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     @property
     def load(self) -> float | None:
         """Torque on the input gear [N m], None where nothing depends on it."""
-        given = all(mesh.mean_stiffness for mesh in self.gears.meshes)
+        complete = all(mesh.mean_stiffness for mesh in self.gears.meshes)
         rolling = any(gear.rolling_bearing for gear in self.gears.gears)
-        if self.stiffness != "given" or not given or (self.translations and rolling):
+        if self.stiffness != "given" or not complete or (self.translations and rolling):
             return chosen_torque(self.gears, self.torque)
         if self.torque is not None:
             reason = f"{self.gears.name} gives all mean stiffnesses, use "

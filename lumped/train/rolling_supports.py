@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.bearings.kinematics import cage_over_shaft
 from lumped.bearings.rolling import BallBearing, RollerBearing
 from lumped.bearings.statics import MIN_LOAD, RingSupport, mean_support
-from lumped.common.checks import check_arguments
+from lumped.common.checks import check_arguments, require_present
 from lumped.kernels.arrays import BearingSamples, ExcitationSamples, ModalSystem
 from lumped.train.coordinates import rigid_groups, train_coordinates
 from lumped.train.modes import Modes
@@ -65,8 +65,7 @@ def linearise_bearings(train: Train) -> Train:
 
 
 def _with_springs(gear: Gear, load: Array) -> Gear:
-    bearing = gear.rolling_bearing
-    assert bearing is not None
+    bearing = require_present(gear.rolling_bearing, "rolling_bearing")
     support = mean_support(bearing, float(np.hypot(*load)))
     return replace(
         gear,
@@ -279,9 +278,9 @@ def bearing_rows(modes: Modes, gear: int) -> Array:
 
 def _reference(gear: Gear) -> Array:
     """Stiffness matrix (2, 2) of a gear's springs [N/m]."""
-    assert gear.bearing_stiffness is not None
     angle = gear.bearing_direction
     axes = np.array(
         [[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]]
     )
-    return np.asarray(axes.T @ np.diag(gear.bearing_stiffness) @ axes)
+    springs = require_present(gear.bearing_stiffness, "bearing_stiffness")
+    return np.asarray(axes.T @ np.diag(springs) @ axes)
