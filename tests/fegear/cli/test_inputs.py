@@ -1087,6 +1087,8 @@ OTHER_BEARING = {
     "outer_waviness_um": [0.0, 0.0, 0.5],
     "contact_stiffness_N_per_m_n": 1e10,
 }
+# of the cage; that of a line contact has no part in its stiffness
+KINEMATIC = {"pitch_diameter_mm", "roller_diameter_mm"}
 OTHER_BALLS = OTHER_BEARING | {
     "balls": 8,
     "ball_diameter_mm": 7.5,
@@ -1133,7 +1135,9 @@ GEAR_KEYS = {
     "bearing_kx_N_per_m": Key(5e8, (PLANE,), TRAIN, entry=2),
     "bearing_ky_N_per_m": Key(5e8, (PLANE,), TRAIN, entry=2),
     **{
-        f"{kind}.{name}": Key(other, (BEARING, PLANE), tables)
+        f"{kind}.{name}": Key(
+            other, (BEARING,) if name in KINEMATIC else (BEARING, PLANE), tables
+        )
         for kind, tables, values in (
             ("ball_bearing", ROLLING, OTHER_BALLS),
             ("roller_bearing", ROLLED, OTHER_ROLLERS),
