@@ -37,7 +37,7 @@ from lumped.bearings.kinematics import (
     inner_ball_pass_over_shaft,
 )
 from lumped.bearings.load_integral import max_element_load
-from lumped.bearings.rolling import BallBearing, RollerBearing
+from lumped.bearings.rolling import RollingBearing
 from lumped.bearings.statics import MIN_LOAD, load_distribution, mean_support
 from lumped.common.checks import require_present
 from lumped.common.options import Range
@@ -126,7 +126,7 @@ class Bearing(
 def solve_bearing(
     study: Bearing,
     gear: str,
-    bearing: BallBearing | RollerBearing,
+    bearing: RollingBearing,
     load: float,
     direction: float,
 ) -> BearingResult:
@@ -184,7 +184,7 @@ def solve_bearing(
 
 
 def _pressure_warnings(
-    gear: str, bearing: BallBearing | RollerBearing, pressure: float
+    gear: str, bearing: RollingBearing, pressure: float
 ) -> Iterator[str]:
     if bearing.contact_stiffness is None and pressure > bearing.max_pressure:
         yield with_code(

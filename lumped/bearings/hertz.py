@@ -10,9 +10,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipkm1
-
 POINT_EXPONENT, LINE_EXPONENT = 3.0 / 2.0, 10.0 / 9.0
 MAX_ELLIPTICITY = 1e4
 PALMGREN = 3.84e-5  # mm at 1 N on a roller of 1 mm and the modulus below
@@ -69,6 +66,8 @@ def elliptic_contact(rolling: float, transverse: float) -> EllipticContact:
     rolling : along the direction of rolling
     transverse : across it
     """
+    from scipy.optimize import brentq
+
     difference = abs(rolling - transverse) / (rolling + transverse)
 
     def excess(ellipticity: float) -> float:
@@ -85,6 +84,8 @@ def elliptic_contact(rolling: float, transverse: float) -> EllipticContact:
 
 
 def _integrals(ellipticity: float) -> tuple[float, float]:
+    from scipy.special import ellipe, ellipkm1
+
     complement = 1.0 / ellipticity**2
     return float(ellipkm1(complement)), float(ellipe(1.0 - complement))
 
