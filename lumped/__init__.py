@@ -2,6 +2,7 @@
 
 from lumped.attractors.attractor_sweeps import sweep_attractors
 from lumped.attractors.attractors import Attractor, find_attractor
+from lumped.bearings.rolling import BallBearing, RollerBearing, Waviness
 from lumped.steady.respond import respond, respond_with_history
 from lumped.steady.response import History, Response, Status
 from lumped.steady.settings import Settings
@@ -14,6 +15,7 @@ from lumped.train.excitation import (
 )
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.pitch_errors import pair_errors
+from lumped.train.rolling_supports import linearise_bearings
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable, read_table, write_table
 from lumped.train.train import Carrier, Gear, Mesh, Shaft, Train, TrainError
@@ -21,6 +23,7 @@ from lumped.train.waves import Wave
 
 __all__ = [
     "Attractor",
+    "BallBearing",
     "Branch",
     "Carrier",
     "Gear",
@@ -32,6 +35,7 @@ __all__ = [
     "Modes",
     "PairExcitation",
     "Response",
+    "RollerBearing",
     "Settings",
     "Shaft",
     "Status",
@@ -39,9 +43,11 @@ __all__ = [
     "Train",
     "TrainError",
     "Wave",
+    "Waviness",
     "analytic_excitation",
     "excitation_from_table",
     "find_attractor",
+    "linearise_bearings",
     "natural_modes",
     "pair_errors",
     "read_table",

@@ -28,6 +28,7 @@ ALLOWED = {
     "fegear": {
         "fegear",
         "meshes",
+        "lumped.bearings",
         "lumped.common.compiled",
         "lumped.kernels.elimination",
         "lumped.common.checks",
@@ -42,6 +43,7 @@ ALLOWED = {
         "lumped.train.analytic",
         "lumped.figures.drawing",
         "lumped.train.pitch_errors",
+        "lumped.train.rolling_supports",
     },
     "fegear.train": {"fegear", "lumped"},
     "fegear.files": {"fegear", "lumped"},

@@ -27,6 +27,7 @@ COMMANDS = {  # in the order of the help
     "Statics": (
         *("stiffness", "compare", "identify", "relief", "tolerances", "render"),
         "sharing",
+        "bearing",
     ),
     "Vibration": (
         *("modes", "theory", "sweep", "motion", "branches", "bifurcations", "map"),

@@ -23,6 +23,7 @@ UNITS = {
     "kg_per_m3": "kg/m3",
     "N_per_mm3": "N/mm3",
     "Ns_per_m": "N s/m",
+    "N_per_m_n": "N/m^n",
     "N_per_m": "N/m",
     "m_per_N": "m/N",
     "m_per_s": "m/s",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fegear.files.errors import InputError
+from fegear.gearset.bearing_keys import rolling_bearing
 from fegear.gearset.carriers import carrier_inferences, carrier_of
 from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief, Shaft
@@ -119,6 +120,7 @@ def _gear(blank: Blank, teeth: SpurGear) -> Gear:
     entry = blank.entry
     name, material = _material(entry)
     kx, ky = entry.bearing_kx_N_per_m, entry.bearing_ky_N_per_m
+    rolling = rolling_bearing(entry.name, entry.ball_bearing, entry.roller_bearing)
     return Gear(
         name=entry.name,
         geometry=teeth,
@@ -132,6 +134,7 @@ def _gear(blank: Blank, teeth: SpurGear) -> Gear:
         mass=entry.mass_kg,
         pitch_errors=tuple(error * UM for error in entry.pitch_errors_um or ()),
         bearing_stiffness=None if kx is None or ky is None else (kx, ky),
+        rolling_bearing=rolling,
         coupling_stiffness=entry.coupling_stiffness_Nm_per_rad,
     )
 

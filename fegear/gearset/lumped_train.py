@@ -16,6 +16,7 @@ from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.model import GearSet, PlanetCarrier
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import external_torques, power_path
+from lumped.train.rolling_supports import linearise_bearings
 
 DAMPING_RATIO = 0.04  # where neither the caller nor the gear set says otherwise
 
@@ -31,19 +32,21 @@ def train_of(
     torque : on the input gear, in its sense of rotation [N m]; what the last driven
         gear takes resists it, all gears between are free. Both balance without
         friction, see `with_efficiency`
-    translations : gears with bearings move in the plane; else no centre moves
+    translations : gears with bearings move in the plane; else no centre moves. Those
+        on rolling bearings also have the bearings' stiffnesses under load
     damping_ratio : of every mode, in place of the gear set's
     """
     carrier = gear_set.carrier
     bodies = *gear_set.gears, *((carrier,) if carrier else ())
-    if translations and not any(body.bearing_stiffness for body in bodies):
+    rolling = any(gear.rolling_bearing for gear in gear_set.gears)
+    if translations and not rolling and not any(b.bearing_stiffness for b in bodies):
         raise InputError(
             f"{gear_set.name}: no gear has bearing_kx_N_per_m and bearing_ky_N_per_m; "
             "at least one is needed for translations"
         )
     torques = external_torques(gear_set, torque)
     try:
-        return lumped.Train(
+        train = lumped.Train(
             gears=tuple(
                 _lumped_gear(gear_set, index, torques[index], translations)
                 for index in range(len(gear_set.gears))
@@ -55,6 +58,7 @@ def train_of(
             if carrier
             else None,
         )
+        return linearise_bearings(train) if translations else train
     except lumped.TrainError as error:
         raise InputError(f"{gear_set.name}: {error}") from None
 
@@ -90,6 +94,7 @@ def _lumped_gear(
         inertia=inertia_of(gear),
         mass=mass_of(gear),
         bearing_stiffness=gear.bearing_stiffness if translations else None,
+        rolling_bearing=gear.rolling_bearing if translations else None,
         coupling_stiffness=gear.coupling_stiffness,
         torque=torque,
         is_held=carrier is not None and carrier.is_held(index),

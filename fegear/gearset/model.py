@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from fegear.files.errors import InputError
 from fegear.gearset.members import Member, Members
+from lumped.bearings.rolling import BallBearing, RollerBearing
 from lumped.common.checks import is_number, require_fields
 from meshes import GearPair, SpurGear
 
@@ -32,6 +33,7 @@ class Gear:
         carries load in the gear's first mesh [m], or empty; positive opens a gap
     inertia, mass : as given [kg m2], [kg]; see `inertia_of` and `mass_of`
     bearing_stiffness : kx, ky [N/m], or None for a centre that does not move
+    rolling_bearing : in place of a bearing_stiffness, or None
     coupling_stiffness : torsional, to ground [N m/rad]
     """
 
@@ -47,6 +49,7 @@ class Gear:
     mass: float | None = None
     pitch_errors: tuple[float, ...] = ()
     bearing_stiffness: tuple[float, float] | None = None
+    rolling_bearing: BallBearing | RollerBearing | None = None
     coupling_stiffness: float = 0.0
 
     def __post_init__(self) -> None:

@@ -18,6 +18,7 @@ from pydantic import (
     model_validator,
 )
 
+from fegear.gearset.bearing_keys import BallBearingEntry, RollerBearingEntry
 from fegear.gearset.materials import STEEL, material_names, require_material
 from fegear.gearset.members import MAX_PLANETS, Member
 from fegear.gearset.model import Interpolation, ReliefShape
@@ -102,6 +103,8 @@ MATERIAL_KEYS = ("young_modulus_GPa", "poisson_ratio", "density_kg_per_m3")
 START_KEYS = ("length_pitches", "start_roll_angle_deg", "start")
 SPACING_KEYS = ("center_distance_mm", "operating_pressure_angle_deg")
 POINT_KEYS = ("roll_angle_deg", "diameter_mm")
+BEARING_KEYS = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
+ROLLING_KEYS = ("ball_bearing", "roller_bearing")
 # Groups of sets of keys that say the same thing: a key replaces those of other sets.
 ALTERNATIVES = (
     *(tuple((key,) for key in keys) for keys in (TIP_KEYS, (*HUB_KEYS, RIM_KEY))),
@@ -109,6 +112,7 @@ ALTERNATIVES = (
     *(tuple((key,) for key in keys) for keys in (START_KEYS, SPACING_KEYS)),
     *((("file",), (key,)) for key in (*POINT_KEYS, "deviation_um")),
     tuple((key,) for key in POINT_KEYS),
+    (BEARING_KEYS, *((key,) for key in ROLLING_KEYS)),
 )
 # of bores and of measures over teeth, which internal gears have not; and the reverse
 INTERNAL_LACKS = (*HUB_KEYS, *SPAN_KEYS, *PIN_KEYS)
@@ -117,7 +121,6 @@ RIM_STIFFNESS_KEYS = (
     "rim_tangential_stiffness_N_per_mm3",
 )
 EXTERNAL_LACKS = (RIM_KEY, *RIM_STIFFNESS_KEYS, "cutter_teeth")
-BEARING_KEYS = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
 
 
 def replaced_keys(key: str) -> set[str]:
@@ -268,6 +271,15 @@ class GearDefaults(Keys):
         description="Stiffness of the bearing along y; without it the centre does not "
         "move.",
     )
+    ball_bearing: BallBearingEntry | None = Field(
+        default=None,
+        description="Ball bearing of the gear, instead of bearing_kx_N_per_m and "
+        "bearing_ky_N_per_m.",
+    )
+    roller_bearing: RollerBearingEntry | None = Field(
+        default=None,
+        description="Cylindrical roller bearing of the gear, instead of ball_bearing.",
+    )
     coupling_stiffness_Nm_per_rad: Annotated[float, Field(ge=0.0, le=1e15)] = Field(
         default=0.0, description="Torsional stiffness of a spring to ground."
     )
@@ -298,6 +310,7 @@ class GearEntry(GearDefaults):
         require_exactly_one(self, *((RIM_KEY,) if self.internal else HUB_KEYS))
         for keys in (BEARING_KEYS, SPAN_KEYS, PIN_KEYS, RIM_STIFFNESS_KEYS):
             require_all_or_none(self, *keys)
+        require_at_most_one(self, BEARING_KEYS[0], *ROLLING_KEYS)
         return self
 
     @model_validator(mode="after")

@@ -81,6 +81,11 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and the meshes they strain.",
     ),
+    "bearing": (
+        "bearing",
+        "Bearing",
+        "Load on a bearing's balls or rollers, and its stiffness.",
+    ),
     "export": (
         "export",
         "ModelExport",

@@ -211,7 +211,7 @@ class BifurcationsProblem(ParametricProblem):
     def tasks(self) -> Iterator[Task]:
         study, values = self.study, self.study.over.values
         self._require_few()
-        require_method(self.model, study.integration)
+        require_method(self.model, study.integration, self.gears)
         for value in (min(values), max(values)):
             self.system_at(value)  # so that limits that cannot be are named at once
         for direction in study.directions:

@@ -144,6 +144,7 @@ class Dynamics(
         """The lumped model 1, whose modes and tables the finite elements share."""
         return LumpedModel(
             translations=self.translations,
+            bearings="linear",
             damping_ratio=self.damping_ratio,
             stiffness=self.source,
         )

@@ -30,6 +30,7 @@ from fegear.studies.study import (
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
+    BEARINGS,
     COUPLED,
     FREQUENCY,
     MOVING,
@@ -104,7 +105,8 @@ class Map(
     )
     rpm: tuple[float, ...] = rpms_setting("--at if it is one, or of --band")
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(COUPLED | MOVING)
+    has_rolling = True
+    model: LumpedModel = lumped_model(COUPLED | MOVING | BEARINGS)
     integration: Settings = lumped_integration()
 
     def __post_init__(self) -> None:
@@ -150,7 +152,7 @@ class MapProblem(ParametricProblem):
         yield Task("points", self._computed)
 
     def _computed(self, job: Job) -> MapResult:
-        require_method(self.model, self.study.integration)
+        require_method(self.model, self.study.integration, self.gears)
         compute = partial(job.compute, "points")
         evaluate = self._evaluation(job.stop_event)
         empty = ParameterMap(self.study.axes, len(self.gears.meshes), self._header)

@@ -97,9 +97,9 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     @property
     def load(self) -> float | None:
         """Torque on the input gear [N m], None where nothing depends on it."""
-        if self.stiffness != "given" or not all(
-            mesh.mean_stiffness for mesh in self.gears.meshes
-        ):
+        complete = all(mesh.mean_stiffness for mesh in self.gears.meshes)
+        rolling = any(gear.rolling_bearing for gear in self.gears.gears)
+        if self.stiffness != "given" or not complete or (self.translations and rolling):
             return chosen_torque(self.gears, self.torque)
         if self.torque is not None:
             reason = f"{self.gears.name} gives all mean stiffnesses, use "
@@ -122,7 +122,10 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     def _under_load(self, load: float | None, job: Job) -> ModesResult:
         torque = load or 0.0
         coupled = LumpedModel(
-            number="coupled", translations=self.translations, stiffness=self.source
+            number="coupled",
+            translations=self.translations,
+            bearings="linear",
+            stiffness=self.source,
         )
         system = lumped_system(self.gears, torque, coupled)
         origin = f"tangent of the coupled model at {torque:g} N m on the input gear"

@@ -31,9 +31,15 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainFacts, TrainProblem, bodies_described
+from fegear.studies.train_problem import (
+    TrainFacts,
+    TrainProblem,
+    bearing_notes,
+    bodies_described,
+)
 from fegear.studies.trains import (
     AUTO,
+    BEARINGS,
     FREQUENCY,
     MOVING,
     TrainStudy,
@@ -123,7 +129,8 @@ class Motion(
     )
     from_rpm: float | None = rpm_setting("--from-speed")
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(AUTO | MOVING, "auto")
+    has_rolling = True
+    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto")
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 
@@ -159,7 +166,7 @@ class MotionProblem(TrainProblem):
     @cached_property
     def system(self) -> LumpedSystem:
         """The train at the torque."""
-        require_method(self.model, self.study.integration)
+        require_method(self.model, self.study.integration, self.gears)
         return lumped_system(self.gears, self.single_torque, self.model)
 
     def tasks(self) -> Iterator[Task]:
@@ -208,7 +215,10 @@ class MotionProblem(TrainProblem):
                 "speed_Hz": format_exact(study.frequency),
                 **study.gear_set.entries,
             },
-            notes=(self.reason,) if self.reason else (),
+            notes=(
+                *((self.reason,) if self.reason else ()),
+                *bearing_notes(motion.system),
+            ),
             warnings=(
                 *self.warnings_at_rest(systems, (study.frequency,)),
                 *truncation_warnings(checks),

@@ -25,9 +25,15 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainFacts, TrainProblem, bodies_described
+from fegear.studies.train_problem import (
+    TrainFacts,
+    TrainProblem,
+    bearing_notes,
+    bodies_described,
+)
 from fegear.studies.trains import (
     AUTO,
+    BEARINGS,
     MOVING,
     TrainStudy,
     chosen_torques,
@@ -129,7 +135,8 @@ class Sweep(
     }
 
     torque: tuple[float, ...] = torques_setting()
-    model: LumpedModel = lumped_model(AUTO | MOVING, "auto")
+    has_rolling = True
+    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto")
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 
@@ -146,7 +153,7 @@ class SweepProblem(TrainProblem):
     @cached_property
     def systems(self) -> dict[float, LumpedSystem]:
         """The train by its torque on the input gear [N m]."""
-        require_method(self.model, self.study.integration)
+        require_method(self.model, self.study.integration, self.gears)
         arguments = self.model, self.model.excitations
         return {
             torque: lumped_system(self.gears, torque, *arguments)
@@ -201,7 +208,10 @@ class SweepProblem(TrainProblem):
             | entries
             | study.gear_set.entries,
             cycles_per_turn=cycles_per_turn(self.gears),
-            notes=(self.reason,) if self.reason else (),
+            notes=(
+                *((self.reason,) if self.reason else ()),
+                *bearing_notes(system),
+            ),
             warnings=(
                 *self.warnings_at_rest(self.systems, self.frequencies),
                 *sweep_warnings(self.gears, branches),

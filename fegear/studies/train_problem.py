@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
+from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
@@ -24,12 +26,17 @@ from fegear.studies.table import Table
 from fegear.studies.trains import SOURCE, TrainStudy, chosen_torque
 from fegear.train.lumped_models import LumpedModel, resolve_model, static_warnings
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
+from lumped.bearings.kinematics import ball_pass_over_shaft
 from lumped.steady.settings import Settings
+from lumped.train.rolling_supports import bearing_loads
 from lumped.train.system import LumpedSystem
 
 MODIFICATION_KEY = re.compile(r"_relief|[._]profile(\.|$)")
 STIFFNESS_KEYS = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
-TRANSLATION_KEYS = "mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"
+TRANSLATION_KEYS = {
+    *("mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"),
+    *("ball_bearing", "roller_bearing"),
+}
 SETTING_OF_KEY = {
     "load.torques_Nm": "torque",
     "dynamics.damping_ratio": "damping_ratio",
@@ -83,7 +90,10 @@ class TrainProblem(Problem):
         gears = edited_gears(study)
         integration = getattr(study, "integration", None)
         method = integration.method if isinstance(integration, Settings) else "rk4"
-        model, reason = resolve_model(_with_tables(study, gears), gears, method)
+        model = _with_tables(study, gears)
+        if not study.has_rolling:
+            model = replace(model, bearings="linear")
+        model, reason = resolve_model(model, gears, method)
         return cls(study, gears=gears, model=model, reason=reason)
 
     @property
@@ -130,6 +140,26 @@ class TrainProblem(Problem):
         for torque in systems:
             yield from table_warnings(self.model.stiffness, self.gears, torque)
         yield from static_warnings(systems)
+
+
+def bearing_notes(system: LumpedSystem) -> Iterator[str]:
+    """A line on each rolling bearing whose rolling elements carry the gear."""
+    rolling = system.rolling
+    if rolling is None:
+        return
+    loads = bearing_loads(system.train)
+    for gear, bearing, rate in zip(
+        rolling.gears, rolling.bearings, rolling.rates, strict=True
+    ):
+        part = system.train.gears[gear]
+        along, across = part.bearing_stiffness or (math.nan, math.nan)
+        passes = ball_pass_over_shaft(bearing) * abs(rate) / (2.0 * math.pi)
+        yield with_code(
+            "E24",
+            f"{part.name} on {bearing.elements} {bearing.noun}s under "
+            f"{math.hypot(*loads[gear]):.4g} N: {along:.4g} N/m along the load, "
+            f"{across:.4g} N/m across; ball pass at {passes:.6g} of the mesh frequency",
+        )
 
 
 def edited_gears(study: TrainStudy) -> GearSet:
@@ -186,7 +216,7 @@ def refuse_edits(
             reason = "finite elements or a table take its place, leave it out"
             if "kind" in options:
                 reason += f" or choose another {display_name(study, 'kind')}"
-        elif name in TRANSLATION_KEYS and not translations:
+        elif TRANSLATION_KEYS.intersection(key.split(".")) and not translations:
             reason = "changes nothing here"
             if "translations" in options:
                 reason = (

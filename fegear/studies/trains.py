@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeVar, get_args
+from typing import Any, ClassVar, TypeVar, get_args
 
 from fegear.boundary import require_gear_set
 from fegear.files.contents import exact_repr
@@ -34,7 +34,12 @@ from fegear.studies.study import (
     require_settings,
     setting,
 )
-from fegear.train.lumped_models import COUPLED_MODEL, SPRING_MODELS, LumpedModel, Number
+from fegear.train.lumped_models import (
+    COUPLED_MODEL,
+    SPRING_MODELS,
+    LumpedModel,
+    Number,
+)
 from lumped.common.options import Range
 from lumped.steady.settings import Settings
 
@@ -342,15 +347,21 @@ MOVING = SLIDING | expose(
 )
 
 
+BEARINGS = expose("bearings", bearings=Setting(option="--bearings"))
+
+
 def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
     if model.number != "coupled":
         yield "without", "needs {number} coupled"
     if model.sliding != "instantaneous":
         yield "transition", "needs {sliding} instantaneous"
+    if not model.translations:
+        yield "bearings", "needs {translations}"
 
 
 def lumped_model(
-    offers: Mapping[str, Setting | SettingsGroup], number: Number = 1
+    offers: Mapping[str, Setting | SettingsGroup],
+    number: Number = 1,
 ) -> Any:
     """A field for a lumped model with these settings; number : by default."""
     default = LumpedModel(number=number)
@@ -394,7 +405,12 @@ class TrainStudy:
     """Settings of all studies of a lumped train; `model` is a `lumped_model` field.
 
     Where the command reads mesh tables, `table` is declared by `tables_setting`.
+
+    has_rolling : whether its motions may be those on rolling bearings, which have no
+        common period; otherwise bearings are linear
     """
+
+    has_rolling: ClassVar[bool] = False
 
     gear_set: GearSetRef
     model: LumpedModel

@@ -28,6 +28,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from fegear.studies.trains import GearSetRef
 from lumped.common.compiled import CACHE_SUFFIX, CompileCount, kernel_cache
 
 if TYPE_CHECKING:
@@ -82,6 +83,17 @@ def _springs() -> Iterator[Study]:
     yield _damped(model)
     over = {"over": "friction=0:0.1:2", "speeds": "1400:1500:100"}
     yield _study("stability", gear_set=PAIR, model=replace(model, bending=0.4), **over)
+
+
+def _bearings() -> Iterator[Study]:
+    stiffness = fegear.StiffnessSource(kind="rectangular")
+    model = fegear.LumpedModel(
+        number=1, stiffness=stiffness, translations=True, bearings="rolling"
+    )
+    edits = ("gear.1.ball_bearing={balls=9,ball_diameter_mm=8,pitch_diameter_mm=39}",)
+    gear_set = GearSetRef(name=PAIR, edits=edits)
+    at = {"gear_set": gear_set, "torque": [100.0], "speeds": [SPEED]}
+    yield _study("sweep", model=model, **at)
 
 
 def _adaptive() -> Iterator[Study]:
@@ -150,6 +162,7 @@ USES: Mapping[str, tuple[int, Callable[[], Iterator[Study]]]] = {
     "elements": (2, _elements),
     "clatter": (3, _clatter),
     "adaptive": (1, _adaptive),
+    "bearings": (1, _bearings),
     "statics": (1, _statics),
     "rattle": (6, _rattle),
 }

@@ -41,6 +41,7 @@ from lumped.train.friction import Sliding, ToothFriction, with_bending
 from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.path_load_curves import path_load_curves
 from lumped.train.position_errors import with_gap
+from lumped.train.rolling_supports import without_rolling_bearings
 from lumped.train.system import LumpedSystem
 from lumped.train.table import pair_names
 from lumped.train.train import TrainError
@@ -73,7 +74,9 @@ COUPLED_MODEL = (
 AUTO_MODEL = (
     "auto: coupled, or 1 where friction, given stiffness or mesh tables need it"
 )
+Bearings = Literal["rolling", "linear"]
 BendingRatio = float | Mapping[int, Wave]
+LINEAR_ONLY = "the coupled model has linear bearings only"
 RATIO = "friction_bending_ratio"  # column of a mesh table
 
 
@@ -94,6 +97,11 @@ class LumpedModel:
         False,
         "Let gears with bearing stiffnesses move in the plane; by default all gears "
         "only rotate.",
+    )
+    bearings: Bearings = option(
+        "rolling",
+        "Ball and roller bearings of gears that move in the plane. rolling: force of "
+        "all rolling elements, whose cage rotates; linear: stiffness under load.",
     )
     damping_ratio: float | None = option(
         None,
@@ -246,8 +254,12 @@ def lumped_system(
     source = excitations or model.excitations
     contact_source = None
     if model.number == "coupled":
+        if has_rolling_bearings(model, gear_set):
+            raise InputError(f"{gear_set.name}: {LINEAR_ONLY}, use bearings = linear")
         contact_source = _known_contacts(gear_set, model, source)
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
+    if model.bearings == "linear":
+        train = without_rolling_bearings(train)
     on_meshes = mesh_torques_at(gear_set, torque)
     driven = tuple(
         source.mesh_excitation(gear_set, mesh, on_mesh, model.springs)
@@ -319,11 +331,32 @@ def resolve_model(
     return replace(model, number="coupled"), reason
 
 
+def has_rolling_bearings(model: LumpedModel, gear_set: GearSet) -> bool:
+    """Whether gears move on ball or roller bearings that are not made linear.
+
+    Parameters
+    ----------
+    model : LumpedModel
+        Model of the train.
+    gear_set : GearSet
+        Its gears.
+
+    Returns
+    -------
+    bool
+        True if the force of a bearing is that of its rolling elements.
+    """
+    rolling = any(gear.rolling_bearing for gear in gear_set.gears)
+    return model.translations and model.bearings == "rolling" and rolling
+
+
 def _needs_model_1(model: LumpedModel, gear_set: GearSet, method: Method) -> str:
     """Why a gear set cannot have the coupled model, empty if it can."""
     source = model.stiffness
     if model.friction:
         return "the coupled model has no friction"
+    if has_rolling_bearings(model, gear_set):
+        return LINEAR_ONLY
     if method != "rk4":
         return f"the coupled model has no integration by {method}"
     if isinstance(source, StiffnessSource) and source.kind != "fe":
@@ -559,12 +592,16 @@ def shares_a_gear(gear_set: GearSet) -> bool:
     return len(set(places)) < len(places)
 
 
-def require_method(model: LumpedModel, settings: Settings) -> None:
-    """Adaptive steps end where springs open; the coupled model has none."""
-    if model.number == "coupled" and settings.method != "rk4":
+def require_method(model: LumpedModel, settings: Settings, gear_set: GearSet) -> None:
+    """Adaptive steps end where springs open, of springs and teeth alone."""
+    if settings.method == "rk4":
+        return
+    if model.number == "coupled":
         raise InputError(
             f"method = {settings.method}; the coupled model takes rk4 only"
         )
+    if has_rolling_bearings(model, gear_set):
+        raise InputError(f"method = {settings.method}; rolling bearings take rk4 only")
 
 
 def body_modes_warnings(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[str]:
@@ -749,10 +786,17 @@ def file_header(
         **model.stiffness.header,
         "damping ratio": format_exact(damping_ratio),
         "translations": "yes" if model.translations else "no",
+        **_bearings(gear_set, model),
         **_friction(model),
         "integration": integration,
         **_pitch_errors(gear_set),
     }
+
+
+def _bearings(gear_set: GearSet, model: LumpedModel) -> dict[str, str]:
+    """How ball and roller bearings are modelled, where gears move on some."""
+    rolling = any(gear.rolling_bearing for gear in gear_set.gears)
+    return {"bearings": model.bearings} if rolling and model.translations else {}
 
 
 def _friction(model: LumpedModel) -> dict[str, str]:

@@ -14,6 +14,9 @@ Array = NDArray[Any]
 R = TypeVar("R", bound=tuple[Any, ...])
 PHASE, RATE, OFFSET = 0, 1, 2  # columns of Pieces.pair_positions
 FIRST_ROW, SHAPES, FIRST_OFFSET, OFFSETS, PITCH, ROW = range(6)  # of Pieces.pitches
+# columns of BearingSamples.parameters and of its waves
+COEFFICIENT, EXPONENT, FREE_GAP, RUNOUT, CAGE_RATIO = range(5)
+ORDER, AMPLITUDE, WAVE_PHASE, ON_INNER = range(4)
 PERIOD, MULTIPLE, STREAK = range(3)  # of Convergence.counts
 
 
@@ -83,6 +86,36 @@ class FrictionSamples(NamedTuple):
     sliding_rate: Array
     reversible: Array
     transition: Array
+
+
+class BearingSamples(NamedTuple):
+    """Samples of a train with b rolling bearings of e elements in all.
+
+    The system has b coordinates without inertia forces behind those of its modes: the
+    rotations of the inner rings [rad].
+
+    rows (b, 2, n + b) displacement of each ring along x and y per coordinate
+    reference (b, 2, 2) stiffness that is included in the rigidity [N/m]
+    parameters (b, 5) load of an element over its approach to the power of the exponent,
+        exponent, approach of centred rings at which an element is loaded [m],
+        eccentricity of the inner race [m], rotation of the cage over that of the ring
+    first_element (b + 1,); angles, cosines, sines (e,) of the elements on their cages
+    first_wave (b + 1,); waves (w, 4) order, amplitude [m], phase [rad], and 1 if on the
+        inner race, else 0
+    """
+
+    h: Array
+    stiffness: Array
+    gap: Array
+    rows: Array
+    reference: Array
+    parameters: Array
+    first_element: Array
+    angles: Array
+    cosines: Array
+    sines: Array
+    first_wave: Array
+    waves: Array
 
 
 class Pieces(NamedTuple):

@@ -11,7 +11,13 @@ from typing import Any
 import numpy as np
 
 from lumped.common.compiled import compiled, dispatch_by_record, inlined
-from lumped.kernels.arrays import ExcitationSamples, FrictionSamples, VariedSteps
+from lumped.kernels.arrays import (
+    BearingSamples,
+    ExcitationSamples,
+    FrictionSamples,
+    VariedSteps,
+)
+from lumped.kernels.bearing_force import record_bearings, set_bearing_acceleration
 from lumped.kernels.convergence import (
     FINISHED,
     NOT_FINITE,
@@ -39,12 +45,15 @@ def record_springs(system, samples, k, q, v, out):
 def set_acceleration(system, steps, instant, q, v, a, s):
     """Modal accelerations (n,) and mesh deflections (m,) at an instant.
 
-    Of springs along Samples, of springs with friction along FrictionSamples, of springs
-    and small changes of the motion along VariedSteps.
+    Of springs along Samples, of springs with friction along FrictionSamples, with
+    rolling bearings along BearingSamples, of springs and small changes of the motion
+    along VariedSteps.
     """
     kernel: Any = set_spring_acceleration
     if isinstance(steps, FrictionSamples):
         kernel = set_friction_acceleration
+    elif isinstance(steps, BearingSamples):
+        kernel = set_bearing_acceleration
     elif isinstance(steps, VariedSteps):
         kernel = set_varied_acceleration
     kernel(system, steps, instant, q, v, a, s)
@@ -55,6 +64,8 @@ def record_row(system, steps, k, q, v, out):
     kernel: Any = record_springs
     if isinstance(steps, FrictionSamples):
         kernel = record_friction
+    elif isinstance(steps, BearingSamples):
+        kernel = record_bearings
     kernel(system, steps, k, q, v, out)
 
 
@@ -63,6 +74,7 @@ dispatch_by_record(
     {
         ExcitationSamples: set_spring_acceleration,
         FrictionSamples: set_friction_acceleration,
+        BearingSamples: set_bearing_acceleration,
         VariedSteps: set_varied_acceleration,
     },
 )
@@ -71,6 +83,7 @@ dispatch_by_record(
     {
         ExcitationSamples: record_springs,
         FrictionSamples: record_friction,
+        BearingSamples: record_bearings,
     },
 )
 

@@ -52,6 +52,9 @@ class History:
     friction : (t, 3, p) array or None
         Normal force [N], sliding speed [m/s] and dissipated power [W] of p tooth pairs
         with friction, 0 where teeth are apart.
+    bearings : (t, b, 4) array or None
+        Displacement along x and y [m] of the rings of b rolling bearings, and the force
+        of the ring on its rolling elements along x and y [N].
     """
 
     time: Array
@@ -63,6 +66,7 @@ class History:
     force_before: Array
     contacts: Array | None = field(default=None, kw_only=True)
     friction: Array | None = field(default=None, kw_only=True)
+    bearings: Array | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,8 +31,11 @@ Callback = Callable[[float, int], None]  # (frequency [Hz], common periods passe
 # Largest number of periods that a motion may take to settle
 MAX_SETTLING_PERIODS = 200_000
 MIN_COUPLED_PERIODS = 400  # least periods of the coupled model, whose slow motions leap
+MIN_ROLLING_PERIODS = 200  # least periods on rolling bearings
 MIN_WINDOWS = 4  # least number of windows for a long common period
 WINDOW_PERIODS = 2_000  # most periods of the first mesh in more than MIN_WINDOWS
+# Periods of the first mesh in a window on rolling bearings, and in all windows
+ROLLING_WINDOW_PERIODS, ROLLING_PERIODS = 64, 256
 # Cycles of the first mesh after which nothing repeats by chance
 LONG_COMMON_PERIOD = 100
 JUMP_RTOL = 0.25  # relative change of an RMS from speed to speed that may be a jump
@@ -140,8 +143,10 @@ def steady_state(
             convergence = stepper.new_convergence(now, settings)
         speed = Speed(frequency, settings, partial(callback, frequency))
         now, multiple = _settle(stepper, now, speed, convergence)
-        periods = multiple or max(1, settings.multiples // system.repetitions)
-        count = 1 if multiple else count_windows(settings.windows, periods * length)
+        periods = multiple or window_length(system, settings)
+        total = WINDOW_PERIODS if system.rolling is None else ROLLING_PERIODS
+        windows = count_windows(settings.windows, periods * length, total)
+        count = 1 if multiple else windows
         quantities: list[dict[str, Array]] = []
         for number in range(count):
             offset_speed = speed.offset_by(convergence.period + number * periods)
@@ -267,9 +272,23 @@ def _relative_difference(one: Response, two: Response) -> float:
     return float(relative.max()) if np.isfinite(relative).all() else np.inf
 
 
-def count_windows(max_windows: int, periods: int) -> int:
-    """Number of windows of `periods` periods for a motion that does not repeat."""
-    return min(max_windows, max(MIN_WINDOWS, WINDOW_PERIODS // periods))
+def count_windows(max_windows: int, periods: int, total: int = WINDOW_PERIODS) -> int:
+    """Number of windows of `periods` periods for a motion that does not repeat.
+
+    total : most periods of more than MIN_WINDOWS windows
+    """
+    return min(max_windows, max(MIN_WINDOWS, total // periods))
+
+
+def window_length(system: LumpedSystem, settings: SteadySettings) -> int:
+    """Common periods of a window over which a motion that does not repeat is measured.
+
+    On rolling bearings many elements pass in it.
+    """
+    periods = max(1, settings.multiples // system.repetitions)
+    if system.rolling is None:
+        return periods
+    return max(periods, math.ceil(ROLLING_WINDOW_PERIODS / system.common_period[0]))
 
 
 def mesh_mode_mask(system: LumpedSystem) -> NDArray[np.bool_]:
@@ -295,6 +314,8 @@ def periods_to_settle(
     least = settings.min_periods
     if system.contacts is not None:
         least = min(least, MIN_COUPLED_PERIODS)
+    elif system.rolling is not None:  # never repeats: decay alone matters
+        least = min(least, MIN_ROLLING_PERIODS)
     slowest = float(system.modes.angular[mesh_mode_mask(system)].min(initial=math.inf))
     slowest *= system.train.damping_ratio
     if not slowest > 0.0:

@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 # Fixed steps between calls of the callback, or a common period if more
 STEPS_PER_CALLBACK = 100_000
 CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair
+BEARING_VALUES = 4  # recorded of each rolling bearing: displacement and force
 MAX_STEPS_PER_PERIOD = 512  # fixed; beyond it results do not depend on their number
 # Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3
 # times the square of its phase angle per step. At RESONANCE_ANGLE_FACTOR times the root
@@ -98,7 +99,14 @@ class FixedStepper(LumpedStepper):
         samples = system.samples(steps)
         if isinstance(samples, FrictionSamples):
             return system.arrays, scale_to_frequency(samples, frequency)
-        return system.arrays, samples._replace(h=samples.h / frequency)
+        return system.rk4_arrays, samples._replace(h=samples.h / frequency)
+
+    def _at_speed(self, state: Array, speed: Speed) -> Array:
+        """A copy of a state, in which rings of rolling bearings have their speed."""
+        copy, rolling = np.array(state), self.system.rolling
+        if rolling is not None:
+            copy[1, -rolling.count :] = rolling.rates * speed.frequency
+        return copy
 
     @lru_cache(maxsize=4)  # noqa: B019  a stepper lives as long as its run
     def _coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
@@ -108,7 +116,7 @@ class FixedStepper(LumpedStepper):
     def advance(
         self, state: Array, speed: Speed, convergence: Convergence, max_periods: int
     ) -> tuple[Array, bool]:
-        now = np.array(state)
+        now = self._at_speed(state, speed)
         # without damping only the errors of the steps would approach anything
         if self.system.contacts is None or self.system.train.damping_ratio == 0.0:
             return now, self.settle(now, speed, convergence, max_periods)
@@ -147,7 +155,7 @@ class FixedStepper(LumpedStepper):
             speed.callback(convergence.period - first_period)
 
     def record(self, state: Array, speed: Speed, periods: int) -> tuple[Array, History]:
-        system, now = self.system, np.array(state)
+        system, now = self.system, self._at_speed(state, speed)
         arrays, steps = self.kernel_arguments(speed)
         time, out = _allocate_motion(system, steps.h, periods)
         status, _ = self._kernels.record_motion(
@@ -165,6 +173,7 @@ class FixedStepper(LumpedStepper):
         state : (2, n (1 + k)) the motion, followed by k changes
         sections, growth : see `lumped.kernels.rk4.integrate_variations`
         """
+        self.system.require_linear_bearings("small changes of a motion")
         arrays, steps = self.kernel_arguments(speed)
         if self.system.contacts is None:
             n, damping = self.system.angular.size, np.diag(arrays.damping)
@@ -219,7 +228,12 @@ class FixedStepper(LumpedStepper):
     def refined(
         self, frequency: float, settings: Settings, repeats: bool
     ) -> Settings | None:
-        """Settings with twice the steps, as far as memory permits."""
+        """Settings with twice the steps, as far as memory permits.
+
+        None for a motion on rolling bearings that does not repeat, since cages do not.
+        """
+        if self.system.rolling is not None and not repeats:
+            return None
         fastest = float(max(self.system.train.mesh_rates))
         current = steps_per_period(self.system, frequency, settings)
         current = math.ceil(current / fastest - 1e-9)
@@ -316,6 +330,8 @@ def stepper_of(
         raise ValueError("method must be rk4 for the coupled model, got dopri5")
     if system.has_friction:
         raise ValueError("method must be rk4 for teeth with friction, got dopri5")
+    if system.rolling is not None:
+        raise ValueError("method must be rk4 for rolling bearings, got dopri5")
     return AdaptiveStepper(system)
 
 
@@ -340,11 +356,15 @@ def _allocate_motion(
 
 
 def allocate_record(system: LumpedSystem, instants: int) -> Array:
-    """Array (t, 6, m) to record the meshes at t instants, with more rows if contacts
-    or teeth with friction are recorded too."""
+    """Array (t, 6, m) to record the meshes at t instants, with more rows if contacts,
+    teeth with friction or rolling bearings are recorded too."""
     extra_rows = 0
     if system.contacts is not None:
         extra_rows = CONTACT_ROWS * np.bincount(system.contacts.mesh_of).max()
+    elif system.rolling is not None:
+        extra_rows = math.ceil(
+            BEARING_VALUES * system.rolling.count / len(system.excitations)
+        )
     elif system.has_friction:
         extra_rows = FRICTION_ROWS * np.bincount(system.excitation.mesh_of).max()
     return np.full((instants, 6 + extra_rows, len(system.excitations)), np.nan)
@@ -360,6 +380,10 @@ def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
     if system.has_friction:
         mesh_of = system.excitation.mesh_of
         return replace(history, friction=_per_contact(out, mesh_of, FRICTION_ROWS))
+    if system.rolling is not None:
+        size = BEARING_VALUES * system.rolling.count
+        values = out[:, 6:].reshape(len(out), -1)[:, :size]
+        return replace(history, bearings=values.reshape(len(out), -1, BEARING_VALUES))
     if system.contacts is None:
         return history
     rate = slopes(history.deflection, history.time[1] - history.time[0])

@@ -253,6 +253,22 @@ def _carrier_point(
     ]
 
 
+def _bearing_end(
+    body: Gear | Carrier, number: int, axis: str, indices: Mapping[tuple[int, str], int]
+) -> list[tuple[int, float]]:
+    """Coordinates that stretch one of a body's two bearing springs, by how much each.
+
+    The springs are along x and y, or in the directions of a gear's bearing.
+    """
+    angle = body.bearing_direction if isinstance(body, Gear) else 0.0
+    if angle == 0.0:
+        return [(indices[number, axis], 1.0)]
+    if axis == "y":
+        angle += 0.5 * math.pi
+    cosines = {"x": math.cos(angle), "y": math.sin(angle)}
+    return [(indices[number, along], cosine) for along, cosine in cosines.items()]
+
+
 def _springs(
     train: Train, indices: dict[tuple[int, str], int], n: int
 ) -> tuple[Array, Array]:
@@ -261,7 +277,7 @@ def _springs(
     carrier = train.carrier
     for i, body in enumerate(_bodies(train)):
         for axis, stiffness in zip("xy", body.bearing_stiffness or (), strict=False):
-            ends = [(indices[i, axis], 1.0)]
+            ends = _bearing_end(body, i, axis, indices)
             if carrier and i in carrier.gears:
                 place = carrier.gears.index(i)
                 point = _carrier_point(train, carrier, place, axis, indices)

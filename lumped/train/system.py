@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.common.checks import require_between, require_fields, require_present
 from lumped.kernels.arrays import (
+    BearingSamples,
     ContactGrid,
     CoupledSteps,
     CoupledSystem,
@@ -44,6 +45,12 @@ from lumped.train.modes import (
     natural_modes,
 )
 from lumped.train.propagator import LinearPart
+from lumped.train.rolling_supports import (
+    RollingSupports,
+    bearing_rows,
+    require_springs,
+    rolling_supports,
+)
 from lumped.train.rotating_frame import RotatingFrame, rotating_frame
 from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
@@ -51,6 +58,7 @@ from lumped.train.train_excitation import TrainExcitation, largest_gap
 Array = NDArray[np.float64]
 # Part of strain energy in the meshes below which a mode is omitted
 MIN_MESH_STRAIN = 1e-20
+MIN_BEARING_SHIFT = 1e-9  # of a mode, over the largest, that counts as motion
 # Relative imbalance of torques on a free motion that is round-off
 IMBALANCE_RTOL = 1e-3
 COUPLED_MODEL = "coupled model"
@@ -66,7 +74,8 @@ class LumpedSystem:
     """Train and the excitation of each of its meshes.
 
     Modes that strain no mesh, including rigid rotation, take no part in the motion,
-    unless sliding in them reverses friction.
+    unless sliding in them reverses friction or they move a gear on a rolling bearing.
+    Rotations of the rings of rolling bearings are coordinates behind the modes.
 
     Parameters
     ----------
@@ -112,6 +121,8 @@ class LumpedSystem:
                 f"{len(self.train.meshes)} meshes"
             )
         self._require_friction()
+        require_springs(self.train)
+        self._require_bearings()
         coordinates = self.modes.coordinates
         free = self.modes.shapes[:, self.modes.frequency_Hz == 0.0]
         net = np.abs(free.T @ coordinates.load)
@@ -134,6 +145,37 @@ class LumpedSystem:
         for excitation in self.excitations:
             if any(pair.ahead is None for pair in excitation.pairs):
                 raise TrainError("friction: needs tooth pairs, the excitation has none")
+
+    def _require_bearings(self) -> None:
+        """Require springs of rolling bearings, and nothing that excludes them."""
+        if self.rolling is None:
+            return
+        if self.friction:
+            raise TrainError("friction: not with rolling bearings, use linear ones")
+        if self.contacts is not None:
+            raise TrainError(
+                "rolling bearings: of models 1 to 3, not of the coupled model, which "
+                "takes linear ones"
+            )
+
+    def require_linear_bearings(self, purpose: str) -> None:
+        """Raise TrainError if the train has rolling bearings.
+
+        Parameters
+        ----------
+        purpose : str
+            What needs a train without them.
+
+        Raises
+        ------
+        TrainError
+            If the train has rolling bearings.
+        """
+        if self.rolling is not None:
+            raise TrainError(
+                f"{purpose}: a motion on rolling bearings has no common period; "
+                "linear bearings are needed"
+            )
 
     @property
     def has_friction(self) -> bool:
@@ -159,7 +201,22 @@ class LumpedSystem:
             sliding = sum(np.abs(row).max(axis=0) for row in self._friction_rows)
             by_sliding = sliding > MIN_MESH_STRAIN * np.max(sliding)
             taking_part = taking_part | (by_sliding & (self.modes.frequency_Hz > 0.0))
+        for gear, part in enumerate(self.train.gears):
+            if part.rolling_bearing is not None:
+                moved = np.abs(bearing_rows(self.modes, gear)).max(axis=0)
+                shifted = moved > MIN_BEARING_SHIFT * moved.max()
+                taking_part |= shifted & (self.modes.frequency_Hz > 0.0)
         return np.flatnonzero(taking_part)
+
+    @cached_property
+    def rolling(self) -> RollingSupports | None:
+        """Rolling bearings of the train, None without."""
+        return rolling_supports(self.train, self.modes, self.moving)
+
+    @cached_property
+    def rk4_arrays(self) -> ModalSystem:
+        """System as `lumped.kernels.rk4` takes it, with the rotations of rings."""
+        return self.rolling.extended(self.arrays) if self.rolling else self.arrays
 
     @property
     def _moves_mesh(self) -> NDArray[np.bool_]:
@@ -286,14 +343,19 @@ class LumpedSystem:
             return np.stack(
                 [self.loaded.coordinates[0], np.zeros_like(self.loaded.coordinates[0])]
             )
-        load = self.arrays.load
-        return np.stack([load / self.arrays.rigidity, np.zeros_like(load)])
+        start = self.arrays.load / self.arrays.rigidity
+        if self.rolling is not None:
+            start = self.rolling.equilibrium(self.arrays, start)
+            start = np.concatenate([start, np.zeros(self.rolling.count)])
+        return np.stack([start, np.zeros_like(start)])
 
     @cached_property
     def angular(self) -> Array:
         """Scales (n,) of velocities: natural angular frequencies of the train with
-        mean mesh stiffness, then of the body modes [rad/s]."""
+        mean mesh stiffness, then of the body modes [rad/s]; 1 of rotations of rings."""
         hubs = np.sqrt(self.arrays.rigidity)
+        if self.rolling is not None:
+            return np.concatenate([hubs, np.ones(self.rolling.count)])
         if self.contacts is None:
             return hubs
         return np.concatenate([hubs, self.contacts.body_modes.angular])
@@ -303,7 +365,7 @@ class LumpedSystem:
         """Magnitude (m, n) of each mesh's deflection per coordinate; body modes deflect
         the teeth in contact."""
         if self.contacts is None:
-            return self.arrays.shapes
+            return self.rk4_arrays.shapes
         bodies, w = self.contacts.body_modes, self.contacts.body_modes.pair_whirl.size
         squares = (bodies.rows**2).mean(axis=1)  # (c, b)
         pairs = squares[:, bodies.count - 2 * w :].reshape(len(squares), 2, w)
@@ -374,7 +436,9 @@ class LumpedSystem:
         """Sum of modal velocities beyond which a run has diverged."""
         return DIVERGENCE_RATIO * self.energy_norm
 
-    def samples(self, steps: int) -> ExcitationSamples | FrictionSamples:
+    def samples(
+        self, steps: int
+    ) -> ExcitationSamples | FrictionSamples | BearingSamples:
         """Steps of one common period and the excitation on them.
 
         Step sizes are in periods of the first mesh.
@@ -386,7 +450,7 @@ class LumpedSystem:
 
         Returns
         -------
-        ExcitationSamples or FrictionSamples
+        ExcitationSamples, FrictionSamples or BearingSamples
             Stiffnesses and gaps of the tooth pairs at the steps.
 
         Raises
@@ -453,13 +517,19 @@ class LumpedSystem:
         return contact_grid(arrays, steps, np.array(self.train.common_period))
 
     @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
-    def _kept_samples(self, steps: int) -> ExcitationSamples | FrictionSamples:
+    def _kept_samples(
+        self, steps: int
+    ) -> ExcitationSamples | FrictionSamples | BearingSamples:
         return self._samples(steps)
 
-    def _samples(self, steps: int) -> ExcitationSamples | FrictionSamples:
+    def _samples(
+        self, steps: int
+    ) -> ExcitationSamples | FrictionSamples | BearingSamples:
         self._require_memory(steps)
         times = self.excitation.grid(steps)
         samples = self.excitation.samples(times)
+        if self.rolling is not None:
+            return self.rolling.samples(samples)
         if not self.has_friction:
             return samples
         modal_rows = (row[:, self.moving] for row in self._friction_rows)

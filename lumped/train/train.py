@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+from lumped.bearings.rolling import BallBearing, RollerBearing
 from lumped.common.checks import is_number, require_fields
 
 
@@ -40,6 +41,11 @@ class Gear:
         Mass [kg], required only with bearings.
     bearing_stiffness : tuple of 2 float, optional
         Stiffnesses kx, ky [N/m]; None for a fixed centre.
+    bearing_direction : float, optional
+        Direction of kx, counter-clockwise from x [rad].
+    rolling_bearing : BallBearing or RollerBearing, optional
+        Bearing whose force replaces that of the stiffnesses, which then are its own
+        under load, see `linearise_bearings`.
     coupling_stiffness : float, optional
         Torsional stiffness to ground [N m/rad].
     torque : float, optional
@@ -61,6 +67,8 @@ class Gear:
     inertia: float
     mass: float | None = None
     bearing_stiffness: tuple[float, float] | None = None
+    bearing_direction: float = 0.0
+    rolling_bearing: BallBearing | RollerBearing | None = None
     coupling_stiffness: float = 0.0
     torque: float = 0.0
     is_held: bool = False
@@ -72,7 +80,10 @@ class Gear:
         radius = self.base_radius
         allowed = is_number(radius) and 0.0 < abs(radius) < math.inf
         _require(allowed, f"{prefix}base_radius", radius, "finite and not 0")
+        _require_finite(f"{prefix}bearing_direction", self.bearing_direction)
         _require_body(self, prefix)
+        if self.rolling_bearing is not None and self.mass is None:
+            raise TrainError(f"{prefix}mass is needed with a rolling_bearing")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -45,6 +45,7 @@ FREE = {
     "file",
     "orbit",
     "along",
+    "gear_name",
     "time_history",
     "gear_set",
     "table",
@@ -72,6 +73,11 @@ EXAMPLES = [  # of classes that must be told something
     TRAIN.meshes[0],
     lumped.Shaft(gears=(0, 1)),
     lumped.Carrier(name="c", gears=(0,), radius=0.05, angles=(0.0,), inertia=1e-3),
+    lumped.BallBearing(balls=9, element_diameter=7.94e-3, pitch_diameter=38.5e-3),
+    lumped.RollerBearing(
+        rollers=12, element_diameter=7.5e-3, pitch_diameter=39e-3, length=8e-3
+    ),
+    lumped.Waviness(order=3, amplitude=1e-6),
     SPRING,
     SPRING.pairs[0],
     constant_wave(1.0),
@@ -101,6 +107,7 @@ EXAMPLES = [  # of classes that must be told something
     *(kind(gear_set="liu-pair") for kind in (fegear.Sweep, fegear.Theory)),
     fegear.Dynamics(gear_set="liu-pair"),
     fegear.Motion(gear_set="liu-pair", speed=1000.0),
+    fegear.Bearing(gear_set="liu-pair"),
     fegear.NaturalModes(gear_set="liu-pair"),
     fegear.PlanetLoadSharing(gear_set="planetary-24-36-96"),
     fegear.ModelExport(gear_set="liu-pair"),

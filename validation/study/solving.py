@@ -340,6 +340,7 @@ def _model(spec: RunSpec) -> LumpedModel:
         number=1 if spec.model is None else spec.model.number,
         without=() if spec.model is None else spec.model.without,
         translations=spec.case.translations,
+        bearings="linear",
         damping_ratio=spec.case.damping_ratio,
         friction=0.0 if spec.model is None else spec.friction,
         bending=None if spec.model is None else spec.model.bending,

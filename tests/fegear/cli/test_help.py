@@ -19,7 +19,19 @@ from fegear.files.errors import InputError
 
 ROOT = Path(__file__).parents[3]
 UNITS = (
-    *("N/m", "m/s", "N.m", "Hz", "rpm", "base pitches", "pixels", "1/um", "um", "mm"),
+    *(
+        "N/m",
+        "N",
+        "m/s",
+        "N.m",
+        "Hz",
+        "rpm",
+        "base pitches",
+        "pixels",
+        "1/um",
+        "um",
+        "mm",
+    ),
     *("kg m2", "rad", "rad per turn", "turns", "degrees", "modules", "s"),
 )
 UNIT = re.compile(rf"\[({'|'.join(UNITS)})\]")

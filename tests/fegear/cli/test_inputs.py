@@ -63,6 +63,23 @@ TRAIN = PAIR | {
         PAIR["mesh"][0] | {"driver": "b", "driven": "c"},
     ],
 }
+BALLS = {"balls": 9, "ball_diameter_mm": 7.94, "pitch_diameter_mm": 38.5}
+ROLLERS = {
+    "rollers": 12,
+    "roller_diameter_mm": 7.5,
+    "roller_length_mm": 8.0,
+    "pitch_diameter_mm": 39.0,
+}
+ROLLING, ROLLED = (
+    PAIR | {"gear": [PAIR["gear"][0] | {key: bearing}, PAIR["gear"][1]]}
+    for key, bearing in (("ball_bearing", BALLS), ("roller_bearing", ROLLERS))
+)
+TWO_BEARINGS = PAIR | {
+    "gear": [
+        PAIR["gear"][0] | {"ball_bearing": BALLS},
+        PAIR["gear"][1] | {"roller_bearing": ROLLERS},
+    ]
+}
 SHAFT = TRAIN | {
     "mesh": [
         PAIR["mesh"][0],
@@ -303,6 +320,7 @@ DOUBLED = (
     "bifurcations SET --over mesh_frequency_Hz=7500 --excitation rectangular "
     "--damping 0.02 --direction up -o b.csv --json"
 )
+BEARING = "bearing SET --json"
 THEORY = "theory SET --excitation rectangular --json"
 SHARING = "sharing SET --excitation rectangular --model 1 --json"
 ABLATION = "ablation SET --speeds 2000 --json"
@@ -337,6 +355,12 @@ def lumped(base: str) -> dict[str, Case]:
         "--plot": plus(base, "--plot p.png"),
         "--json": less(base, "--json"),
     }
+
+
+def moving(base: str) -> dict[str, Case]:
+    """Those of `lumped`, and that of rolling bearings."""
+    plane = f"{base} --translations"
+    return lumped(base) | {"--bearings": plus(plane, "--bearings linear", ROLLING)}
 
 
 def unmodified(base: str) -> Case:
@@ -593,6 +617,17 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--resolution": plus(f"{MODES} --stiffness fe", COARSE),
         "--json": less(MODES, "--json"),
     },
+    "bearing": {
+        "SET": swap(BEARING, "SET", "OTHER")._replace(tables=ROLLING, refused=True),
+        "--gear": plus(BEARING, "--gear b", TWO_BEARINGS),
+        "--load": plus(BEARING, "--load 500", ROLLING),
+        "--torque": plus(BEARING, "--torque 30", ROLLING),
+        "--set": plus(BEARING, "--set gear.1.ball_bearing.balls=8", ROLLING),
+        "--output": plus(BEARING, "-o b.csv", ROLLING),
+        "--over-load": plus(BEARING, "--over-load l.csv", ROLLING),
+        "--plot": plus(BEARING, "--plot p.png", ROLLING),
+        "--json": less(BEARING, "--json")._replace(tables=ROLLING),
+    },
     "export": {
         "--output": swap(EXPORT, "m.json", "m.npz"),
         "SET": swap(EXPORT, "SET", "OTHER"),
@@ -607,7 +642,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--json": less(EXPORT, "--json"),
     },
     "stability": stable(),
-    "sweep": lumped(SWEEP)
+    "sweep": moving(SWEEP)
     | rubbed(SWEEP)
     | {
         "--speeds": swap(SWEEP, "4000", "4100"),
@@ -619,7 +654,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--waterfall": plus(SWEEP, "--waterfall w.png"),
         "--without": plus(f"{COUPLED} --direction up", "--without body"),
     },
-    "motion": lumped(WAVE)
+    "motion": moving(WAVE)
     | rubbed(WAVE)
     | {
         "--speed": swap(WAVE, "2100", "4000"),
@@ -663,7 +698,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus(THEORY, "-o t.csv"),
     },
     "sharing": sharing(),
-    "map": lumped(MAP)
+    "map": moving(MAP)
     | rubbed(MAP)
     | {
         "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),
@@ -1105,10 +1140,33 @@ SPAN = {"span_mm": 15.4, "span_teeth": 3}
 PINS = {"pin_dimension_mm": 43.05, "pin_diameter_mm": 3.5}
 MEASURED = PAIR | {"gear": [PAIR["gear"][0] | SPAN, PAIR["gear"][1]]}
 PINNED = PAIR | {"gear": [PAIR["gear"][0] | PINS, PAIR["gear"][1]]}
+OTHER_BEARING = {
+    "pitch_diameter_mm": 40.0,
+    "clearance_um": 10.0,
+    "film_thickness_um": 0.5,
+    "runout_um": 2.0,
+    "inner_waviness_um": [0.0, 0.0, 0.5],
+    "outer_waviness_um": [0.0, 0.0, 0.5],
+    "contact_stiffness_N_per_m_n": 1e10,
+}
+# of the cage; that of a line contact has no part in its stiffness
+KINEMATIC = {"pitch_diameter_mm", "roller_diameter_mm"}
+OTHER_BALLS = OTHER_BEARING | {
+    "balls": 8,
+    "ball_diameter_mm": 7.5,
+    "race_conformity": 0.53,
+}
+OTHER_ROLLERS = OTHER_BEARING | {
+    "rollers": 13,
+    "roller_diameter_mm": 7.0,
+    "roller_length_mm": 7.0,
+}
 COMPANIONS = {  # keys that a key needs beside it
     **dict.fromkeys(STIFF_BEARING, STIFF_BEARING),
     **dict.fromkeys(SPAN, SPAN),
     **dict.fromkeys(PINS, PINS),
+    "ball_bearing": {"ball_bearing": BALLS},
+    "roller_bearing": {"roller_bearing": ROLLERS},
 }
 GEAR_KEYS = {
     "name": Key("z"),
@@ -1138,6 +1196,16 @@ GEAR_KEYS = {
     "pitch_errors_um": Key([5.0, *[0.0] * 18], (STIFF,)),
     "bearing_kx_N_per_m": Key(5e8, (PLANE,), TRAIN, entry=2),
     "bearing_ky_N_per_m": Key(5e8, (PLANE,), TRAIN, entry=2),
+    **{
+        f"{kind}.{name}": Key(
+            other, (BEARING,) if name in KINEMATIC else (BEARING, PLANE), tables
+        )
+        for kind, tables, values in (
+            ("ball_bearing", ROLLING, OTHER_BALLS),
+            ("roller_bearing", ROLLED, OTHER_ROLLERS),
+        )
+        for name, other in values.items()
+    },
     "coupling_stiffness_Nm_per_rad": Key(1e4, (MODES, ONE_SWEEP, MOVING)),
 }
 RELIEF = {"magnitude_um": 8.0, "length_pitches": 0.3}

@@ -53,6 +53,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
+from fegear.studies.trains import GearSetRef
 from lumped.common.csv_text import parse_csv
 from lumped.figures.drawing import panels
 
@@ -305,6 +306,7 @@ MODEL = fegear.LumpedModel(
     damping_ratio=0.04 + 1e-3 / 3.0,
     stiffness=fegear.StiffnessSource(kind="rectangular"),
 )
+BALL_BEARING = "{ balls = 9, ball_diameter_mm = 7.94, pitch_diameter_mm = 38.5 }"
 EXAMPLES = {
     "render": {
         "file": "contact.vtu",
@@ -386,6 +388,12 @@ EXAMPLES = {
         "speeds": (1000.0, 1010.0 + 1.0 / 3.0),
         "steepness": 2.0 / 3.0,
         "model": MODEL,
+    },
+    "bearing": {
+        "gear_set": GearSetRef(
+            name="liu-pair", edits=(f"gear.2.ball_bearing={BALL_BEARING}",)
+        ),
+        "load": 1000.0 + 1.0 / 3.0,
     },
     "modes": {"gear_set": "liu-idler", "translations": True},
     "export": {"gear_set": "liu-idler", "translations": True, "damping_ratio": 0.05},

@@ -1,0 +1,154 @@
+"""Keys of a rolling bearing in a gear-set file, and the bearing that they describe."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
+
+from fegear.files.errors import InputError
+from lumped.bearings.rolling import (
+    CONFORMITY,
+    MAX_ELEMENTS,
+    MIN_ELEMENTS,
+    BallBearing,
+    RollerBearing,
+    Waviness,
+)
+
+MM, UM = 1e-3, 1e-6
+MAX_ORDERS = 1000  # of waves around a race
+Count = Annotated[int, Field(ge=MIN_ELEMENTS, le=MAX_ELEMENTS)]
+Diameter = Annotated[float, Field(ge=1e-3, le=1e5)]
+Deviation = Annotated[float, Field(ge=0.0, le=1e4)]
+Amplitudes = Annotated[
+    tuple[Deviation, ...], Strict(False), Field(max_length=MAX_ORDERS)
+]
+CONTACT_KEYS = ("race_conformity", "contact_stiffness_N_per_m_n")
+
+
+class BearingEntry(BaseModel):
+    """Keys that ball and roller bearings share."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False
+    )
+
+    pitch_diameter_mm: Diameter = Field(
+        description="Diameter of the circle of the rolling elements' centres."
+    )
+    clearance_um: Annotated[float, Field(ge=-1e4, le=1e4)] = Field(
+        default=0.0,
+        description="Radial internal clearance, by which the unloaded inner ring moves "
+        "from one extreme to the other; negative with preload.",
+    )
+    contact_stiffness_N_per_m_n: Annotated[float, Field(ge=1.0, le=1e20)] | None = (
+        Field(
+            default=None,
+            description="Load of a rolling element over its approach between both "
+            "races to the power n, 3/2 for balls and 10/9 for rollers. [default: from "
+            "geometry and steel]",
+        )
+    )
+    film_thickness_um: Deviation = Field(
+        default=0.0,
+        description="Thickness of the film of lubricant in each contact, which adds "
+        "to the approach.",
+    )
+    runout_um: Deviation = Field(
+        default=0.0, description="Eccentricity of the inner race on its shaft."
+    )
+    inner_waviness_um: Amplitudes = Field(
+        default=(),
+        description="Amplitudes of waves around the inner race, of 1, 2, 3 waves per "
+        "circumference and so on; all have a crest at the first rolling element.",
+    )
+    outer_waviness_um: Amplitudes = Field(
+        default=(), description="Amplitudes of waves around the outer race, likewise."
+    )
+
+    @property
+    def shared(self) -> dict[str, Any]:
+        """Values of `RollingBearing` in SI units."""
+        return {
+            "pitch_diameter": self.pitch_diameter_mm * MM,
+            "clearance": self.clearance_um * UM,
+            "contact_stiffness": self.contact_stiffness_N_per_m_n,
+            "film_thickness": self.film_thickness_um * UM,
+            "runout": self.runout_um * UM,
+            "waves": (
+                *_waves(self.inner_waviness_um, True),
+                *_waves(self.outer_waviness_um, False),
+            ),
+        }
+
+
+def _waves(amplitudes_um: tuple[float, ...], inner: bool) -> Iterator[Waviness]:
+    for order, amplitude in enumerate(amplitudes_um, start=1):
+        if amplitude > 0.0:
+            yield Waviness(order=order, amplitude=amplitude * UM, inner=inner)
+
+
+class BallBearingEntry(BearingEntry):
+    """ball_bearing of a gear."""
+
+    balls: Count = Field(description="Number of balls.")
+    ball_diameter_mm: Diameter = Field(description="Diameter of a ball.")
+    race_conformity: Annotated[float, Field(gt=0.5, le=1e6)] | None = Field(
+        default=None,
+        description="Groove radius of both races over the diameter of a ball. "
+        f"[default: {CONFORMITY}]",
+    )
+
+    @model_validator(mode="after")
+    def _one_contact(self) -> BallBearingEntry:
+        present = [key for key in CONTACT_KEYS if getattr(self, key) is not None]
+        if len(present) > 1:
+            raise ValueError(f"{' and '.join(present)} are given; only one is allowed")
+        return self
+
+    def build(self) -> BallBearing:
+        """The bearing in SI units; ValueError if elements do not fit."""
+        conformity = self.race_conformity or CONFORMITY
+        return BallBearing(
+            balls=self.balls,
+            element_diameter=self.ball_diameter_mm * MM,
+            inner_conformity=conformity,
+            outer_conformity=conformity,
+            **self.shared,
+        )
+
+
+class RollerBearingEntry(BearingEntry):
+    """roller_bearing of a gear."""
+
+    rollers: Count = Field(description="Number of rollers.")
+    roller_diameter_mm: Diameter = Field(description="Diameter of a roller.")
+    roller_length_mm: Diameter = Field(description="Effective length of a roller.")
+
+    def build(self) -> RollerBearing:
+        """The bearing in SI units; ValueError if elements do not fit."""
+        return RollerBearing(
+            rollers=self.rollers,
+            element_diameter=self.roller_diameter_mm * MM,
+            length=self.roller_length_mm * MM,
+            **self.shared,
+        )
+
+
+def rolling_bearing(
+    name: str, ball: BallBearingEntry | None, roller: RollerBearingEntry | None
+) -> BallBearing | RollerBearing | None:
+    """The rolling bearing of a gear, None if it has none.
+
+    Raises InputError where its elements do not fit on their circle.
+    """
+    for key, entry in (("ball_bearing", ball), ("roller_bearing", roller)):
+        if entry is None:
+            continue
+        try:
+            return entry.build()
+        except ValueError as error:
+            raise InputError(f'gear "{name}": {key}: {error}') from None
+    return None

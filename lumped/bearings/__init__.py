@@ -1,0 +1,1 @@
+"""Ball and roller bearings: Hertz contacts, kinematics, load on rolling elements."""
