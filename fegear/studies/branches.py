@@ -79,7 +79,7 @@ LEGEND = (
 
 
 FINDING = SettingsGroup(
-    kind=BranchSettings, exposed=expose("harmonics", "period_multiple", "starts")
+    kind=BranchSettings, exposed=expose("harmonics", "period_multiple", "solver", "starts")
 )
 WAVES = replace(
     SOURCE,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.branches.location import locate_bifurcation
-from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem
+from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem, Solver
 from lumped.branches.period_map import PeriodMap
 from lumped.branches.points import BranchPoint, branch_point, with_bifurcations
 from lumped.branches.shooting import shoot
@@ -88,6 +88,13 @@ class BranchSettings:
         "Largest number of common periods of all meshes after which motions repeat: "
         "period-doubled branches are followed up to it.",
         Range(1, 64),
+    )
+    solver: Solver = option(
+        "balance",
+        "Solver of periodic motions of models 1 to 3. balance: harmonic balance; "
+        "shooting: fixed points of the map over a period, integrated by steps that end "
+        "on every change of contact, with no harmonics left out, and sooner for large "
+        "period multiples.",
     )
     starts: int = option(
         0,
@@ -326,7 +333,11 @@ class BranchFinder:
     def _new_branch(self, multiple: int) -> Continuation[PeriodicProblem]:
         settings = self.settings
         motions = PeriodicProblem(
-            self.family, settings.harmonics, multiple, settings.steepness
+            self.family,
+            settings.harmonics,
+            multiple,
+            settings.steepness,
+            settings.solver,
         )
         balance, _ = motions.at(self.limits[1])
         steps = StepControl(
@@ -426,6 +437,8 @@ def located_point(motions: PeriodicProblem, point: BranchPoint) -> BranchPoint:
     integrable = motions.steepness is None and balance.system.contacts is None
     if test is None or not integrable:
         return point
+    if isinstance(balance, PeriodMap):  # shooting already
+        return replace(point, refined_parameter=point.parameter)
     try:
         return replace(
             point,
