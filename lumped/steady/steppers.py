@@ -44,7 +44,7 @@ RESONANCE_ANGLE_FACTOR, MIN_STEP_ANGLE, MAX_STEP_ANGLE = 4.0, 0.25, 1.0
 ENGAGEMENT_STEP_ANGLE = 0.25
 # Of the state, between motions on both sides of one that tell what changes become: some
 # 1e4 times the round-off of adaptive steps, and its square is below their error
-DIFFERENCE_STEP = 1e-4
+DIFFERENCE_STEP = 3e-5
 
 
 @dataclass(frozen=True, eq=False)
