@@ -82,7 +82,7 @@ LEGEND = (
 SHOT = "shooting integrates motions with true contact"
 FINDING = SettingsGroup(
     kind=BranchSettings,
-    exposed=expose("harmonics", "period_multiple", "solver", "starts"),
+    exposed=expose("harmonics", "period_multiple", "solver", "sweep_points", "starts"),
 )
 WAVES = replace(
     SOURCE,

@@ -27,7 +27,7 @@ from fegear.studies.study import (
     display_name,
     setting,
 )
-from fegear.studies.table import Table
+from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
     COUPLED,
@@ -48,7 +48,11 @@ from fegear.studies.varied import (
 )
 from fegear.train.lumped_models import LumpedModel, integration_in_words, require_method
 from lumped.attractors.attractor_sweeps import sweep_attractors
-from lumped.attractors.attractors import Attractor, find_attractor
+from lumped.attractors.attractors import (
+    MAX_NEUTRAL_EXPONENT,
+    Attractor,
+    find_attractor,
+)
 from lumped.branches.motions import SpeedFamily
 from lumped.common.csv_text import format_exact
 from lumped.common.workers import NeverStop, Stop, Stopped
@@ -295,8 +299,24 @@ class MapResult(StudyResult):
             },
             "reasons": sorted({c.status for c in cells if c.status.startswith("imp")}),
             "extremes": list(self._extremes()),
+            "largest_lyapunov_per_period": self._largest_exponent,
+            "chaotic_points": self._chaotic_points,
             "warnings": list(self.facts.warnings),
         }
+
+    @property
+    def _largest_exponent(self) -> float | None:
+        """Per period of the first mesh; None without exponents."""
+        if not self.study.exponents:
+            return None
+        return finite_or_none(np.fmax.reduce(self.parameter_map.exponents, axis=None))
+
+    @property
+    def _chaotic_points(self) -> int | None:
+        """Number of points with a clearly positive exponent; None without exponents."""
+        if not self.study.exponents:
+            return None
+        return int((self.parameter_map.exponents > MAX_NEUTRAL_EXPONENT).sum())
 
     def _extremes(self) -> Iterator[dict[str, Any]]:
         names = [axis.name for axis in self.parameter_map.axes]
@@ -348,6 +368,11 @@ class MapResult(StudyResult):
             yield (
                 f"mesh {extreme['mesh']}: {extreme['extreme']} RMS of DTE "
                 f"{number(1e6 * extreme['dte_rms_m'], 4)} um at {place}"
+            )
+        if values["chaotic_points"] is not None:
+            yield (
+                f"chaotic at {pluralize(values['chaotic_points'], 'point')}: "
+                f"largest Lyapunov exponent above {MAX_NEUTRAL_EXPONENT:g} per period"
             )
 
 

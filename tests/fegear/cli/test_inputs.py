@@ -584,6 +584,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--overwrite": plus(BRANCHES, "--overwrite", refused=True),
         "--period-multiple": plus(DOUBLING, "--period-multiple 1"),
         "--harmonics": plus(BRANCHES, "--harmonics 2"),
+        "--solver": plus(BRANCHES, "--solver shooting"),
+        "--sweep-points": plus(ISOLATED, "--sweep-points 2"),
         "--excitation-harmonics": plus(
             BRANCHES.replace("rectangular", "fourier"), "--excitation-harmonics 1"
         ),
@@ -606,6 +608,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),
         "--at": swap(MAP, "3000", "4000"),
         "--band": swap(MAP, "--at 3000", "--band 3000,4000"),
+        "--exponents": plus(MAP, "--exponents"),
         "--rpm": swap(MAP, "--at 3000", "--rpm 7000"),
         "--without": plus(COUPLED_MAP, "--without body"),
         "--output": plus(MAP, "-o m.csv"),
