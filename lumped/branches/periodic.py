@@ -45,7 +45,8 @@ from lumped.steady.sweep import Direction, SweepPoint, continue_sweep
 from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
-# Arc length to the first point of a branch that sets out from another
+# Arc length to the first point of a branch that sets out from motions of one period;
+# of more periods it is less, see `switch_length`
 SWITCH_LENGTH = 0.01
 RANDOM_SPREAD = 3.0  # spread of random states, over the static one
 # Part of the parameter's unit by which branches miss each other at doublings
@@ -317,7 +318,8 @@ class BranchFinder:
         branch, single_period = (self._branch(n * parent.multiple) for n in (2, 1))
         x = single_period.problem.at(point.parameter)[0].lengthened(point.x, 2)
         try:
-            start = branch.branch_switch(x, point.parameter, SWITCH_LENGTH)
+            length = switch_length(parent.multiple)
+            start = branch.branch_switch(x, point.parameter, length)
         except NoSolution:
             return
         if has_half_period(branch, start) or self._is_known(branch, start):
@@ -482,13 +484,24 @@ def odd_part(motions: PeriodicProblem, point: Point) -> Array:
     return balance.odd_part(point.x, frequency)
 
 
+def switch_length(multiple: int) -> float:
+    """Arc length to the first point of the branch of twice the period of motions.
+
+    In a cascade of doublings the part that motions of half the period do not have
+    shrinks by 2.5 from branch to branch, where the next one doubles (Feigenbaum).
+
+    multiple : common periods after which the motions repeat
+    """
+    return SWITCH_LENGTH / multiple
+
+
 def has_half_period(branch: Continuation[PeriodicProblem], point: Point) -> bool:
     """Whether a motion of an even multiple repeats after half of its period."""
     motions = branch.problem
     if motions.multiple % 2:
         return False
     size = float(np.linalg.norm(odd_part(motions, point)))
-    return size < 0.3 * SWITCH_LENGTH * branch.steps.size
+    return size < 0.3 * switch_length(motions.multiple // 2) * branch.steps.size
 
 
 def _cut_at_halving(
