@@ -189,3 +189,13 @@ def test_ratios_of_a_cascade_are_of_intervals_of_either_sign():
     cascade = Cascade((1, 2, 4), (10.0, 6.0, 5.0))
     assert cascade.ratios == (4.0,)
     assert cascade.limit == pytest.approx(5.0 - 1.0 / (FEIGENBAUM - 1.0))
+
+
+@pytest.mark.slow
+def test_seven_doublings_of_the_idler_approach_the_constant_of_feigenbaum(train):
+    settings = BranchSettings(period_multiple=64, solver="shooting", sweep_points=18)
+    finder = BranchFinder(SpeedFamily(train), (1470.0, 1640.0), settings)
+    finder.find(1470.0)
+    (cascade,) = find_cascades(finder.branches, 1000.0)
+    assert cascade.multiples[:5] == (1, 2, 4, 8, 16)
+    assert cascade.ratios[-1] == pytest.approx(FEIGENBAUM, rel=0.1)
