@@ -50,14 +50,14 @@ class Cell:
     values : (m, 8), columns as in QUANTITIES; NaN if the run diverged
     multiples : (m,) response period in mesh periods, 0 if aperiodic
     status : periodic, aperiodic, diverged, or impossible and the reason
-    exponent : largest Lyapunov exponent per period of the first mesh, NaN where it was
-        not asked for or there is none
+    exponent : largest Lyapunov exponent per period of the first mesh; NaN where the
+        motion diverged, None where the map has no exponents or the point is impossible
     """
 
     values: tuple[tuple[float, ...], ...]
     multiples: tuple[int, ...]
     status: str
-    exponent: float = math.nan
+    exponent: float | None = None
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class ParameterMap:
     @property
     def exponents(self) -> Array:
         """Largest Lyapunov exponents on the grid, per period of the first mesh."""
-        return self._arranged(lambda cell: cell.exponent)
+        return self._arranged(exponent_of)
 
     def _arranged(self, quantity: Callable[[Cell], float]) -> Array:
         """A quantity of the cells on the grid; NaN where there is none."""
@@ -99,6 +99,11 @@ class ParameterMap:
             for point in self.points
         ]
         return np.reshape(values, [len(axis.values) for axis in self.axes])
+
+
+def exponent_of(cell: Cell) -> float:
+    """Exponent of a cell, NaN where there is none."""
+    return math.nan if cell.exponent is None else cell.exponent
 
 
 def cell_of(responses: Sequence[Response], exponents: Sequence[float] = ()) -> Cell:
@@ -118,7 +123,7 @@ def cell_of(responses: Sequence[Response], exponents: Sequence[float] = ()) -> C
     )
     multiples = tuple(int(r.period_multiple[m]) for m, r in enumerate(largest))
     status = max((r.status for r in responses), key=_severity)
-    exponent = float(np.max(exponents)) if exponents else math.nan
+    exponent = float(np.max(exponents)) if exponents else None
     return Cell(values, multiples, str(status), exponent)
 
 
@@ -193,18 +198,19 @@ def _evaluate_cell(
 
 
 def _cell_to_arrays(cell: Cell) -> Arrays:
+    exponent = () if cell.exponent is None else (cell.exponent,)
     return {
+        "exponent": np.array(exponent, float),
         "values": np.array(cell.values),
         "multiples": np.array(cell.multiples),
         "status": np.frombuffer(cell.status.encode(), np.uint8),
-        "exponent": np.array(cell.exponent),
     }
 
 
 def _cell_from_arrays(arrays: Arrays) -> Cell:
     values, multiples = (arrays[name].tolist() for name in ("values", "multiples"))
     status = arrays["status"].tobytes().decode()
-    exponent = float(arrays.get("exponent", math.nan))
+    (exponent,) = arrays["exponent"].tolist() or (None,)
     return Cell(tuple(map(tuple, values)), tuple(multiples), status, exponent)
 
 
@@ -221,6 +227,6 @@ def map_rows(parameter_map: ParameterMap) -> Iterator[tuple[Any, ...]]:
         cell = parameter_map.cells[point]
         meshes = zip(cell.values, cell.multiples, strict=True)
         for mesh, (values, multiple) in enumerate(meshes, start=1):
-            exponent = (cell.exponent,) if parameter_map.with_exponents else ()
+            exponent = (exponent_of(cell),) if parameter_map.with_exponents else ()
             row = *map(float, point), mesh, *values, multiple, *exponent
             yield *row, cell.status
