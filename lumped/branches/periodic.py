@@ -345,7 +345,8 @@ class BranchFinder:
         steps = StepControl(
             size=balance.size,
             unit=self.family.unit,
-            first_length=settings.step,
+            # longer ones lead back to motions of half the period, from which it begins
+            first_length=settings.step * min(1.0, 2.0 / multiple),
             max_length=settings.max_step,
             max_points=settings.points,
             min_cosine=MIN_CONTACT_COSINE
