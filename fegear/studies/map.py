@@ -225,7 +225,7 @@ def respond_over(
 
 
 def exponent_at(frequency: float, settings: Settings, system: LumpedSystem) -> Cell:
-    """As `respond_at`, with the largest Lyapunov exponent."""
+    """Return the cell of `respond_at` with the largest Lyapunov exponent."""
     response, _, steps = respond_confirmed(system, frequency, settings)
     return cell_of([response], [find_attractor(system, response, steps).exponent])
 
@@ -237,7 +237,7 @@ def exponent_over(
     stop: Stop | None,
     system: LumpedSystem,
 ) -> Cell:
-    """As `respond_over`, with the largest Lyapunov exponent of all speeds."""
+    """Return the cell of `respond_over` with the largest exponent of all speeds."""
     system_at, results = SpeedFamily(system).at, CollectedAttractors()
     for direction in directions:
         sweep_attractors(
@@ -257,7 +257,7 @@ class CollectedAttractors:
     attractors: list[Attractor] = field(default_factory=list)
 
     def finished(self) -> list[tuple[Response, Attractor]]:
-        """Of the sweep that begins, none."""
+        """Return none: every sweep begins anew."""
         return []
 
     def add(self, response: Response, attractor: Attractor) -> None:
