@@ -227,6 +227,10 @@ BRANCHES_OVER = (
     "branches SET --over dynamics.damping_ratio=0.05:0.06 --at 2100 "
     "--excitation rectangular --harmonics 4 --json"
 )
+SWEPT = (  # a second branch, which sweeps reach
+    "branches liu-idler --torque 100 --excitation rectangular --harmonics 4 "
+    "--period-multiple 1 --speeds 1300:1700 --json"
+)
 ISOLATED = (
     "branches liu-pair --excitation rectangular --damping 0.03 --harmonics 4 "
     "--period-multiple 3 --speeds 4600:7200 --json"
@@ -585,7 +589,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--period-multiple": plus(DOUBLING, "--period-multiple 1"),
         "--harmonics": plus(BRANCHES, "--harmonics 2"),
         "--solver": plus(BRANCHES, "--solver shooting"),
-        "--sweep-points": plus(ISOLATED, "--sweep-points 2"),
+        "--sweep-points": plus(SWEPT, "--sweep-points 2"),
         "--excitation-harmonics": plus(
             BRANCHES.replace("rectangular", "fourier"), "--excitation-harmonics 1"
         ),
