@@ -21,7 +21,7 @@ from fegear.studies.axes import (
     written_limits_axis,
 )
 from fegear.studies.columns import meanings
-from fegear.studies.page import Page, number, pluralize
+from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.study import (
     Draw,
     Job,
@@ -51,6 +51,7 @@ from fegear.studies.trains import (
 )
 from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
 from fegear.train.lumped_models import LumpedModel, body_modes_warnings
+from lumped.branches.cascades import Cascade, find_cascades
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.points import BranchPoint
@@ -67,7 +68,7 @@ if TYPE_CHECKING:
 
 SPEEDS = Range(0.1, 1e6, "Hz")
 SCHEME = "harmonic balance"
-STEPPED = "fixed points of the map over a period"  # of the coupled model
+STEPPED = "fixed points of the map over a period"
 COLUMNS = (
     *(MESH_FREQUENCY, "mesh", "dte_rms_m", "dte_peak_m"),
     *("stable", "floquet_max", "kind", "period_multiple"),
@@ -78,8 +79,10 @@ LEGEND = (
 )
 
 
+SHOT = "shooting integrates motions with true contact"
 FINDING = SettingsGroup(
-    kind=BranchSettings, exposed=expose("harmonics", "period_multiple", "starts")
+    kind=BranchSettings,
+    exposed=expose("harmonics", "period_multiple", "solver", "sweep_points", "starts"),
 )
 WAVES = replace(
     SOURCE,
@@ -101,10 +104,10 @@ class Branches(
 ):
     """Periodic motions over speed or a parameter, stable and unstable.
 
-    Harmonic balance, or integration over the period for the coupled model, and
-    arc-length continuation with folds, period doublings and Floquet multipliers. With
-    --output each branch is stored in FILE.partial until the file is written; --resume
-    continues from there.
+    Harmonic balance, or integration over the period, and arc-length continuation with
+    folds, cascades of period doublings and Floquet multipliers. With --output each
+    branch is stored in FILE.partial until the file is written; --resume continues from
+    there.
     """
 
     resumes = True
@@ -155,7 +158,7 @@ class Branches(
             self._require_rpm()
         else:
             self._require_speeds()
-        if self.model.number == "coupled":
+        if self.is_integrated:
             self._refuse_balance()
 
     def _require_rpm(self) -> None:
@@ -186,13 +189,24 @@ class Branches(
             raise refusal(self, "table", "{over} varies what tables hold")
 
     def _refuse_balance(self) -> None:
-        """Refuse what belongs to harmonic balance, for the coupled model."""
+        """Refuse what belongs to harmonic balance, where motions are integrated."""
+        is_coupled = self.model.number == "coupled"
         model = f"{display_name(self, 'number')} coupled"
+        if is_coupled and self.finding.solver != BranchSettings().solver:
+            raise refusal(
+                self.finding, "solver", f"motions of {model} are integrated", FINDING
+            )
         if self.steepness is not None:
-            raise refusal(self, "steepness", f"contact of {model} is smooth")
+            reason = f"contact of {model} is smooth" if is_coupled else SHOT
+            raise refusal(self, "steepness", reason)
         if self.finding.harmonics != BranchSettings().harmonics:
-            reason = f"motions of {model} are integrated"
+            reason = f"motions of {model} are integrated" if is_coupled else SHOT
             raise refusal(self.finding, "harmonics", reason, FINDING)
+
+    @property
+    def is_integrated(self) -> bool:
+        """Whether motions are fixed points of the map over their period."""
+        return self.model.number == "coupled" or self.finding.solver == "shooting"
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -275,13 +289,13 @@ class BranchesProblem(ParametricProblem):
     def _result(
         self, branches: Sequence[PeriodicBranch], complete: bool
     ) -> BranchesResult:
-        study, is_coupled = self.study, self.first.contacts is not None
-        header = self.header(STEPPED if is_coupled else SCHEME)
+        study, is_integrated = self.study, self.study.is_integrated
+        header = self.header(STEPPED if is_integrated else SCHEME)
         if study.at is not None:
             header["speed_Hz"] = format_exact(study.at)
         if TORQUE not in study.names:
             header["torque_Nm"] = format_exact(self.load)
-        if not is_coupled:
+        if not is_integrated:
             header["harmonics"] = str(study.numerics.harmonics)
         if study.numerics.steepness is not None:
             steepness = format_exact(study.numerics.steepness)
@@ -295,7 +309,7 @@ class BranchesProblem(ParametricProblem):
             self.facts(study.parameter, header, study.at, warnings),
             tuple(branches),
             natural_Hz=tuple(self.first.resonances_Hz.tolist()),
-            is_coupled=is_coupled,
+            cascades=tuple(find_cascades(branches, self.family.unit)),
             complete=complete,
         )
 
@@ -315,14 +329,14 @@ class BranchesResult(StudyResult):
     """Branches of a gear set.
 
     natural_Hz : natural frequencies of modes that strain a mesh [Hz]
-    is_coupled : whether they are of the coupled model, whose motions are integrated
+    cascades : of period doublings, from branch to branch
     """
 
     study: Branches
     facts: TrainFacts
     branches: tuple[PeriodicBranch, ...]
     natural_Hz: tuple[float, ...]
-    is_coupled: bool
+    cascades: tuple[Cascade, ...] = ()
     complete: bool = True
 
     @property
@@ -361,12 +375,15 @@ class BranchesResult(StudyResult):
         study = self.study
         return {
             **self.facts.summary,
-            "harmonics": None if self.is_coupled else study.numerics.harmonics,
+            "harmonics": None if study.is_integrated else study.numerics.harmonics,
             "natural_frequencies_Hz": list(self.natural_Hz),
             "interrupted": not self.complete,
             "branches": [
-                _branch_values(branch, study.parameter, self.is_coupled)
+                _branch_values(branch, study.parameter, study.is_integrated)
                 for branch in self.branches
+            ],
+            "cascades": [
+                _cascade_values(cascade, self._over_speed) for cascade in self.cascades
             ],
             "warnings": list(self.facts.warnings),
         }
@@ -410,6 +427,35 @@ class BranchesResult(StudyResult):
                 levels = _micrometres(bifurcation["dte_rms_m"])
                 at = f"{_place(bifurcation[name], bifurcation['located_by']):>10}{unit}"
                 yield f"  {at}  {bifurcation['kind']:<15} RMS {levels} um"
+        for cascade in self.cascades:
+            rows = _cascade_rows(cascade)
+            title = "period doublings, from branch to branch"
+            yield RowTable(rows, CASCADE, title, ("period multiple",))
+            yield f"they end near {cascade.limit:#.7g}{unit}"
+
+
+CASCADE: Columns = {
+    "period multiple": lambda row: f"{row['multiple']} to {2 * row['multiple']}",
+    "at": lambda row: f"{row['at']:#.7g}",
+    "ratio": lambda row: "" if row["ratio"] is None else f"{row['ratio']:.3g}",
+}
+
+
+def _cascade_rows(cascade: Cascade) -> list[dict[str, Any]]:
+    """Each doubling, with the ratio of the interval before it to that after it."""
+    ratios = None, *cascade.ratios, None
+    doublings = zip(cascade.multiples, cascade.parameters, ratios, strict=True)
+    return [{"multiple": m, "at": p, "ratio": r} for m, p, r in doublings]
+
+
+def _cascade_values(cascade: Cascade, over_speed: bool) -> dict[str, Any]:
+    at, limit = ("frequencies_Hz", "limit_Hz") if over_speed else ("values", "limit")
+    return {
+        "period_multiples": list(cascade.multiples),
+        at: list(cascade.parameters),
+        "ratios": list(cascade.ratios),
+        limit: cascade.limit,
+    }
 
 
 def _place(value: float, located_by: str) -> str:

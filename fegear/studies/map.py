@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -27,7 +27,7 @@ from fegear.studies.study import (
     display_name,
     setting,
 )
-from fegear.studies.table import Table
+from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
     BEARINGS,
@@ -48,6 +48,13 @@ from fegear.studies.varied import (
     digest,
 )
 from fegear.train.lumped_models import LumpedModel, integration_in_words, require_method
+from lumped.attractors.attractor_sweeps import sweep_attractors
+from lumped.attractors.attractors import (
+    MAX_NEUTRAL_EXPONENT,
+    Attractor,
+    find_attractor,
+)
+from lumped.branches.motions import SpeedFamily
 from lumped.common.csv_text import format_exact
 from lumped.common.workers import NeverStop, Stop, Stopped
 from lumped.figures.maps import draw_map
@@ -61,6 +68,7 @@ from lumped.steady.maps import (
     run_map,
 )
 from lumped.steady.respond import respond_confirmed
+from lumped.steady.response import Response
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import DIRECTIONS, Direction, sweep
 from lumped.train.system import LumpedSystem
@@ -104,6 +112,11 @@ class Map(
         "point, for its largest response; this or --at.",
     )
     rpm: tuple[float, ...] = rpms_setting("--at if it is one, or of --band")
+    exponents: bool = setting(
+        False,
+        "Also the largest Lyapunov exponent of the motion, positive where it is "
+        "chaotic; over a band the largest of all its speeds.",
+    )
     torque: float | None = torque_setting()
     has_rolling = True
     model: LumpedModel = lumped_model(COUPLED | MOVING | BEARINGS)
@@ -155,7 +168,12 @@ class MapProblem(ParametricProblem):
         require_method(self.model, self.study.integration, self.gears)
         compute = partial(job.compute, "points")
         evaluate = self._evaluation(job.stop_event)
-        empty = ParameterMap(self.study.axes, len(self.gears.meshes), self._header)
+        empty = ParameterMap(
+            self.study.axes,
+            len(self.gears.meshes),
+            self._header,
+            with_exponents=self.study.exponents,
+        )
         parameter_map = run_map(empty, self.system, evaluate, compute)
         reasons = {cell.status for cell in parameter_map.cells.values()}
         if all(reason.startswith("impossible") for reason in reasons):
@@ -167,8 +185,10 @@ class MapProblem(ParametricProblem):
     def _evaluation(self, stop: Stop) -> Any:
         study = self.study
         if study.at is not None:
-            return partial(respond_at, study.at, study.integration)
-        return partial(respond_over, study.band, study.integration, DIRECTIONS, stop)
+            respond_single = exponent_at if study.exponents else respond_at
+            return partial(respond_single, study.at, study.integration)
+        respond_band = exponent_over if study.exponents else respond_over
+        return partial(respond_band, study.band, study.integration, DIRECTIONS, stop)
 
     @cached_property
     def _header(self) -> dict[str, str]:
@@ -206,6 +226,47 @@ def respond_over(
     return cell_of([r for branch in branches for r in branch.responses])
 
 
+def exponent_at(frequency: float, settings: Settings, system: LumpedSystem) -> Cell:
+    """Return the cell of `respond_at` with the largest Lyapunov exponent."""
+    response, _, steps = respond_confirmed(system, frequency, settings)
+    return cell_of([response], [find_attractor(system, response, steps).exponent])
+
+
+def exponent_over(
+    frequencies: tuple[float, ...],
+    settings: Settings,
+    directions: tuple[Direction, ...],
+    stop: Stop | None,
+    system: LumpedSystem,
+) -> Cell:
+    """Return the cell of `respond_over` with the largest exponent of all speeds."""
+    system_at, results = SpeedFamily(system).at, CollectedAttractors()
+    for direction in directions:
+        sweep_attractors(
+            frequencies, system_at, direction, settings, store=results, stop=stop
+        )
+    if stop is not None and stop.is_set():
+        raise Stopped
+    exponents = [attractor.exponent for attractor in results.attractors]
+    return cell_of(results.responses, exponents)
+
+
+@dataclass
+class CollectedAttractors:
+    """Responses and attractors of sweeps, as `sweep_attractors` finishes them."""
+
+    responses: list[Response] = field(default_factory=list)
+    attractors: list[Attractor] = field(default_factory=list)
+
+    def finished(self) -> list[tuple[Response, Attractor]]:
+        """Return none: every sweep begins anew."""
+        return []
+
+    def add(self, response: Response, attractor: Attractor) -> None:
+        self.responses.append(replace(response, state=None))
+        self.attractors.append(attractor)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class MapResult(StudyResult):
     """Vibration over a grid of parameters."""
@@ -240,8 +301,24 @@ class MapResult(StudyResult):
             },
             "reasons": sorted({c.status for c in cells if c.status.startswith("imp")}),
             "extremes": list(self._extremes()),
+            "largest_lyapunov_per_period": self._largest_exponent,
+            "chaotic_points": self._chaotic_points,
             "warnings": list(self.facts.warnings),
         }
+
+    @property
+    def _largest_exponent(self) -> float | None:
+        """Per period of the first mesh; None without exponents."""
+        if not self.study.exponents:
+            return None
+        return finite_or_none(np.fmax.reduce(self.parameter_map.exponents, axis=None))
+
+    @property
+    def _chaotic_points(self) -> int | None:
+        """Number of points with a clearly positive exponent; None without exponents."""
+        if not self.study.exponents:
+            return None
+        return int((self.parameter_map.exponents > MAX_NEUTRAL_EXPONENT).sum())
 
     def _extremes(self) -> Iterator[dict[str, Any]]:
         names = [axis.name for axis in self.parameter_map.axes]
@@ -293,6 +370,11 @@ class MapResult(StudyResult):
             yield (
                 f"mesh {extreme['mesh']}: {extreme['extreme']} RMS of DTE "
                 f"{number(1e6 * extreme['dte_rms_m'], 4)} um at {place}"
+            )
+        if values["chaotic_points"] is not None:
+            yield (
+                f"chaotic at {pluralize(values['chaotic_points'], 'point')}: "
+                f"largest Lyapunov exponent above {MAX_NEUTRAL_EXPONENT:g} per period"
             )
 
 

@@ -72,7 +72,7 @@ class Shooting:
         """Derivative of the state after a period by the state (2 n, 2 n)."""
         balance, frequency = self.motions.finer.at(self.value(z))
         if not isinstance(balance, HarmonicBalance):
-            raise TypeError("motions of the coupled model have no harmonic balance")
+            raise TypeError("motions that are integrated have no harmonic balance")
         x = integrated_unknowns(balance, self.state(z), frequency)
         return balance.monodromy(x, frequency)
 

@@ -9,13 +9,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import ClassVar, Protocol
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.branches.balance import MAX_UNKNOWNS, HarmonicBalance
-from lumped.branches.period_map import PeriodMap
+from lumped.branches.period_map import SPRING_STEPS, PeriodMap
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -24,6 +24,7 @@ DIFFERENCE_STEP = 1e-6  # of the unit, between systems that tell what a figure c
 MAX_HARMONICS = 80
 CACHE_SIZE = 8  # systems of neighbouring values
 PeriodicMotion = HarmonicBalance | PeriodMap
+Solver = Literal["balance", "shooting"]  # of periodic motions of springs
 
 
 class Family(Protocol):
@@ -113,13 +114,15 @@ class PeriodicProblem:
     """The equations of motions that repeat after some common periods of the meshes.
 
     harmonics, multiple, steepness : as of `HarmonicBalance`, which takes unknowns
-        apart; the coupled model has a `PeriodMap`
+        apart; the coupled model has a `PeriodMap`, and springs if the solver is
+        shooting
     """
 
     family: Family
     harmonics: int
     multiple: int = 1
     steepness: float | None = None
+    solver: Solver = "balance"
 
     def at(self, value: float) -> tuple[PeriodicMotion, float]:
         """The equations at a value of the parameter, and the mesh frequency [Hz]."""
@@ -133,6 +136,8 @@ class PeriodicProblem:
         def balance(system: LumpedSystem) -> PeriodicMotion:
             if system.contacts is not None:
                 return PeriodMap(system, self.multiple)
+            if self.solver == "shooting":
+                return PeriodMap(system, self.multiple, SPRING_STEPS)
             return HarmonicBalance(
                 system, self.harmonics, self.multiple, self.steepness
             )
@@ -144,7 +149,7 @@ class PeriodicProblem:
         """These motions with more harmonics, as many as are allowed."""
         balance, _ = self.at(self.family.within(math.inf))
         if not isinstance(balance, HarmonicBalance):
-            raise TypeError("motions of the coupled model have no harmonic balance")
+            raise TypeError("motions that are integrated have no harmonic balance")
         max_harmonics = (MAX_UNKNOWNS // balance.shape[1] - 1) // (2 * balance.length)
         finer = max(self.harmonics, min(MAX_HARMONICS, max_harmonics))
         return replace(self, harmonics=finer)

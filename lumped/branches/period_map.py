@@ -1,8 +1,9 @@
-"""Periodic motions of the coupled model as fixed points of the map over their period.
+"""Periodic motions as fixed points of the map over their period.
 
 Steps through a period take hardly longer with their changes than a Jacobian of harmonic
-balance, and leave no harmonics out. The unknowns are displacements, and velocities over
-angular frequencies, at the start of the period.
+balance, and leave no harmonics out. Their time grows with the number of periods after
+which a motion repeats, that of harmonic balance with its cube. The unknowns are
+displacements, and velocities over angular frequencies, at the start of the period.
 """
 
 from __future__ import annotations
@@ -16,19 +17,21 @@ from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
-from lumped.steady.steppers import FixedStepper
+from lumped.steady.steppers import AdaptiveStepper, FixedStepper, stepper_of
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
-STEPS = Settings(steps=256)
+STEPS = Settings(steps=256)  # of the coupled model
+# Of springs: steps that end on every change of contact
+SPRING_STEPS = Settings(method="dopri5", accuracy=1e-11, steps=128)
 DIFFERENCE_STEP = 1e-6  # of a frequency, between two that tell what its change does
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodMap:
-    """Motions of a system with contacts that repeat after `multiple` common periods.
+    """Motions of a system that repeat after `multiple` common periods.
 
-    steps : by which they are integrated
+    steps : by which they are integrated; STEPS of contacts, SPRING_STEPS of springs
     """
 
     system: LumpedSystem
@@ -53,8 +56,8 @@ class PeriodMap:
         return self._stepper.section_of(end_state)
 
     @property
-    def _stepper(self) -> FixedStepper:
-        return FixedStepper(self.system)
+    def _stepper(self) -> FixedStepper | AdaptiveStepper:
+        return stepper_of(self.system, self.steps)
 
     def equations(self, x: Array, frequency: float) -> tuple[Array, Array, Array]:
         """Errors of the equations (u,), their Jacobian (u, u), and what a change of

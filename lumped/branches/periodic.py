@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.branches.location import locate_bifurcation
-from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem
+from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem, Solver
 from lumped.branches.period_map import PeriodMap
 from lumped.branches.points import BranchPoint, branch_point, with_bifurcations
 from lumped.branches.shooting import shoot
@@ -45,7 +45,8 @@ from lumped.steady.sweep import Direction, SweepPoint, continue_sweep
 from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
-# Arc length to the first point of a branch that sets out from another
+# Arc length to the first point of a branch that sets out from motions of one period;
+# of more periods it is less, see `switch_length`
 SWITCH_LENGTH = 0.01
 RANDOM_SPREAD = 3.0  # spread of random states, over the static one
 # Part of the parameter's unit by which branches miss each other at doublings
@@ -88,6 +89,13 @@ class BranchSettings:
         "Largest number of common periods of all meshes after which motions repeat: "
         "period-doubled branches are followed up to it.",
         Range(1, 64),
+    )
+    solver: Solver = option(
+        "balance",
+        "Solver of periodic motions of models 1 to 3. balance: harmonic balance; "
+        "shooting: fixed points of the map over a period, integrated by steps that end "
+        "on every change of contact, with no harmonics left out, and sooner for large "
+        "period multiples.",
     )
     starts: int = option(
         0,
@@ -310,7 +318,8 @@ class BranchFinder:
         branch, single_period = (self._branch(n * parent.multiple) for n in (2, 1))
         x = single_period.problem.at(point.parameter)[0].lengthened(point.x, 2)
         try:
-            start = branch.branch_switch(x, point.parameter, SWITCH_LENGTH)
+            length = switch_length(parent.multiple)
+            start = branch.branch_switch(x, point.parameter, length)
         except NoSolution:
             return
         if has_half_period(branch, start) or self._is_known(branch, start):
@@ -326,13 +335,18 @@ class BranchFinder:
     def _new_branch(self, multiple: int) -> Continuation[PeriodicProblem]:
         settings = self.settings
         motions = PeriodicProblem(
-            self.family, settings.harmonics, multiple, settings.steepness
+            self.family,
+            settings.harmonics,
+            multiple,
+            settings.steepness,
+            settings.solver,
         )
         balance, _ = motions.at(self.limits[1])
         steps = StepControl(
             size=balance.size,
             unit=self.family.unit,
-            first_length=settings.step,
+            # longer ones lead back to motions of half the period, from which it begins
+            first_length=settings.step * min(1.0, 2.0 / multiple),
             max_length=settings.max_step,
             max_points=settings.points,
             min_cosine=MIN_CONTACT_COSINE
@@ -426,6 +440,8 @@ def located_point(motions: PeriodicProblem, point: BranchPoint) -> BranchPoint:
     integrable = motions.steepness is None and balance.system.contacts is None
     if test is None or not integrable:
         return point
+    if isinstance(balance, PeriodMap):  # shooting already
+        return replace(point, refined_parameter=point.parameter)
     try:
         return replace(
             point,
@@ -469,13 +485,24 @@ def odd_part(motions: PeriodicProblem, point: Point) -> Array:
     return balance.odd_part(point.x, frequency)
 
 
+def switch_length(multiple: int) -> float:
+    """Arc length to the first point of the branch of twice the period of motions.
+
+    In a cascade of doublings the part that motions of half the period do not have
+    shrinks by 2.5 from branch to branch, where the next one doubles (Feigenbaum).
+
+    multiple : common periods after which the motions repeat
+    """
+    return SWITCH_LENGTH / multiple
+
+
 def has_half_period(branch: Continuation[PeriodicProblem], point: Point) -> bool:
     """Whether a motion of an even multiple repeats after half of its period."""
     motions = branch.problem
     if motions.multiple % 2:
         return False
     size = float(np.linalg.norm(odd_part(motions, point)))
-    return size < 0.3 * SWITCH_LENGTH * branch.steps.size
+    return size < 0.3 * switch_length(motions.multiple // 2) * branch.steps.size
 
 
 def _cut_at_halving(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.branches.motions import PeriodicMotion
-from lumped.branches.period_map import PeriodMap
+from lumped.branches.period_map import SPRING_STEPS, PeriodMap
 from lumped.continuation.arc_length import NoSolution
 from lumped.steady.measures import measure_motion
 from lumped.steady.settings import Settings
@@ -25,6 +25,7 @@ NEWTON_TOL = 1e-7  # largest last correction, of the state's size
 MAX_CORRECTIONS = 20
 ADAPTIVE = Settings(method="dopri5", accuracy=1e-11)
 FIXED = Settings(steps=512)  # of the coupled model
+FINEST = replace(SPRING_STEPS, accuracy=1e-12, steps=256)  # of springs, of a PeriodMap
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,8 @@ def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
     Raises NoSolution where corrections do not fade.
     """
     if isinstance(balance, PeriodMap):
-        return _shoot_finer(replace(balance, steps=FIXED), x, frequency)
+        finer = FINEST if balance.system.contacts is None else FIXED
+        return _shoot_finer(replace(balance, steps=finer), x, frequency)
     stepper, speed = stepper_of(balance.system, ADAPTIVE), Speed(frequency, ADAPTIVE)
     state = balance.state(x, frequency)
     change = balance.monodromy(x, frequency) - np.eye(state.size)

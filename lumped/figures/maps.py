@@ -18,11 +18,15 @@ MAX_CONTACT_LOSS = 1e-3  # fraction of the cycle above which contact counts as l
 
 
 def draw_map(parameter_map: ParameterMap, title: str = "") -> Figure:
-    """Plot the RMS of the DTE [um] for each mesh; loss of contact is hatched."""
-    figure, (row,) = panels(
-        1, parameter_map.meshes, size=(5.4 * parameter_map.meshes, 5.0)
-    )
-    for mesh, axes in enumerate(row):
+    """Plot the RMS of the DTE [um] for each mesh; loss of contact is hatched.
+
+    A last panel has the largest Lyapunov exponents, where the map has them.
+    """
+    count = parameter_map.meshes + parameter_map.with_exponents
+    figure, (row,) = panels(1, count, size=(5.4 * count, 5.0))
+    if parameter_map.with_exponents:
+        _draw_exponents(row[-1], parameter_map)
+    for mesh, axes in enumerate(row[: parameter_map.meshes]):
         if len(parameter_map.axes) == 2:
             _draw_contours(axes, parameter_map, mesh)
         else:
@@ -55,6 +59,35 @@ def _draw_contours(axes: Axes, parameter_map: ParameterMap, mesh: int) -> None:
     axes.figure.colorbar(filled, ax=axes, label="RMS of the DTE without mean [um]")
     axes.set_xlabel(axis_label(one.name))
     axes.set_ylabel(axis_label(two.name))
+
+
+def _draw_exponents(axes: Axes, parameter_map: ParameterMap) -> None:
+    """Largest Lyapunov exponents, with the boundary of chaos as a line."""
+    axes.set_title("largest Lyapunov exponent", fontsize=10)
+    exponents, first = parameter_map.exponents, parameter_map.axes[0]
+    axes.set_xlabel(axis_label(first.name))
+    label = "largest Lyapunov exponent [1/period]"
+    if len(parameter_map.axes) == 1:
+        axes.axhline(0.0, color="0.4", lw=0.8)
+        axes.plot(first.values, exponents, "o-", markersize=4)
+        axes.set_ylabel(label)
+        return
+    axes.grid(False)
+    second = parameter_map.axes[1]
+    largest = float(np.nanmax(np.abs(exponents), initial=0.0))
+    if min(exponents.shape) < 2 or largest == 0.0:
+        axes.text(0.5, 0.5, "no contours", transform=axes.transAxes, ha="center")
+        return
+    mesh = axes.pcolormesh(
+        *(first.values, second.values, exponents.T),
+        cmap="RdBu_r",
+        vmin=-largest,
+        vmax=largest,
+        shading="nearest",
+    )
+    axes.contour(first.values, second.values, exponents.T, [0.0], colors="k")
+    axes.figure.colorbar(mesh, ax=axes, label=label)
+    axes.set_ylabel(axis_label(second.name))
 
 
 def _draw_curve(axes: Axes, parameter_map: ParameterMap, mesh: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -20,6 +21,7 @@ from lumped.train.system import LumpedSystem
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
 QUANTITIES = ("mesh_frequency_Hz", *COLUMNS[COLUMNS.index("dte_rms_m") : -1])
+EXPONENT = "lyapunov_per_period"  # column of maps with exponents
 
 
 class MapError(ValueError):
@@ -48,21 +50,28 @@ class Cell:
     values : (m, 8), columns as in QUANTITIES; NaN if the run diverged
     multiples : (m,) response period in mesh periods, 0 if aperiodic
     status : periodic, aperiodic, diverged, or impossible and the reason
+    exponent : largest Lyapunov exponent per period of the first mesh; NaN where the
+        motion diverged, None where the map has no exponents or the point is impossible
     """
 
     values: tuple[tuple[float, ...], ...]
     multiples: tuple[int, ...]
     status: str
+    exponent: float | None = None
 
 
 @dataclass(frozen=True)
 class ParameterMap:
-    """Axes, fixed parameters (free text by key), and the points computed so far."""
+    """Axes, fixed parameters (free text by key), and the points computed so far.
+
+    with_exponents : whether cells have largest Lyapunov exponents
+    """
 
     axes: tuple[Axis, ...]
     meshes: int
     header: Mapping[str, str]
     cells: Mapping[Point, Cell] = field(default_factory=dict)
+    with_exponents: bool = False
 
     @property
     def points(self) -> list[Point]:
@@ -76,15 +85,32 @@ class ParameterMap:
     def on_grid(self, name: str, mesh: int) -> Array:
         """Quantity of one mesh (from 0) on the grid; NaN where it is missing."""
         column = QUANTITIES.index(name)
+        return self._arranged(lambda cell: cell.values[mesh][column])
+
+    @property
+    def exponents(self) -> Array:
+        """Largest Lyapunov exponents on the grid, per period of the first mesh."""
+        return self._arranged(exponent_of)
+
+    def _arranged(self, quantity: Callable[[Cell], float]) -> Array:
+        """A quantity of the cells on the grid; NaN where there is none."""
         values = [
-            cell.values[mesh][column] if (cell := self.cells.get(point)) else np.nan
+            quantity(cell) if (cell := self.cells.get(point)) else np.nan
             for point in self.points
         ]
         return np.reshape(values, [len(axis.values) for axis in self.axes])
 
 
-def cell_of(responses: Sequence[Response]) -> Cell:
-    """Quantities of each mesh at the response with its largest vibration."""
+def exponent_of(cell: Cell) -> float:
+    """Exponent of a cell, NaN where there is none."""
+    return math.nan if cell.exponent is None else cell.exponent
+
+
+def cell_of(responses: Sequence[Response], exponents: Sequence[float] = ()) -> Cell:
+    """Quantities of each mesh at the response with its largest vibration.
+
+    exponents : largest Lyapunov exponent of each response, or none
+    """
     rms = np.array([response.dte_rms for response in responses])
     rms = np.where(np.isnan(rms), np.inf, rms)  # a divergence must remain visible
     largest = [responses[i] for i in rms.argmax(axis=0)]
@@ -97,7 +123,8 @@ def cell_of(responses: Sequence[Response]) -> Cell:
     )
     multiples = tuple(int(r.period_multiple[m]) for m, r in enumerate(largest))
     status = max((r.status for r in responses), key=_severity)
-    return Cell(values, multiples, str(status))
+    exponent = float(np.max(exponents)) if exponents else None
+    return Cell(values, multiples, str(status), exponent)
 
 
 def _severity(status: str) -> int:
@@ -171,7 +198,9 @@ def _evaluate_cell(
 
 
 def _cell_to_arrays(cell: Cell) -> Arrays:
+    exponent = () if cell.exponent is None else (cell.exponent,)
     return {
+        "exponent": np.array(exponent, float),
         "values": np.array(cell.values),
         "multiples": np.array(cell.multiples),
         "status": np.frombuffer(cell.status.encode(), np.uint8),
@@ -181,13 +210,15 @@ def _cell_to_arrays(cell: Cell) -> Arrays:
 def _cell_from_arrays(arrays: Arrays) -> Cell:
     values, multiples = (arrays[name].tolist() for name in ("values", "multiples"))
     status = arrays["status"].tobytes().decode()
-    return Cell(tuple(map(tuple, values)), tuple(multiples), status)
+    (exponent,) = arrays["exponent"].tolist() or (None,)
+    return Cell(tuple(map(tuple, values)), tuple(multiples), status, exponent)
 
 
 def map_columns(parameter_map: ParameterMap) -> tuple[str, ...]:
     """Names of the columns of `map_rows`."""
     names = (axis.name for axis in parameter_map.axes)
-    return *names, "mesh", *QUANTITIES, "period_multiple", "status"
+    exponent = (EXPONENT,) if parameter_map.with_exponents else ()
+    return *names, "mesh", *QUANTITIES, "period_multiple", *exponent, "status"
 
 
 def map_rows(parameter_map: ParameterMap) -> Iterator[tuple[Any, ...]]:
@@ -196,4 +227,6 @@ def map_rows(parameter_map: ParameterMap) -> Iterator[tuple[Any, ...]]:
         cell = parameter_map.cells[point]
         meshes = zip(cell.values, cell.multiples, strict=True)
         for mesh, (values, multiple) in enumerate(meshes, start=1):
-            yield *map(float, point), mesh, *values, multiple, cell.status
+            exponent = (exponent_of(cell),) if parameter_map.with_exponents else ()
+            row = *map(float, point), mesh, *values, multiple, *exponent
+            yield *row, cell.status

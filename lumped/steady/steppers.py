@@ -43,6 +43,9 @@ RESONANCE_ANGLE_FACTOR, MIN_STEP_ANGLE, MAX_STEP_ANGLE = 4.0, 0.25, 1.0
 # amplitudes 7 % too small, 0.3 rad 1 %. So up to MAX_STEPS_PER_PERIOD steps
 # have this angle [rad].
 ENGAGEMENT_STEP_ANGLE = 0.25
+# Of the state, between motions on both sides of one that tell what changes become: some
+# 1e4 times the round-off of adaptive steps, and its square is below their error
+DIFFERENCE_STEP = 3e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,6 +315,30 @@ class AdaptiveStepper(LumpedStepper):
             if status:
                 raise Diverged(0.0)
         return now, History(time / speed.frequency, *out.transpose(1, 0, 2))
+
+    def monodromy(
+        self, state: Array, speed: Speed, periods: int
+    ) -> tuple[Array, Array]:
+        """State (2, n) after common periods, and the matrix that maps small changes.
+
+        The matrix (2 n, 2 n) refers to displacements, and velocities over `angular`. It
+        is the product of those of each common period, from motions on both sides.
+        """
+        now, matrix = state, np.eye(state.size)
+        step = DIFFERENCE_STEP * float(np.abs(self.system.static_state[0]).max())
+        for _ in range(periods):
+            section, columns = self.section_of(now), []
+            for change in step * np.eye(state.size):
+                above, below = (
+                    self.section_of(
+                        self.record(self.state_of(section + side), speed, 1)[0]
+                    )
+                    for side in (change, -change)
+                )
+                columns.append((above - below) / (2.0 * step))
+            matrix = np.array(columns).T @ matrix
+            now, _ = self.record(now, speed, 1)
+        return now, matrix
 
     def refined(
         self, frequency: float, settings: Settings, repeats: bool

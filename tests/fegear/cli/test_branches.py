@@ -206,3 +206,13 @@ def test_the_first_line_says_what_model_1_leaves_out():
     (line,) = study.prepare().notes
     assert line.startswith("model 1")
     assert " ".join(page.split()).startswith(" ".join(line.split()))
+
+
+def test_shooting_refuses_what_belongs_to_harmonic_balance():
+    arguments = ("branches", *SHORT[:-2], "--solver", "shooting")
+    for option in (("--harmonics", "8"), ("--steepness", "1")):
+        result = CliRunner().invoke(app, [*arguments, *option])
+        assert result.exit_code != 0
+        message = f"{result.output}{result.exception}"
+        assert f"{option[0]} = {option[1]}" in message
+        assert "shooting integrates motions with true contact" in message

@@ -272,6 +272,10 @@ BRANCHES_OVER = (
     "branches SET --over dynamics.damping_ratio=0.05:0.06 --at 2100 "
     "--excitation rectangular --harmonics 4 --json"
 )
+SWEPT = (  # a second branch, which sweeps reach
+    "branches liu-idler --torque 100 --excitation rectangular --harmonics 4 "
+    "--period-multiple 1 --speeds 1300:1700 --json"
+)
 ISOLATED = (
     "branches liu-pair --excitation rectangular --damping 0.03 --harmonics 4 "
     "--period-multiple 3 --speeds 4600:7200 --json"
@@ -681,6 +685,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--overwrite": plus(BRANCHES, "--overwrite", refused=True),
         "--period-multiple": plus(DOUBLING, "--period-multiple 1"),
         "--harmonics": plus(BRANCHES, "--harmonics 2"),
+        "--solver": plus(BRANCHES, "--solver shooting"),
+        "--sweep-points": plus(SWEPT, "--sweep-points 2"),
         "--excitation-harmonics": plus(
             BRANCHES.replace("rectangular", "fourier"), "--excitation-harmonics 1"
         ),
@@ -704,6 +710,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),
         "--at": swap(MAP, "3000", "4000"),
         "--band": swap(MAP, "--at 3000", "--band 3000,4000"),
+        "--exponents": plus(MAP, "--exponents"),
         "--rpm": swap(MAP, "--at 3000", "--rpm 7000"),
         "--without": plus(COUPLED_MAP, "--without body"),
         "--output": plus(MAP, "-o m.csv"),

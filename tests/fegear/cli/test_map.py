@@ -14,6 +14,7 @@ import fegear
 from fegear.cli import app
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
+from lumped.common.csv_text import parse_csv
 
 RELIEF = "mesh.{}.tip_relief.magnitude_um"
 BASE = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
@@ -188,3 +189,55 @@ def test_friction_is_an_axis_or_the_same_at_all_points(tmp_path):
     assert others[0, 4] != others[1, 4]
     assert "friction coefficient: 0.2" in fixed.read_text()
     assert "friction coefficient" not in over.read_text()
+
+
+def test_exponents_are_those_of_sections_and_drawn(tmp_path):
+    """One point at a time from rest, as the first value of a bifurcation diagram."""
+    over = "damping_ratio=0.03,0.05"
+    path, plot = tmp_path / "m.csv", tmp_path / "m.png"
+    arguments = (*BASE, "--over", over, "--at", 1700, "--exponents")
+    with saved_figures() as figures:
+        values = json.loads(run(*arguments, "--json", "-o", path, "--plot", plot))
+    table = parse_csv(path.read_text("utf-8"), "m.csv")
+    at = [table.names.index(n) for n in ("damping_ratio", "lyapunov_per_period")]
+    exponents = dict(tuple(float(row[i]) for i in at) for row in table.rows.values())
+    model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
+    for damping, exponent in exponents.items():
+        sections = fegear.run(
+            fegear.Bifurcations(
+                gear_set="liu-idler",
+                torque=100.0,
+                at=1700.0,
+                over=f"damping_ratio={damping}",
+                direction="up",
+                model=model,
+            )
+        )
+        (attractor,) = sections.branches[0].attractors
+        assert exponent == pytest.approx(attractor.exponent, rel=1e-6)
+        assert exponent < 0.0
+    assert values["chaotic_points"] == 0
+    assert values["largest_lyapunov_per_period"] == max(exponents.values())
+    assert are_drawn(*figures, list(exponents.items()))
+    assert "largest Lyapunov exponent [1/period]" in axis_labels(*figures)
+
+
+def test_the_exponent_of_a_band_is_the_largest_of_its_sweeps(tmp_path):
+    path, speeds = tmp_path / "m.csv", ("1500", "1600", "1700")
+    options = ("--over", "damping_ratio=0.04", "--exponents")
+    run(*BASE, *options, "--band", ",".join(speeds), "-o", path)
+    table = parse_csv(path.read_text("utf-8"), "m.csv")
+    at = table.names.index("lyapunov_per_period")
+    sections = fegear.run(
+        fegear.Bifurcations(
+            gear_set="liu-idler",
+            torque=100.0,
+            over=f"mesh_frequency_Hz={','.join(speeds)}",
+            model=fegear.LumpedModel(
+                stiffness=fegear.StiffnessSource(kind="rectangular")
+            ),
+        )
+    )
+    largest = max(a.exponent for b in sections.branches for a in b.attractors)
+    for row in table.rows.values():
+        assert float(row[at]) == pytest.approx(largest, rel=1e-6)
