@@ -81,6 +81,19 @@ GEAR: dict[str, Value] = {
     "mass_kg": between(0.01, 5.0),
     "bearing_kx_N_per_m": lambda r: 10.0 ** r.uniform(6, 9),
     "coupling_stiffness_Nm_per_rad": any_of(0.0, 100.0, 1e6),
+    "ball_bearing": lambda r: {
+        "balls": r.randint(3, 20),
+        "ball_diameter_mm": round(r.uniform(3.0, 12.0), 2),
+        "pitch_diameter_mm": round(r.uniform(20.0, 60.0), 2),
+        "clearance_um": r.choice([0.0, 10.0, -5.0, 80.0]),
+    },
+    "roller_bearing": lambda r: {
+        "rollers": r.randint(3, 20),
+        "roller_diameter_mm": round(r.uniform(3.0, 12.0), 2),
+        "roller_length_mm": round(r.uniform(3.0, 20.0), 2),
+        "pitch_diameter_mm": round(r.uniform(20.0, 60.0), 2),
+        "inner_waviness_um": [0.0, 0.3],
+    },
 }
 RELIEF: dict[str, Value] = {
     "magnitude_um": between(1.0, 40.0),
@@ -101,6 +114,7 @@ MESH: dict[str, Value] = {
     "load_share": between(0.05, 0.95),
 }
 RING = {key: GEAR[key] for key in GEAR if key not in ("teeth", "hub_radius_mm")} | {
+    "rim_radial_stiffness_N_per_mm3": lambda r: 10.0 ** r.uniform(0, 5),
     "cutter_teeth": lambda r: r.randint(8, 60),
     "tip_radius_mm": between(40.0, 130.0),
 }
@@ -108,6 +122,9 @@ PLANETARY: dict[str, Value] = {
     "center_distance_mm": between(30.0, 110.0),
     "positions_deg": lambda r: [
         round(60.0 * place + r.choice([0.0, 0.0, 3.0]), 3) for place in range(9)
+    ],
+    "position_errors_um": lambda r: [
+        r.choice([0.0, 0.0, 5.0, -30.0]) for _ in range(9)
     ],
     "carrier_inertia_kg_m2": lambda r: 10.0 ** r.uniform(-6, 0),
     "carrier_mass_kg": between(0.01, 5.0),
@@ -184,8 +201,9 @@ def planetary_set(r: random.Random) -> dict[str, Any]:
             entry[side] = keys
     for key in r.sample(list(PLANETARY), r.choice([0, 0, 1, 2])):
         entry[key] = PLANETARY[key](r)
-    if "positions_deg" in entry:
-        entry["positions_deg"] = entry["positions_deg"][: entry["planets"]]
+    for key in ("positions_deg", "position_errors_um"):
+        if key in entry:
+            entry[key] = entry[key][: entry["planets"]]
     if "carrier_bearing_kx_N_per_m" in entry:
         entry["carrier_bearing_ky_N_per_m"] = 2e8
     tables |= {"gear": [sun, planet, ring], "planetary": [entry]}
@@ -210,6 +228,8 @@ def ring_gear(r: random.Random) -> dict[str, Any]:
         entry[key] = RING[key](r)
     if "bearing_kx_N_per_m" in entry:
         entry["bearing_ky_N_per_m"] = 2e8
+    if "rim_radial_stiffness_N_per_mm3" in entry:
+        entry["rim_tangential_stiffness_N_per_mm3"] = 100.0
     return entry
 
 
@@ -367,7 +387,12 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--time-history": ["set.toml", "none"],
     "--field": ["pressure", "colour"],
     "--scale": ["10", "x"],
-    "--zoom": ["tooth"],
+    "--zoom": ["tooth", "set"],
+    "--bearings": ["rolling", "linear", "both"],
+    "--load": ["1", "1e5", "0", "-1", "1e300", "nan"],
+    "--over-load": FILES,
+    "--solver": ["balance", "shooting", "x"],
+    "--sweep-points": ["9", "0", "x"],
     "--width": ["480", "7"],
     "--frames": ["2", "0"],
     "--stiffness": ["given", "fe", "coupled"],
@@ -455,6 +480,8 @@ BASE = {
     "relief": ("SET --resolution coarse --positions 4 --starts 1", 2),
     "tolerances": ("SET --resolution coarse --positions 4 --samples 10", 2),
     "mesh": ("SET --resolution coarse --output out.vtu", 2),
+    "bearing": ("SET --load 1000", 3),
+    "sharing": ("SET --excitation rectangular", 3),
     "dynamics": ("SET --resolution coarse --fidelity quasistatic --speeds 3000", 2),
     "identify": ("SET --resolution coarse", 1),
     "validate": ("case.toml --output out", 2),
