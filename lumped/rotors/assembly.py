@@ -231,6 +231,7 @@ def _add_bearings(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
         result.damping[lateral, lateral] += np.reshape(bearing.damping, (2, 2))
         tilts = [at + TILT_X, at + TILT_Y]
         result.stiffness[tilts, tilts] += bearing.tilt_stiffness
+        result.stiffness[at + ROTATION, at + ROTATION] += bearing.torsional_stiffness
 
 
 def mesh_rows(result: GyroscopicSystem, mesh: MeshSpring) -> tuple[Array, Array]:

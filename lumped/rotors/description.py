@@ -91,12 +91,14 @@ class Bearing:
         the second [N/m]
     damping : likewise [N s/m]
     tilt_stiffness : moment per angle about both diameters [N m/rad]
+    torsional_stiffness : of a spring to ground about the axis [N m/rad]
     """
 
     position: float = _not_negative()
     stiffness: tuple[float, float, float, float]
     damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     tilt_stiffness: float = _not_negative()
+    torsional_stiffness: float = _not_negative()
 
     def __post_init__(self) -> None:
         require_fields(self)
