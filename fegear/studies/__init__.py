@@ -81,6 +81,11 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and the meshes they strain.",
     ),
+    "campbell": (
+        "campbell",
+        "CampbellDiagram",
+        "Campbell diagram of shafts that spin and bend: critical speeds and stability.",
+    ),
     "export": (
         "export",
         "ModelExport",

@@ -14,7 +14,7 @@ from fegear.files.output import INTO_PICTURE, PICTURES, path_of
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.draw import gear_set_figure, outlines
 from fegear.gearset.model import GearSet
-from fegear.studies.page import ROUND_OFF, ColumnTable, Page
+from fegear.studies.page import ROUND_OFF, ColumnTable, Page, pluralize
 from fegear.studies.study import (
     NO_PICTURES,
     Draw,
@@ -206,7 +206,9 @@ def shaft_line(
     line = f"Rigid shaft: {', '.join(gears)}"
     if stiffness_Nm_per_rad is not None:
         stiffness = shown(stiffness_Nm_per_rad)
-        line = f"Shaft: {', '.join(gears)}, {stiffness} N m/rad between successive gears"
+        line = (
+            f"Shaft: {', '.join(gears)}, {stiffness} N m/rad between successive gears"
+        )
     elif len(gears) == 1:
         line = f"Shaft: {gears[0]}"
     if length_mm is None or mass_kg is None:

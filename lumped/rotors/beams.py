@@ -60,17 +60,14 @@ def translation_mass(length: float) -> Array:
 def rotation_mass(length: float) -> Array:
     """Products of slopes (4, 4) over the element, per inertia of a length rho I."""
     L = length
-    return (
-        np.array(
-            [
-                [36.0, 3.0 * L, -36.0, 3.0 * L],
-                [3.0 * L, 4.0 * L**2, -3.0 * L, -(L**2)],
-                [-36.0, -3.0 * L, 36.0, -3.0 * L],
-                [3.0 * L, -(L**2), -3.0 * L, 4.0 * L**2],
-            ]
-        )
-        / (30.0 * L)
-    )
+    return np.array(
+        [
+            [36.0, 3.0 * L, -36.0, 3.0 * L],
+            [3.0 * L, 4.0 * L**2, -3.0 * L, -(L**2)],
+            [-36.0, -3.0 * L, 36.0, -3.0 * L],
+            [3.0 * L, -(L**2), -3.0 * L, 4.0 * L**2],
+        ]
+    ) / (30.0 * L)
 
 
 def in_both_planes(matrix: Array, xz: float, yz: float) -> Array:

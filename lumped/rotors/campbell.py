@@ -144,12 +144,12 @@ def align(states: ComplexArray, solved: WhirlModes) -> WhirlModes:
     return aligned
 
 
-def assign(
-    before: ComplexArray, after: ComplexArray
-) -> tuple[NDArray[np.intp], Array]:
+def assign(before: ComplexArray, after: ComplexArray) -> tuple[NDArray[np.intp], Array]:
     """Which mode continues each, and the assurance criterion of both."""
     overlap = np.abs(before.conj().T @ after) ** 2
-    norms = np.outer((np.abs(before) ** 2).sum(axis=0), (np.abs(after) ** 2).sum(axis=0))
+    norms = np.outer(
+        (np.abs(before) ** 2).sum(axis=0), (np.abs(after) ** 2).sum(axis=0)
+    )
     assurance = overlap / norms
     missing = max(0, before.shape[1] - after.shape[1])
     padded = np.pad(assurance, ((0, 0), (0, missing)))

@@ -20,6 +20,8 @@ from lumped.rotors.assembly import GyroscopicSystem
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Instability = Literal["flutter", "divergence"]
+ModeKind = Literal["forward", "backward", "planar", "torsion"]
+MIN_WHIRL = 0.1  # of a motion that is not planar
 RIGID_RTOL = 1e-11  # square of a frequency over the highest one, of a rigid motion
 GROWTH_RTOL = 1e-12  # rate of growth over the highest frequency that is round-off
 EQUAL_RTOL = 1e-8  # between frequencies of one group, whose shapes are a plane's
@@ -78,6 +80,15 @@ class WhirlModes:
             self.mesh_energy[:, places],
             self.growing,
         )
+
+
+def mode_kind(whirl: float, torsion: float) -> ModeKind:
+    """What a mode is mostly: torsion, or whirl of the rotor that moves most."""
+    if torsion > 0.5:
+        return "torsion"
+    if abs(whirl) < MIN_WHIRL:
+        return "planar"
+    return "forward" if whirl > 0.0 else "backward"
 
 
 class WhirlProblem:
