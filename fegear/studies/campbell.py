@@ -7,12 +7,14 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.codes import with_code
+from fegear.files.output import TO_TABLE
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
@@ -46,6 +48,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 RPM = 2.0 * math.pi / SECONDS_PER_MINUTE  # rad/s
 DEFAULT_MODE = 4  # at rest, whose frequency the fastest shaft reaches by default
+CRITICAL_TABLE = MappingProxyType(
+    {"critical": f"Write the critical speeds {TO_TABLE}."}
+)
 MAX_SHOWN = 24  # critical speeds on the screen
 GEAR_BEARING = re.compile(r"^(gear\..*|defaults)\.bearing_k[xy]_N_per_m$")
 
@@ -61,7 +66,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
     """
 
     pictures = PLOT
-    more_tables = {"critical": "Write the critical speeds"}
+    more_tables = CRITICAL_TABLE
 
     gear_set: GearSetRef
     max_rpm: float | None = setting(

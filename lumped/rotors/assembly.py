@@ -27,6 +27,7 @@ from lumped.rotors.beams import (
     twist_matrices,
 )
 from lumped.rotors.description import (
+    MIN_ELEMENT,
     POSITION_RTOL,
     MeshSpring,
     Rotor,
@@ -50,6 +51,7 @@ class GyroscopicSystem:
     gyroscopic : G (n, n), skew-symmetric
     circulatory : H (n, n), of damping that turns with a rotor
     centripetal : N (n, n), of a frame that turns
+    shaft_stiffness : (n, n), part of `stiffness`
     mesh_stiffness : (meshes, n, n), part of `stiffness`
     """
 
@@ -61,6 +63,7 @@ class GyroscopicSystem:
     gyroscopic: Array
     circulatory: Array
     centripetal: Array
+    shaft_stiffness: Array
     mesh_stiffness: Array
 
     @property
@@ -82,7 +85,7 @@ class GyroscopicSystem:
     @cached_property
     def quarter_turn(self) -> Array:
         """Matrix J (n, n) that turns every node by a quarter, x to y."""
-        return np.kron(np.eye(self.size // NODE_SIZE), QUARTER_TURN)
+        return np.asarray(np.kron(np.eye(self.size // NODE_SIZE), QUARTER_TURN))
 
     @cached_property
     def is_conservative(self) -> bool:
@@ -123,8 +126,14 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
     result = GyroscopicSystem(
         nodes,
         tuple(rotor.speed_ratio for rotor in system.rotors),
-        *np.zeros((6, size, size)),
-        np.zeros((len(system.meshes), size, size)),
+        mass=np.zeros((size, size)),
+        damping=np.zeros((size, size)),
+        stiffness=np.zeros((size, size)),
+        gyroscopic=np.zeros((size, size)),
+        circulatory=np.zeros((size, size)),
+        centripetal=np.zeros((size, size)),
+        shaft_stiffness=np.zeros((size, size)),
+        mesh_stiffness=np.zeros((len(system.meshes), size, size)),
     )
     for number, rotor in enumerate(system.rotors):
         _add_shaft(result, number, rotor)
@@ -150,17 +159,20 @@ def nodes_of(
 ) -> tuple[float, ...]:
     """Positions of nodes [m]: where parts are, with elements between of equal length.
 
+    A part closer than `MIN_ELEMENT` to another one, or to an end of a section, has no
+    node of its own.
+
     elements : least number of them
     """
     ends = [0.0, *accumulate(section.length for section in rotor.sections)]
     length = ends[-1]
-    places = [*ends, *gear_positions]
-    places += [part.position for part in (*rotor.disks, *rotor.bearings)]
-    places = [min(place, length) for place in sorted(places)]
-    stations = [0.0]
+    places = [*gear_positions, *(disk.position for disk in rotor.disks)]
+    places += [bearing.position for bearing in rotor.bearings]
+    stations = list(ends)
     for place in places:
-        if place - stations[-1] > POSITION_RTOL * length:
+        if min(abs(place - station) for station in stations) >= MIN_ELEMENT * length:
             stations.append(place)
+    stations.sort()
     nodes = [0.0]
     for low, high in pairwise(stations):
         count = max(1, math.ceil(elements * (high - low) / length - POSITION_RTOL))
@@ -181,9 +193,8 @@ def _section_at(rotor: Rotor, position: float) -> Section:
 
 
 def _add_shaft(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
-    nodes = result.nodes[number]
+    nodes, turn = result.nodes[number], np.kron(np.eye(2), QUARTER_TURN)
     first = result.index(number, 0.0, "x")
-    bent = np.zeros_like(result.stiffness)
     for element, (low, high) in enumerate(pairwise(nodes)):
         place = first + NODE_SIZE * element
         at = slice(place, place + 2 * NODE_SIZE)
@@ -198,40 +209,51 @@ def _add_shaft(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
             polar = 2.0 * inertia * rotor.speed_ratio
             result.gyroscopic[at, at] += polar * gyroscopic_matrix(length)
         result.mass[at, at] += in_both_planes(mass, 1.0, 1.0) + 2.0 * inertia * spin
-        bent[at, at] += in_both_planes(
+        torsional = 2.0 * rotor.shear_modulus * section.second_moment
+        stiffness = torsional * twist + in_both_planes(
             bending_stiffness(length), rigidity + difference, rigidity - difference
         )
-        torsional = 2.0 * rotor.shear_modulus * section.second_moment
-        result.stiffness[at, at] += torsional * twist
-        result.damping[at, at] += rotor.internal_damping * torsional * twist
-    result.stiffness[:] += bent
-    # the rate of strain is seen from the shaft: x' - Omega J x
-    rate = rotor.internal_damping * rotor.speed_ratio
-    result.damping[:] += rotor.internal_damping * bent
-    result.circulatory[:] -= rate * bent @ result.quarter_turn
+        result.shaft_stiffness[at, at] += stiffness
+        result.stiffness[at, at] += stiffness
+        # the rate of strain is seen from the shaft: x' - Omega J x
+        result.damping[at, at] += rotor.internal_damping * stiffness
+        rate = rotor.internal_damping * rotor.speed_ratio
+        result.circulatory[at, at] -= rate * stiffness @ turn
+
+
+def _arm(result: GyroscopicSystem, rotor: int, position: float) -> Array:
+    """Motion (5, 5) of a part by that of the node that carries it on a rigid arm."""
+    nodes = result.nodes[rotor]
+    distance = position - nodes[_node_at(nodes, position)]
+    arm = np.eye(NODE_SIZE)
+    arm[X, TILT_Y], arm[Y, TILT_X] = distance, -distance
+    return arm
 
 
 def _add_disks(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
     for disk in rotor.disks:
-        at = result.index(number, disk.position, "x")
+        first = result.index(number, disk.position, "x")
+        at, arm = slice(first, first + NODE_SIZE), _arm(result, number, disk.position)
         tilt = disk.transverse_inertia
         inertias = np.array([disk.mass, disk.mass, tilt, tilt, disk.polar_inertia])
-        diagonal = np.arange(at, at + NODE_SIZE)
-        result.mass[diagonal, diagonal] += inertias
-        moment = disk.polar_inertia * rotor.speed_ratio
-        result.gyroscopic[at + TILT_X, at + TILT_Y] += moment
-        result.gyroscopic[at + TILT_Y, at + TILT_X] -= moment
+        result.mass[at, at] += arm.T @ (inertias[:, None] * arm)
+        moment = np.zeros((NODE_SIZE, NODE_SIZE))
+        moment[TILT_X, TILT_Y] = disk.polar_inertia * rotor.speed_ratio
+        result.gyroscopic[at, at] += moment - moment.T
 
 
 def _add_bearings(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
     for bearing in rotor.bearings:
-        at = result.index(number, bearing.position, "x")
-        lateral = slice(at, at + 2)
-        result.stiffness[lateral, lateral] += np.reshape(bearing.stiffness, (2, 2))
-        result.damping[lateral, lateral] += np.reshape(bearing.damping, (2, 2))
-        tilts = [at + TILT_X, at + TILT_Y]
-        result.stiffness[tilts, tilts] += bearing.tilt_stiffness
-        result.stiffness[at + ROTATION, at + ROTATION] += bearing.torsional_stiffness
+        first = result.index(number, bearing.position, "x")
+        at = slice(first, first + NODE_SIZE)
+        arm = _arm(result, number, bearing.position)
+        tilt = bearing.tilt_stiffness
+        stiffness = np.diag([0.0, 0.0, tilt, tilt, bearing.torsional_stiffness])
+        stiffness[:2, :2] = np.reshape(bearing.stiffness, (2, 2))
+        damping = np.zeros((NODE_SIZE, NODE_SIZE))
+        damping[:2, :2] = np.reshape(bearing.damping, (2, 2))
+        result.stiffness[at, at] += arm.T @ stiffness @ arm
+        result.damping[at, at] += arm.T @ damping @ arm
 
 
 def mesh_rows(result: GyroscopicSystem, mesh: MeshSpring) -> tuple[Array, Array]:
@@ -250,7 +272,9 @@ def mesh_rows(result: GyroscopicSystem, mesh: MeshSpring) -> tuple[Array, Array]
         # both gears' rotations close the mesh in the driver's sense
         row[at + ROTATION] += mesh.sense * mesh.base_radii[gear]
         tilts = [at + TILT_X, at + TILT_Y]
-        row[tilts] += mesh.offsets[gear] * slope[tilts]
+        nodes, position = result.nodes[mesh.rotors[gear]], mesh.positions[gear]
+        arm = position - nodes[_node_at(nodes, position)]
+        row[tilts] += (mesh.offsets[gear] + arm) * slope[tilts]
     return row, slope
 
 

@@ -14,6 +14,9 @@ from lumped.common.checks import require_fields
 from lumped.common.options import Range
 
 POSITION_RTOL = 1e-9  # of a length, below which two positions are one
+# Over the length of the shaft: sections are not shorter, and parts that are closer to a
+# node are on a rigid arm, for stiffnesses of elements grow with the cube of the inverse
+MIN_ELEMENT = 1e-3
 
 
 class RotorError(ValueError):
@@ -130,7 +133,7 @@ class Rotor:
     bearings: tuple[Bearing, ...] = ()
     young_modulus: float = _positive()
     shear_modulus: float = _positive()
-    density: float = _not_negative()
+    density: float = _positive()
     speed_ratio: float = 1.0
     rotary_inertia: bool = True
     internal_damping: float = _not_negative()
@@ -139,6 +142,12 @@ class Rotor:
         require_fields(self)
         if not self.sections:
             raise RotorError(f"rotor {self.name!r}: sections = (); one or more needed")
+        for section in self.sections:
+            if section.length < MIN_ELEMENT * self.length:
+                raise RotorError(
+                    f"rotor {self.name!r}: a section is {section.length:g} m long; "
+                    f"{MIN_ELEMENT:g} of the {self.length:g} m of the shaft are needed"
+                )
         for kind, parts in (("disk", self.disks), ("bearing", self.bearings)):
             for part in parts:
                 self.require_position(kind, part.position)

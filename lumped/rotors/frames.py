@@ -39,9 +39,8 @@ def rotating_frame(system: RotorSystem) -> GyroscopicSystem:
             )
     fixed = assemble_any(replace(system, rotors=(replace(rotor, speed_ratio=1.0),)))
     turn, material = fixed.quarter_turn, rotor.internal_damping
-    free = replace(system, rotors=(replace(rotor, speed_ratio=1.0, bearings=()),))
     # damping of the material is by strain rates, which the frame sees without Omega
-    of_material = material * assemble_any(free).stiffness
+    of_material = material * fixed.shaft_stiffness
     return replace(
         fixed,
         gyroscopic=fixed.gyroscopic + 2.0 * fixed.mass @ turn,

@@ -16,14 +16,15 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 
 from lumped.rotors.assembly import GyroscopicSystem
+from lumped.rotors.rest import modes_at_rest
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Instability = Literal["flutter", "divergence"]
 ModeKind = Literal["forward", "backward", "planar", "torsion"]
 MIN_WHIRL = 0.1  # of a motion that is not planar
-RIGID_RTOL = 1e-11  # square of a frequency over the highest one, of a rigid motion
-GROWTH_RTOL = 1e-12  # rate of growth over the highest frequency that is round-off
+GROWTH_RTOL = 1e-14  # rate of growth over the highest frequency that is round-off
+MAX_IDLE_ENERGY = 1e-9  # part of the kinetic energy of a rotation that is sideways
 EQUAL_RTOL = 1e-8  # between frequencies of one group, whose shapes are a plane's
 
 
@@ -96,10 +97,8 @@ class WhirlProblem:
 
     def __init__(self, system: GyroscopicSystem) -> None:
         self.system = system
-        symmetric = 0.5 * (system.stiffness + system.stiffness.T)
-        squares, basis = eigh(symmetric, system.mass)
-        squares[np.abs(squares) < RIGID_RTOL * abs(squares).max()] = 0.0
-        kept = ~self._is_idle(system, squares, basis)
+        squares, basis = modes_at_rest(system)
+        kept = np.logical_not(self._is_idle(system, squares, basis))
         self.squares, self.basis = squares[kept], basis[:, kept]
         self.rigid_motions = int(squares.size - kept.sum())
 
@@ -108,7 +107,7 @@ class WhirlProblem:
         """Rigid rotations about the axes, which nothing but inertia acts on."""
         lateral = basis * ~system.is_rotation[:, None]
         energy = np.einsum("ni,nm,mi->i", lateral, system.mass, lateral)
-        return np.asarray((squares == 0.0) & (energy < 1e-9))
+        return np.asarray((squares == 0.0) & (energy < MAX_IDLE_ENERGY))
 
     def modal(self, matrix: Array) -> Array:
         """A matrix (n, n) in modes at rest."""
@@ -175,8 +174,8 @@ class WhirlProblem:
         lowest = 0 if count is None else max(0, number - count)
         values, states = eigh(1j * matrix, subset_by_index=(lowest, number - 1))
         order = np.argsort(-values, kind="stable")
-        states = states[:, order]
-        return -1j * values[order], states, states[number:]
+        states = np.asarray(states[:, order], dtype=np.complex128)
+        return np.asarray(-1j * values[order]), states, states[number:]
 
     def _solve_general(
         self, speed: float, count: int | None

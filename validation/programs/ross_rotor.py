@@ -33,7 +33,11 @@ from validation.programs.exported_pair import Array
 
 TOLERANCE = 0.1  # %
 RPM = math.pi / 30.0  # rad/s
-STEEL = {"young_modulus": 211e9, "shear_modulus": 81.2e9, "density": 7810.0}
+STEEL: dict[str, Any] = {
+    "young_modulus": 211e9,
+    "shear_modulus": 81.2e9,
+    "density": 7810.0,
+}
 # Rotor of examples 5.9.1 and 5.9.2, Friswell et al., Dynamics of Rotating Machines
 # (2010): a shaft of 50 mm and 1.5 m with disks 70 mm thick
 DISK_DIAMETERS = 0.28, 0.35  # m
