@@ -10,7 +10,9 @@ ROSS has without shear. Shafts have the same elements.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +30,15 @@ from lumped.rotors.description import (
     Section,
 )
 from lumped.rotors.modes import WhirlProblem
-from validation.programs.comparison import ComparedValue, run_comparison
+from validation.programs.comparison import (
+    ComparedValue,
+    recorded_rows,
+    run_comparison,
+)
 from validation.programs.exported_pair import Array
 
 TOLERANCE = 0.1  # %
+CRITICAL_SPEEDS = 4  # that are compared
 RPM = math.pi / 30.0  # rad/s
 STEEL: dict[str, Any] = {
     "young_modulus": 211e9,
@@ -238,63 +245,78 @@ def their_frequencies(rotor: Any, speed: float) -> Array:
     return np.sort(values.imag[values.imag > 1.0])
 
 
-def compare_frequencies(
-    label: str, ours: RotorSystem, theirs: Any, speeds_rpm: Sequence[float], count: int
-) -> list[ComparedValue]:
-    """Rows of the lowest frequencies at some speeds of rotation."""
-    problem, rows = WhirlProblem(assemble(ours)), []
-    for rpm in speeds_rpm:
-        mine = problem.solve(RPM * rpm, count).frequency[:count]
-        other = their_frequencies(theirs, RPM * rpm)[: mine.size]
-        rows += [
-            ComparedValue(
-                f"{label}, {rpm:g} rpm: frequency {mode}",
-                "Hz",
-                a / (2.0 * math.pi),
-                b / (2.0 * math.pi),
-                tolerance=TOLERANCE,
-            )
-            for mode, (a, b) in enumerate(zip(mine, other, strict=True), start=1)
-        ]
+def our_frequencies(rotors: RotorSystem, rpm: float, count: int) -> Array:
+    """Lowest frequencies [rad/s] at a speed of rotation."""
+    return WhirlProblem(assemble(rotors)).solve(RPM * rpm, count).frequency[:count]
+
+
+def cases() -> list[tuple[str, RotorSystem, Callable[[], Any], tuple[float, ...], int]]:
+    """Label, our rotors, theirs, speeds of rotation [rpm] and number of frequencies."""
+    bearings: tuple[tuple[str, tuple[Any, ...]], ...] = (
+        ("isotropic bearings", (ISOTROPIC,)),
+        ("anisotropic bearings", (ANISOTROPIC,)),
+        ("damped bearings", (ANISOTROPIC, DAMPING)),
+    )
+    speeds = 0.0, 2000.0, 4000.0
+    disks = [
+        (label, our_rotor(*values), partial(their_rotor, *values), speeds, 6)
+        for label, values in bearings
+    ]
+    geared = "generator and turbine", our_gears(), their_gears, (0.0, 1500.0), 12
+    return [*disks, geared]
+
+
+def row_of(
+    label: str, rpm: float, mode: int, ours: float, theirs: float
+) -> ComparedValue:
+    """A row of a frequency [Hz] by both."""
+    name = f"{label}, {rpm:g} rpm: frequency {mode}"
+    return ComparedValue(name, "Hz", ours, theirs, tolerance=TOLERANCE)
+
+
+def compare_recorded() -> list[ComparedValue]:
+    """Rows of frequencies with ours computed anew, theirs as they were recorded."""
+    theirs = {row.quantity: row.theirs for row in recorded_rows("ross_rotor")}
+    rows = []
+    for label, rotors, _, speeds, count in cases():
+        for rpm in speeds:
+            for mode, value in enumerate(our_frequencies(rotors, rpm, count), start=1):
+                row = row_of(label, rpm, mode, float(value) / (2.0 * math.pi), math.nan)
+                rows.append(replace(row, theirs=theirs[row.quantity]))
     return rows
 
 
-def compare_critical_speeds(
-    label: str, ours: RotorSystem, theirs: Any, count: int
-) -> list[ComparedValue]:
+def compare_critical_speeds() -> list[ComparedValue]:
     """Rows of the lowest critical speeds, those of ROSS by its own iteration."""
-    problem = WhirlProblem(assemble(ours))
+    problem = WhirlProblem(assemble(our_rotor(ISOTROPIC)))
     diagram = campbell(problem, np.linspace(0.0, 4500.0 * RPM, 10).tolist(), 6)
     mine = [one.speed / RPM for one in critical_speeds(problem, diagram, 1.0)]
-    other = np.sort(theirs.run_critical_speed(num_modes=24).wd()) / RPM
+    solved = their_rotor(ISOTROPIC).run_critical_speed(num_modes=24)
+    other = np.sort(solved.wd()) / RPM
     return [
         ComparedValue(
-            f"{label}: critical speed {number}",
+            f"isotropic bearings: critical speed {number}",
             "rpm",
             value,
             float(other[np.abs(other - value).argmin()]),
             tolerance=TOLERANCE,
         )
-        for number, value in enumerate(mine[:count], start=1)
+        for number, value in enumerate(mine[:CRITICAL_SPEEDS], start=1)
     ]
 
 
 def compare(_folder: Path) -> list[ComparedValue]:
     """All rows."""
-    speeds = 0.0, 2000.0, 4000.0
-    cases: tuple[tuple[str, tuple[Any, ...]], ...] = (
-        ("isotropic bearings", (ISOTROPIC,)),
-        ("anisotropic bearings", (ANISOTROPIC,)),
-        ("damped bearings", (ANISOTROPIC, DAMPING)),
-    )
-    rows: list[ComparedValue] = []
-    for label, bearings in cases:
-        ours, theirs = our_rotor(*bearings), their_rotor(*bearings)
-        rows += compare_frequencies(label, ours, theirs, speeds, 6)
-    isotropic = our_rotor(ISOTROPIC), their_rotor(ISOTROPIC)
-    rows += compare_critical_speeds("isotropic bearings", *isotropic, 4)
-    geared = our_gears(), their_gears()
-    return rows + compare_frequencies("generator and turbine", *geared, (0, 1500), 12)
+    rows = []
+    for label, rotors, build, speeds, count in cases():
+        theirs = build()
+        for rpm in speeds:
+            mine = our_frequencies(rotors, rpm, count) / (2.0 * math.pi)
+            other = their_frequencies(theirs, RPM * rpm)[: mine.size] / (2.0 * math.pi)
+            pairs = zip(mine.tolist(), other.tolist(), strict=True)
+            for mode, pair in enumerate(pairs, start=1):
+                rows.append(row_of(label, rpm, mode, *pair))
+    return [*rows, *compare_critical_speeds()]
 
 
 if __name__ == "__main__":

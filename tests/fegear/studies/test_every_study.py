@@ -388,6 +388,12 @@ EXAMPLES = {
         "model": MODEL,
     },
     "modes": {"gear_set": "liu-idler", "translations": True},
+    "campbell": {
+        "gear_set": "turbo-pair",
+        "max_rpm": 9000.0 + 1.0 / 3.0,
+        "speeds": 4,
+        "elements": 2,
+    },
     "export": {"gear_set": "liu-idler", "translations": True, "damping_ratio": 0.05},
     "motion": {
         "gear_set": "liu-pair",
