@@ -75,7 +75,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         "shaft turns at the fourth frequency at rest, two digits rounded up]",
         Range(least=1.0, below=1e7, unit="rpm"),
     )
-    speeds: int = setting(
+    points: int = setting(
         61, "Number of speeds, evenly spaced from 0.", Range(least=2, most=2001)
     )
     modes: int = setting(12, "Number of modes that are followed.", Range(1, 60))
@@ -112,7 +112,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         system = rotor_system(gears, [k for k, _ in meshes], self.elements)
         problem = WhirlProblem(assemble(system))
         top = RPM * (self.max_rpm or default_rpm(problem))
-        speeds = np.linspace(0.0, top, self.speeds).tolist()
+        speeds = np.linspace(0.0, top, self.points).tolist()
         total = len(speeds)
         diagram = campbell(
             problem,

@@ -391,7 +391,7 @@ EXAMPLES = {
     "campbell": {
         "gear_set": "turbo-pair",
         "max_rpm": 9000.0 + 1.0 / 3.0,
-        "speeds": 4,
+        "points": 4,
         "elements": 2,
     },
     "export": {"gear_set": "liu-idler", "translations": True, "damping_ratio": 0.05},
