@@ -336,6 +336,7 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--mesh": ["1", "2", "9", "0"],
     "--harmonic-count": ["1", "7", "0", "9999"],
     "--path": FILES,
+    "--critical": FILES,
     "--harris": FILES,
     "--objective": ["largest", "mean", "harmonics", "least"],
     "--compromises": ["3", "0", "500", "x"],

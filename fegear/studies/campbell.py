@@ -111,8 +111,8 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         meshes = mean_stiffnesses(gears, load or 0.0, self.source, use_given)
         system = rotor_system(gears, [k for k, _ in meshes], self.elements)
         problem = WhirlProblem(assemble(system))
-        top = RPM * (self.max_rpm or default_rpm(problem))
-        speeds = np.linspace(0.0, top, self.points).tolist()
+        rpm = np.linspace(0.0, self.max_rpm or default_rpm(problem), self.points)
+        speeds = (RPM * rpm).tolist()
         total = len(speeds)
         diagram = campbell(
             problem,
@@ -127,7 +127,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             load,
             tuple(_stiffness_entry(m, *mesh) for m, mesh in enumerate(meshes, 1)),
             tuple(map(_shaft_entry, system.rotors)),
-            _curves(diagram),
+            _curves(diagram, rpm),
             lines,
             tuple(_critical_entries(problem, diagram, lines, system)),
             tuple(
@@ -182,9 +182,9 @@ def discretisation_error(system: RotorSystem, diagram: Campbell) -> float:
     return float(max(nearest, default=math.nan))
 
 
-def _curves(diagram: Campbell) -> CampbellCurves:
+def _curves(diagram: Campbell, rpm: Array) -> CampbellCurves:
     return CampbellCurves(
-        rpm=diagram.speeds / RPM,
+        rpm=rpm,
         frequency_Hz=diagram.frequency_Hz,
         damping_ratio=diagram.damping_ratio + 0.0,
         whirl=diagram.whirl,
@@ -193,12 +193,12 @@ def _curves(diagram: Campbell) -> CampbellCurves:
     )
 
 
-def _stiffness_entry(mesh: int, stiffness: float, origin: str) -> MeshStiffnessEntry:
-    return MeshStiffnessEntry(mesh=mesh, stiffness_N_per_m=stiffness, origin=origin)
+def _stiffness_entry(mesh: int, stiffness: float, origin: str) -> MeanStiffness:
+    return MeanStiffness(mesh=mesh, stiffness_N_per_m=stiffness, origin=origin)
 
 
-def _shaft_entry(rotor: Any) -> ShaftEntry:
-    return ShaftEntry(gears=rotor.name, speed_ratio=rotor.speed_ratio)
+def _shaft_entry(rotor: Any) -> SpinningShaft:
+    return SpinningShaft(gears=rotor.name, speed_ratio=rotor.speed_ratio)
 
 
 def _critical_entries(
@@ -232,7 +232,7 @@ def _critical_entry(
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeshStiffnessEntry:
+class MeanStiffness:
     """Mean stiffness of a mesh and where it comes from."""
 
     mesh: int
@@ -241,7 +241,7 @@ class MeshStiffnessEntry:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShaftEntry:
+class SpinningShaft:
     """A shaft by its gears, and its speed over that of the first mesh's driver."""
 
     gears: str
@@ -284,8 +284,8 @@ class CampbellResult(StudyResult):
     study: CampbellDiagram
     gear_set: str
     torque: float | None
-    mean_stiffness: tuple[MeshStiffnessEntry, ...]
-    shafts: tuple[ShaftEntry, ...]
+    mean_stiffness: tuple[MeanStiffness, ...]
+    shafts: tuple[SpinningShaft, ...]
     curves: CampbellCurves
     orders: tuple[OrderLine, ...]
     critical: tuple[CriticalEntry, ...]

@@ -98,9 +98,9 @@ class WhirlProblem:
     def __init__(self, system: GyroscopicSystem) -> None:
         self.system = system
         squares, basis = modes_at_rest(system)
-        kept = np.logical_not(self._is_idle(system, squares, basis))
-        self.squares, self.basis = squares[kept], basis[:, kept]
-        self.rigid_motions = int(squares.size - kept.sum())
+        moving = np.logical_not(self._is_idle(system, squares, basis))
+        self.squares, self.basis = squares[moving], basis[:, moving]
+        self.rigid_motions = int(squares.size - moving.sum())
 
     @staticmethod
     def _is_idle(system: GyroscopicSystem, squares: Array, basis: Array) -> Array:

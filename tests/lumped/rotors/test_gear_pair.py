@@ -109,8 +109,8 @@ def theirs(nodes, center_line):
 def test_frequencies_are_those_of_an_assembly_from_energies(center_line, speed):
     system = assemble(ours(center_line, elements=4))
     expected = theirs(system.nodes, center_line).frequencies(speed)[:16]
-    found = WhirlProblem(system).solve(speed).frequency[:16]
-    np.testing.assert_allclose(found, expected, rtol=2e-8)
+    frequencies = WhirlProblem(system).solve(speed).frequency[:16]
+    np.testing.assert_allclose(frequencies, expected, rtol=2e-8)
 
 
 def test_spread_teeth_resist_tilting_and_a_line_of_teeth_does_not():

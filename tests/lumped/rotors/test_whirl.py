@@ -97,16 +97,16 @@ def test_without_rotary_inertia_the_speed_changes_nothing():
     k = math.pi / LENGTH
     expected = k**2 * math.sqrt(YOUNG * SECOND / (DENSITY * AREA))
     for speed in (0.0, 2000.0):
-        found = problem(16, rotary_inertia=False).solve(speed, 2).frequency
-        assert found == pytest.approx([expected] * 2, rel=2e-6)
+        computed = problem(16, rotary_inertia=False).solve(speed, 2).frequency
+        assert computed == pytest.approx([expected] * 2, rel=2e-6)
 
 
 def test_a_clamped_shaft_and_its_torsion():
-    found = problem(12, bearings=CLAMPED, rotary_inertia=False).solve(0.0)
+    computed = problem(12, bearings=CLAMPED, rotary_inertia=False).solve(0.0)
     bending = 1.8751040687119611**2 / LENGTH**2
     expected = bending * math.sqrt(YOUNG * SECOND / (DENSITY * AREA))
-    assert found.frequency[:2] == pytest.approx([expected] * 2, rel=1e-5)
-    twisting = found.frequency[found.torsion > 0.5]
+    assert computed.frequency[:2] == pytest.approx([expected] * 2, rel=1e-5)
+    twisting = computed.frequency[computed.torsion > 0.5]
     wave_speed = math.sqrt(SHEAR / DENSITY)  # free at both ends: bearings permit it
     assert twisting[0] == pytest.approx(math.pi * wave_speed / LENGTH, rel=3e-3)
     fine = problem(48, bearings=CLAMPED).solve(0.0)
@@ -172,8 +172,8 @@ def test_a_disk_with_more_polar_inertia_has_one_forward_critical_speed():
     assert [(part > 0.0).sum() for part in roots] == [1, 2]
     squares = np.concatenate(roots)
     expected = np.sqrt(np.sort(squares[squares > 0.0]))
-    found = synchronous_speeds(rotor, 1.0)[:3]
-    np.testing.assert_allclose(found, expected, rtol=1e-5)
+    computed = synchronous_speeds(rotor, 1.0)[:3]
+    np.testing.assert_allclose(computed, expected, rtol=1e-5)
 
 
 def test_critical_speeds_are_eigenvalues_and_roots_of_the_curves():
@@ -401,10 +401,10 @@ def test_structure_of_the_matrices(one, other, speed, stiffness, angle):
 def test_at_rest_frequencies_are_those_of_mass_and_stiffness(parts):
     system = assemble(RotorSystem(rotors=(drawn_rotor(parts),), elements=2))
     squares = eigh(system.stiffness, system.mass, eigvals_only=True)
-    found = WhirlProblem(system).solve(0.0).frequency
+    computed = WhirlProblem(system).solve(0.0).frequency
     # the first is the free rotation; these squares have errors of the highest one
     error = 1e-15 * squares.max()
-    np.testing.assert_allclose(found[:6] ** 2, squares[1:7], rtol=1e-9, atol=error)
+    np.testing.assert_allclose(computed[:6] ** 2, squares[1:7], rtol=1e-9, atol=error)
 
 
 def test_parts_that_are_close_hang_on_a_rigid_arm():
