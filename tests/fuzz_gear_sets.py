@@ -138,7 +138,9 @@ def shaft_body(r: random.Random) -> dict[str, Any]:
         "lengths_mm": lengths,
         "diameters_mm": [round(r.uniform(5, 60), 2) for _ in lengths],
         "positions_mm": [round(r.uniform(0, 0.99 * total), 4)],
-        "bearing_positions_mm": [r.uniform(0, total) for _ in range(bearings)],
+        "bearing_positions_mm": [
+            round(r.uniform(0, 0.999 * total), 4) for _ in range(bearings)
+        ],
         "bearing_kx_N_per_m": [10.0 ** r.uniform(4, 10) for _ in range(bearings)],
         "bearing_ky_N_per_m": [10.0 ** r.uniform(4, 10) for _ in range(bearings)],
     }

@@ -29,6 +29,7 @@ MIN_ASSURANCE = 0.9  # of modes that continue each other, below which steps are 
 LOST_ASSURANCE = 0.3  # below which a mode has ended
 MAX_HALVINGS = 8
 SPARE_MODES = 8  # that are solved above those that are followed
+CROSSING_RTOL = 1e-6  # of a frequency at a crossing, over the order times the speed
 SPEED_XTOL = 1e-10  # of a speed at which stability changes, over the speed
 
 
@@ -222,27 +223,39 @@ def crossings(
     two speeds. They are those of damped motion.
     """
     distance = diagram.eigenvalues.imag - order * diagram.speeds[:, None]
-    crossed = []
-    for mode in range(distance.shape[1]):
-        for row, (one, two) in enumerate(pairwise(distance[:, mode])):
-            if one * two < 0.0 or (two == 0.0 != one):
-                crossed.append(_crossing(problem, diagram, (row, mode), order))
-    return sorted(crossed, key=lambda one: one.speed)
+    crossed = [
+        _crossing(problem, diagram, (row, mode), order)
+        for mode in range(distance.shape[1])
+        for row, (one, two) in enumerate(pairwise(distance[:, mode]))
+        if one * two < 0.0 or (two == 0.0 != one)
+    ]
+    present = [one for one in crossed if one is not None]
+    return sorted(present, key=lambda one: one.speed)
 
 
 def _crossing(
     problem: WhirlProblem, diagram: Campbell, place: tuple[int, int], order: float
-) -> WhirlModes:
-    """Root of a mode's curve after a row of the diagram."""
+) -> WhirlModes | None:
+    """Root of a mode's curve after a row of the diagram.
+
+    None where another mode continues the curve once steps are shorter.
+    """
     row, mode = place
     low, high = diagram.speeds[row], diagram.speeds[row + 1]
     start = diagram.modes[row].take(np.array([mode]))
     pool = diagram.modes[row].eigenvalues.size + SPARE_MODES
-
-    def at(speed: float) -> WhirlModes:
-        return start if speed == low else _step(problem, start, (low, speed), pool)
+    solved = {low: start}
 
     def distance(speed: float) -> float:
-        return float(at(speed).eigenvalues[0].imag) - order * speed
+        if speed not in solved:
+            # from the nearest speed below, so that steps become short at the root
+            before = solved[max(one for one in solved if one < speed)]
+            solved[speed] = _step(problem, before, (before.speed, speed), pool)
+        return float(solved[speed].eigenvalues[0].imag) - order * speed
 
-    return at(brentq(distance, low, high, xtol=SPEED_XTOL * high, rtol=1e-12))
+    ends = distance(low), distance(high)
+    if not ends[0] * ends[1] <= 0.0:
+        return None
+    root = brentq(distance, low, high, xtol=SPEED_XTOL * high, rtol=1e-12)
+    is_root = abs(distance(root)) <= CROSSING_RTOL * order * high
+    return solved[root] if is_root else None
