@@ -49,7 +49,7 @@ def gear_set_figures(gear_set: GearSet) -> dict[str, Any]:
 
 
 def _body_figures(body: ShaftBody | None) -> dict[str, Any]:
-    """Of a shaft that bends, None where nothing is known of it."""
+    """Figures of a shaft that bends, None where nothing is known of it."""
     if body is None:
         return dict.fromkeys(("length_mm", "mass_kg", "bearings"))
     sections = zip(body.lengths, body.diameters, body.bores, strict=True)

@@ -117,7 +117,7 @@ def assemble(system: RotorSystem) -> GyroscopicSystem:
 
 
 def assemble_any(system: RotorSystem) -> GyroscopicSystem:
-    """As `assemble`, with every shaft's planes x-z and y-z as they are at rest."""
+    """The matrices with planes x-z and y-z of every shaft as they are at rest."""
     nodes = tuple(
         nodes_of(rotor, _gear_positions(system, number), system.elements)
         for number, rotor in enumerate(system.rotors)

@@ -161,7 +161,7 @@ class WhirlProblem:
     def _solve_hermitian(
         self, speed: float, count: int | None
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """With y = (W q, q') the problem is y' = A y, A skew-symmetric."""
+        """Solve y' = A y of y = (W q, q'), with a skew-symmetric A."""
         strained = self.squares > 0.0
         frequencies = np.sqrt(self.squares[strained])
         number, total = frequencies.size, frequencies.size + self.squares.size

@@ -107,7 +107,7 @@ def our_rotor(
 def their_rotor(
     stiffness: tuple[float, ...], damping: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
 ) -> Any:
-    """The same in ROSS."""
+    """Shaft with two disks in ROSS."""
     import ross
 
     shaft = [_their_element(0.25, 0.05) for _ in range(6)]
@@ -190,7 +190,7 @@ def our_gears() -> RotorSystem:
 
 
 def their_gears() -> Any:
-    """The same in ROSS."""
+    """Generator and turbine in ROSS."""
     import ross
 
     parts = (
