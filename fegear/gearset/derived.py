@@ -49,9 +49,9 @@ def gear_set_figures(gear_set: GearSet) -> dict[str, Any]:
 
 
 def _body_figures(body: ShaftBody | None) -> dict[str, Any]:
-    """Figures of a shaft that bends, None where nothing is known of it."""
+    """Figures of a shaft that bends, none where nothing is known of it."""
     if body is None:
-        return dict.fromkeys(("length_mm", "mass_kg", "bearings"))
+        return {}
     sections = zip(body.lengths, body.diameters, body.bores, strict=True)
     volume = math.fsum(
         0.25 * math.pi * length * (diameter**2 - bore**2)

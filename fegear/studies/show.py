@@ -198,9 +198,9 @@ def _different(items: list[dict[str, Any]], apart: set[str]) -> list[dict[str, A
 def shaft_line(
     gears: Sequence[str],
     stiffness_Nm_per_rad: float | None,
-    length_mm: float | None,
-    mass_kg: float | None,
-    bearings: int | None,
+    length_mm: float | None = None,
+    mass_kg: float | None = None,
+    bearings: int = 0,
 ) -> str:
     """Rigid shaft: a, b; or its stiffness between successive gears; and its body."""
     line = f"Rigid shaft: {', '.join(gears)}"
@@ -214,7 +214,7 @@ def shaft_line(
     if length_mm is None or mass_kg is None:
         return line
     body = f"{shown(length_mm)} mm long, {shown(mass_kg)} kg"
-    return f"{line}; {body}, {pluralize(bearings or 0, 'bearing')}"
+    return f"{line}; {body}, {pluralize(bearings, 'bearing')}"
 
 
 def _sheet(

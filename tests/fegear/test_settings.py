@@ -102,6 +102,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Dynamics(gear_set="liu-pair"),
     fegear.Motion(gear_set="liu-pair", speed=1000.0),
     fegear.NaturalModes(gear_set="liu-pair"),
+    fegear.CampbellDiagram(gear_set="turbo-pair"),
     fegear.ModelExport(gear_set="liu-pair"),
     fegear.ClosedForms(),
     fegear.Validation(cases=("idler",), directory="report"),
