@@ -144,6 +144,37 @@ RELIEFS = [key for key in known_keys(["mesh"]) if key.endswith("relief")]
 NAMES = ["a", "b", "c", "pinion 1", "日本", "wheel-2"]
 
 
+def shaft_body(r: random.Random) -> dict[str, Any]:
+    """Keys of a shaft that bends, most of which fit each other."""
+    lengths = [
+        round(10.0 ** r.uniform(0.5, 2.5), 3) for _ in range(r.choice([1, 2, 3]))
+    ]
+    total = sum(lengths)
+    bearings = r.choice([2, 2, 2, 3, 1])
+    body: dict[str, Any] = {
+        "lengths_mm": lengths,
+        "diameters_mm": [round(r.uniform(5, 60), 2) for _ in lengths],
+        "positions_mm": [round(r.uniform(0, 0.99 * total), 4)],
+        "bearing_positions_mm": [
+            round(r.uniform(0, 0.999 * total), 4) for _ in range(bearings)
+        ],
+        "bearing_kx_N_per_m": [10.0 ** r.uniform(4, 10) for _ in range(bearings)],
+        "bearing_ky_N_per_m": [10.0 ** r.uniform(4, 10) for _ in range(bearings)],
+    }
+    for key in ("bearing_kxy_N_per_m", "bearing_kyx_N_per_m"):
+        if r.random() < 0.2:
+            body[key] = [r.choice([-1, 1]) * 10.0 ** r.uniform(4, 9)] * bearings
+    if r.random() < 0.3:
+        body["bearing_cx_Ns_per_m"] = [10.0 ** r.uniform(0, 6)] * bearings
+    if r.random() < 0.3:
+        body |= {
+            "disk_positions_mm": [r.choice([0.0, total, body["positions_mm"][0]])],
+            "disk_masses_kg": [10.0 ** r.uniform(-3, 2)],
+            "disk_inertias_kg_m2": [10.0 ** r.uniform(-6, 0)],
+        }
+    return body
+
+
 def train(r: random.Random) -> dict[str, Any]:
     """A train in a row with plausible figures, most of which fit each other."""
     count = r.choice([2, 2, 2, 3, 4])
@@ -162,6 +193,8 @@ def train(r: random.Random) -> dict[str, Any]:
     if count > 2 and r.random() < 0.2:
         shaft = {"gears": r.sample(names, 2)}
         tables["shaft"] = [shaft | {"stiffness_Nm_per_rad": 10.0 ** r.uniform(2, 6)}]
+    elif r.random() < 0.3:
+        tables["shaft"] = [{"gears": [name]} | shaft_body(r) for name in names]
     return tables
 
 
@@ -325,6 +358,7 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--mesh": ["1", "2", "9", "0"],
     "--harmonic-count": ["1", "7", "0", "9999"],
     "--path": FILES,
+    "--critical": FILES,
     "--harris": FILES,
     "--objective": ["largest", "mean", "harmonics", "least"],
     "--compromises": ["3", "0", "500", "x"],
@@ -355,6 +389,10 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--resolution": ["coarse"],
     "--relief-stiffness": ["own", "unmodified", "none"],
     "--model": ["1", "2", "3", "4", "auto", "coupled"],
+    "--max-rpm": ["3000", "100000", "0", "1e300", "nan"],
+    "--points": ["3", "2", "0", "x"],
+    "--elements": ["3", "2", "0", "x"],
+    "--modes": ["2", "20", "0"],
     "--speeds": ["900", "500,3000", "1000:3000:1000", "1:9e8:1", "0", "x", "1:2"],
     "--speed": ["900", "5000", "0", "1e300"],
     "--from-speed": ["1000", "0"],
@@ -461,6 +499,7 @@ LONG = {"--cluster"}  # starts processes
 BASE = {
     "show": ("SET", 12),
     "modes": ("SET --json", 10),
+    "campbell": ("SET --points 3 --elements 2 --modes 4 --json", 6),
     "export": ("SET -o m.json --json", 4),
     "sweep": ("SET --excitation rectangular --speeds 1500", 10),
     "motion": ("SET --excitation rectangular --speed 1500", 8),

@@ -16,6 +16,7 @@ from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.problems import nearest, shown
 from fegear.gearset.profiles import flank_profile
 from fegear.gearset.schema import MATERIAL_KEYS, Document, GearEntry, MeshEntry
+from fegear.gearset.shafts import shaft_body
 from fegear.gearset.teeth import MM, UM, Blank, Tip, blank_of
 from fegear.gearset.tips import (
     CONTACT_RATIO_TOLERANCE,
@@ -59,8 +60,9 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
             Shaft(
                 gears=tuple(index[name] for name in shaft.gears),
                 stiffness=shaft.stiffness_Nm_per_rad,
+                body=shaft_body(shaft, f"shaft {number}"),
             )
-            for shaft in document.shaft
+            for number, shaft in enumerate(document.shaft, 1)
         ),
         damping_ratio=document.dynamics.damping_ratio,
         inferences=(

@@ -14,6 +14,7 @@ from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors
 from fegear.gearset.planetary_figures import planetary_figures
 from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.shaft_bodies import ShaftBody
 from fegear.gearset.zones import Zones, zones
 from meshes import SpurGear
 from meshes.internal import InternalGear
@@ -37,6 +38,7 @@ def gear_set_figures(gear_set: GearSet) -> dict[str, Any]:
             {
                 "gears": [gears[index].name for index in shaft.gears],
                 "stiffness_Nm_per_rad": shaft.stiffness,
+                **_body_figures(shaft.body),
             }
             for shaft in gear_set.shafts
         ],
@@ -44,6 +46,22 @@ def gear_set_figures(gear_set: GearSet) -> dict[str, Any]:
         "damping_ratio": gear_set.damping_ratio,
         "inferences": list(gear_set.inferences),
         "warnings": list(gear_set_warnings(gear_set)),
+    }
+
+
+def _body_figures(body: ShaftBody | None) -> dict[str, Any]:
+    """Figures of a shaft that bends, none where nothing is known of it."""
+    if body is None:
+        return {}
+    sections = zip(body.lengths, body.diameters, body.bores, strict=True)
+    volume = math.fsum(
+        0.25 * math.pi * length * (diameter**2 - bore**2)
+        for length, diameter, bore in sections
+    )
+    return {
+        "length_mm": 1e3 * math.fsum(body.lengths),
+        "mass_kg": body.density * volume,
+        "bearings": len(body.bearings),
     }
 
 

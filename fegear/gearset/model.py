@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from fegear.files.errors import InputError
 from fegear.gearset.members import Member, Members
+from fegear.gearset.shaft_bodies import ShaftBody
 from lumped.bearings.rolling import BallBearing, RollerBearing
 from lumped.common.checks import is_number, require_fields
 from meshes import GearPair, SpurGear
@@ -183,10 +184,12 @@ class Shaft:
     """Gears on one axis, in order along it, by their indices.
 
     stiffness : torsional, between successive gears [N m/rad], or None for rigid
+    body : the shaft that bends, or None where nothing is known of it
     """
 
     gears: tuple[int, ...]
     stiffness: float | None = None
+    body: ShaftBody | None = None
 
     def __post_init__(self) -> None:
         _require_fields(self)

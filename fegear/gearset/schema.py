@@ -536,16 +536,126 @@ def mesh_label(driver: str, driven: str) -> str:
     return f'mesh "{driver}"-"{driven}"'
 
 
-class ShaftEntry(Keys):
-    """[[shaft]]: gears on one axis."""
+GEOMETRY_KEYS = ("lengths_mm", "diameters_mm", "positions_mm")
+BEARING_ON_SHAFT = "bearing_positions_mm"
+STIFFNESSES_ON_SHAFT = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
+DISK_KEYS = ("disk_positions_mm", "disk_masses_kg", "disk_inertias_kg_m2")
+# lists of a shaft by the list that has as many entries
+COUNTED_KEYS = {
+    "lengths_mm": ("diameters_mm", "bores_mm"),
+    "gears": ("positions_mm",),
+    BEARING_ON_SHAFT: (
+        *STIFFNESSES_ON_SHAFT,
+        "bearing_kxy_N_per_m",
+        "bearing_kyx_N_per_m",
+        "bearing_cx_Ns_per_m",
+        "bearing_cy_Ns_per_m",
+    ),
+    DISK_KEYS[0]: (*DISK_KEYS[1:], "disk_transverse_inertias_kg_m2"),
+}
+Positions = Annotated[float, Field(ge=0.0, le=1e5)]  # mm
+CrossStiffness = Annotated[float, Field(ge=-1e15, le=1e15)]  # N/m
+Damping = Annotated[float, Field(ge=0.0, le=1e12)]  # N s/m
+ShaftInertia = Annotated[float, Field(ge=0.0, le=1e9)]  # kg m2
 
-    gears: Annotated[Entries[Name], Field(min_length=2)] = Field(
-        description="Names of the gears on the shaft, in order."
+
+class ShaftEntry(Keys):
+    """[[shaft]]: gears on one axis, and the shaft that bends, for `fegear campbell`."""
+
+    gears: Annotated[Entries[Name], Field(min_length=1)] = Field(
+        description="Names of the gears on the shaft, in order; two or more, or one "
+        "with lengths_mm."
     )
     stiffness_Nm_per_rad: Stiffness | None = Field(
         default=None,
         description="Torsional stiffness between successive gears. [default: rigid]",
     )
+    lengths_mm: Entries[Length] | None = Field(
+        default=None,
+        description="Lengths of the shaft's sections, from its first end.",
+    )
+    diameters_mm: Entries[Length] | None = Field(
+        default=None, description="Diameter of every section."
+    )
+    bores_mm: Entries[NotNegative] | None = Field(
+        default=None, description="Bore of every section. [default: solid]"
+    )
+    positions_mm: Entries[Positions] | None = Field(
+        default=None,
+        description="Distance of the middle of every gear from the first end.",
+    )
+    material: MaterialName = Field(
+        default=STEEL, description="Material of the shaft itself."
+    )
+    bearing_positions_mm: Entries[Positions] | None = Field(
+        default=None, description="Distance of every bearing from the first end."
+    )
+    bearing_kx_N_per_m: Entries[Stiffness] | None = Field(
+        default=None, description="Stiffness of every bearing along x."
+    )
+    bearing_ky_N_per_m: Entries[Stiffness] | None = Field(
+        default=None, description="Stiffness of every bearing along y."
+    )
+    bearing_kxy_N_per_m: Entries[CrossStiffness] | None = Field(
+        default=None,
+        description="Force of every bearing along x per displacement along y, against "
+        "it. [default: 0]",
+    )
+    bearing_kyx_N_per_m: Entries[CrossStiffness] | None = Field(
+        default=None,
+        description="Force of every bearing along y per displacement along x, against "
+        "it. [default: 0]",
+    )
+    bearing_cx_Ns_per_m: Entries[Damping] | None = Field(
+        default=None, description="Damping of every bearing along x. [default: 0]"
+    )
+    bearing_cy_Ns_per_m: Entries[Damping] | None = Field(
+        default=None, description="Damping of every bearing along y. [default: 0]"
+    )
+    disk_positions_mm: Entries[Positions] | None = Field(
+        default=None,
+        description="Distance of every rigid disk, such as an impeller, from the first "
+        "end.",
+    )
+    disk_masses_kg: Entries[Mass] | None = Field(
+        default=None, description="Mass of every disk."
+    )
+    disk_inertias_kg_m2: Entries[ShaftInertia] | None = Field(
+        default=None, description="Polar moment of inertia of every disk."
+    )
+    disk_transverse_inertias_kg_m2: Entries[ShaftInertia] | None = Field(
+        default=None,
+        description="Moment of inertia of every disk about a diameter. [default: half "
+        "the polar one, of a thin disk]",
+    )
+
+    @model_validator(mode="after")
+    def _whole(self) -> ShaftEntry:
+        require_all_or_none(self, *GEOMETRY_KEYS)
+        require_all_or_none(self, BEARING_ON_SHAFT, *STIFFNESSES_ON_SHAFT)
+        require_all_or_none(self, *DISK_KEYS)
+        if self.lengths_mm is None:
+            if len(self.gears) < 2:
+                raise ValueError(
+                    "gears has 1 entries; at least 2 needed without lengths_mm"
+                )
+            for key in self.present("bores_mm", BEARING_ON_SHAFT, DISK_KEYS[0]):
+                raise ValueError(f"{key} is given; lengths_mm is needed with it")
+        for counted, keys in COUNTED_KEYS.items():
+            self._require_as_many(counted, keys)
+        return self
+
+    def _require_as_many(self, counted: str, keys: tuple[str, ...]) -> None:
+        entries = getattr(self, counted)
+        for key in self.present(*keys):
+            count = len(getattr(self, key))
+            if entries is None:
+                raise ValueError(f"{key} is given; {counted} is needed with it")
+            if count != len(entries):
+                raise ValueError(
+                    f"{key} has {count} entries; as many as {counted} are needed, "
+                    f"{len(entries)}"
+                )
 
 
 PositionError = Annotated[float, Field(ge=-1e3, le=1e3)]

@@ -86,6 +86,11 @@ STUDIES = {
         "Bearing",
         "Load on a bearing's balls or rollers, and its stiffness.",
     ),
+    "campbell": (
+        "campbell",
+        "CampbellDiagram",
+        "Campbell diagram of shafts that spin and bend: critical speeds and stability.",
+    ),
     "export": (
         "export",
         "ModelExport",

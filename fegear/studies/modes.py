@@ -97,16 +97,10 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     @property
     def load(self) -> float | None:
         """Torque on the input gear [N m], None where nothing depends on it."""
-        complete = all(mesh.mean_stiffness for mesh in self.gears.meshes)
         rolling = any(gear.rolling_bearing for gear in self.gears.gears)
-        if self.stiffness != "given" or not complete or (self.translations and rolling):
+        if self.translations and rolling:
             return chosen_torque(self.gears, self.torque)
-        if self.torque is not None:
-            reason = f"{self.gears.name} gives all mean stiffnesses, use "
-            raise refusal(self, "torque", reason + "{stiffness} fe")
-        reason = "the gear set gives all stiffness parameters, nothing is solved"
-        refuse_given(self.source, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
-        return None
+        return stiffness_load(self, self.gears)
 
     def tasks(self) -> Iterator[Task]:
         if self.rpm is not None and (
@@ -348,6 +342,22 @@ def _name_of_body_mode(system: LumpedSystem, i: int) -> tuple[str, str]:
     gear, n = system.train.gears[int(bodies.gears[i])], int(bodies.nodal_diameters[i])
     diameters = "1 nodal diameter" if n == 1 else f"{n} nodal diameters"
     return gear.name, f"body, {diameters}" if n else "body against its hub"
+
+
+def stiffness_load(study: Any, gears: GearSet) -> float | None:
+    """Torque on the input gear [N m] of mean stiffnesses, None where all are given.
+
+    study : with the settings torque, stiffness and source, which are refused where
+        they would change nothing
+    """
+    if study.stiffness != "given" or not all(m.mean_stiffness for m in gears.meshes):
+        return chosen_torque(gears, study.torque)
+    if study.torque is not None:
+        reason = f"{gears.name} gives all mean stiffnesses, use "
+        raise refusal(study, "torque", reason + "{stiffness} fe")
+    reason = "the gear set gives all stiffness parameters, nothing is solved"
+    refuse_given(study.source, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
+    return None
 
 
 def mean_stiffnesses(

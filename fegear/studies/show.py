@@ -14,7 +14,7 @@ from fegear.files.output import INTO_PICTURE, PICTURES, path_of
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.draw import gear_set_figure, outlines
 from fegear.gearset.model import GearSet
-from fegear.studies.page import ROUND_OFF, ColumnTable, Page
+from fegear.studies.page import ROUND_OFF, ColumnTable, Page, pluralize
 from fegear.studies.study import (
     NO_PICTURES,
     Draw,
@@ -196,12 +196,26 @@ def _different(items: list[dict[str, Any]], apart: set[str]) -> list[dict[str, A
     return different
 
 
-def shaft_line(gears: Sequence[str], stiffness_Nm_per_rad: float | None) -> str:
-    """Rigid shaft: a, b; or its stiffness between successive gears."""
-    if stiffness_Nm_per_rad is None:
-        return f"Rigid shaft: {', '.join(gears)}"
-    stiffness = shown(stiffness_Nm_per_rad)
-    return f"Shaft: {', '.join(gears)}, {stiffness} N m/rad between successive gears"
+def shaft_line(
+    gears: Sequence[str],
+    stiffness_Nm_per_rad: float | None,
+    length_mm: float | None = None,
+    mass_kg: float | None = None,
+    bearings: int = 0,
+) -> str:
+    """Rigid shaft: a, b; or its stiffness between successive gears; and its body."""
+    line = f"Rigid shaft: {', '.join(gears)}"
+    if stiffness_Nm_per_rad is not None:
+        stiffness = shown(stiffness_Nm_per_rad)
+        line = (
+            f"Shaft: {', '.join(gears)}, {stiffness} N m/rad between successive gears"
+        )
+    elif len(gears) == 1:
+        line = f"Shaft: {gears[0]}"
+    if length_mm is None or mass_kg is None:
+        return line
+    body = f"{shown(length_mm)} mm long, {shown(mass_kg)} kg"
+    return f"{line}; {body}, {pluralize(bearings, 'bearing')}"
 
 
 def _sheet(

@@ -116,6 +116,29 @@ PLANETARY: Tables = {
     ],
     "load": {"gear": "s", "torques_Nm": [20.0]},
 }
+BENT = PAIR | {
+    "shaft": [
+        {
+            "gears": [name],
+            "positions_mm": [60.0],
+            "lengths_mm": [100.0, 80.0],
+            "diameters_mm": [16.0, 20.0],
+            "bores_mm": [2.0, 4.0],
+            "bearing_positions_mm": [10.0, 150.0],
+            "bearing_kx_N_per_m": [5e7, 4e7],
+            "bearing_ky_N_per_m": [6e7, 3e7],
+            "bearing_kxy_N_per_m": [0.0, 1e6],
+            "bearing_kyx_N_per_m": [0.0, -1e6],
+            "bearing_cx_Ns_per_m": [100.0, 50.0],
+            "bearing_cy_Ns_per_m": [100.0, 50.0],
+            "disk_positions_mm": [180.0],
+            "disk_masses_kg": [0.5],
+            "disk_inertias_kg_m2": [4e-4],
+            "disk_transverse_inertias_kg_m2": [3e-4],
+        }
+        for name in ("a", "b")
+    ]
+}
 # what a command only repeats of its input, and what differs from run to run
 REPEATED = {
     "center_distance_mm",
@@ -248,6 +271,7 @@ VIBRATION = (
 )
 IDENTIFY = f"identify SET {COARSE} --json"
 MODES = "modes SET --json"
+CAMPBELL = "campbell SET --points 3 --elements 2 --json"
 EXPORT = "export SET -o m.json --json"
 MESH = f"mesh SET {COARSE} -o m.vtu --json"
 SWEEP = "sweep SET --speeds 2000,4000 --excitation rectangular --json"
@@ -631,6 +655,22 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--over-load": plus(BEARING, "--over-load l.csv", ROLLING),
         "--plot": plus(BEARING, "--plot p.png", ROLLING),
         "--json": less(BEARING, "--json")._replace(tables=ROLLING),
+    },
+    "campbell": {
+        "--output": plus(CAMPBELL, "-o c.csv", BENT),
+        "--critical": plus(CAMPBELL, "--critical c.csv", BENT),
+        "--plot": plus(CAMPBELL, "--plot p.png", BENT),
+        "SET": Case(CAMPBELL, CAMPBELL.replace("SET", "turbo-pair"), BENT),
+        "--torque": plus(f"{CAMPBELL} --stiffness fe", "--torque 200", BENT),
+        "--set": plus(CAMPBELL, "--set gear.1.inertia_kg_m2=1e-3", BENT),
+        "--max-rpm": plus(CAMPBELL, "--max-rpm 9000", BENT),
+        "--points": plus(CAMPBELL.replace("--points 3 ", ""), "--points 4", BENT),
+        "--modes": plus(CAMPBELL, "--modes 2", BENT),
+        "--elements": plus(CAMPBELL.replace("--elements 2 ", ""), "--elements 3", BENT),
+        "--stiffness": plus(CAMPBELL, f"--stiffness fe {COARSE}", BENT),
+        "--plane": plus(f"{CAMPBELL} --stiffness fe", "--plane strain", BENT),
+        "--resolution": plus(f"{CAMPBELL} --stiffness fe", COARSE, BENT),
+        "--json": Case(CAMPBELL.replace(" --json", ""), CAMPBELL, BENT),
     },
     "export": {
         "--output": swap(EXPORT, "m.json", "m.npz"),
@@ -1312,6 +1352,27 @@ PLANETARY_KEYS = {
     "carrier_bearing_ky_N_per_m": Key(3e8, (PLANE, SHOWN), PLANETARY),
     "carrier_coupling_stiffness_Nm_per_rad": Key(1e4, (PLANE, SHOWN), PLANETARY),
 }
+SHAFT_VALUES: Tables = {
+    "positions_mm": [65.0],
+    "lengths_mm": [90.0, 90.0],
+    "diameters_mm": [17.0, 20.0],
+    "bores_mm": [2.0, 6.0],
+    "material": "aluminium",
+    "bearing_positions_mm": [12.0, 150.0],
+    "bearing_kx_N_per_m": [7e7, 4e7],
+    "bearing_ky_N_per_m": [7e7, 3e7],
+    "bearing_kxy_N_per_m": [2e6, 1e6],
+    "bearing_kyx_N_per_m": [-2e6, -1e6],
+    "bearing_cx_Ns_per_m": [300.0, 50.0],
+    "bearing_cy_Ns_per_m": [300.0, 50.0],
+    "disk_positions_mm": [175.0],
+    "disk_masses_kg": [0.7],
+    "disk_inertias_kg_m2": [5e-4],
+    "disk_transverse_inertias_kg_m2": [2e-4],
+}
+SHAFT_KEYS = {
+    name: Key(value, (CAMPBELL,), BENT) for name, value in SHAFT_VALUES.items()
+}
 LONE = {"name": "z", "teeth": 31, "inertia_kg_m2": 5e-4, "mass_kg": 0.5}
 SPARE = {k: v for k, v in PAIR.items() if k != "load"} | {"gear": [*PAIR["gear"], LONE]}
 JOINED = SHAFT | {"gear": [*SHAFT["gear"], LONE]}
@@ -1343,6 +1404,7 @@ KEYS: dict[str, Key] = {
     },
     "shaft.gears": Key(["b", "c", "z"], (MODES,), JOINED),
     "shaft.stiffness_Nm_per_rad": Key(2e4, (MODES, ONE_SWEEP), SHAFT),
+    **{f"shaft.{name}": key for name, key in SHAFT_KEYS.items()},
     **{f"planetary.{name}": key for name, key in PLANETARY_KEYS.items()},
     "load.gear": Key("b"),
     "load.torques_Nm": Key([30.0], TEETH),

@@ -28,6 +28,7 @@ def test_names():
         "liu-idler-small-hubs",
         "liu-pair",
         "planetary-24-36-96",
+        "turbo-pair",
     ]
 
 

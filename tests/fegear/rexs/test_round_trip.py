@@ -47,7 +47,8 @@ def assert_same_meshes(read, original):
         distance = expected.pair.center_distance
         assert mesh.pair.center_distance == pytest.approx(distance, rel=1e-12)
         assert mesh.torques == pytest.approx(expected.torques, rel=1e-12)
-    assert [s.gears for s in read.shafts] == [s.gears for s in original.shafts]
+    joined = [s.gears for s in original.shafts if len(s.gears) > 1]
+    assert [s.gears for s in read.shafts] == joined
 
 
 @pytest.mark.parametrize("write", [as_xml, as_json])

@@ -396,6 +396,12 @@ EXAMPLES = {
         "load": 1000.0 + 1.0 / 3.0,
     },
     "modes": {"gear_set": "liu-idler", "translations": True},
+    "campbell": {
+        "gear_set": "turbo-pair",
+        "max_rpm": 9000.0 + 1.0 / 3.0,
+        "points": 4,
+        "elements": 2,
+    },
     "export": {"gear_set": "liu-idler", "translations": True, "damping_ratio": 0.05},
     "motion": {
         "gear_set": "liu-pair",

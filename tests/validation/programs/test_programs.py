@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fegear
-from validation.programs import exudyn_pair, fmu_pair, opentorsion_train
+from validation.programs import exudyn_pair, fmu_pair, opentorsion_train, ross_rotor
 from validation.programs.comparison import (
     ComparedValue,
     compare_motions,
@@ -20,7 +20,7 @@ from validation.programs.comparison import (
 from validation.programs.export_files import FMU, LINEAR, write_files
 from validation.programs.exported_pair import ExportedPair, MeshMotion, read_pair
 
-RECORDED = "exudyn", "opentorsion", "ross", "fmu"
+RECORDED = "exudyn", "opentorsion", "ross", "ross_rotor", "fmu"
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +57,14 @@ def test_recorded_differences_are_within_their_tolerances(name):
     assert any(row.tolerance for row in rows)
     assert [row.quantity for row in rows if not row.is_met] == []
     assert rows[0].quantity in recorded_page(name)
+
+
+def test_spinning_rotors_have_the_recorded_frequencies_of_ross():
+    """Ours, computed anew, beside those that ROSS had."""
+    rows = ross_rotor.compare_recorded()
+    assert len(rows) == len(recorded_rows("ross_rotor")) - ross_rotor.CRITICAL_SPEEDS
+    for row in rows:
+        assert abs(row.difference) < 1e-6, row.quantity  # per cent
 
 
 def test_a_row_is_judged_by_its_scale_and_tolerance():

@@ -1,0 +1,57 @@
+"""The shaft that carries gears: sections, bearings and disks along its axis, in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lumped.common.checks import require_fields
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftBearing:
+    """Bearing of a shaft.
+
+    position : from the shaft's first end [m]
+    stiffness : kxx, kxy, kyx, kyy [N/m]
+    damping : cxx, cyy [N s/m]
+    """
+
+    position: float
+    stiffness: tuple[float, float, float, float]
+    damping: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftDisk:
+    """Rigid disk on a shaft besides its gears.
+
+    position : from the shaft's first end [m]
+    mass, inertia, transverse_inertia : inertia is polar [kg], [kg m2]
+    """
+
+    position: float
+    mass: float
+    inertia: float
+    transverse_inertia: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftBody:
+    """Shaft that bends.
+
+    lengths, diameters, bores : of its sections [m]
+    gear_positions : of the middles of its gears from the first end [m]
+    """
+
+    lengths: tuple[float, ...]
+    diameters: tuple[float, ...]
+    bores: tuple[float, ...]
+    gear_positions: tuple[float, ...]
+    young_modulus: float
+    poisson_ratio: float
+    density: float
+    bearings: tuple[ShaftBearing, ...] = ()
+    disks: tuple[ShaftDisk, ...] = ()
+
+    def __post_init__(self) -> None:
+        require_fields(self)

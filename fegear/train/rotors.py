@@ -1,0 +1,162 @@
+"""From a gear set to spinning shafts that bend, with its gears as rigid disks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fegear.files.errors import InputError
+from fegear.gearset.inertia import inertia_of, mass_of
+from fegear.gearset.lumped_train import train_of
+from fegear.gearset.model import Gear, GearSet, Shaft
+from fegear.gearset.shaft_bodies import ShaftBody
+from lumped.rotors.description import (
+    Bearing,
+    Disk,
+    MeshSpring,
+    Rotor,
+    RotorError,
+    RotorSystem,
+    Section,
+)
+from lumped.train.coordinates import line_of_action, rolling_sense
+from lumped.train.train import Train
+
+
+def rotor_system(
+    gear_set: GearSet, mean_stiffness: Sequence[float], elements: int
+) -> RotorSystem:
+    """Shafts, gears, bearings and meshes; InputError where a shaft is not described.
+
+    mean_stiffness : of every mesh [N/m]
+    elements : least number of elements of every shaft
+    """
+    bodies = require_bodies(gear_set)
+    train = train_of(gear_set, 0.0)
+    try:
+        return RotorSystem(
+            rotors=tuple(
+                _rotor(gear_set, train, shaft, body)
+                for shaft, body in zip(gear_set.shafts, bodies, strict=True)
+            ),
+            meshes=tuple(_meshes(gear_set, train, bodies, mean_stiffness)),
+            elements=elements,
+        )
+    except RotorError as error:
+        raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def require_bodies(gear_set: GearSet) -> list[ShaftBody]:
+    """Bodies of all shafts; InputError for a gear that is on none."""
+    if gear_set.carrier is not None:
+        raise InputError(
+            f"{gear_set.name}: planetary sets have no shafts that bend; gears on "
+            "fixed axes are needed"
+        )
+    on_bodies = {g for shaft in gear_set.shafts if shaft.body for g in shaft.gears}
+    for index, gear in enumerate(gear_set.gears):
+        if index not in on_bodies:
+            raise InputError(
+                f'{gear_set.name}: gear "{gear.name}" is on no [[shaft]] with '
+                "lengths_mm, diameters_mm and positions_mm"
+            )
+    bodies = [shaft.body for shaft in gear_set.shafts if shaft.body]
+    for number, body in enumerate(bodies, start=1):
+        if len({bearing.position for bearing in body.bearings}) < 2:
+            raise InputError(
+                f"{gear_set.name}: shaft {number}: bearing_positions_mm has "
+                f"{len(body.bearings)} entries; two bearings or more are needed, in "
+                "different places"
+            )
+    return bodies
+
+
+def transverse_inertia(gear: Gear) -> float:
+    """About a diameter, of a flat body as wide as the teeth [kg m2]."""
+    return 0.5 * inertia_of(gear) + mass_of(gear) * gear.face_width**2 / 12.0
+
+
+def shaft_name(gear_set: GearSet, shaft: Shaft) -> str:
+    """Names of its gears."""
+    return "+".join(gear_set.gears[gear].name for gear in shaft.gears)
+
+
+def _rotor(gear_set: GearSet, train: Train, shaft: Shaft, body: ShaftBody) -> Rotor:
+    gears = [gear_set.gears[index] for index in shaft.gears]
+    wheels = [
+        Disk(
+            position=position,
+            mass=mass_of(gear),
+            polar_inertia=inertia_of(gear),
+            transverse_inertia=transverse_inertia(gear),
+        )
+        for gear, position in zip(gears, body.gear_positions, strict=True)
+    ]
+    disks = [
+        Disk(
+            position=disk.position,
+            mass=disk.mass,
+            polar_inertia=disk.inertia,
+            transverse_inertia=disk.transverse_inertia,
+        )
+        for disk in body.disks
+    ]
+    bearings = [
+        Bearing(
+            position=bearing.position,
+            stiffness=bearing.stiffness,
+            damping=(bearing.damping[0], 0.0, 0.0, bearing.damping[1]),
+        )
+        for bearing in body.bearings
+    ]
+    # springs to ground turn with their gear
+    bearings += [
+        Bearing(
+            position=position,
+            stiffness=(0.0, 0.0, 0.0, 0.0),
+            torsional_stiffness=gear.coupling_stiffness,
+        )
+        for gear, position in zip(gears, body.gear_positions, strict=True)
+        if gear.coupling_stiffness
+    ]
+    sections = zip(body.lengths, body.diameters, body.bores, strict=True)
+    return Rotor(
+        name=shaft_name(gear_set, shaft),
+        sections=tuple(
+            Section(length=length, diameter=diameter, bore=bore)
+            for length, diameter, bore in sections
+        ),
+        disks=(*wheels, *disks),
+        bearings=tuple(bearings),
+        young_modulus=body.young_modulus,
+        shear_modulus=0.5 * body.young_modulus / (1.0 + body.poisson_ratio),
+        density=body.density,
+        speed_ratio=float(train.speeds[shaft.gears[0]]),
+    )
+
+
+def _meshes(
+    gear_set: GearSet,
+    train: Train,
+    bodies: Sequence[ShaftBody],
+    mean_stiffness: Sequence[float],
+) -> Iterator[MeshSpring]:
+    places = {
+        gear: (number, position)
+        for number, (shaft, body) in enumerate(
+            zip(gear_set.shafts, bodies, strict=True)
+        )
+        for gear, position in zip(shaft.gears, body.gear_positions, strict=True)
+    }
+    for number, mesh in enumerate(train.meshes):
+        (one, first), (other, second) = places[mesh.driver], places[mesh.driven]
+        driver, driven = train.gears[mesh.driver], train.gears[mesh.driven]
+        yield MeshSpring(
+            rotors=(one, other),
+            positions=(first, second),
+            base_radii=(driver.base_radius, driven.base_radius),
+            direction=line_of_action(train, mesh),
+            sense=rolling_sense(train, mesh),
+            stiffness=float(mean_stiffness[number]),
+            width=gear_set.common_width(number),
+            teeth=driver.teeth,
+        )

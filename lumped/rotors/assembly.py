@@ -1,0 +1,285 @@
+"""From rotors to matrices: M x'' + (C + Omega G) x' + (K + Omega H - Omega^2 N) x = 0.
+
+It is eq. 6.10 of the multi-mesh source with damping. In the frame that does not turn
+the matrices of axially symmetric rotors are constant, and there is no centripetal
+matrix N; see `lumped.rotors.frames` for the one that turns.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.rotors.beams import (
+    NODE_COORDINATES,
+    NODE_SIZE,
+    QUARTER_TURN,
+    bending_stiffness,
+    gyroscopic_matrix,
+    in_both_planes,
+    rotation_mass,
+    translation_mass,
+    twist_matrices,
+)
+from lumped.rotors.description import (
+    MIN_ELEMENT,
+    POSITION_RTOL,
+    MeshSpring,
+    Rotor,
+    RotorError,
+    RotorSystem,
+    Section,
+)
+
+Array = NDArray[np.float64]
+X, Y, TILT_X, TILT_Y, ROTATION = range(NODE_SIZE)
+
+
+@dataclass(frozen=True, eq=False)
+class GyroscopicSystem:
+    """Matrices of n coordinates over the speed Omega of the system.
+
+    nodes : positions of the nodes of every rotor [m]; five coordinates each, see
+        `NODE_COORDINATES`
+    speed_ratios : of every rotor over the speed of the system
+    mass, damping, stiffness : M, C, K (n, n)
+    gyroscopic : G (n, n), skew-symmetric
+    circulatory : H (n, n), of damping that turns with a rotor
+    centripetal : N (n, n), of a frame that turns
+    shaft_stiffness : (n, n), part of `stiffness`
+    mesh_stiffness : (meshes, n, n), part of `stiffness`
+    """
+
+    nodes: tuple[tuple[float, ...], ...]
+    speed_ratios: tuple[float, ...]
+    mass: Array
+    damping: Array
+    stiffness: Array
+    gyroscopic: Array
+    circulatory: Array
+    centripetal: Array
+    shaft_stiffness: Array
+    mesh_stiffness: Array
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates n."""
+        return int(self.mass.shape[0])
+
+    @cached_property
+    def rotor_of(self) -> NDArray[np.intp]:
+        """Rotor of every coordinate (n,)."""
+        counts = [NODE_SIZE * len(nodes) for nodes in self.nodes]
+        return np.repeat(np.arange(len(counts)), counts)
+
+    @cached_property
+    def is_rotation(self) -> NDArray[np.bool_]:
+        """Whether a coordinate is a rotation about the axis (n,)."""
+        return np.arange(self.size) % NODE_SIZE == ROTATION
+
+    @cached_property
+    def quarter_turn(self) -> Array:
+        """Matrix J (n, n) that turns every node by a quarter, x to y."""
+        return np.asarray(np.kron(np.eye(self.size // NODE_SIZE), QUARTER_TURN))
+
+    @cached_property
+    def is_conservative(self) -> bool:
+        """Whether M, K are symmetric and nothing else but G is there."""
+        others = self.damping, self.circulatory, self.centripetal
+        asymmetry = self.stiffness - self.stiffness.T
+        return not any(part.any() for part in (*others, asymmetry))
+
+    def index(self, rotor: int, position: float, kind: str) -> int:
+        """Index of a coordinate by rotor, position of a node [m] and kind."""
+        first = NODE_SIZE * sum(len(nodes) for nodes in self.nodes[:rotor])
+        node = _node_at(self.nodes[rotor], position)
+        return first + NODE_SIZE * node + NODE_COORDINATES.index(kind)
+
+
+def assemble(system: RotorSystem) -> GyroscopicSystem:
+    """The matrices of rotors in the frame that does not turn.
+
+    Raises RotorError for a shaft whose section is not axially symmetric: its stiffness
+    would vary with the rotation.
+    """
+    for rotor in system.rotors:
+        if any(section.asymmetry for section in rotor.sections):
+            raise RotorError(
+                f"rotor {rotor.name!r}: a section has an asymmetry; its stiffness "
+                "varies with the rotation, use rotating_frame"
+            )
+    return assemble_any(system)
+
+
+def assemble_any(system: RotorSystem) -> GyroscopicSystem:
+    """The matrices with planes x-z and y-z of every shaft as they are at rest."""
+    nodes = tuple(
+        nodes_of(rotor, _gear_positions(system, number), system.elements)
+        for number, rotor in enumerate(system.rotors)
+    )
+    size = NODE_SIZE * sum(map(len, nodes))
+    result = GyroscopicSystem(
+        nodes,
+        tuple(rotor.speed_ratio for rotor in system.rotors),
+        mass=np.zeros((size, size)),
+        damping=np.zeros((size, size)),
+        stiffness=np.zeros((size, size)),
+        gyroscopic=np.zeros((size, size)),
+        circulatory=np.zeros((size, size)),
+        centripetal=np.zeros((size, size)),
+        shaft_stiffness=np.zeros((size, size)),
+        mesh_stiffness=np.zeros((len(system.meshes), size, size)),
+    )
+    for number, rotor in enumerate(system.rotors):
+        _add_shaft(result, number, rotor)
+        _add_disks(result, number, rotor)
+        _add_bearings(result, number, rotor)
+    for number, mesh in enumerate(system.meshes):
+        result.mesh_stiffness[number] = mesh_matrix(result, mesh)
+        result.stiffness[:] += result.mesh_stiffness[number]
+    return result
+
+
+def _gear_positions(system: RotorSystem, rotor: int) -> list[float]:
+    return [
+        position
+        for mesh in system.meshes
+        for index, position in zip(mesh.rotors, mesh.positions, strict=True)
+        if index == rotor
+    ]
+
+
+def nodes_of(
+    rotor: Rotor, gear_positions: list[float], elements: int
+) -> tuple[float, ...]:
+    """Positions of nodes [m]: where parts are, with elements between of equal length.
+
+    A part closer than `MIN_ELEMENT` to another one, or to an end of a section, has no
+    node of its own.
+
+    elements : least number of them
+    """
+    ends = [0.0, *accumulate(section.length for section in rotor.sections)]
+    length = ends[-1]
+    places = [*gear_positions, *(disk.position for disk in rotor.disks)]
+    places += [bearing.position for bearing in rotor.bearings]
+    stations = list(ends)
+    for place in places:
+        if min(abs(place - station) for station in stations) >= MIN_ELEMENT * length:
+            stations.append(place)
+    stations.sort()
+    nodes = [0.0]
+    for low, high in pairwise(stations):
+        count = max(1, math.ceil(elements * (high - low) / length - POSITION_RTOL))
+        nodes += [low + (high - low) * k / count for k in range(1, count)] + [high]
+    return tuple(nodes)
+
+
+def _node_at(nodes: tuple[float, ...], position: float) -> int:
+    return int(np.abs(np.asarray(nodes) - position).argmin())
+
+
+def _section_at(rotor: Rotor, position: float) -> Section:
+    ends = accumulate(section.length for section in rotor.sections)
+    for section, end in zip(rotor.sections, ends, strict=True):
+        if position < end:
+            return section
+    return rotor.sections[-1]
+
+
+def _add_shaft(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
+    nodes, turn = result.nodes[number], np.kron(np.eye(2), QUARTER_TURN)
+    first = result.index(number, 0.0, "x")
+    for element, (low, high) in enumerate(pairwise(nodes)):
+        place = first + NODE_SIZE * element
+        at = slice(place, place + 2 * NODE_SIZE)
+        section, length = _section_at(rotor, 0.5 * (low + high)), high - low
+        inertia = rotor.density * section.second_moment
+        rigidity = rotor.young_modulus * section.second_moment
+        difference = rigidity * section.asymmetry
+        twist, spin = twist_matrices(length)
+        mass = rotor.density * section.area * translation_mass(length)
+        if rotor.rotary_inertia:
+            mass = mass + inertia * rotation_mass(length)
+            polar = 2.0 * inertia * rotor.speed_ratio
+            result.gyroscopic[at, at] += polar * gyroscopic_matrix(length)
+        result.mass[at, at] += in_both_planes(mass, 1.0, 1.0) + 2.0 * inertia * spin
+        torsional = 2.0 * rotor.shear_modulus * section.second_moment
+        stiffness = torsional * twist + in_both_planes(
+            bending_stiffness(length), rigidity + difference, rigidity - difference
+        )
+        result.shaft_stiffness[at, at] += stiffness
+        result.stiffness[at, at] += stiffness
+        # the rate of strain is seen from the shaft: x' - Omega J x
+        result.damping[at, at] += rotor.internal_damping * stiffness
+        rate = rotor.internal_damping * rotor.speed_ratio
+        result.circulatory[at, at] -= rate * stiffness @ turn
+
+
+def _arm(result: GyroscopicSystem, rotor: int, position: float) -> Array:
+    """Motion (5, 5) of a part by that of the node that carries it on a rigid arm."""
+    nodes = result.nodes[rotor]
+    distance = position - nodes[_node_at(nodes, position)]
+    arm = np.eye(NODE_SIZE)
+    arm[X, TILT_Y], arm[Y, TILT_X] = distance, -distance
+    return arm
+
+
+def _add_disks(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
+    for disk in rotor.disks:
+        first = result.index(number, disk.position, "x")
+        at, arm = slice(first, first + NODE_SIZE), _arm(result, number, disk.position)
+        tilt = disk.transverse_inertia
+        inertias = np.array([disk.mass, disk.mass, tilt, tilt, disk.polar_inertia])
+        result.mass[at, at] += arm.T @ (inertias[:, None] * arm)
+        moment = np.zeros((NODE_SIZE, NODE_SIZE))
+        moment[TILT_X, TILT_Y] = disk.polar_inertia * rotor.speed_ratio
+        result.gyroscopic[at, at] += moment - moment.T
+
+
+def _add_bearings(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
+    for bearing in rotor.bearings:
+        first = result.index(number, bearing.position, "x")
+        at = slice(first, first + NODE_SIZE)
+        arm = _arm(result, number, bearing.position)
+        tilt = bearing.tilt_stiffness
+        stiffness = np.diag([0.0, 0.0, tilt, tilt, bearing.torsional_stiffness])
+        stiffness[:2, :2] = np.reshape(bearing.stiffness, (2, 2))
+        damping = np.zeros((NODE_SIZE, NODE_SIZE))
+        damping[:2, :2] = np.reshape(bearing.damping, (2, 2))
+        result.stiffness[at, at] += arm.T @ stiffness @ arm
+        result.damping[at, at] += arm.T @ damping @ arm
+
+
+def mesh_rows(result: GyroscopicSystem, mesh: MeshSpring) -> tuple[Array, Array]:
+    """Deflection of a mesh per displacement, and its slope over the face width (n,).
+
+    The deflection at a distance along the axis is that of the middle plus the slope
+    times the distance; both are positive where the teeth are pressed together. A tilt
+    moves a point at a distance a from the gear's centre by a times its slope.
+    """
+    row, slope = np.zeros((2, result.size))
+    cosine, sine = mesh.direction
+    for gear, side in ((0, 1.0), (1, -1.0)):
+        at = result.index(mesh.rotors[gear], mesh.positions[gear], "x")
+        row[[at + X, at + Y]] += side * cosine, side * sine
+        slope[[at + TILT_Y, at + TILT_X]] += side * cosine, -side * sine
+        # both gears' rotations close the mesh in the driver's sense
+        row[at + ROTATION] += mesh.sense * mesh.base_radii[gear]
+        tilts = [at + TILT_X, at + TILT_Y]
+        nodes, position = result.nodes[mesh.rotors[gear]], mesh.positions[gear]
+        arm = position - nodes[_node_at(nodes, position)]
+        row[tilts] += (mesh.offsets[gear] + arm) * slope[tilts]
+    return row, slope
+
+
+def mesh_matrix(result: GyroscopicSystem, mesh: MeshSpring) -> Array:
+    """Stiffness (n, n) of a mesh: k b^2 / 12 against slopes, evenly over the width."""
+    row, slope = mesh_rows(result, mesh)
+    tilting = mesh.width**2 / 12.0
+    return mesh.stiffness * (np.outer(row, row) + tilting * np.outer(slope, slope))

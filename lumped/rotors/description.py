@@ -1,0 +1,226 @@
+"""Spinning shafts: stepped beams with rigid disks on bearings, coupled by gear meshes.
+
+The axes of all rotors are along z, rotations are counter-clockwise about it. Positions
+are along a rotor's own axis, from its first end.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from lumped.common.checks import require_fields
+from lumped.common.options import Range
+
+POSITION_RTOL = 1e-9  # of a length, below which two positions are one
+# Over the length of the shaft: sections are not shorter, and parts that are closer to a
+# node are on a rigid arm, for stiffnesses of elements grow with the cube of the inverse
+MIN_ELEMENT = 1e-3
+
+
+class RotorError(ValueError):
+    """A rotor that cannot be modelled, in one line."""
+
+
+def _positive() -> Any:
+    return field(metadata={"allowed": Range(above=0.0, below=math.inf)})
+
+
+def _not_negative(default: float = 0.0) -> Any:
+    allowed = Range(least=0.0, below=math.inf)
+    return field(default=default, metadata={"allowed": allowed})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """Part of a shaft with one diameter.
+
+    length, diameter, bore : along the axis, outer and inner [m]
+    asymmetry : difference of the principal second moments of area over their sum,
+        positive where the shaft is stiffer in the plane x-z that turns with it; only
+        `rotating_frame` takes shafts that have some
+    """
+
+    length: float = _positive()
+    diameter: float = _positive()
+    bore: float = _not_negative()
+    asymmetry: float = field(
+        default=0.0, metadata={"allowed": Range(above=-1.0, below=1.0)}
+    )
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        if not self.bore < self.diameter:
+            raise RotorError(
+                f"bore = {self.bore:g}; must be less than diameter = {self.diameter:g}"
+            )
+
+    @property
+    def area(self) -> float:
+        """Area of the section [m2]."""
+        return 0.25 * math.pi * (self.diameter**2 - self.bore**2)
+
+    @property
+    def second_moment(self) -> float:
+        """Second moment of area about a diameter, the mean of both [m4]."""
+        return math.pi / 64.0 * (self.diameter**4 - self.bore**4)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disk:
+    """Rigid disk, or gear, on a shaft.
+
+    position : of its centre of mass [m]
+    mass : [kg]
+    polar_inertia, transverse_inertia : about the axis and about a diameter [kg m2]
+    """
+
+    position: float = _not_negative()
+    mass: float = _not_negative()
+    polar_inertia: float = _not_negative()
+    transverse_inertia: float = _not_negative()
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bearing:
+    """Linear bearing between a shaft and ground.
+
+    position : along the shaft [m]
+    stiffness : kxx, kxy, kyx, kyy, forces along the first axis by displacements along
+        the second [N/m]
+    damping : likewise [N s/m]
+    tilt_stiffness : moment per angle about both diameters [N m/rad]
+    torsional_stiffness : of a spring to ground about the axis [N m/rad]
+    """
+
+    position: float = _not_negative()
+    stiffness: tuple[float, float, float, float]
+    damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    tilt_stiffness: float = _not_negative()
+    torsional_stiffness: float = _not_negative()
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+
+    @property
+    def is_isotropic(self) -> bool:
+        """Whether it is the same in all directions, so that it may be seen turning."""
+        return all(
+            xx == yy and xy == -yx for xx, xy, yx, yy in (self.stiffness, self.damping)
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rotor:
+    """Shaft of Euler-Bernoulli elements with its disks and bearings.
+
+    young_modulus, shear_modulus : of the shaft [Pa]
+    density : of the shaft [kg/m3]
+    speed_ratio : of its rotation over that of the system, negative where clockwise
+    rotary_inertia : whether slices of the shaft resist tilting, with their gyroscopic
+        moments (Rayleigh's beam)
+    internal_damping : stress by rate of strain over Young's modulus, of a viscous
+        material that turns with the shaft [s]
+    """
+
+    name: str
+    sections: tuple[Section, ...]
+    disks: tuple[Disk, ...] = ()
+    bearings: tuple[Bearing, ...] = ()
+    young_modulus: float = _positive()
+    shear_modulus: float = _positive()
+    density: float = _positive()
+    speed_ratio: float = 1.0
+    rotary_inertia: bool = True
+    internal_damping: float = _not_negative()
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        if not self.sections:
+            raise RotorError(f"rotor {self.name!r}: sections = (); one or more needed")
+        for section in self.sections:
+            if section.length < MIN_ELEMENT * self.length:
+                raise RotorError(
+                    f"rotor {self.name!r}: a section is {section.length:g} m long; "
+                    f"{MIN_ELEMENT:g} of the {self.length:g} m of the shaft are needed"
+                )
+        for kind, parts in (("disk", self.disks), ("bearing", self.bearings)):
+            for part in parts:
+                self.require_position(kind, part.position)
+
+    @property
+    def length(self) -> float:
+        """Length of the shaft [m]."""
+        return math.fsum(section.length for section in self.sections)
+
+    def require_position(self, kind: str, position: float) -> None:
+        """Raise RotorError for a position that is not on the shaft."""
+        length = self.length
+        if not 0.0 <= position <= length * (1.0 + POSITION_RTOL):
+            raise RotorError(
+                f"rotor {self.name!r}: {kind} at {position:g} m; the shaft is "
+                f"{length:g} m long"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshSpring:
+    """Mean stiffness of the teeth of two gears, along their line of action.
+
+    The stiffness is spread evenly over the face width, so that gears which tilt
+    against each other about the line of action feel a moment.
+
+    rotors : driver and driven, by their indices
+    positions : of both gears' centres on their shafts [m]
+    offsets : of the middle of the teeth in mesh from these centres [m]
+    base_radii : negative of an internal gear [m]
+    direction : unit vector of the driver's push on the driven gear, see
+        `lumped.train.coordinates.line_of_action`
+    sense : of the driver's rotation, see `lumped.train.coordinates.rolling_sense`
+    stiffness : [N/m]
+    width : face width in mesh [m]
+    teeth : of the driver, for mesh frequencies
+    """
+
+    rotors: tuple[int, int]
+    positions: tuple[float, float]
+    base_radii: tuple[float, float]
+    direction: tuple[float, float]
+    sense: int = 1
+    stiffness: float = _positive()
+    offsets: tuple[float, float] = (0.0, 0.0)
+    width: float = _not_negative()
+    teeth: int = field(default=1, metadata={"allowed": Range(least=1, below=10**6)})
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        if abs(math.hypot(*self.direction) - 1.0) > POSITION_RTOL:
+            raise RotorError(f"direction = {self.direction}; must be a unit vector")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RotorSystem:
+    """Rotors and the meshes between them.
+
+    elements : least number of elements of every shaft, which are about equally long
+    """
+
+    rotors: tuple[Rotor, ...]
+    meshes: tuple[MeshSpring, ...] = ()
+    elements: int = field(default=12, metadata={"allowed": Range(least=1, most=1000)})
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        if not self.rotors:
+            raise RotorError("rotors = (); one or more are needed")
+        for mesh in self.meshes:
+            for rotor, position in zip(mesh.rotors, mesh.positions, strict=True):
+                if not 0 <= rotor < len(self.rotors):
+                    raise RotorError(
+                        f"rotor index = {rotor}; allowed 0 to {len(self.rotors) - 1}"
+                    )
+                self.rotors[rotor].require_position("gear", position)

@@ -1,0 +1,99 @@
+"""Modes of rotors at rest, accurate for the lowest ones however short an element is.
+
+Rigid motions are those that neither bearings nor meshes resist. With them taken out,
+M x = mu K x has the lowest modes as its largest eigenvalues, which do not suffer from
+the highest frequencies of short elements as those of K x = omega^2 M x do.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh, solve_triangular
+
+from lumped.rotors.assembly import GyroscopicSystem
+from lumped.rotors.beams import NODE_SIZE
+
+Array = NDArray[np.float64]
+NULL_RTOL = 1e-13  # stiffness against a rigid motion over the largest one
+MIN_INVERSE = 1e-9  # inverse of the square of a frequency over the largest one
+MIN_OVERLAP = 0.5  # of a mode with rigid motions, which is 0 or 1
+
+
+def modes_at_rest(system: GyroscopicSystem) -> tuple[Array, Array]:
+    """Squares of frequencies (k,) and shapes (n, k) with unit modal mass, rising.
+
+    Squares are exactly 0 of rigid motions, and negative where K, or its symmetric part,
+    is not definite. Modes far above the lowest ones are left out.
+    """
+    rigid = rigid_motions(system)
+    level = bending_quotient(system)
+    momenta = system.mass @ rigid
+    stiffness = 0.5 * (system.stiffness + system.stiffness.T)
+    stiffness += level * momenta @ momenta.T
+    inverses, shapes, shift = _definite_modes(system.mass, stiffness, level)
+    low = inverses > MIN_INVERSE * inverses.max()
+    inverses, shapes = inverses[low], shapes[:, low]
+    shapes /= np.sqrt(inverses)
+    squares = 1.0 / inverses - shift
+    overlap = ((momenta.T @ shapes) ** 2).sum(axis=0)
+    squares[overlap > MIN_OVERLAP] = 0.0
+    order = np.argsort(squares, kind="stable")
+    return squares[order], shapes[:, order]
+
+
+def _definite_modes(
+    mass: Array, stiffness: Array, level: float
+) -> tuple[Array, Array, float]:
+    """Eigenvalues of M x = mu (K + shift M) x, with a shift where K is not definite."""
+    shift = 0.0
+    while True:
+        try:
+            values, shapes = eigh(mass, stiffness + shift * mass)
+        except np.linalg.LinAlgError:
+            shift = max(level, 10.0 * shift)
+            continue
+        return values, shapes, shift
+
+
+def rigid_motions(system: GyroscopicSystem) -> Array:
+    """Motions (n, r) of rigid shafts that strain nothing, with unit modal mass."""
+    columns = [
+        column
+        for rotor, nodes in enumerate(system.nodes)
+        for column in _rigid_columns(system, rotor, nodes)
+    ]
+    motions = np.array(columns).T
+    motions /= np.sqrt(np.einsum("ni,nm,mi->i", motions, system.mass, motions))
+    factor = np.linalg.cholesky(motions.T @ system.mass @ motions)
+    motions = solve_triangular(factor, motions.T, lower=True).T
+    supports = system.stiffness - system.shaft_stiffness
+    resistance = motions.T @ supports @ motions
+    left, values, _ = np.linalg.svd(resistance)
+    free = values <= NULL_RTOL * values.max(initial=0.0)
+    return np.asarray(motions @ left[:, free])
+
+
+def _rigid_columns(
+    system: GyroscopicSystem, rotor: int, nodes: tuple[float, ...]
+) -> list[Array]:
+    """Translations, tilts about the middle and rotation of a rotor."""
+    first = system.index(rotor, nodes[0], "x")
+    at = first + NODE_SIZE * np.arange(len(nodes))
+    distance = np.array(nodes) - 0.5 * (nodes[0] + nodes[-1])
+    columns = list(np.zeros((NODE_SIZE, system.size)))
+    for column in range(NODE_SIZE):
+        columns[column][at + column] = 1.0
+    columns[2][at + 1] = -distance
+    columns[3][at] = distance
+    return columns
+
+
+def bending_quotient(system: GyroscopicSystem) -> float:
+    """Square of a frequency of shafts alone that bend like parabolas (Rayleigh)."""
+    bent = np.zeros(system.size)
+    for rotor, nodes in enumerate(system.nodes):
+        at = system.index(rotor, nodes[0], "x") + NODE_SIZE * np.arange(len(nodes))
+        distance = np.array(nodes) - 0.5 * (nodes[0] + nodes[-1])
+        bent[at], bent[at + 3] = distance**2, 2.0 * distance
+    return float(bent @ system.shaft_stiffness @ bent / (bent @ system.mass @ bent))
