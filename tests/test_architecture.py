@@ -43,6 +43,7 @@ ALLOWED = {
         "lumped.train.analytic",
         "lumped.figures.drawing",
         "lumped.train.pitch_errors",
+        "lumped.train.position_errors",
         "lumped.train.rolling_supports",
     },
     "fegear.train": {"fegear", "lumped"},

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import external_torques
-from lumped.train import position_errors
+from lumped.train.position_errors import position_gaps as gaps_of_train
 from lumped.train.train import Train
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ def position_gaps(gear_set: GearSet, train: Train) -> Array:
     carrier = gear_set.carrier
     errors = carrier.position_errors if carrier else ()
     sense = carrier_sense(gear_set) if errors else 1
-    return position_errors.position_gaps(train, [sense * error for error in errors])
+    return gaps_of_train(train, [sense * error for error in errors])
 
 
 def carrier_sense(gear_set: GearSet) -> int:

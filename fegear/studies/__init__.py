@@ -83,7 +83,7 @@ STUDIES = {
     ),
     "bearing": (
         "bearing",
-        "Bearing",
+        "BearingLoad",
         "Load on a bearing's balls or rollers, and its stiffness.",
     ),
     "campbell": (

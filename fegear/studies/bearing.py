@@ -49,7 +49,7 @@ LOAD_DECADES = 1.0  # of these loads, to both sides of the load
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bearing(
+class BearingLoad(
     Study,
     command="bearing",
     example="bearing pair.toml --gear pinion --load 1000 --plot bearing.png",
@@ -111,7 +111,7 @@ class Bearing(
     def tasks(self) -> Iterator[Task]:
         yield Task("bearing", self._solve)
 
-    def _solve(self, job: Job) -> BearingResult:
+    def _solve(self, job: Job) -> BearingLoadResult:
         gears, index = self.gears, self.index
         bearing = require_present(gears.gears[index].rolling_bearing, "bearing")
         direction, load = 0.0, self.load
@@ -124,12 +124,12 @@ class Bearing(
 
 
 def solve_bearing(
-    study: Bearing,
+    study: BearingLoad,
     gear: str,
     bearing: RollingBearing,
     load: float,
     direction: float,
-) -> BearingResult:
+) -> BearingLoadResult:
     """Load distribution with an element under the load, and figures over the load.
 
     load : radial [N]; direction : of it, counter-clockwise from x [rad]
@@ -163,7 +163,7 @@ def solve_bearing(
         "element_spin_over_shaft": element_spin_over_shaft(bearing),
         "warnings": list(_pressure_warnings(gear, bearing, max(pressures))),
     }
-    return BearingResult(
+    return BearingLoadResult(
         study=study,
         summary=summary,
         distribution={
@@ -195,14 +195,14 @@ def _pressure_warnings(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BearingResult(StudyResult):
+class BearingLoadResult(StudyResult):
     """A bearing under a radial load.
 
     distribution : columns of the rolling elements, one of them under the load
     over_load : columns over the load
     """
 
-    study: Bearing
+    study: BearingLoad
     summary: dict[str, Any]
     distribution: dict[str, Array]
     over_load: dict[str, Array]

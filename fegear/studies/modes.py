@@ -52,7 +52,11 @@ from lumped.train.mode_families import (
     whirl_senses,
 )
 from lumped.train.modes import Modes, natural_modes
-from lumped.train.rotating_frame import WhirlModes, whirl_modes, without_free_motions
+from lumped.train.rotating_frame import (
+    RotatingFrameModes,
+    whirl_modes,
+    without_free_motions,
+)
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Train
 
@@ -154,7 +158,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         origins: list[str],
         system: LumpedSystem | None = None,
     ) -> ModesResult:
-        at_speed = modes if isinstance(modes, WhirlModes) else None
+        at_speed = modes if isinstance(modes, RotatingFrameModes) else None
         return ModesResult(
             *(self, self.gears.name, load, train.damping_ratio, modes, origins),
             system=system,

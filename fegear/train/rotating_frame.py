@@ -9,7 +9,7 @@ import numpy as np
 
 from fegear.files.codes import with_code
 from lumped.train.modes import Modes
-from lumped.train.rotating_frame import WhirlModes
+from lumped.train.rotating_frame import RotatingFrameModes
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Carrier, Gear, Train
 
@@ -70,7 +70,7 @@ def lowest_translational(modes: Modes) -> float:
     return float(modes.angular[translates].min(initial=math.inf))
 
 
-def speed_warnings(modes: WhirlModes) -> Iterator[str]:
+def speed_warnings(modes: RotatingFrameModes) -> Iterator[str]:
     """A line where centrifugal forces exceed those of the bearings."""
     growth = float(modes.growth.max())
     if modes.is_supercritical:

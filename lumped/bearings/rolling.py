@@ -138,7 +138,18 @@ class RollingBearing:
         raise NotImplementedError
 
     def pressures(self, load: float) -> tuple[float, float]:
-        """Largest pressure [Pa] on the inner and the outer race under a load [N]."""
+        """Largest contact pressures of an element on both races.
+
+        Parameters
+        ----------
+        load : float
+            Load of the element [N].
+
+        Returns
+        -------
+        inner, outer : float
+            Pressure on the inner and on the outer race [Pa].
+        """
         raise NotImplementedError
 
     @property
@@ -152,8 +163,6 @@ class BallBearing(RollingBearing):
 
     Parameters
     ----------
-    balls : int
-        Number of balls.
     element_diameter : float
         Diameter of a ball [m].
     pitch_diameter : float
@@ -172,6 +181,8 @@ class BallBearing(RollingBearing):
         Eccentricity of the inner race on its shaft [m].
     waves : tuple of Waviness, optional
         Waviness of the races.
+    balls : int
+        Number of balls.
     inner_conformity, outer_conformity : float, optional
         Groove radius of each race over the ball's diameter.
 
@@ -230,14 +241,10 @@ class RollerBearing(RollingBearing):
 
     Parameters
     ----------
-    rollers : int
-        Number of rollers.
     element_diameter : float
         Diameter of a roller [m].
     pitch_diameter : float
         Diameter of the circle of the rollers' centres [m].
-    length : float
-        Effective length of a roller [m].
     clearance : float, optional
         Radial internal clearance, by which the unloaded inner ring moves from one
         extreme to the other [m]; negative with preload.
@@ -252,6 +259,10 @@ class RollerBearing(RollingBearing):
         Eccentricity of the inner race on its shaft [m].
     waves : tuple of Waviness, optional
         Waviness of the races.
+    rollers : int
+        Number of rollers.
+    length : float
+        Effective length of a roller [m].
 
     Raises
     ------

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from lumped.train.modes import Modes
-from lumped.train.rotating_frame import WhirlModes
+from lumped.train.rotating_frame import RotatingFrameModes
 from lumped.train.train import Train
 
 Family = Literal["rotational", "translational", "planet", "mixed"]
@@ -45,7 +45,7 @@ def mode_families(train: Train, modes: Modes) -> tuple[Family, ...]:
     return tuple(map(_family, rotates.tolist(), translates.tolist()))
 
 
-def whirl_senses(train: Train, modes: WhirlModes) -> tuple[Whirl, ...]:
+def whirl_senses(train: Train, modes: RotatingFrameModes) -> tuple[Whirl, ...]:
     """Sense in which central members move on their orbits, as seen from the carrier.
 
     forward : the sense in which the carrier rotates; none : they do not translate, or

@@ -88,7 +88,7 @@ def without_free_motions(modes: Modes) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class WhirlModes(Modes):
+class RotatingFrameModes(Modes):
     """Undamped modes in a rotating frame, by rising frequency.
 
     Displacements are the real part of the complex shapes times exp(i w t), energies
@@ -112,7 +112,7 @@ class WhirlModes(Modes):
 
 def whirl_modes(
     modes: Modes, speed: float, mesh_stiffness: Array | None = None
-) -> WhirlModes:
+) -> RotatingFrameModes:
     """Modes at an angular speed of the frame.
 
     Parameters
@@ -127,7 +127,7 @@ def whirl_modes(
 
     Returns
     -------
-    WhirlModes
+    RotatingFrameModes
         Modes at speed, as many.
     """
     space = modes.coordinates
@@ -143,7 +143,7 @@ def whirl_modes(
     if mesh_stiffness is None:
         rows = np.sqrt(modes.mean_stiffness)[:, None] * modes.mesh_shapes
         mesh_stiffness = rows[:, :, None] * rows[:, None, :]
-    return WhirlModes(
+    return RotatingFrameModes(
         coordinates=space,
         mean_stiffness=modes.mean_stiffness,
         frequency_Hz=values.imag / (2.0 * np.pi),

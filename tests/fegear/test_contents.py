@@ -18,7 +18,7 @@ from fegear.studies import STUDIES, load_study, stability
 from fegear.studies.study import Setting, exposed_fields, group_of
 from lumped.train.table import MeshTable, format_table
 
-NAMES = "branches", "motion", "stability", "sweep", "theory"
+NAMES = "branches", "motion", "sharing", "stability", "sweep", "theory"
 REQUIRED = {
     "branches": {"speeds": (1000.0, 1010.0)},
     "motion": {"speed": 1000.0},

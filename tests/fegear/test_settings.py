@@ -107,7 +107,7 @@ EXAMPLES = [  # of classes that must be told something
     *(kind(gear_set="liu-pair") for kind in (fegear.Sweep, fegear.Theory)),
     fegear.Dynamics(gear_set="liu-pair"),
     fegear.Motion(gear_set="liu-pair", speed=1000.0),
-    fegear.Bearing(gear_set="liu-pair"),
+    fegear.BearingLoad(gear_set="liu-pair"),
     fegear.NaturalModes(gear_set="liu-pair"),
     fegear.PlanetLoadSharing(gear_set="planetary-24-36-96"),
     fegear.CampbellDiagram(gear_set="turbo-pair"),
@@ -281,7 +281,7 @@ def test_all_public_settings_are_looked_at():
         ),
         (
             lambda: fegear.solve_stress(GEARS, 100.0, zoom="near"),
-            "zoom must be contact, tooth or gear, got 'near'",
+            "zoom must be contact, tooth, gear or set, got 'near'",
         ),
         (
             lambda: fegear.Sweep(gear_set=GEARS, speeds=[-1000.0]),
