@@ -89,7 +89,7 @@ STUDIES = {
     "campbell": (
         "campbell",
         "CampbellDiagram",
-        "Campbell diagram of shafts that spin and bend: critical speeds and stability.",
+        "Campbell diagram, critical speeds of shafts that spin and bend.",
     ),
     "export": (
         "export",
