@@ -89,7 +89,7 @@ STUDIES = {
     "campbell": (
         "campbell",
         "CampbellDiagram",
-        "Campbell diagram, critical speeds of shafts that spin and bend.",
+        "Campbell diagram and critical speeds of spinning shafts.",
     ),
     "export": (
         "export",
