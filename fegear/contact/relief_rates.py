@@ -32,7 +32,8 @@ MAX_BEND = 100.0  # of a normal over the roll length, per base radius; more is a
 def store_relief_rates(constants, patch, nodes, q, rate, ste, cell):
     """Fill a pair's `relief_rate`; zero for flanks without relief.
 
-    q, rate : nodal forces [N/m] and their slopes over the transmission error `ste`
+    q : nodal forces [N/m]; rate : `Workspace.moment_rate` of the nodes, without
+        friction the slope of their forces over the transmission error `ste`
     """
     mesh, flanks, m = constants.mesh, constants.flanks, patch.master
     if not (is_relieved(flanks[0]) or is_relieved(flanks[1])):
