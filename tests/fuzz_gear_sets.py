@@ -503,6 +503,7 @@ BASE = {
     "export": ("SET -o m.json --json", 4),
     "sweep": ("SET --excitation rectangular --speeds 1500", 10),
     "motion": ("SET --excitation rectangular --speed 1500", 8),
+    "signals": ("SET --excitation rectangular --speed 1500 --turns 2", 5),
     "theory": ("SET --excitation rectangular", 6),
     "map": ("SET --excitation rectangular --at 1500 --over mesh.1.phase=0", 6),
     "stability": (

@@ -86,6 +86,11 @@ STUDIES = {
         "BearingLoad",
         "Load on a bearing's balls or rollers, and its stiffness.",
     ),
+    "signals": (
+        "signals",
+        "Signals",
+        "Signals of sensors on a gear set in motion, and their averages over turns.",
+    ),
     "campbell": (
         "campbell",
         "CampbellDiagram",
