@@ -94,6 +94,7 @@ class TurningGear:
 
     index, mesh : of the gear and of its first mesh, from 0
     rate : cycles of that mesh per cycle of the first mesh
+    phase : of that mesh at the start; where it is whole, a tooth is at the pitch point
     orders : cycles per turn of the gear whose multiples are those of meshes
     """
 
@@ -102,6 +103,7 @@ class TurningGear:
     teeth: int
     mesh: int
     rate: Fraction
+    phase: float
     orders: tuple[int, ...]
 
     def turn_frequency(self, mesh_frequency: float) -> float:
@@ -136,13 +138,20 @@ class SignalsProblem(MotionProblem):
                 f"{study.samples} samples per mesh cycle make {samples} samples, at "
                 f"most {MAX_SAMPLES} are allowed"
             )
-        rates = self.system.train.mesh_rates
+        train = self.system.train
+        rates = train.mesh_rates
         mesh = next(m for m, one in enumerate(gears.meshes) if index in one.gears)
         # a multiple that is no whole order is not in an average
         orders = {(teeth * rate / rates[mesh]).numerator for rate in rates}
-        name = gears.gears[index].name
-        ordered = tuple(sorted(orders))
-        return TurningGear(index, name, teeth, mesh, rates[mesh], ordered)
+        return TurningGear(
+            index=index,
+            name=gears.gears[index].name,
+            teeth=teeth,
+            mesh=mesh,
+            rate=rates[mesh],
+            phase=train.meshes[mesh].phase,
+            orders=tuple(sorted(orders)),
+        )
 
     def tasks(self) -> Iterator[Task]:
         yield Task("signals", self._measured)
@@ -183,8 +192,7 @@ class SignalsProblem(MotionProblem):
         points : in a turn
         """
         turning = self.turning
-        phase = self.system.train.meshes[turning.mesh].phase % 1.0
-        position = phase + turning.teeth * np.arange(points) / points
+        position = turning.phase + turning.teeth * np.arange(points) / points
         cycle = np.floor(position + 0.5).astype(np.int64)
         return 1 + tooth_in_cycles(self.gears, turning.mesh, turning.index, cycle)
 
@@ -254,7 +262,7 @@ class SignalsResult(StudyResult):
         orders = np.arange(amplitude.size)
         of_mesh = np.any([orders % order == 0 for order in average.orders], axis=0)
         sidebands = np.where(of_mesh, 0.0, amplitude)
-        peak = int(np.abs(average.residual[:, c]).argmax())
+        squares = np.bincount(self.tooth, average.residual[:, c] ** 2)
         return {
             "signal": self.names[c],
             "unit": unit_of_column(self.names[c]),
@@ -264,7 +272,9 @@ class SignalsResult(StudyResult):
             "residual_rms": float(np.sqrt((average.residual[:, c] ** 2).mean())),
             "residual_peak": float(average.peak[c]),
             "residual_kurtosis": finite_or_none(float(average.kurtosis[c])),
-            "tooth": int(self.tooth[peak]) if has_residual else None,
+            "residual_peak_angle_deg": finite_or_none(360.0 * average.peak_turn[c]),
+            # as many points for every tooth, unlike the peak, which may be at its ends
+            "tooth": int(squares.argmax()) if has_residual else None,
         }
 
     @property
@@ -320,7 +330,10 @@ class SignalsResult(StudyResult):
         curves = [self._curves(c) for c in range(len(self.names))[:SHOWN_SIGNALS]]
         noise = self.study.noise_percent
         title = f"{self._title}{f', {noise:g} % noise' if noise else ''}"
-        return draw_turn_averages(curves, self.gear.teeth, self.gear.orders, title)
+        angle = np.arange(len(self.tooth)) / len(self.tooth)
+        start = 1.0 + self.gear.phase % self.gear.teeth
+        tooth = start + self.gear.teeth * angle
+        return draw_turn_averages(curves, tooth, self.gear.orders, title)
 
     def _curves(self, c: int) -> AverageCurves:
         average, name = self.average, self.names[c]

@@ -39,17 +39,20 @@ class AverageCurves:
 
 
 def draw_turn_averages(
-    curves: Sequence[AverageCurves], teeth: int, orders: Sequence[int], title: str
+    curves: Sequence[AverageCurves], tooth: Array, orders: Sequence[int], title: str
 ) -> Figure:
     """Plot average, residual and spectrum of each signal.
 
-    teeth : of the gear; orders : cycles per turn whose multiples are those of meshes
+    tooth : (p,) rising over a turn, whole where a tooth is at the pitch point
+    orders : cycles per turn whose multiples are those of meshes
     """
-    rows, width = len(curves), (1.6, 1.6, 1.8)
-    figure, axes_grid = panels(rows, len(width), size=(14.0, 1.2 + 2.5 * rows))
+    rows, teeth = len(curves), round(len(tooth) * float(tooth[1] - tooth[0]))
+    figure, axes_grid = panels(rows, 3, size=(14.0, 1.2 + 2.5 * rows))
     for (average, residual, lines), one in zip(axes_grid, curves, strict=True):
-        _draw_over_turn(average, residual, one, teeth)
+        _draw_over_turn(average, residual, one, tooth)
         _draw_lines(lines, one, teeth, orders)
+        for axes in (average, residual):
+            axes.set_xlim(tooth[0], tooth[0] + teeth)
     titles = "average over a turn, without mean", "residual", "spectrum of the average"
     for axes, heading in zip(axes_grid[0], titles, strict=True):
         axes.set_title(heading, fontsize=10)
@@ -62,10 +65,8 @@ def draw_turn_averages(
 
 
 def _draw_over_turn(
-    average: Axes, residual: Axes, curves: AverageCurves, teeth: int
+    average: Axes, residual: Axes, curves: AverageCurves, tooth: Array
 ) -> None:
-    # tooth 1 is at the pitch point at the start, so that its place is 1
-    tooth = 1.0 + teeth * np.arange(curves.average.size) / curves.average.size
     average.plot(tooth, curves.average, "k", lw=0.9)
     average.set_ylabel(curves.name)
     height = curves.residual if curves.has_residual else np.zeros_like(curves.residual)
@@ -73,8 +74,6 @@ def _draw_over_turn(
     if curves.has_residual:
         peak = int(np.abs(height).argmax())
         residual.plot(tooth[[peak]], height[[peak]], "o", color=PEAK_COLOR, ms=5)
-    for axes in (average, residual):
-        axes.set_xlim(1.0, 1.0 + teeth)
     residual.set_ylim(*_limits(curves))
 
 

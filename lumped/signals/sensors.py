@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
+OVERLAP = 16  # steps of the periods before and after that a spline takes into account
 OVERSAMPLING = 4  # equal steps of a period over those of its history, at least
 
 
@@ -69,7 +70,7 @@ class PeriodicMotion:
     def _splines(self) -> tuple[CubicSpline, CubicSpline]:
         from scipy.interpolate import CubicSpline
 
-        steps = 2 ** math.ceil(math.log2(OVERSAMPLING * self.history.time.size))
+        steps = self._equal_steps
         time = np.linspace(0.0, self.period, steps + 1)
         modes = self.system.modes
         vibrates = modes.frequency_Hz > 0.0
@@ -87,6 +88,20 @@ class PeriodicMotion:
             pair.append(CubicSpline(time, wave, bc_type="periodic"))
         return pair[0], pair[1]
 
+    @property
+    def _equal_steps(self) -> int:
+        """Equal steps in a period, an even number.
+
+        They are as many in every cycle of each mesh: the small errors of sampling then
+        repeat in all cycles, and do not look like teeth that differ.
+        """
+        needed = OVERSAMPLING * self.history.time.size
+        cycles = self.system.common_period
+        total = math.lcm(*cycles)
+        if total > needed:  # of meshes whose frequencies have hardly a common period
+            total = cycles[0]
+        return 2 * total * math.ceil(0.5 * needed / total)
+
     def _excess_lines(self, steps: int) -> Array:
         """Lines (steps // 2 + 1, m) of forces of mean stiffnesses less mesh forces.
 
@@ -102,7 +117,7 @@ class PeriodicMotion:
         jump[0] = 0.0
         level = np.cumsum(jump, axis=0)  # from every time to the next
         excess = self.system.modes.mean_stiffness * history.deflection - history.force
-        smooth = CubicSpline(time, excess - level).antiderivative()
+        smooth = CubicSpline(*_continued(time, excess - level)).antiderivative()
         duration = np.diff(time)[:, None]
         area = np.concatenate(
             [np.zeros_like(level[:1]), np.cumsum(level[:-1] * duration, axis=0)]
@@ -115,6 +130,18 @@ class PeriodicMotion:
         kernel = np.ones(phase.size, complex)
         kernel[1:] = (np.exp(1j * phase[1:]) - 1.0) / (1j * phase[1:])
         return np.fft.rfft(means, axis=0) / (steps * kernel[:, None])
+
+
+def _continued(time: Array, values: Array) -> tuple[Array, Array]:
+    """Times and values with those of the periods before and after near the ends.
+
+    values : (t, m) that change by the same amount in every period
+    """
+    near, period, change = slice(1, 1 + OVERLAP), time[-1], values[-1] - values[0]
+    last = slice(-1 - OVERLAP, -1)
+    times = time[last] - period, time, time[near] + period
+    parts = values[last] - change, values, values[near] + change
+    return np.concatenate(times), np.concatenate(parts)
 
 
 def sensor_signals(motion: PeriodicMotion, time: Array) -> Mapping[str, Array]:

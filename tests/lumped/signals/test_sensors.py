@@ -85,7 +85,7 @@ def test_speeds_follow_from_their_torques():
     momentum = velocity * coordinates.mass
     impulse = 0.5 * (force[1:] + force[:-1]) * np.diff(time)[:, None]
     change = np.diff(momentum, axis=0)
-    assert np.abs(change - impulse).max() < 1e-3 * np.abs(change).max()
+    assert np.abs(change - impulse).max() < 2e-3 * np.abs(change).max()
     for number, gear in enumerate(train.gears):
         signal = sensor_signals(motion, time)[f"{gear.name}_speed_deviation_rad_per_s"]
         rate = (
