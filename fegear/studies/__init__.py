@@ -89,7 +89,7 @@ STUDIES = {
     "signals": (
         "signals",
         "Signals",
-        "Signals of sensors on a gear set in motion, and their averages over turns.",
+        "Signals of sensors, their averages over turns and sidebands.",
     ),
     "campbell": (
         "campbell",

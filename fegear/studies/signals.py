@@ -52,9 +52,9 @@ MORE_TABLES = MappingProxyType(
 class Signals(
     Motion,
     command="signals",
-    example="signals my-pair.toml --rpm 900 --turns 16 --noise-percent 10 --plot s.png",
+    example="signals my-pair.toml --rpm 900 --noise-percent 10 --plot s.png",
 ):
-    """Signals of sensors on a gear set in motion, and their averages over turns.
+    """Signals of sensors, their averages over turns and sidebands.
 
     Transmission errors, deviations of angular speeds and bearing forces, averaged over
     the turns of a gear: sidebands of the mesh, and the tooth that differs from others.
@@ -83,7 +83,8 @@ class Signals(
         speeds = {"speed": self.rpm, "from_speed": self.from_rpm}
         problem = SignalsProblem.of(with_frequencies(self, speeds))
         if problem.model.number == "coupled" or problem.model.friction:
-            raise InputError("signals are those of models 1 to 3 without friction")
+            name = "friction" if self.model.friction else "number"
+            raise self.rejection(name, "signals are of models 1 to 3 without friction")
         _ = problem.turning  # refuses a gear that is not there
         return problem
 

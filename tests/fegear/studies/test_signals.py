@@ -90,7 +90,7 @@ def test_the_residual_grows_with_a_small_error():
         for error in (0.05, 0.1, 0.2)
     ]
     for smaller, larger in pairwise(peaks):
-        np.testing.assert_allclose(larger / smaller, 2.0, rtol=1e-3)
+        np.testing.assert_allclose(larger / smaller, 2.0, rtol=1e-7)
 
 
 def test_noise_of_the_residual_falls_with_the_root_of_the_turns():
