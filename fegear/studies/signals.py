@@ -28,7 +28,7 @@ from fegear.train.lumped_models import LumpedModel
 from lumped.common.options import Range
 from lumped.figures.turn_averages import AverageCurves, draw_turn_averages
 from lumped.signals.averages import TurnAverage, synchronous_average
-from lumped.signals.sensors import PeriodicMotion, sensor_signals, with_noise
+from lumped.signals.sensors import CoordinateMotion, sensor_signals, with_noise
 from lumped.steady.settings import Settings
 
 Array = NDArray[np.float64]
@@ -170,7 +170,7 @@ class SignalsProblem(MotionProblem):
         count = study.turns * per_turn
         turn_time = 1.0 / turning.turn_frequency(study.frequency)
         time = turn_time * np.arange(count) / per_turn
-        periodic = PeriodicMotion(motion.system, motion.history)
+        periodic = CoordinateMotion(motion.system, motion.history)
         clean = sensor_signals(periodic, time)
         signals = with_noise(clean, 0.01 * study.noise_percent, study.seed)
         values = np.stack(list(signals.values()), axis=1)

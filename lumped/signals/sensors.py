@@ -24,7 +24,7 @@ OVERSAMPLING = 4  # equal steps of a period over those of its history, at least
 
 
 @dataclass(frozen=True, eq=False)
-class PeriodicMotion:
+class CoordinateMotion:
     """Motion of all coordinates of a train that repeats, from its mesh forces.
 
     Each mode is a linear oscillator under the mesh forces of the history, so that its
@@ -144,7 +144,7 @@ def _continued(time: Array, values: Array) -> tuple[Array, Array]:
     return np.concatenate(times), np.concatenate(parts)
 
 
-def sensor_signals(motion: PeriodicMotion, time: Array) -> Mapping[str, Array]:
+def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]:
     """Signals (k,) at times (k,) by name, with units at the ends of the names.
 
     Transmission error of every mesh; deviation of the angular speed of every gear that

@@ -12,7 +12,7 @@ from fegear.gearset import load_gear_set
 from fegear.statics.excitation import StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped import Settings
-from lumped.signals.sensors import PeriodicMotion, sensor_signals, with_noise
+from lumped.signals.sensors import CoordinateMotion, sensor_signals, with_noise
 from lumped.steady.motion import time_history
 
 FREQUENCY = 900.0
@@ -34,7 +34,7 @@ def idler_motion(steps, *, kind="rectangular", errors=True, direction=None):
         )
         system = replace(system, train=replace(system.train, gears=parts))
     settings = Settings(tolerance=1e-9, steps=steps)
-    return PeriodicMotion(system, time_history(system, FREQUENCY, settings).history)
+    return CoordinateMotion(system, time_history(system, FREQUENCY, settings).history)
 
 
 def errors_of(motion):
@@ -111,7 +111,7 @@ def test_noise_has_its_part_and_its_seed():
 def test_only_models_of_springs_have_signals():
     motion = idler_motion(64, errors=False)
     with pytest.raises(ValueError, match="models 1 to 3"):
-        PeriodicMotion(
+        CoordinateMotion(
             type("Coupled", (), {"contacts": 1, "has_friction": False})(),  # type: ignore[arg-type]
             motion.history,
         )
