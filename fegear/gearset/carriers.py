@@ -8,7 +8,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.assembly import require_assembly
 from fegear.gearset.members import Members
 from fegear.gearset.model import CARRIER, Gear, PlanetCarrier
-from fegear.gearset.schema import Document, PlanetaryEntry
+from fegear.gearset.schema import ROLLING_KEYS, Document, PlanetaryEntry
 
 
 def carrier_of(
@@ -25,6 +25,7 @@ def carrier_of(
         return None
     entry = document.planetary[0]
     _require_set(document, entry)
+    _require_no_more(document)
     index = {name: i for i, name in enumerate(document.gear_names)}
     planets = tuple(index[name] for name in entry.planet_names)
     sun, ring = index[entry.sun], index[entry.ring]
@@ -52,6 +53,23 @@ def carrier_of(
         torques=torques,
         position_errors=tuple(1e-6 * error for error in entry.position_errors_um or ()),
     )
+
+
+def _require_no_more(document: Document) -> None:
+    """Require that no key contradicts the set, or is not for gears of one."""
+    for mesh in document.mesh:
+        if mesh.phase is not None:
+            raise InputError(
+                f"{mesh.label}: phase = {mesh.phase:g}; phases of a planetary set "
+                "follow from its teeth and positions, leave it out"
+            )
+    for gear in document.gear:
+        for key in ROLLING_KEYS:
+            if getattr(gear, key) is not None:
+                raise InputError(
+                    f'gear "{gear.name}": {key}; gears of planetary sets have linear '
+                    "bearings, bearing_kx_N_per_m and bearing_ky_N_per_m are allowed"
+                )
 
 
 def members_of(document: Document) -> Members:

@@ -76,6 +76,8 @@ def _in_motion(instant: Instant) -> list[str]:
 
 
 def pair_text(pair: PairField) -> str:
+    if pair.has_edge:
+        return f"{pair.load:.0f} N, edge"
     return f"{pair.load:.0f} N, {1e-6 * pair.pressure.max():.0f} MPa"
 
 

@@ -94,7 +94,7 @@ STUDIES = {
     "campbell": (
         "campbell",
         "CampbellDiagram",
-        "Campbell diagram of shafts that spin and bend: critical speeds and stability.",
+        "Campbell diagram and critical speeds of spinning shafts.",
     ),
     "export": (
         "export",

@@ -57,7 +57,7 @@ GEAR_BEARING = re.compile(r"^(gear\..*|defaults)\.bearing_k[xy]_N_per_m$")
 
 @dataclass(frozen=True, kw_only=True)
 class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
-    """Campbell diagram of shafts that spin and bend: critical speeds and stability.
+    """Campbell diagram and critical speeds of spinning shafts.
 
     Gears are rigid bodies with two translations, two tilts and a rotation, on shafts
     of Euler-Bernoulli elements, bearings and mean mesh stiffnesses, all of which the

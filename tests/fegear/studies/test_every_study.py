@@ -573,6 +573,7 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
 # declared columns that tables of the examples do not have
 NOT_IN_EXAMPLE = {
     "branches": {"{parameter}"},  # in place of the speed
+    "map": {"lyapunov_per_period"},  # where exponents are asked for
     "modes": {"family", "multiplicity", "whirl"},  # of planetary sets
     "motion": {"mesh{n}_friction_power_W"},  # without friction
     "rattle bifurcation": {"curve", "bifurcation"},  # over two parameters

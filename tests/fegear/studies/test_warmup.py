@@ -25,13 +25,15 @@ CHOSEN = {
     "set_friction_acceleration",
     "record_springs",
     "set_varied_acceleration",
+    "record_bearings",
+    "set_bearing_acceleration",
 }
-# of the records of a step: springs, friction, and small changes of a motion
+# of the records of a step: springs, friction, bearings, and small changes of a motion
 BY_RECORD = {
-    "rk4.rk4_step": 3,
-    "rk4.settle_motion": 2,
-    "rk4.record_motion": 2,
-    "mesh_force.set_spring_acceleration": 2,
+    "rk4.rk4_step": 4,
+    "rk4.settle_motion": 3,
+    "rk4.record_motion": 3,
+    "mesh_force.set_spring_acceleration": 3,
 }
 # of a motion, whose arrays are whole, and of a column of small changes
 BY_ORDER = {
@@ -49,7 +51,8 @@ with CompileCount() as count:
         assert run(line.split()) == 0, line
 print(count.signatures)
 """
-COMMANDS = """\
+BEARING = "gear.1.ball_bearing={balls=9,ball_diameter_mm=8,pitch_diameter_mm=39}"
+COMMANDS = f"""\
 stiffness --mesh 1 --friction 0.1
 sweep liu-idler --speeds 1000:1100:100
 sweep liu-pair --speeds 1000 --excitation rectangular --friction 0.1 --bending 0
@@ -62,6 +65,7 @@ rattle noise roots-a-sprung --starts 5
 rattle periodic roots-scaled --max-liftoffs 2
 clatter seed-five-speed --seconds 1
 stability liu-pair --over friction=0:0.1:3 --speeds 1400:1800:100
+sweep liu-pair --speeds 1000 --excitation rectangular --translations --set {BEARING}
 map liu-pair --over damping_ratio=0.03,0.04 --at 1000
 bifurcations liu-pair --over damping_ratio=0.03,0.04 --at 1000
 """
