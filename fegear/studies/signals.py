@@ -185,7 +185,17 @@ class SignalsProblem(MotionProblem):
             values,
             TurnAverage(average, turns, turning.orders),
             self._tooth_at_pitch_point(per_turn),
+            self._turns_of_motion(motion.response.multiple),
         )
+
+    def _turns_of_motion(self, multiple: int) -> int:
+        """Turns of the gear after which the motion repeats.
+
+        multiple : number of common periods after which it does
+        """
+        turning = self.turning
+        cycles = multiple * self.system.common_period[turning.mesh]
+        return Fraction(cycles, turning.teeth).numerator
 
     def _tooth_at_pitch_point(self, points: int) -> NDArray[np.int64]:
         """The gear's tooth nearest to the pitch point of its first mesh, from 1.
@@ -223,6 +233,7 @@ class SignalsResult(StudyResult):
     values : (t, c) samples
     average : over the turns
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
+    turns_of_motion : of the gear, after which the motion repeats
     """
 
     study: Signals
@@ -234,6 +245,7 @@ class SignalsResult(StudyResult):
     values: Array
     average: TurnAverage
     tooth: NDArray[np.int64]
+    turns_of_motion: int
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -245,6 +257,7 @@ class SignalsResult(StudyResult):
             "gear": self.gear.name,
             "gear_speed_rpm": SECONDS_PER_MINUTE * turn_frequency,
             "turns": self.average.turns,
+            "motion_repeats_turns": self.turns_of_motion,
             "sampling_rate_Hz": turn_frequency * self.gear.teeth * study.samples,
             "noise_percent": study.noise_percent,
             "mesh_orders": list(self.gear.orders),
@@ -363,6 +376,12 @@ class SignalsResult(StudyResult):
         yield from self.facts.notes
         yield self._title
         yield RowTable(values["signals"], SIGNAL_COLUMNS, "averages over a turn")
+        if self.average.turns % self.turns_of_motion:
+            yield (
+                f"the motion repeats after {self.turns_of_motion} turns; averages over "
+                "other numbers of turns, but their multiples, contain a part of other "
+                "meshes and gears"
+            )
 
 
 def _label(name: str) -> str:

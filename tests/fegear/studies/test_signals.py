@@ -114,6 +114,18 @@ def test_a_fault_of_the_other_gear_is_averaged_away():
     assert (spread[1] < 1e-6 * spread[0]).all()
 
 
+def test_meshes_of_other_shafts_fall_out_after_the_turns_of_the_motion():
+    """Mesh 2 has 51 * 19 / 72 cycles in a turn of the pinion."""
+    gears, sidebands = load_gear_set("liu-countershaft"), []
+    for turns in (24, 16):
+        result = signals(gears, torque=None, turns=turns, samples=64)
+        assert result.summary["motion_repeats_turns"] == 24
+        assert ("repeats after 24 turns" in str(list(result.page()))) == (turns == 16)
+        sidebands.append(entries(result, "sideband_amplitude"))
+    # what remains are harmonics of mesh 2 above half the sampling rate
+    assert (sidebands[0] < 0.05 * sidebands[1]).all()
+
+
 def test_orders_and_tables():
     result = signals(faulty(1, 9, 2.0, "liu-idler"), gear_name="idler", turns=1)
     values = result.summary
