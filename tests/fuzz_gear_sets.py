@@ -359,6 +359,9 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--harmonic-count": ["1", "7", "0", "9999"],
     "--path": FILES,
     "--critical": FILES,
+    "--average": FILES,
+    "--spectrum": FILES,
+    "--noise-percent": ["5", "0", "-1", "nan"],
     "--harris": FILES,
     "--objective": ["largest", "mean", "harmonics", "least"],
     "--compromises": ["3", "0", "500", "x"],
@@ -503,6 +506,7 @@ BASE = {
     "export": ("SET -o m.json --json", 4),
     "sweep": ("SET --excitation rectangular --speeds 1500", 10),
     "motion": ("SET --excitation rectangular --speed 1500", 8),
+    "signals": ("SET --excitation rectangular --speed 1500 --turns 2", 5),
     "theory": ("SET --excitation rectangular", 6),
     "map": ("SET --excitation rectangular --at 1500 --over mesh.1.phase=0", 6),
     "stability": (

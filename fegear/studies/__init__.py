@@ -86,6 +86,11 @@ STUDIES = {
         "BearingLoad",
         "Load on a bearing's balls or rollers, and its stiffness.",
     ),
+    "signals": (
+        "signals",
+        "Signals",
+        "Signals of sensors, their averages over turns and sidebands.",
+    ),
     "campbell": (
         "campbell",
         "CampbellDiagram",

@@ -78,7 +78,7 @@ from lumped.steady.motion import (
 from lumped.steady.pair_motions import CONDITIONS
 from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import reporting_observer
+from lumped.steady.sweep import Observer, reporting_observer
 from lumped.steady.truncation_check import TruncationCheck, check_truncation
 from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import load_sharing
@@ -166,19 +166,29 @@ class MotionProblem(TrainProblem):
     @cached_property
     def system(self) -> LumpedSystem:
         """The train at the torque."""
-        require_method(self.model, self.study.integration, self.gears)
+        require_method(self.model, self.integration, self.gears)
         return lumped_system(self.gears, self.single_torque, self.model)
+
+    @property
+    def integration(self) -> Settings:
+        """Numerical settings of the motion."""
+        return self.study.integration
 
     def tasks(self) -> Iterator[Task]:
         yield Task("motion", self._settled)
 
     def _settled(self, job: Job) -> MotionResult:
         """The motion; DivergedError where it has no bound."""
-        study, integration, torque = (
-            self.study,
-            self.study.integration,
-            self.single_torque,
+        study, torque = self.study, self.single_torque
+        motion, observer = self.settled_motion(job)
+        checks = check_truncation(
+            self.system, [motion.response], self.integration, observer.callback
         )
+        return MotionResult(study, self.facts(torque, motion, checks), torque, motion)
+
+    def settled_motion(self, job: Job) -> tuple[TimeHistory, Observer]:
+        """The motion, and what reports its progress; DivergedError without a bound."""
+        study, integration = self.study, self.integration
         job.report("stiffness", 0, 1)
         system = self.system
         start = study.frequency if study.from_speed is None else study.from_speed
@@ -187,19 +197,19 @@ class MotionProblem(TrainProblem):
         )
         state = sweep_to_speed(system, start, study.frequency, integration, observer)
         arguments = system, study.frequency, integration, state
-        motion = time_history(*arguments, callback=observer.callback)
-        checks = check_truncation(
-            system, [motion.response], integration, observer.callback
-        )
-        return MotionResult(study, self._facts(torque, motion, checks), torque, motion)
+        return time_history(*arguments, callback=observer.callback), observer
 
-    def _facts(
+    def facts(
         self, torque: float, motion: TimeHistory, checks: tuple[TruncationCheck, ...]
     ) -> TrainFacts:
+        """What the result tells of the train.
+
+        torque : on the input gear [N m]
+        """
         study, model, response = self.study, self.model, motion.response
         ratio, systems = motion.system.train.damping_ratio, {torque: motion.system}
         bodies = truncation_entries(motion.system, checks)
-        method = integration_in_words(study.integration, model.number == "coupled")
+        method = integration_in_words(self.integration, model.number == "coupled")
         return TrainFacts(
             summary=self.summary_head(ratio)
             | {"model_reason": self.reason or None}

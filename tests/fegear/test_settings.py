@@ -110,6 +110,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.BearingLoad(gear_set="liu-pair"),
     fegear.NaturalModes(gear_set="liu-pair"),
     fegear.PlanetLoadSharing(gear_set="planetary-24-36-96"),
+    fegear.Signals(gear_set="liu-pair", speed=1000.0),
     fegear.CampbellDiagram(gear_set="turbo-pair"),
     fegear.ModelExport(gear_set="liu-pair"),
     fegear.ClosedForms(),

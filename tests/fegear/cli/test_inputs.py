@@ -278,6 +278,9 @@ SWEEP = "sweep SET --speeds 2000,4000 --excitation rectangular --json"
 COUPLED = f"sweep SET {COARSE} --speeds 2000 --model coupled --json"
 COUPLED_WAVE = f"motion SET {COARSE} --speed 2000 --model coupled --json"
 WAVE = "motion SET --speed 2100 --excitation rectangular --json"
+SIGNALS = (
+    "signals SET --speed 2100 --excitation rectangular --turns 2 --samples 8 --json"
+)
 MAP = "map SET --at 3000 --over gear.a.mass_kg=0.1,0.2 --excitation rectangular --json"
 QUASI = f"dynamics SET {COARSE} --fidelity quasistatic --speeds 3000 --direction up"
 COUPLED_MAP = (
@@ -710,6 +713,27 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--table": plus("motion SET --speed 2000 --model 3 --json", "--table TABLE"),
         "--output": plus(WAVE, "-o w.csv"),
         "--without": plus(COUPLED_WAVE, "--without body"),
+    },
+    "signals": lumped(SIGNALS)
+    | {
+        "--speed": swap(SIGNALS, "2100", "4000"),
+        "--from-speed": plus(SIGNALS, "--from-speed 2101"),
+        "--rpm": swap(SIGNALS, "--speed 2100", "--rpm 7000"),
+        "--from-rpm": plus(SIGNALS, "--from-rpm 7010"),
+        "--max-periods": plus(
+            f"{SIGNALS} --damping 1e-4", "--max-periods 40", refused=True
+        ),  # the motion does not repeat
+        "--gear": plus(SIGNALS, "--gear b"),
+        "--turns": swap(SIGNALS, "--turns 2", "--turns 3"),
+        "--samples": swap(SIGNALS, "--samples 8", "--samples 9"),
+        "--noise-percent": plus(SIGNALS, "--noise-percent 1"),
+        "--seed": plus(f"{SIGNALS} --noise-percent 1", "--seed 1"),
+        "--table": plus(
+            "signals SET --speed 2000 --turns 1 --model 3 --json", "--table TABLE"
+        ),
+        "--output": plus(SIGNALS, "-o s.csv"),
+        "--average": plus(SIGNALS, "--average a.csv"),
+        "--spectrum": plus(SIGNALS, "--spectrum l.csv"),
     },
     "branches": {
         name: case

@@ -81,6 +81,7 @@ UNITS = {
     "Hz": "mesh_frequency_Hz unstable_to_Hz",
     "mm": "x_mm edge_at_pitch_mm pinion_hub_radius_mm",
     "um": "transmission_error_um mesh.2.tip_relief.magnitude_um",
+    "rad/s": "pinion_speed_deviation_rad_per_s",
     "urad": "driver_error_urad",
     "rad": "separation_angle_rad eccentricity_rad",
     "deg": "driver_angle_deg",

@@ -396,6 +396,14 @@ EXAMPLES = {
         "load": 1000.0 + 1.0 / 3.0,
     },
     "modes": {"gear_set": "liu-idler", "translations": True},
+    "signals": {
+        "gear_set": "liu-idler",
+        "speed": 1000.0 + 1.0 / 3.0,
+        "turns": 2,
+        "samples": 8,
+        "noise_percent": 1.0 / 3.0,
+        "model": replace(MODEL, translations=True),
+    },
     "campbell": {
         "gear_set": "turbo-pair",
         "max_rpm": 9000.0 + 1.0 / 3.0,

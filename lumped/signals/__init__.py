@@ -1,0 +1,1 @@
+"""Signals as sensors give them, and their analysis over the turns of a gear."""

@@ -1,0 +1,161 @@
+"""Signals of gear sets with one tooth that differs, and of healthy ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import fegear
+from fegear.files.errors import InputError
+from fegear.gearset import load_gear_set
+from fegear.studies.signals import MAX_SAMPLES
+from lumped import Settings
+
+MODEL = fegear.LumpedModel(
+    number=1, stiffness=fegear.StiffnessSource(kind="rectangular")
+)
+FINE = Settings(tolerance=1e-10, steps=64)
+
+
+def faulty(gear=0, tooth=1, error=0.0, name="liu-pair", phase=None):
+    """A built-in set, one tooth of which is set back [um], counted from 1."""
+    gears = load_gear_set(name)
+    if phase is not None:
+        other = replace(gears.meshes[1], phase=phase)
+        gears = replace(gears, meshes=(gears.meshes[0], other))
+    count = gears.gears[gear].geometry.teeth
+    errors = tuple(1e-6 * error * (number == tooth - 1) for number in range(count))
+    changed = [
+        replace(one, pitch_errors=errors if index == gear else ())
+        for index, one in enumerate(gears.gears)
+    ]
+    return replace(gears, gears=tuple(changed))
+
+
+def signals(gears, **settings):
+    defaults = {"speed": 500.0, "torque": 100.0, "model": MODEL, "turns": 2}
+    defaults |= {"integration": FINE, "samples": 16}
+    return fegear.run(fegear.Signals(gear_set=gears, **defaults | settings))
+
+
+def entries(result, quantity):
+    return np.array([entry[quantity] for entry in result.summary["signals"]])
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_healthy_gears_have_no_sidebands(number):
+    model = replace(MODEL, number=number, translations=True)
+    result = signals(faulty(name="liu-idler"), model=model)
+    assert len(result.names) == 2 + 3 + 6
+    mesh = entries(result, "mesh_amplitude")
+    assert (mesh > 0.0).all()
+    assert (entries(result, "sideband_amplitude") < 1e-9 * mesh).all()
+    for entry in result.summary["signals"]:
+        assert entry["tooth"] is entry["residual_kurtosis"] is None
+
+
+@pytest.mark.parametrize(
+    ("gear", "name", "tooth"),
+    [(0, "pinion", 1), (0, "pinion", 12), (0, "pinion", 38), (1, "idler", 55)],
+)
+def test_the_residual_is_largest_at_the_tooth_that_differs(gear, name, tooth):
+    result = signals(faulty(gear, tooth, 2.0), gear_name=name)
+    assert entries(result, "tooth").tolist() == [tooth] * 3
+    assert (entries(result, "residual_kurtosis") > 10.0).all()
+    assert result.summary["signals"][0]["residual_peak"] > 1e-6
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.7, 3.4])
+def test_teeth_count_from_the_first_mesh_of_their_gear(phase):
+    gears = faulty(2, 20, 2.0, name="liu-idler", phase=phase)
+    result = signals(gears, gear_name="follower", turns=1)
+    assert result.summary["signals"][1]["signal"] == "mesh2_dte_m"
+    assert result.summary["signals"][1]["tooth"] == 20
+
+
+def test_another_tooth_rotates_the_average():
+    first, other = (signals(faulty(0, tooth, 2.0)).average for tooth in (1, 18))
+    rotated = np.roll(first.values, 17 * 16, axis=0)
+    largest = np.abs(first.residual).max(axis=0)
+    assert (np.abs(other.values - rotated).max(axis=0) < 1e-7 * largest).all()
+
+
+def test_the_residual_grows_with_a_small_error():
+    """In proportion while contact lasts, at a torque that keeps it."""
+    peaks = [
+        entries(signals(faulty(0, 12, error)), "residual_peak")
+        for error in (0.05, 0.1, 0.2)
+    ]
+    for smaller, larger in pairwise(peaks):
+        np.testing.assert_allclose(larger / smaller, 2.0, rtol=1e-7)
+
+
+def test_noise_of_the_residual_falls_with_the_root_of_the_turns():
+    rms = [
+        entries(
+            signals(faulty(), turns=turns, noise_percent=50.0, seed=turns),
+            "residual_rms",
+        )
+        for turns in (4, 64)
+    ]
+    np.testing.assert_allclose(rms[0] / rms[1], 4.0, rtol=0.2)
+
+
+def test_a_fault_of_the_other_gear_is_averaged_away():
+    """After 38 turns of the wheel its errors have met all teeth of the pinion."""
+    gears = faulty(1, 9, 2.0)
+    spread = [
+        entries(signals(gears, gear_name="pinion", turns=turns), "sideband_amplitude")
+        for turns in (5, 55)
+    ]
+    assert (spread[1] < 1e-6 * spread[0]).all()
+
+
+def test_meshes_of_other_shafts_fall_out_after_the_turns_of_the_motion():
+    """Mesh 2 has 51 * 19 / 72 cycles in a turn of the pinion."""
+    gears, sidebands = load_gear_set("liu-countershaft"), []
+    for turns in (24, 16):
+        result = signals(gears, torque=None, turns=turns, samples=64)
+        assert result.summary["motion_repeats_turns"] == 24
+        assert ("repeats after 24 turns" in str(list(result.page()))) == (turns == 16)
+        sidebands.append(entries(result, "sideband_amplitude"))
+    # what remains are harmonics of mesh 2 above half the sampling rate
+    assert (sidebands[0] < 0.05 * sidebands[1]).all()
+
+
+def test_orders_and_tables():
+    result = signals(faulty(1, 9, 2.0, "liu-idler"), gear_name="idler", turns=1)
+    values = result.summary
+    assert values["mesh_orders"] == [55]
+    assert values["gear_speed_rpm"] == pytest.approx(60.0 * 500.0 / 55)
+    assert values["sampling_rate_Hz"] == pytest.approx(16 * 500.0)
+    lines = list(result.more_tables["spectrum"].rows())
+    assert lines[54][:4] == (54, pytest.approx(54 * 500 / 55), 1, -1)
+    assert lines[1][:4] == (1, pytest.approx(500 / 55), 0, 1)
+    average = list(result.more_tables["average"].rows())
+    assert len(average) == 55 * 16
+    assert [row[1] for row in average[:16]] == [1] * 8 + [2] * 8
+    assert len(list(result.table.rows())) == 55 * 16
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"gear_name": "z"}, "gear_name = z; liu-pair has pinion, idler"),
+        ({"turns": 10_000, "samples": 1024}, f"at most {MAX_SAMPLES} are allowed"),
+        ({"model": replace(MODEL, friction=0.1, bending=0.3)}, "without friction"),
+        ({"gear_set": "planetary-24-36-96"}, "planetary sets have no signals"),
+    ],
+)
+def test_what_has_no_signals_is_refused(settings, message):
+    with pytest.raises(InputError, match=message):
+        signals(settings.pop("gear_set", faulty()), **settings)
+
+
+def test_a_motion_that_does_not_repeat_is_refused():
+    model = replace(MODEL, damping_ratio=1e-4)
+    with pytest.raises(InputError, match="500 Hz does not repeat"):
+        signals(faulty(), model=model, integration=Settings(max_periods=40))
