@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fegear.elasticity.flank import FlankCompliance
-from fegear.gearset.model import FlankProfile, Relief
+from fegear.gearset.modifications import FlankProfile, Relief
 from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
 
