@@ -18,7 +18,7 @@ from fegear.contact.kernel_constants import (
 from fegear.contact.offset_centers import CenterOffset, back_lead, moved_lines
 from fegear.contact.tooth_faults import MISSING_GAP, ToothFaults
 from fegear.elasticity.flank import FlankCompliance
-from fegear.gearset.model import FlankProfile, Relief
+from fegear.gearset.modifications import FlankProfile, Relief
 from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
 

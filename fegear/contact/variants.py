@@ -24,7 +24,7 @@ from fegear.contact.problem import (
     candidate_pairs,
     workspace,
 )
-from fegear.gearset.model import FlankProfile
+from fegear.gearset.modifications import FlankProfile
 from meshes import GearPair
 
 Array = NDArray[np.float64]

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
-from fegear.gearset.model import GearSet, ReliefShape
+from fegear.gearset.model import GearSet
+from fegear.gearset.modifications import ReliefShape
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
 from fegear.statics.best_relief import (
