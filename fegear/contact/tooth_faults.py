@@ -82,7 +82,8 @@ class ToothFaults:
             return None
         blocks = {
             (p, q): self.change.block(
-                self.clockwise * teeth[p], self.clockwise * teeth[q]
+                self.clockwise * teeth[p] % self.teeth,
+                self.clockwise * teeth[q] % self.teeth,
             )
             for p in near
             for q in near
