@@ -34,8 +34,8 @@ def require_no_faults(
         for kind in gear.faults.kinds:
             if kind in kinds:
                 raise InputError(
-                    f'gear "{gear.name}": {KEYS[kind]}; not modelled by {what}, which '
-                    "would leave it out"
+                    f'{gear_set.name}: gear "{gear.name}": {KEYS[kind]}; not modelled '
+                    f"by {what}, which would leave it out"
                 )
 
 
