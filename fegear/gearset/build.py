@@ -11,6 +11,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.bearing_keys import rolling_bearing
 from fegear.gearset.carriers import carrier_inferences, carrier_of
 from fegear.gearset.fault_building import faults_of
+from fegear.gearset.fault_checks import require_running
 from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
 from fegear.gearset.modifications import FlankProfile, Relief
@@ -78,6 +79,7 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
         carrier=carrier_of(document, gears, distances),
     )
     require_room(gear_set)
+    require_running(gear_set)
     return gear_set
 
 

@@ -126,7 +126,8 @@ def _wear_profile(entry: WearEntry, flank: Zones, where: str) -> FlankProfile:
     places = [f"{where}.{{key}} entry {i}" for i in range(1, len(depths) + 1)]
     table = MeasuredPoints(entry.point_key, entry.points, depths, places, "depth_um")
     if len(depths) < 2:
-        raise InputError(f"{where}: {len(depths)} points; at least 2 are needed")
+        count = f"{len(depths)} entries"
+        raise InputError(f"{where}.depth_um has {count}; at least 2 needed")
     rolls, missing = measured(table, flank, where)
     return FlankProfile(
         roll_lengths=rolls,

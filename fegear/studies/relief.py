@@ -208,7 +208,7 @@ class ReliefDesign(
 
     def tasks(self) -> Iterator[Task]:
         study = with_frequencies(self, {"speeds": self.rpm})
-        gears = study.gear_set.loaded
+        gears = study.gear_set.healthy("optimal reliefs")
         index = mesh_index(gears, study.mesh)
         torques = chosen_torques(gears, study.torque, study.mesh)
         if study.gear_set.preloaded is not None:
