@@ -32,7 +32,11 @@ from fegear.contact.problem import (
 )
 from fegear.contact.tooth_faults import ComplianceChange
 from fegear.contact.virtual_work import largest_deflection, work_on_gaps
-from fegear.elasticity.cache import cached_flank_compliance, cached_root_influence
+from fegear.elasticity.cache import (
+    cached_compliance_change,
+    cached_flank_compliance,
+    cached_root_influence,
+)
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
@@ -40,8 +44,6 @@ from fegear.files.errors import InputError
 from fegear.files.output import require_picture, write_text, write_whole
 from fegear.files.timing import recorded_stages, stage
 from fegear.files.version import package_version
-from fegear.gearset.fault_checks import require_no_faults
-from fegear.gearset.faults import FAULT_KINDS
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import mesh_errors, pair_periods
@@ -560,7 +562,6 @@ def contact_problem(
 
     resolution : instead of that of the settings
     """
-    require_no_faults(gear_set, FAULT_KINDS, "statics")
     resolution = resolution or RESOLUTIONS[settings.resolution]
     spec = gear_set.meshes[mesh]
     flanks: list[FlankCompliance] = []
