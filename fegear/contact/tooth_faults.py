@@ -48,7 +48,8 @@ class ToothFaults:
     change : of the compliance, or None
     clockwise : 1 where teeth that come into contact later are clockwise, -1 where
         those are counter-clockwise
-    damaged : teeth near which the compliance changes
+    cracked : teeth with an open crack
+    damaged : teeth near them, whose compliance changes
     spalls, profiles : by tooth
     corners : roll length of the tip corner of teeth whose tip is broken off [m]
     missing : teeth that are not there
@@ -57,6 +58,7 @@ class ToothFaults:
     teeth: int
     change: ComplianceChange | None = None
     clockwise: int = 1
+    cracked: frozenset[int] = frozenset()
     damaged: frozenset[int] = frozenset()
     spalls: Mapping[int, FlankSpall] = field(default_factory=dict)
     profiles: Mapping[int, FlankProfile] = field(default_factory=dict)
@@ -95,8 +97,12 @@ class ToothFaults:
         return changes
 
     def is_missing(self, teeth: Indices) -> NDArray[np.bool_]:
-        """Whether teeth, within a turn, are not there."""
+        """Whether teeth, as from `different`, are not there."""
         return np.isin(teeth, sorted(self.missing))
+
+    def is_cracked(self, teeth: Indices) -> NDArray[np.bool_]:
+        """Whether teeth have an open crack, of any number of turns."""
+        return np.isin(teeth % self.teeth, sorted(self.cracked))
 
     def change_flank(self, flank: Any, tooth: int, lowest: float) -> None:
         """Change the record of a flank into that of a tooth; -1 for no fault.

@@ -86,11 +86,9 @@ def _tooth_faults(
         for fault in faults.cracks
         if fault.crack.left != same_flank
     }
-    damaged = {
-        (clockwise * tooth + offset) % teeth
-        for tooth in cracks
-        for offset in range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
-    }
+    cracked = {clockwise * tooth % teeth for tooth in cracks}
+    near = range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
+    damaged = {(tooth + offset) % teeth for tooth in cracked for offset in near}
     spalls, profiles = {}, {}
     if same_flank:
         spalls = {
@@ -107,6 +105,7 @@ def _tooth_faults(
         teeth=teeth,
         change=change(body, cracks) if cracks else None,
         clockwise=clockwise,
+        cracked=frozenset(cracked),
         damaged=frozenset(damaged),
         spalls=spalls,
         profiles=profiles,

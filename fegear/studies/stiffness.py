@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import isfinite
 from typing import Any
@@ -17,6 +17,7 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.memory import peak_memory_MB
 from fegear.files.output import INTO_PICTURE
+from fegear.gearset.fault_checks import without_faults
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.harmonics import Harmonic
@@ -59,6 +60,7 @@ from fegear.studies.trains import (
     torques_setting,
 )
 from lumped.common.options import Range
+from lumped.train.table import MeshTable
 
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
@@ -88,6 +90,12 @@ HARMONIC_COLUMNS = (
     *("torque_Nm", "order", "ste_amplitude_m", "ste_phase_rad"),
     *("stiffness_amplitude_N_per_m", "stiffness_phase_rad"),
 )
+DROP_COLUMNS: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "largest\ndrop %": cell("largest_stiffness_drop_percent", 4),
+    "at position\nbase pitches": cell("largest_drop_at_position", 5),
+}
+DROP_TITLE = "Mesh stiffness against that of the same gears without faults"
 ROOT_TITLE = "Root stress and loss factor"
 MORE = {
     "harmonics": "Write amplitude and phase of the first harmonics of transmission "
@@ -158,7 +166,12 @@ class MeshStiffness(
         self, gears: GearSet, index: int, torques: tuple[float, ...], job: Job
     ) -> StiffnessResult:
         solved = solve_mesh(gears, index, torques, self.elements, job.report)
-        return StiffnessResult(self, gears.name, solved, (*gear_set_warnings(gears),))
+        healthy = None
+        if any(gears.gears[gear].faults.any for gear in gears.meshes[index].gears):
+            alone = replace(self.elements, estimate_error=False, root_stress=False)
+            healthy = solve_mesh(without_faults(gears), index, torques, alone).table
+        warnings = tuple(gear_set_warnings(gears))
+        return StiffnessResult(self, gears.name, solved, warnings, healthy)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -167,6 +180,7 @@ class StiffnessResult(StudyResult):
     gear_set: str
     solved: StaticsResult
     gear_warnings: tuple[str, ...] = ()
+    healthy: MeshTable | None = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -186,6 +200,7 @@ class StiffnessResult(StudyResult):
             "torques": [
                 at_torque(solved, t)
                 | self._harmonics_at_torque(t)
+                | self._drop_at_torque(t)
                 | errors_at_torque(solved, t)
                 for t in range(solved.cycle.torque.size)
             ],
@@ -215,6 +230,20 @@ class StiffnessResult(StudyResult):
 
     def _harmonics_at_torque(self, t: int) -> dict[str, Any]:
         return {"harmonics": self._harmonics[t]}
+
+    def _drop_at_torque(self, t: int) -> dict[str, float]:
+        """Largest drop of stiffness by faults, and where; nothing without faults."""
+        if self.healthy is None:
+            return {}
+        table = self.solved.table
+        healthy = self.healthy["stiffness_N_per_m"][t]
+        turn = np.resize(healthy, table.position.size)
+        drop = 1.0 - table["stiffness_N_per_m"][t] / turn
+        worst = int(drop.argmax())
+        return {
+            "largest_stiffness_drop_percent": 100.0 * float(drop[worst]),
+            "largest_drop_at_position": float(table.position[worst]),
+        }
 
     @property
     def more_tables(self) -> dict[str, Table]:
@@ -260,11 +289,14 @@ class StiffnessResult(StudyResult):
         yield f"contact ratio {values['contact_ratio']:.4f}"
         if values["base_pitches"] > 1:
             yield (
-                f"with pitch errors, tooth pairs repeat after {values['base_pitches']} "
-                "base pitches: all of them are in the table"
+                f"with {'pitch errors' if self.healthy is None else 'faults'}, tooth "
+                f"pairs repeat after {values['base_pitches']} base pitches: all of "
+                "them are in the table"
             )
         yield RowTable(values["torques"], COLUMNS, text_columns=())
         yield RowTable(values["torques"], ROOT_COLUMNS, ROOT_TITLE, text_columns=())
+        if self.healthy is not None:
+            yield RowTable(values["torques"], DROP_COLUMNS, DROP_TITLE, text_columns=())
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
         peak = values["peak_memory_MB"]
