@@ -14,18 +14,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.elasticity.body_stress import ROOTWARD
 from fegear.elasticity.crack_tip import TipField, tip_field
-from fegear.elasticity.damaged_ring import SIDES, DamagedRing
+from fegear.elasticity.damaged_ring import SIDES, DamagedRing, load_angles
 from fegear.elasticity.flank import (
     MAX_TOOTH_OFFSET,
-    SectorRows,
+    SectorLoads,
     flamant_displacement,
-    sector_field,
 )
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.root_stress import FlankLoad, broadcast_loads, near_load
-from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
+from fegear.elasticity.sector import RIGHT, CyclicSector
 
 Array = NDArray[np.float64]
 COARSER = 0.5  # refinement of the mesh by which the error is estimated
@@ -181,54 +179,61 @@ def _coarser(ring: DamagedRing) -> DamagedRing:
 def _intensities(ring: DamagedRing, tooth: int) -> tuple[Array, Array]:
     """Stress intensities by both methods, shaped as in `CrackInfluence`."""
     sector = ring.cracked[tooth]
-    tips = [
-        tip_field(
-            sector.mesh.points,
-            sector.mesh.triangles,
-            sector.node_dofs,
-            tip,
-            sector.material,
-        )
-        for tip in sector.mesh.tips
-    ]
+    mesh = sector.mesh
+    nodes = mesh.points, mesh.triangles, sector.node_dofs
+    tips = [tip_field(*nodes, tip, sector.material) for tip in mesh.tips]
+    weights = _tip_weights(sector, tips)
+    weights = np.ascontiguousarray(weights[sector.interior])  # no tip is on a cut
+    adjoint = sector.condensation.solve(weights)
+    by_cuts = -weights.T @ sector.condensation.response
     n = len(sector.flanks[RIGHT].arcs)
     offsets = range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
-    tables = np.zeros((2, len(tips), len(SIDES), len(offsets), n, 2, 2))
-    for k, tip in enumerate(tips):
-        for side in SIDES:
-            for row, offset in enumerate(offsets):
-                u = _displacement(ring, tooth, tip, side, offset)
-                for table, rows in zip(
-                    tables, (tip.interaction, tip.correlation), strict=True
-                ):
-                    values = (rows @ u).reshape(2, 2, n)  # mode, direction, point
-                    table[k, side, row] = values.T
-    return tables[0], tables[1]
+    tables = np.zeros((len(tips), 2, 2, len(SIDES), len(offsets), 2, n))
+    for side in SIDES:
+        for row, offset in enumerate(offsets):
+            source = (tooth + offset) % ring.teeth
+            loads = ring.loads[source]
+            ends = ring.displacement(tooth, source, loads.on_cuts[side])
+            values = by_cuts @ ends
+            if source == tooth:
+                values -= by_cuts @ loads.loads[side].jump
+                values += _of_held(sector, adjoint, loads.loads[side])
+                if ring.split:
+                    values += _of_half_plane(sector, tips, side)
+            tables[:, :, :, side, row] = values.reshape(len(tips), 2, 2, 2, n)
+    # tip, method, mode, flank, tooth, direction, point
+    intensity, correlated = np.transpose(tables, (1, 0, 3, 4, 6, 5, 2))
+    return np.ascontiguousarray(intensity), np.ascontiguousarray(correlated)
 
 
-def _displacement(
-    ring: DamagedRing, tooth: int, tip: TipField, side: int, offset: int
-) -> Array:
-    """Displacement (k, 2 n) around a tip under loads on a flank of a tooth."""
-    sector = ring.cracked[tooth]
-    source = (tooth + offset) % ring.teeth
-    held = ring.loads[source].held[side]
-    ends = ring.displacement(tooth, source, held.cut_load)
-    own_load = held if source == tooth else None
-    u = sector_field(sector, SectorRows.of(sector, tip.rows), ends, own_load)
-    return u if own_load is None else u + _flamant(sector, tip, side, ring.split)
+def _tip_weights(sector: CyclicSector, tips: Sequence[TipField]) -> Array:
+    """Weights (freedoms, 4 tips) of displacement: two modes by each of two methods."""
+    columns = []
+    for tip in tips:
+        for rows in (*tip.interaction, *tip.correlation):
+            column = np.zeros(sector.basis.N)
+            column[tip.rows] = rows
+            columns.append(column)
+    return np.stack(columns, axis=1)
 
 
-def _flamant(sector: CyclicSector, tip: TipField, side: int, split: bool) -> Array:
-    """Flamant's displacement (k, 2 n) around a tip."""
-    angles = 0.0, ROOTWARD if side != LEFT else -ROOTWARD
-    count = 2 * len(sector.flanks[side].arcs)
-    if not split:
-        return np.zeros((len(tip.rows), count))
-    dofs = tip.dofs.reshape(-1, 2)
-    order = np.unique(dofs[:, 0], return_index=True)[1]
-    pairs = dofs[order].ravel()
-    fields = [flamant_displacement(sector, pairs, angle, side) for angle in angles]
-    u = np.empty((len(tip.rows), count))
-    u[np.searchsorted(tip.rows, pairs)] = np.hstack(fields)
-    return u
+def _of_held(sector: CyclicSector, adjoint: Array, loads: SectorLoads) -> Array:
+    """Intensities (4 tips, 2 n) of the remainder in a loaded sector with held cuts.
+
+    adjoint : (interior, 4 tips) displacement under the weights as loads, which by
+        Maxwell's theorem are the weights of loads
+    """
+    load = loads.force - sector.stiffness[:, sector.hub] @ loads.hub
+    return np.asarray(adjoint.T @ load[sector.interior])
+
+
+def _of_half_plane(sector: CyclicSector, tips: Sequence[TipField], side: int) -> Array:
+    """Intensities (4 tips, 2 n) of Flamant's displacement, which is smooth there."""
+    values = []
+    for tip in tips:
+        pairs = np.unique(tip.dofs.reshape(-1, 2), axis=0).ravel()
+        angles = load_angles(side)
+        fields = [flamant_displacement(sector, pairs, angle, side) for angle in angles]
+        rows = np.vstack([tip.interaction, tip.correlation])
+        values.append(rows[:, np.searchsorted(tip.rows, pairs)] @ np.hstack(fields))
+    return np.vstack(values)

@@ -130,7 +130,7 @@ class TipField:
         return weights
 
     def _williams(self, mode: int) -> tuple[Array, Array]:
-        """Stress (m, q, 2, 2), and derivative (m, q, 2) of displacement along the crack.
+        """Stress (m, q, 2, 2), and derivative (m, q, 2) of displacement along the path.
 
         Unit intensity; Anderson, Fracture Mechanics (2005), tables 2.1 and 2.2.
         """
@@ -211,7 +211,7 @@ def tip_field(
 
 
 def _shape_functions(x: Array, y: Array) -> tuple[Array, Array]:
-    """Quadratic shape functions (q, 6) on the unit triangle, and gradients (q, 6, 2)."""
+    """Shape functions (q, 6) on the unit triangle, and their gradients (q, 6, 2)."""
     z, zero = 1.0 - x - y, np.zeros_like(x)
     shape = [z * (2 * z - 1), x * (2 * x - 1), y * (2 * y - 1)]
     shape += [4 * z * x, 4 * x * y, 4 * y * z]

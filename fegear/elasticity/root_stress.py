@@ -80,7 +80,7 @@ def near_load(
         return None
     arc, *forces = (np.broadcast_to(part, shape) for part in load[2:])
     force = np.stack(forces, axis=-1)
-    loaded = force.any(axis=-1)
+    loaded = np.asarray(force.any(axis=-1))
     if not loaded.any():
         return None
     return NearLoad(tooth_offset, loaded, arc[loaded], force[loaded])
