@@ -24,7 +24,7 @@ def fault_figures(gear: Gear) -> dict[str, Any]:
             for tip in faults.broken_tips
         ],
         "missing_teeth": [tooth + 1 for tooth in faults.missing],
-        "worn_teeth": list(_worn(faults)),
+        "worn_teeth": list(_worn(faults, base)),
         "eccentricity_um": UM * faults.eccentricity,
         "eccentricity_angle_deg": math.degrees(faults.eccentricity_angle),
     }
@@ -53,11 +53,20 @@ def _spall(spall: Spall, base_radius: float) -> Figures:
     }
 
 
-def _worn(faults: Faults) -> Iterator[Figures]:
+def _worn(faults: Faults, base_radius: float) -> Iterator[Figures]:
     for wear in faults.worn:
+        profile = wear.profile
+        points = sorted(
+            (math.degrees(roll / base_radius), abs(UM * deviation))
+            for roll, deviation in zip(
+                profile.roll_lengths, profile.deviations, strict=True
+            )
+        )
         yield {
             "tooth": None if wear.tooth is None else wear.tooth + 1,
-            "largest_depth_um": -UM * min(wear.profile.deviations),
+            "roll_angle_deg": [angle for angle, _ in points],
+            "depth_um": [depth for _, depth in points],
+            "interpolation": profile.interpolation,
         }
 
 
@@ -90,7 +99,7 @@ def fault_lines(gear: Gear) -> Iterator[str]:
     for tooth in figures["missing_teeth"]:
         yield _line(gear, tooth, "missing")
     for wear in figures["worn_teeth"]:
-        depth = f"worn by up to {wear['largest_depth_um']:.6g} um"
+        depth = f"worn by up to {max(wear['depth_um']):.6g} um"
         yield _line(gear, wear["tooth"], depth)
     if gear.faults.eccentricity:
         yield (
