@@ -20,6 +20,7 @@ from fegear.files.output import INTO_PICTURE
 from fegear.gearset.fault_checks import without_faults
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
+from fegear.statics.crack_tips import CrackTip, crack_tips
 from fegear.statics.harmonics import Harmonic
 from fegear.statics.plausibility import (
     MAX_ERROR_ESTIMATE,
@@ -97,9 +98,27 @@ DROP_COLUMNS: Columns = {
 }
 DROP_TITLE = "Mesh stiffness against that of the same gears without faults"
 ROOT_TITLE = "Root stress and loss factor"
+CRACK_COLUMNS = (
+    *("torque_Nm", "position", "gear", "tooth"),
+    *("mode1_stress_intensity_MPa_sqrt_m", "mode2_stress_intensity_MPa_sqrt_m"),
+    *("energy_release_rate_J_per_m2", "energy_release_rate_error_J_per_m2"),
+)
+TIP_COLUMNS: Columns = {
+    "gear": lambda row: row["gear"],
+    "tooth": lambda row: f"{row['tooth']}",
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "K_I\nMPa m^0.5": cell("mode1_stress_intensity_MPa_sqrt_m", 4),
+    "K_II\nMPa m^0.5": cell("mode2_stress_intensity_MPa_sqrt_m", 4),
+    "release\nrate J/m2": cell("energy_release_rate_J_per_m2", 4),
+    "estimated\nerror J/m2": cell("energy_release_rate_error_J_per_m2", 2),
+    "at position\nbase pitches": cell("position", 5),
+}
+TIP_TITLE = "Tips of cracks where their energy release rate is largest"
 MORE = {
+    "cracks": "Write stress intensities and energy release rate of all open cracks to "
+    "this CSV file.",
     "harmonics": "Write amplitude and phase of the first harmonics of transmission "
-    "error and stiffness to this CSV file."
+    "error and stiffness to this CSV file.",
 }
 PICTURES = {
     "path": f"Draw pressure, root stress, load share and sliding {INTO_PICTURE}: over "
@@ -171,7 +190,8 @@ class MeshStiffness(
             alone = replace(self.elements, estimate_error=False, root_stress=False)
             healthy = solve_mesh(without_faults(gears), index, torques, alone).table
         warnings = tuple(gear_set_warnings(gears))
-        return StiffnessResult(self, gears.name, solved, warnings, healthy)
+        tips = crack_tips(gears, solved, self.elements)
+        return StiffnessResult(self, gears.name, solved, warnings, healthy, tips)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,6 +201,7 @@ class StiffnessResult(StudyResult):
     solved: StaticsResult
     gear_warnings: tuple[str, ...] = ()
     healthy: MeshTable | None = None
+    crack_tips: tuple[CrackTip, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -204,6 +225,7 @@ class StiffnessResult(StudyResult):
                 | errors_at_torque(solved, t)
                 for t in range(solved.cycle.torque.size)
             ],
+            "crack_tips": list(self._largest_at_tips()),
             "evidence": evidence(solved),
             "warnings": [*self.gear_warnings, *table_warnings(solved)],
             "seconds": {name: round(s, 4) for name, s in solved.seconds.items()},
@@ -245,6 +267,22 @@ class StiffnessResult(StudyResult):
             "largest_drop_at_position": float(table.position[worst]),
         }
 
+    def _largest_at_tips(self) -> Iterator[dict[str, Any]]:
+        """Values of each crack at each torque where it would release most energy."""
+        torque, position = self.solved.cycle.torque, self.solved.cycle.position
+        for tip in self.crack_tips:
+            for t, n in enumerate(tip.energy_release_rate.argmax(axis=1)):
+                values = _at_tip(tip, float(torque[t]), float(position[n]), (t, n))
+                yield dict(zip(CRACK_COLUMNS, values, strict=True))
+
+    def _crack_rows(self) -> list[tuple[Any, ...]]:
+        torque, position = self.solved.cycle.torque, self.solved.cycle.position
+        return [
+            _at_tip(tip, float(torque[t]), float(position[n]), (t, n))
+            for tip in self.crack_tips
+            for t, n in np.ndindex(tip.error.shape)
+        ]
+
     @property
     def more_tables(self) -> dict[str, Table]:
         rows = [
@@ -259,9 +297,12 @@ class StiffnessResult(StudyResult):
             "gear set": self.gear_set,
             "mesh": self.solved.name,
             **self.study.gear_set.entries,
-            **legend,
         }
-        return {"harmonics": Table(HARMONIC_COLUMNS, lambda: rows, header)}
+        of_cracks = header | meanings("stiffness", *CRACK_COLUMNS, table="cracks")
+        return {
+            "harmonics": Table(HARMONIC_COLUMNS, lambda: rows, header | legend),
+            "cracks": Table(CRACK_COLUMNS, self._crack_rows, of_cracks),
+        }
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -297,6 +338,10 @@ class StiffnessResult(StudyResult):
         yield RowTable(values["torques"], ROOT_COLUMNS, ROOT_TITLE, text_columns=())
         if self.healthy is not None:
             yield RowTable(values["torques"], DROP_COLUMNS, DROP_TITLE, text_columns=())
+        if values["crack_tips"]:
+            yield RowTable(
+                values["crack_tips"], TIP_COLUMNS, TIP_TITLE, text_columns=("gear",)
+            )
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
         peak = values["peak_memory_MB"]
@@ -309,6 +354,15 @@ def _harmonic(error: Harmonic, stiffness: Harmonic) -> dict[str, float]:
     values = error.order, error.amplitude, error.phase
     both = *values, stiffness.amplitude, stiffness.phase
     return dict(zip(HARMONIC_COLUMNS[1:], both, strict=True))
+
+
+def _at_tip(
+    tip: CrackTip, torque: float, position: float, index: tuple[int, int]
+) -> tuple[Any, ...]:
+    """Values of `CRACK_COLUMNS` of a crack at a torque and position, by their index."""
+    opening, sliding = (1e-6 * tip.stress_intensity[index]).tolist()
+    rate, error = float(tip.energy_release_rate[index]), float(tip.error[index])
+    return torque, position, tip.gear, tip.tooth, opening, sliding, rate, error
 
 
 def page_of_table(solved: StaticsResult) -> Page:

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 import fegear
 from fegear.gearset.phases import mesh_phases
+from fegear.statics.crack_tips import crack_tips
 from fegear.statics.solving import StaticsResult, StaticsSettings
 from fegear.studies.stiffness import MeshStiffness
 from fegear.studies.trains import GearSetRef
@@ -173,3 +174,53 @@ def test_root_stress_is_that_of_teeth_without_a_crack():
     assert np.isfinite(stress).all()
     # while the cracked tooth alone carries the load, its neighbours have little stress
     assert stress[4, 0] < 0.5 * expected[0]
+
+
+def tip_of(depth_mm: float, tooth: int = 5):
+    edits = {"gear.pinion.cracks": crack(tooth, depth_mm)}
+    gears = fegear.load_gear_set("liu-pair", edits)
+    result = fegear.solve_mesh(gears, 0, [TORQUE], COARSE)
+    (tip,) = crack_tips(gears, result, COARSE)
+    return tip, result
+
+
+@pytest.mark.parametrize("depth", [0.5, 1.5])
+def test_the_energy_release_rate_is_what_the_deflection_gains(depth):
+    """At the pitch point, where one pair carries all: G b = F / 2 times d(STE) / da."""
+    step = 0.02
+    tip, result = tip_of(depth)
+    position = 4 * 16
+    longer, shorter = (
+        tip_of(depth + sign * step)[1].table["ste_m"][0, position]
+        for sign in (1.0, -1.0)
+    )
+    force = TORQUE / result.problem.pair.driver.base_radius
+    gain = (longer - shorter) / (2e-3 * step)
+    expected = 0.5 * force * gain / result.problem.face_width
+    assert_allclose(tip.energy_release_rate[0, position], expected, rtol=0.02)
+    assert (tip.gear, tip.tooth) == ("pinion", 5)
+    assert tip.stress_intensity[0, position, 0] > 0.0
+    assert tip.error[0, position] < 0.02 * expected
+
+
+def test_a_crack_of_a_driven_gear_has_the_same_rate():
+    gears = fegear.load_gear_set("liu-pair", {"gear.idler.cracks": crack(9, 1.0)})
+    result = fegear.solve_mesh(gears, 0, [TORQUE], COARSE)
+    (tip,) = crack_tips(gears, result, COARSE)
+    assert (tip.gear, tip.tooth) == ("idler", 9)
+    rate = tip.energy_release_rate[0].reshape(55, 16)
+    assert rate[8].max() > 0.5 * rate.max() > 0.0
+    assert rate[20].max() == 0.0
+
+
+def test_a_table_of_cracks_has_a_row_for_every_position():
+    edit = "gear.pinion.cracks=[{tooth=5,depth_mm=1}]"
+    ref = GearSetRef(name="liu-pair", edits=(edit,))
+    study = MeshStiffness(gear_set=ref, torque=(TORQUE,), elements=COARSE)
+    result = fegear.run(study)
+    columns = result.more_tables["cracks"].columns
+    assert len(columns["tooth"]) == 38 * 16
+    largest = result.summary["crack_tips"][0]
+    assert largest["energy_release_rate_J_per_m2"] == max(
+        columns["energy_release_rate_J_per_m2"]
+    )
