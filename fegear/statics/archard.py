@@ -10,8 +10,8 @@ face width F'. A passage takes the depth
 whatever the distribution of the pressure. Over involutes the contact moves with the
 speed along the line of action times the roll angle, so that the ratio of speeds is that
 of the roll angles. Wear changes the flanks and, with them, how tooth pairs share the
-load: depths grow in explicit steps of Euler's method over revolutions of the driver, and
-the contact is solved with the worn flanks after each (Flodin and Andersson 1997).
+load: depths grow in steps of Euler's explicit method over revolutions of the driver,
+and the contact is solved with the worn flanks after each (Flodin and Andersson 1997).
 """
 
 from __future__ import annotations
@@ -182,11 +182,6 @@ class WearingMesh:
         points = self.points
         return self._as_loaded(solve_cycle(contact, self.torque, points.places))
 
-    def load_without_wear(self) -> LoadedMesh:
-        """Solve the contact of flanks that are not worn."""
-        cycle = solve_cycle(self.contact, self.torque, self.points.places)
-        return self._as_loaded(cycle)
-
     def _as_loaded(self, cycle: ContactCycle) -> LoadedMesh:
         points, regular = self.points, self.points.is_regular
         column = {int(k): i for i, k in enumerate(cycle.teeth)}
@@ -212,7 +207,7 @@ class WearingMesh:
         return 1.0 - inside / every
 
     def depth_per_passage(self, loaded: LoadedMesh) -> Array:
-        """Depth (2, p) that a passage of the contact takes off driver and driven [m]."""
+        """Depth (2, p) that goes in a passage on driver and driven gear [m]."""
         sliding = np.abs(self.specific_sliding)
         return np.asarray(self.coefficient * loaded.line_load * sliding)
 

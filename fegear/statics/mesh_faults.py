@@ -140,6 +140,15 @@ def _with_wear(
     return with_wear(profile, wear, zones(spec.pair, role))
 
 
+def without_wear(gear_set: GearSet, mesh: int) -> GearSet:
+    """The gear set without wear of the gears of a mesh."""
+    gears = list(gear_set.gears)
+    for index in gear_set.meshes[mesh].gears:
+        gear = gears[index]
+        gears[index] = replace(gear, faults=gear.faults.without(["worn"]))
+    return replace(gear_set, gears=tuple(gears))
+
+
 def with_wear(
     profile: FlankProfile | None, wear: FlankProfile, flank: Zones
 ) -> FlankProfile:
