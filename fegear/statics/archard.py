@@ -75,7 +75,7 @@ def path_points(pair: GearPair, positions: int) -> PathPoints:
     distance = np.abs((ends[:, None] - regular + 0.5) % 1.0 - 0.5).min(axis=1)
     places = np.unique(np.concatenate([regular, ends[distance > PATH_TOL]]))
     pairs = np.arange(math.floor(start) - 1, math.ceil(end) + 1)
-    every = places[:, None] + pairs
+    every = places[:, None] + pairs.astype(float)
     place, column = np.nonzero(is_on_path(pair, every))
     if place.size > MAX_PROFILE_POINTS:
         raise InputError(
@@ -98,6 +98,8 @@ class LoadedMesh:
     stiffness : (n,) average slope of the force over the transmission error [N/m]
     deflection : mean transmission error less that without load [m]
     corner_work : sliding work of pairs off the path, on tip corners, over that of all
+    shift : largest distance of the centre of a load, along the path, from where it is
+        on flanks without wear [base pitches]
     """
 
     line_load: Array
@@ -106,6 +108,7 @@ class LoadedMesh:
     stiffness: Array
     deflection: float
     corner_work: float
+    shift: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,9 +187,7 @@ class WearingMesh:
 
     def _as_loaded(self, cycle: ContactCycle) -> LoadedMesh:
         points, regular = self.points, self.points.is_regular
-        column = {int(k): i for i, k in enumerate(cycle.teeth)}
-        pairs = np.array([column[int(k)] for k in points.ahead])
-        load = cycle.load[0, points.place, pairs]
+        load = cycle.load[0, points.place, self._pairs(cycle)]
         return LoadedMesh(
             line_load=load / self.contact.face_width,
             position=cycle.position[regular],
@@ -194,7 +195,27 @@ class WearingMesh:
             stiffness=cycle.stiffness[0, regular],
             deflection=float((cycle.ste - cycle.no_load)[0, regular].mean()),
             corner_work=self._corner_work(cycle),
+            shift=self._shift(cycle),
         )
+
+    def _arcs(self, cycle: ContactCycle) -> Array:
+        """Centres (p, 2) of the loads on both flanks, from the tip corners [m]."""
+        arcs: Array = cycle.arc[0, self.points.place, self._pairs(cycle)]
+        return arcs
+
+    def _pairs(self, cycle: ContactCycle) -> Indices:
+        """Index (p,) of the pair at each point."""
+        column = {int(k): i for i, k in enumerate(cycle.teeth)}
+        return np.array([column[int(k)] for k in self.points.ahead])
+
+    @cached_property
+    def _arcs_without_wear(self) -> Array:
+        return self._arcs(solve_cycle(self.contact, self.torque, self.points.places))
+
+    def _shift(self, cycle: ContactCycle) -> float:
+        """See `LoadedMesh`."""
+        moved = np.abs(self._arcs(cycle) - self._arcs_without_wear)
+        return float((moved.T / self.roll_angles).max()) / self.pair.base_pitch
 
     def _corner_work(self, cycle: ContactCycle) -> float:
         position = path_positions(cycle)[self.points.is_regular]
@@ -271,12 +292,13 @@ class StepPlan:
 class WornFlanks:
     """Flanks after some revolutions of the driver.
 
-    depth : (2, p) of driver and driven [m]
+    start, depth : (2, p) of driver and driven, at the beginning and at the end [m]
     first, last : contact at the beginning and at the end
     steps : their number; largest_step : depth that one took off at most [m]
     sliding_work : sum over all passages of a driver's tooth, see `WearingMesh`
     """
 
+    start: Array
     depth: Array
     first: LoadedMesh
     last: LoadedMesh
@@ -284,19 +306,25 @@ class WornFlanks:
     largest_step: float
     sliding_work: float
 
+    @property
+    def lost(self) -> Array:
+        """Depth (2, p) that has gone [m]."""
+        return np.asarray(self.depth - self.start)
+
 
 def wear_off(
     mesh: WearingMesh,
-    depth: Array,
+    start: Array,
     turns: float,
     plan: StepPlan,
     report: Progress = silent,
 ) -> WornFlanks:
-    """Wear flanks of depths (2, p) [m] over turns of the driver.
+    """Wear flanks over turns of the driver; start : depths (2, p) of wear [m].
 
     Raises InputError where the steps are too many or the flanks are worn too far.
     """
-    first = loaded = mesh.load(depth)
+    depth, first = start, mesh.load(start)
+    loaded = first
     remaining, steps, largest, work = turns, 0, 0.0, 0.0
     while remaining > 0.0:
         report("wear", round(100.0 * (1.0 - remaining / turns)), 100)
@@ -316,7 +344,7 @@ def wear_off(
         _require_depth(mesh, depth, turns, turns - remaining)
         loaded = mesh.load(depth)
     report("wear", 100, 100)
-    return WornFlanks(depth, first, loaded, steps, largest, work)
+    return WornFlanks(start, depth, first, loaded, steps, largest, work)
 
 
 def _require_depth(
@@ -332,11 +360,11 @@ def _require_depth(
 
 
 def step_error(worn: WornFlanks, coarser: WornFlanks) -> float:
-    """Estimated error of the depth by its steps, over the largest depth.
+    """Estimated error of the depth by its steps, over the largest that has gone.
 
     coarser : in fewer steps. The method is of first order in the size of steps.
     """
-    change = float(np.abs(worn.depth - coarser.depth).max() / worn.depth.max())
+    change = float(np.abs(worn.depth - coarser.depth).max() / worn.lost.max())
     return change * coarser.steps / max(worn.steps - coarser.steps, 1)
 
 

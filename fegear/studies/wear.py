@@ -69,6 +69,7 @@ MICRO = 1e-6
 ROUNDED = 9  # decimals of angles [deg] and depths [um] in a file
 MIN_POSITIONS = 8
 MAX_STEP_ERROR = 0.05  # of the largest depth
+MAX_SHIFT = 0.05  # base pitches
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
     exposed=expose("positions", "friction", "plane", "resolution", "corner_contact"),
@@ -242,7 +243,6 @@ class WearProblem(Problem):
             gear_set=gears.name,
             names=tuple(gears.gears[n].name for n in gears.meshes[self.index].gears),
             mesh=mesh,
-            before=before,
             worn=worn,
             coarser=coarser,
             gear_warnings=tuple(gear_set_warnings(gears)),
@@ -293,8 +293,8 @@ class FlankWearResult(StudyResult):
     """Depth of wear of both flanks, and what it changes in their mesh.
 
     names : of driver and driven gear
-    before : (2, p) depth of wear at the start [m]
-    worn : at the end; coarser : the same in about half as many steps
+    worn : at the beginning and at the end
+    coarser : the same in about half as many steps
     tables : of the gear set with its wear, as in a file, or None
     """
 
@@ -302,7 +302,6 @@ class FlankWearResult(StudyResult):
     gear_set: str
     names: tuple[str, ...]
     mesh: WearingMesh
-    before: Array
     worn: WornFlanks
     coarser: WornFlanks
     gear_warnings: tuple[str, ...]
@@ -333,15 +332,10 @@ class FlankWearResult(StudyResult):
     def _geometries(self) -> tuple[Any, Any]:
         return self.mesh.pair.driver, self.mesh.pair.driven
 
-    @property
-    def _lost(self) -> Array:
-        """Depth (2, p) that goes in this run [m]."""
-        return np.asarray(self.worn.depth - self.before)
-
     def _gear(self, row: int) -> dict[str, Any]:
         mesh, depth = self.mesh, self.worn.depth[row]
         deepest = int(depth.argmax())
-        area = float(mesh.worn_areas(self._lost)[row])
+        area = float(mesh.worn_areas(self.worn.lost)[row])
         width, teeth = mesh.contact.face_width, self._geometries[row].teeth
         per_turn = mesh.depth_per_passage(self.worn.first)[row]
         position = mesh.points.position
@@ -361,12 +355,13 @@ class FlankWearResult(StudyResult):
         """Estimated errors and balance of the depth, relative."""
         mesh, worn = self.mesh, self.worn
         volume = mesh.coefficient * worn.sliding_work
-        areas = (mesh.worn_areas(self._lost) / mesh.passages[:, 0]).tolist()
+        areas = (mesh.worn_areas(worn.lost) / mesh.passages[:, 0]).tolist()
         position = mesh.points.position
         return {
             "steps": step_error(worn, self.coarser),
-            "positions": position_error(position, [*worn.depth]),
+            "positions": position_error(position, [*worn.lost]),
             "volume_balance": max(abs(area / volume - 1.0) for area in areas),
+            "shift_pitches": max(worn.first.shift, worn.last.shift),
         }
 
     def _warnings(self) -> Iterator[str]:
@@ -377,6 +372,13 @@ class FlankWearResult(StudyResult):
                 f"depth of wear, estimated error by its {self.worn.steps} steps "
                 f"{100.0 * error:.2g} % of the largest; smaller --depth-step-um or "
                 "more --steps are needed",
+            )
+        shift = self._errors["shift_pitches"]
+        if not shift <= MAX_SHIFT:
+            yield with_code(
+                "W51",
+                f"worn flanks carry the load up to {shift:.2g} base pitches from the "
+                "points of flanks without wear, which is where the depth is taken off",
             )
 
     @property
@@ -459,7 +461,8 @@ class FlankWearResult(StudyResult):
         text = (
             "depth of wear, estimated error: by steps {steps:.1e} of the largest, by "
             "positions {positions:.1e} of the mean; worn volume against sliding work "
-            "{volume_balance:.1e}"
+            "{volume_balance:.1e}; loads at most {shift_pitches:.1e} base pitches from "
+            "those of flanks without wear"
         )
         yield with_code("E30", text.format_map(values["errors"]))
 
