@@ -89,7 +89,7 @@ def path_points(pair: GearPair, positions: int) -> PathPoints:
 
 
 @dataclass(frozen=True, eq=False)
-class LoadedMesh:
+class LoadedFlanks:
     """Contact of a mesh with flanks of some wear.
 
     line_load : (p,) load per face width when the contact passes the points [N/m]
@@ -170,7 +170,7 @@ class WearingMesh:
             _wear_profile(rolls[1, ::-1], depth[1, ::-1]),
         )
 
-    def load(self, depth: Array) -> LoadedMesh:
+    def load(self, depth: Array) -> LoadedFlanks:
         """Solve the contact with depths (2, p) of wear [m]."""
         driver, driven = self.profiles(depth)
         contact = replace(
@@ -185,10 +185,10 @@ class WearingMesh:
         points = self.points
         return self._as_loaded(solve_cycle(contact, self.torque, points.places))
 
-    def _as_loaded(self, cycle: ContactCycle) -> LoadedMesh:
+    def _as_loaded(self, cycle: ContactCycle) -> LoadedFlanks:
         points, regular = self.points, self.points.is_regular
         load = cycle.load[0, points.place, self._pairs(cycle)]
-        return LoadedMesh(
+        return LoadedFlanks(
             line_load=load / self.contact.face_width,
             position=cycle.position[regular],
             ste=cycle.ste[0, regular],
@@ -213,7 +213,7 @@ class WearingMesh:
         return self._arcs(solve_cycle(self.contact, self.torque, self.points.places))
 
     def _shift(self, cycle: ContactCycle) -> float:
-        """See `LoadedMesh`."""
+        """See `LoadedFlanks`."""
         moved = np.abs(self._arcs(cycle) - self._arcs_without_wear)
         return float((moved.T / self.roll_angles).max()) / self.pair.base_pitch
 
@@ -227,16 +227,16 @@ class WearingMesh:
         )
         return 1.0 - inside / every
 
-    def depth_per_passage(self, loaded: LoadedMesh) -> Array:
+    def depth_per_passage(self, loaded: LoadedFlanks) -> Array:
         """Depth (2, p) that goes in a passage on driver and driven gear [m]."""
         sliding = np.abs(self.specific_sliding)
         return np.asarray(self.coefficient * loaded.line_load * sliding)
 
-    def depth_per_turn(self, loaded: LoadedMesh) -> Array:
+    def depth_per_turn(self, loaded: LoadedFlanks) -> Array:
         """Depth (2, p) that goes in a turn of the driver [m]."""
         return np.asarray(self.passages * self.depth_per_passage(loaded))
 
-    def sliding_work(self, loaded: LoadedMesh) -> float:
+    def sliding_work(self, loaded: LoadedFlanks) -> float:
         """Load per face width times length of sliding, over a passage [N].
 
         It is the friction work of a passage per face width over the coefficient of
@@ -300,8 +300,8 @@ class WornFlanks:
 
     start: Array
     depth: Array
-    first: LoadedMesh
-    last: LoadedMesh
+    first: LoadedFlanks
+    last: LoadedFlanks
     steps: int
     largest_step: float
     sliding_work: float

@@ -28,7 +28,7 @@ from fegear.gearset.zones import zones
 from fegear.statics.archard import (
     DEPTH_STEP_SHARE,
     MIN_STEPS,
-    LoadedMesh,
+    LoadedFlanks,
     StepPlan,
     WearingMesh,
     WornFlanks,
@@ -97,7 +97,7 @@ CHANGES: Columns = {
 class FlankWear(
     Study,
     command="wear",
-    example="wear liu-pair --cycles 1e8 -o worn.csv --plot wear.png --gears worn.toml",
+    example="wear liu-pair --cycles 1e8 -o w.csv --plot w.png --gears worn.toml",
 ):
     """Wear of both flanks of a mesh by Archard's law.
 
@@ -125,7 +125,7 @@ class FlankWear(
     )
     cycles: float = setting(
         1e6,
-        "Number of revolutions of the mesh's driving gear.",
+        "Number of revolutions of the mesh's driving gear [turns].",
         Range(above=0.0, below=1e15),
     )
     wear_coefficient: float = setting(
@@ -467,7 +467,7 @@ class FlankWearResult(StudyResult):
         yield with_code("E30", text.format_map(values["errors"]))
 
 
-def _contact(loaded: LoadedMesh) -> dict[str, float]:
+def _contact(loaded: LoadedFlanks) -> dict[str, float]:
     stiffness, ste = loaded.stiffness, loaded.ste
     mean = float(stiffness.mean())
     return {
