@@ -274,7 +274,12 @@ class WearProblem(Problem):
             f"gear.{gear + 1}.worn_teeth": [_worn_teeth(angles, depths)]
             for gear, angles, depths in zip(both, mesh.roll_angles, depth, strict=True)
         }
-        ref.changed(edits)  # InputError where a file could not have such flanks
+        try:
+            ref.changed(edits)
+        except InputError as error:
+            cycles = self.study.cycles
+            text = f"cycles = {cycles:.12g}; flanks are worn too far, {error}"
+            raise InputError(text) from None
         return load_tables(ref.name, ref.overrides | edits)
 
 

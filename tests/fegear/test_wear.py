@@ -351,6 +351,10 @@ def test_warnings_name_large_steps_and_deep_wear():
             {"cycles": 1e13, "steps": 2},
             r"after .* wear is .* um deep, allowed are 1270",
         ),
+        (
+            {"cycles": 5e9, "steps": 6},
+            r"^cycles = 5e\+09; flanks are worn too far, liu",
+        ),
         ({"elements": StaticsSettings(positions=4)}, "^positions = 4; allowed 8 or"),
         ({"elements": StaticsSettings(positions=900)}, "makes 1358 points of a flank"),
         ({"gear_set": "planetary-24-36-96"}, "planetary sets; wear is that of gears"),
