@@ -8,8 +8,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from fegear.gearset.fault_figures import fault_figures
 from fegear.gearset.inertia import inertia_of, mass_of
-from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief
+from fegear.gearset.model import Gear, GearSet, Mesh
+from fegear.gearset.modifications import FlankProfile, Relief
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors
 from fegear.gearset.planetary_figures import planetary_figures
@@ -106,6 +108,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "young_modulus_GPa": 1e-9 * gear.young_modulus,
         "poisson_ratio": gear.poisson_ratio,
         "density_kg_per_m3": gear.density,
+        "faults": fault_figures(gear) if gear.faults.any else None,
     }
 
 
