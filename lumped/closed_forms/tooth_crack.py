@@ -2,7 +2,7 @@
 
 A straight crack starts at a place of the loaded flank or its fillet, where the tooth is
 pulled. Material above it carries little: the formulas of the literature leave out what
-is on the loaded side of a limit line that begins at the crack tip (x_c, y_c), and differ
+is on the loaded side of a limit line from the crack tip (x_c, y_c) outwards, and differ
 in that line:
 
     parallel   y = y_c, parallel to the centre line: Wu, Zuo and Parey (2008), Chen and

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +25,7 @@ from lumped.closed_forms.tooth_energy import (
 )
 from meshes import SpurGear
 from meshes.profile import fillet_points, flank_points
+from validation.oracles.hertz import Material
 
 Array = NDArray[np.float64]
 POINTS = 400  # of the fillet, and of the flank
@@ -61,60 +62,76 @@ def tangent_point(teeth: SpurGear, angle: float = TANGENT_ANGLE) -> tuple[float,
 
 @dataclass(frozen=True, eq=False)
 class CutTooth:
-    """A tooth of a gear under unit load on its flank."""
+    """Teeth of a gear under unit load on their flanks, each with the same crack or none.
+
+    crack : at the root of the loaded flank, or None
+    """
 
     gear: Gear
-    width: float
+    crack: RootCrack | None = None
 
     @property
     def teeth(self) -> SpurGear:
         return self.gear.geometry
 
     @property
-    def material(self) -> ToothMaterial:
-        return ToothMaterial(self.gear.young_modulus, self.gear.poisson_ratio)
+    def base_radius(self) -> float:
+        return self.teeth.base_radius
 
-    @cached_property
+    @property
+    def base_pitch(self) -> float:
+        return self.teeth.base_pitch
+
+    @property
+    def base_half_angle(self) -> float:
+        return self.teeth.base_half_angle
+
+    @property
+    def tip_roll_length(self) -> float:
+        return self.teeth.tip_roll_length
+
+    @property
+    def material(self) -> Material:
+        return Material(self.gear.young_modulus, self.gear.poisson_ratio)
+
+    @property
     def outline(self) -> ToothOutline:
         return tooth_outline(self.teeth)
 
-    @cached_property
+    @property
     def foundation(self) -> ToothFoundation:
         outline, teeth = self.outline, self.teeth
-        angle = math.atan2(outline.half_thickness[0], outline.position[0])
         return ToothFoundation(
             root_radius=teeth.root_radius,
             hub_radius=teeth.hub_radius,
-            root_half_angle=angle,
+            root_half_angle=math.atan2(outline.half_thickness[0], outline.position[0]),
             young_modulus=self.gear.young_modulus,
         )
 
     def load(self, roll_length: float) -> ToothLoad:
         """Line of action that touches the flank at a roll length [m]."""
-        rb = self.teeth.base_radius
-        return ToothLoad(rb, roll_length / rb - self.teeth.base_half_angle)
+        rb = self.base_radius
+        return ToothLoad(rb, roll_length / rb - self.base_half_angle)
 
-    def beam(
-        self, roll_length: float, crack: RootCrack | None = None
-    ) -> BeamCompliance:
+    def beam(self, roll_length: float, face_width: float) -> BeamCompliance:
         """Bending, shear and thrust, scalars [m/N]."""
         end, load = contact_position(self.teeth, roll_length), self.load(roll_length)
-        if crack is None:
+        material = ToothMaterial(*self.material)
+        if self.crack is None:
             sections = self.outline.sections(end)
-            return beam_compliance(sections, load, self.material, self.width)
+            return beam_compliance(sections, load, material, face_width)
         return cracked_compliance(
-            self.outline, end, load, crack, self.material, self.width
+            self.outline, end, load, self.crack, material, face_width
         )
 
-    def body(self, roll_length: float) -> float:
+    def body(self, roll_length: float, face_width: float) -> float:
         """Compliance of the body below the tooth [m/N]."""
         rb, beta = self.load(roll_length)
         height = rb / np.cos(beta)
-        return float(self.foundation.compliance(height, beta, self.width))
+        return float(self.foundation.compliance(height, beta, face_width))
 
-    def compliance(
-        self, roll_lengths: ArrayLike, crack: RootCrack | None = None
-    ) -> Array:
+    def compliance(self, roll_length: ArrayLike, face_width: float) -> Array:
         """Tooth and body, without contact, at roll lengths (n,) [m], (n,) [m/N]."""
-        rolls = np.atleast_1d(np.asarray(roll_lengths, float))
-        return np.array([self.beam(s, crack).total + self.body(s) for s in rolls])
+        rolls = np.atleast_1d(np.asarray(roll_length, float))
+        parts = (self.beam(s, face_width).total + self.body(s, face_width) for s in rolls)
+        return np.fromiter(parts, float, rolls.size)

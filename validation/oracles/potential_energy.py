@@ -20,7 +20,7 @@ the stiffness is too large in double contact, the more so the smaller the hub.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,6 +51,29 @@ SHARING_ROUNDS = 100  # the Hertz logarithm is weak: about ten are needed
 
 BODY_RATIOS = 1.4, 7.0  # root over hub radius for which the body was fitted
 BODY_ANGLES = 0.01, 0.12  # half tooth angle at the root, likewise [rad]
+
+
+class EnergyTooth(Protocol):
+    """Teeth of one gear, of whatever outline; lengths in metres."""
+
+    @property
+    def base_radius(self) -> float: ...
+
+    @property
+    def base_pitch(self) -> float: ...
+
+    @property
+    def base_half_angle(self) -> float: ...
+
+    @property
+    def tip_roll_length(self) -> float: ...
+
+    @property
+    def material(self) -> Material: ...
+
+    def compliance(self, roll_length: ArrayLike, face_width: float) -> Array:
+        """Tooth and body, without contact, at roll lengths (n,), (n,) [m/N]."""
+        ...
 
 
 class NotApplicableError(ValueError):
@@ -147,6 +170,9 @@ class AnalyticGear:
     @property
     def material(self) -> Material:
         return Material(self.young_modulus, self.poisson_ratio)
+
+    def compliance(self, roll_length: ArrayLike, face_width: float) -> Array:
+        return tooth_compliance(self, roll_length, face_width).total
 
 
 class ToothCompliance(NamedTuple):
@@ -271,7 +297,7 @@ def _require_on_flank(gear: AnalyticGear, roll_length: ArrayLike) -> Array:
 
 
 def nominal_path(
-    driver: AnalyticGear, driven: AnalyticGear, operating_pressure_angle: float
+    driver: EnergyTooth, driven: EnergyTooth, operating_pressure_angle: float
 ) -> tuple[float, float]:
     """Roll lengths of the driver at start and end of contact [m]."""
     if not math.isclose(driver.base_pitch, driven.base_pitch, rel_tol=1e-9):
@@ -283,13 +309,13 @@ def nominal_path(
     return total - driven.tip_roll_length, driver.tip_roll_length
 
 
-def _line_of_action(driver: AnalyticGear, driven: AnalyticGear, angle: float) -> float:
+def _line_of_action(driver: EnergyTooth, driven: EnergyTooth, angle: float) -> float:
     """Length a sin(aw) between the base circles [m]."""
     return (driver.base_radius + driven.base_radius) * math.tan(angle)
 
 
 def _contact_approach(
-    gears: tuple[AnalyticGear, AnalyticGear],
+    gears: tuple[EnergyTooth, EnergyTooth],
     rolls: tuple[Array, Array],
     load: Array,
     law: ContactLaw,
@@ -310,8 +336,8 @@ def _contact_approach(
 
 
 def pair_stiffness(
-    driver: AnalyticGear,
-    driven: AnalyticGear,
+    driver: EnergyTooth,
+    driven: EnergyTooth,
     operating_pressure_angle: float,
     roll_length_of_driver: ArrayLike,
     force: ArrayLike,
@@ -330,15 +356,14 @@ def pair_stiffness(
     s1 = np.atleast_1d(np.asarray(roll_length_of_driver, dtype=float))
     s2 = _line_of_action(driver, driven, operating_pressure_angle) - s1
     F = np.broadcast_to(np.asarray(force, dtype=float), s1.shape)
-    teeth = tooth_compliance(driver, s1, face_width).total
-    teeth = teeth + tooth_compliance(driven, s2, face_width).total
+    teeth = driver.compliance(s1, face_width) + driven.compliance(s2, face_width)
     contact = _contact_approach((driver, driven), (s1, s2), F / face_width, contact_law)
     return np.asarray(F / (F * teeth + contact))
 
 
 def mesh_stiffness(
-    driver: AnalyticGear,
-    driven: AnalyticGear,
+    driver: EnergyTooth,
+    driven: EnergyTooth,
     operating_pressure_angle: float,
     positions: ArrayLike,
     force: float,
@@ -357,7 +382,7 @@ def mesh_stiffness(
     """
     require_positive("force", force)
     gears = (driver, driven, operating_pressure_angle)
-    s1, active = _touching_pairs(*gears, np.atleast_1d(np.asarray(positions, float)))
+    s1, active = touching_pairs(*gears, np.atleast_1d(np.asarray(positions, float)))
     shares = force * active / active.sum(axis=1, keepdims=True)
     for _ in range(SHARING_ROUNDS):
         pairs = np.zeros(s1.shape)
@@ -371,8 +396,8 @@ def mesh_stiffness(
     raise RuntimeError(f"load sharing did not settle in {SHARING_ROUNDS} rounds")
 
 
-def _touching_pairs(
-    driver: AnalyticGear, driven: AnalyticGear, angle: float, positions: Array
+def touching_pairs(
+    driver: EnergyTooth, driven: EnergyTooth, angle: float, positions: Array
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Roll lengths of the driver [m] and which of them touch, both (n, pairs)."""
     start, end = nominal_path(driver, driven, angle)

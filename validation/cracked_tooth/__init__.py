@@ -1,0 +1,1 @@
+"""Potential energy beside finite elements: healthy pairs and teeth with a root crack."""
