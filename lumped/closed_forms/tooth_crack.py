@@ -1,4 +1,4 @@
-"""A root crack in the potential-energy method: the sections that carry load.
+"""A root crack in the potential-energy method: sections that carry load, or a hinge.
 
 A straight crack starts at a place of the loaded flank or its fillet, where the tooth is
 pulled. Material above it carries little: the formulas of the literature leave out what
@@ -24,6 +24,12 @@ and it bulges towards the loaded flank: with t = (x - x_c) / (x_a - x_c)
 which are equal where they meet. Above a deep crack it leaves out less than the parallel
 line, which takes material up to the tip of the tooth.
 
+A third model does without limit lines. By fracture mechanics an edge crack of depth a
+across a strip of thickness b lets its two parts turn by 24 M S(a/b) / (E w b^2) under a
+moment M, where S follows from the stress intensity of that crack (Tada, Paris and
+Irwin, The Stress Analysis of Cracks Handbook); `hinge` adds this to the bending of the healthy tooth, where the crack
+begins, whatever its angle.
+
 Wu, Zuo and Parey, J. Sound Vib. 317 (2008) 890; Chen and Shao, Eng. Fail. Anal. 18
 (2011) 2149; Mohammed, Rantatalo and Aidanpaa, Eng. Fail. Anal. 34 (2013) 235. The
 integrals are derived here from these limit lines, not copied from the prints.
@@ -36,6 +42,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lumped.closed_forms.tooth_energy import (
     Array,
@@ -47,7 +54,7 @@ from lumped.closed_forms.tooth_energy import (
     beam_compliance,
 )
 
-LimitLine = Literal["parallel", "parabola"]
+CrackModel = Literal["parallel", "parabola", "hinge"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,14 +70,14 @@ class RootCrack:
     angle : float
         Angle between the crack and the centre line [rad], above 0 and at most pi/2,
         which is square to it; smaller ones lead to the body.
-    limit : {"parallel", "parabola"}
-        Line beyond which the tooth carries no load.
+    model : {"parallel", "parabola", "hinge"}
+        Limit line beyond which the tooth carries no load, or a hinge.
     """
 
     start: float
     depth: float
     angle: float = 0.5 * math.pi
-    limit: LimitLine = "parallel"
+    model: CrackModel = "parallel"
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.depth < math.inf:
@@ -79,9 +86,9 @@ class RootCrack:
             raise ValueError(
                 f"angle must be above 0 and at most pi/2, got {self.angle:g}"
             )
-        if self.limit not in get_args(LimitLine):
-            allowed = ", ".join(get_args(LimitLine))
-            raise ValueError(f"limit must be one of {allowed}, got {self.limit!r}")
+        if self.model not in get_args(CrackModel):
+            allowed = ", ".join(get_args(CrackModel))
+            raise ValueError(f"model must be one of {allowed}, got {self.model!r}")
 
     def tip(self, outline: ToothOutline) -> tuple[float, float]:
         """Crack tip (x_c, y_c) [m]; ValueError if the mouth is not on the tooth."""
@@ -111,9 +118,16 @@ class RootCrack:
         -------
         (n,) array
             y [m], infinite below the crack tip.
+
+        Raises
+        ------
+        ValueError
+            If the model is a hinge.
         """
+        if self.model == "hinge":
+            raise ValueError("model must be a limit line, got 'hinge'")
         x_c, y_c = self.tip(outline)
-        if self.limit == "parallel":
+        if self.model == "parallel":
             line = np.full(position.shape, y_c)
         else:
             x_a, y_a = outline.position[-1], outline.half_thickness[-1]
@@ -155,7 +169,7 @@ def cracked_sections(
     if not (loaded_side + healthy.back_side > 0.0).all():
         raise ValueError(
             f"depth must leave some thickness below the load, got {crack.depth:.6g} m "
-            f"with a limit line {crack.limit!r}"
+            f"with a limit line {crack.model!r}"
         )
     return healthy._replace(loaded_side=loaded_side)
 
@@ -188,9 +202,97 @@ def cracked_compliance(
     Returns
     -------
     BeamCompliance
-        Bending and shear of the reduced sections, thrust of the healthy ones [m/N].
+        Thrust of the healthy sections, bending and shear of the reduced ones or, with
+        a hinge, bending with it and shear of the healthy ones [m/N].
     """
     healthy = beam_compliance(outline.sections(end), load, material, width)
+    if crack.model == "hinge":
+        added = hinge_compliance(outline, load, crack, material, width)
+        return healthy._replace(bending=healthy.bending + added)
     sections = cracked_sections(outline, end, crack)
     reduced = beam_compliance(sections, load, material, width)
     return reduced._replace(axial=healthy.axial)
+
+
+def hinge_compliance(
+    outline: ToothOutline,
+    load: ToothLoad,
+    crack: RootCrack,
+    material: ToothMaterial,
+    width: float,
+) -> float:
+    """Compliance along the line of action that a crack adds as a hinge.
+
+    Parameters
+    ----------
+    outline : ToothOutline
+        Healthy tooth.
+    load : ToothLoad
+        Line of action, scalars.
+    crack : RootCrack
+        Crack, taken to be square to the centre line.
+    material : ToothMaterial
+        Young's modulus [Pa] and Poisson's ratio.
+    width : float
+        Face width [m].
+
+    Returns
+    -------
+    float
+        Square of the moment arm times the compliance of the hinge [m/N].
+
+    Notes
+    -----
+    Plane stress; without the thrust and the shear of the section.
+    """
+    thickness = 2.0 * float(outline.thickness_at(crack.start))
+    part = crack.depth / thickness
+    if not part < 1.0:
+        raise ValueError(f"depth must be below {thickness:.6g} m, got {crack.depth:g}")
+    turning = (
+        24.0 * hinge_factor(part) / (material.young_modulus * width * thickness**2)
+    )
+    d, beta = (float(np.asarray(value)) for value in load)
+    return turning * (d - crack.start * math.cos(beta)) ** 2
+
+
+def hinge_factor(part: float) -> float:
+    """S(a/b) of an edge crack in a strip under pure bending.
+
+    Parameters
+    ----------
+    part : float
+        Depth of the crack over the thickness of the strip, 0 to below 1.
+
+    Returns
+    -------
+    float
+        S, without unit: both parts turn by 4 sigma S / E, where sigma = 6 M / (w b^2).
+
+    Notes
+    -----
+    S = 3 pi times the integral of alpha F^2 over alpha from 0 to a/b, since a crack
+    releases K^2 / E per area, and K = sigma sqrt(pi a) F(a/b).
+    """
+    node, weight = np.polynomial.legendre.leggauss(24)
+    alpha = 0.5 * part * (1.0 + node)
+    integrand = alpha * bending_factor(alpha) ** 2
+    return float(1.5 * math.pi * part * (weight @ integrand))
+
+
+def bending_factor(part: ArrayLike) -> Array:
+    """F(a/b) of the stress intensity of an edge crack in pure bending.
+
+    Parameters
+    ----------
+    part : (n,) array_like
+        Depth of the crack over the thickness of the strip, above 0 and below 1.
+
+    Returns
+    -------
+    (n,) array
+        F, without unit, in K = sigma sqrt(pi a) F, to 0.5 %: Tada, Paris and Irwin.
+    """
+    half = 0.5 * math.pi * np.asarray(part, float)
+    numerator = 0.923 + 0.199 * (1.0 - np.sin(half)) ** 4
+    return np.asarray(np.sqrt(np.tan(half) / half) * numerator / np.cos(half))

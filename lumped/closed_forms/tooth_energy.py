@@ -117,7 +117,7 @@ class ToothOutline:
         if not ((h > 0.0) & np.isfinite(h)).all():
             raise ValueError("half_thickness must be positive and finite")
 
-    def thickness_at(self, position: ArrayLike) -> Array:
+    def thickness_at(self, position: float | Array) -> Array:
         """Half thickness at positions [m], of their shape [m]."""
         return np.asarray(np.interp(position, self.position, self.half_thickness))
 

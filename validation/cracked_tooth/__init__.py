@@ -1,1 +1,1 @@
-"""Potential energy beside finite elements: healthy pairs and teeth with a root crack."""
+"""Potential energy beside finite elements: healthy and cracked teeth."""

@@ -14,8 +14,6 @@ corners        contact on the nominal path alone over contact of tip corners as 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -70,8 +68,8 @@ class HealthyPair:
     @property
     def contact_compliance(self) -> float:
         """Constant of Yang and Sun (1985) [m/N]."""
-        materials = (ToothMaterial(*tooth.material) for tooth in self.teeth)
-        return contact_compliance(*materials, self.width)
+        first, second = (ToothMaterial(*tooth.material) for tooth in self.teeth)
+        return contact_compliance(first, second, self.width)
 
     @property
     def positions(self) -> Array:

@@ -62,7 +62,7 @@ def tangent_point(teeth: SpurGear, angle: float = TANGENT_ANGLE) -> tuple[float,
 
 @dataclass(frozen=True, eq=False)
 class CutTooth:
-    """Teeth of a gear under unit load on their flanks, each with the same crack or none.
+    """Teeth of a gear under unit load, all with the same crack or without one.
 
     crack : at the root of the loaded flank, or None
     """
@@ -133,5 +133,7 @@ class CutTooth:
     def compliance(self, roll_length: ArrayLike, face_width: float) -> Array:
         """Tooth and body, without contact, at roll lengths (n,) [m], (n,) [m/N]."""
         rolls = np.atleast_1d(np.asarray(roll_length, float))
-        parts = (self.beam(s, face_width).total + self.body(s, face_width) for s in rolls)
+        parts = (
+            self.beam(s, face_width).total + self.body(s, face_width) for s in rolls
+        )
         return np.fromiter(parts, float, rolls.size)

@@ -10,8 +10,10 @@ from scipy.integrate import quad
 
 from lumped.closed_forms.tooth_crack import (
     RootCrack,
+    bending_factor,
     cracked_compliance,
     cracked_sections,
+    hinge_factor,
 )
 from lumped.closed_forms.tooth_energy import (
     ToothFoundation,
@@ -27,7 +29,7 @@ STEEL = ToothMaterial(206e9, 0.3)
 E, G = STEEL.young_modulus, STEEL.shear_modulus
 WIDTH, LENGTH, HALF = 20e-3, 5.6e-3, 2e-3  # m
 SQUARE_LOAD = ToothLoad(LENGTH, 0.0)
-LIMITS = "parallel", "parabola"
+MODELS = "parallel", "parabola", "hinge"
 
 
 def straight(root=HALF, tip=HALF, points=2):
@@ -139,7 +141,7 @@ def test_rectangle_with_a_parabola():
     With u = sqrt(t) the integrals are those of 2 u (1 - u^2)^2 / (1 + u)^3, which is
     2 u (1 - u)^2 / (1 + u), and of 2 u / (1 + u).
     """
-    crack = RootCrack(start=0.0, depth=HALF, limit="parabola")
+    crack = RootCrack(start=0.0, depth=HALF, model="parabola")
     x = LENGTH * np.linspace(0.0, 1.0, 2001) ** 2
     parts = cracked(ToothOutline(x, np.full(x.shape, HALF)), crack)
     # 2 u (1 - u)^2 / (1 + u) = 2 u^2 - 6 u + 8 - 8 / (1 + u)
@@ -152,12 +154,38 @@ def test_rectangle_with_a_parabola():
 def test_parabola_over_a_shallow_crack():
     """A trapezoid whose crack tip is farther out than its corner."""
     outline = straight(2e-3, 0.5e-3, 2001)
-    crack = RootCrack(start=0.0, depth=0.2e-3, limit="parabola")
+    crack = RootCrack(start=0.0, depth=0.2e-3, model="parabola")
     x = np.array([0.0, 0.75 * LENGTH, LENGTH])
     expected = [1.8e-3, 0.5e-3 + 1.3e-3 * 0.5, 0.5e-3]
     np.testing.assert_allclose(crack.limit_line(outline, x), expected, rtol=1e-12)
-    same = RootCrack(start=0.0, depth=1.5e-3, limit="parabola")
+    same = RootCrack(start=0.0, depth=1.5e-3, model="parabola")
     np.testing.assert_allclose(same.limit_line(outline, x), 0.5e-3, rtol=1e-12)
+
+
+@pytest.mark.parametrize("part", [0.02, 0.1, 0.3, 0.5, 0.6])
+def test_stress_intensity_against_the_polynomial_of_a_fit(part):
+    """Brown and Srawley (1966), 0.2 % up to 0.6."""
+    expected = np.polynomial.polynomial.polyval(part, (1.122, -1.4, 7.33, -13.08, 14.0))
+    assert bending_factor(part) == pytest.approx(expected, rel=0.012)
+
+
+def test_hinge_of_a_shallow_crack_and_its_rate():
+    """S = 1.5 pi 1.122^2 (a/b)^2, and dS/d(a/b) = 3 pi (a/b) F^2."""
+    shallow = 1.5 * math.pi * 1.122**2 * 1e-6
+    assert hinge_factor(1e-3) == pytest.approx(shallow, rel=0.01)
+    rate = (hinge_factor(0.4 + 1e-5) - hinge_factor(0.4 - 1e-5)) / 2e-5
+    expected = 3.0 * math.pi * 0.4 * bending_factor(0.4) ** 2
+    assert rate == pytest.approx(expected, rel=1e-8)
+
+
+def test_hinge_turns_the_tooth_about_the_root():
+    """24 S / (E w b^2) times the square of the moment arm."""
+    part, start = 0.3, 1e-3
+    crack = RootCrack(start=start, depth=part * 2.0 * HALF, model="hinge")
+    added = cracked(straight(), crack).bending - compliance(straight()).bending
+    turning = 24.0 * hinge_factor(part) / (E * WIDTH * (2.0 * HALF) ** 2)
+    assert added == pytest.approx(turning * (LENGTH - start) ** 2, rel=1e-10)
+    assert cracked(straight(), crack).shear == compliance(straight()).shear
 
 
 def test_foundation_by_hand():
@@ -189,12 +217,12 @@ ANGLES = st.floats(0.3, 0.5 * math.pi)
 @given(
     outline=OUTLINES,
     angle=ANGLES,
-    limit=st.sampled_from(LIMITS),
+    model=st.sampled_from(MODELS),
     start=st.floats(0.0, 0.4),
     beta=st.floats(0.0, 0.5),
 )
-def test_no_crack_is_the_healthy_tooth_to_the_bit(outline, angle, limit, start, beta):
-    crack = RootCrack(start=start * LENGTH, depth=0.0, angle=angle, limit=limit)
+def test_no_crack_is_the_healthy_tooth_to_the_bit(outline, angle, model, start, beta):
+    crack = RootCrack(start=start * LENGTH, depth=0.0, angle=angle, model=model)
     load = ToothLoad(0.9 * LENGTH, beta)
     assert cracked(outline, crack, load) == compliance(outline, load)
 
@@ -203,17 +231,17 @@ def test_no_crack_is_the_healthy_tooth_to_the_bit(outline, angle, limit, start, 
 @given(
     outline=OUTLINES,
     angle=ANGLES,
-    limit=st.sampled_from(LIMITS),
+    model=st.sampled_from(MODELS),
     start=st.floats(0.0, 0.3),
     depths=st.tuples(st.floats(0.0, 0.5), st.floats(0.0, 0.5)),
 )
-def test_deeper_cracks_are_softer(outline, angle, limit, start, depths):
+def test_deeper_cracks_are_softer(outline, angle, model, start, depths):
     """Depths up to half the thickness at the mouth."""
     mouth = 2.0 * float(outline.thickness_at(start * LENGTH))
     shallow, deep = (
         cracked(
             outline,
-            RootCrack(start=start * LENGTH, depth=d * mouth, angle=angle, limit=limit),
+            RootCrack(start=start * LENGTH, depth=d * mouth, angle=angle, model=model),
         )
         for d in sorted(depths)
     )
@@ -231,8 +259,8 @@ def test_wrong_inputs_are_refused():
         outline.sections(1.01 * LENGTH)
     with pytest.raises(ValueError, match="angle must be above 0"):
         RootCrack(start=0.0, depth=1e-3, angle=2.0)
-    with pytest.raises(ValueError, match="limit must be one of parallel, parabola"):
-        RootCrack(start=0.0, depth=1e-3, limit="curve")
+    with pytest.raises(ValueError, match="model must be one of parallel, parabola"):
+        RootCrack(start=0.0, depth=1e-3, model="curve")
     with pytest.raises(ValueError, match="depth must be 0 or more"):
         RootCrack(start=0.0, depth=math.nan)
     with pytest.raises(ValueError, match="start must be"):

@@ -1,0 +1,149 @@
+"""Drop of mesh stiffness over the depth of a root crack, by formulas and by others.
+
+The first gear's reference tooth has the crack. Its mesh has the stiffness of all pairs
+in contact, which the pair of the cracked tooth shares with healthy ones: it is compared
+where that pair touches at the pitch point, and as a mean over that pair's path.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.closed_forms.tooth_crack import CrackModel, RootCrack
+from lumped.closed_forms.tooth_energy import mesh_stiffness
+from validation.cracked_tooth.healthy import HealthyPair
+from validation.oracles.cut_tooth import CutTooth, tangent_point
+from validation.oracles.potential_energy import touching_pairs
+
+Array = NDArray[np.float64]
+POSITIONS = 64  # of the path of the cracked tooth
+TANGENT_ANGLE = math.radians(30.0)  # of the fillet where the crack begins
+CRACK_ANGLE = math.radians(60.0)  # to the centre line: along the normal there
+
+
+@dataclass(frozen=True)
+class StiffnessDrop:
+    """Drop of mesh stiffness, 0 to 1, of the stiffness without crack.
+
+    at_pitch_point : where the cracked tooth touches at the pitch point
+    over_path : mean over the path of contact of the cracked tooth
+    """
+
+    at_pitch_point: float
+    over_path: float
+
+
+def stiffness_drop(healthy: Array, cracked: Array) -> StiffnessDrop:
+    """Drop from mesh stiffnesses (n,) at the pitch point, then along the path."""
+    mean = 1.0 - cracked[1:].mean() / healthy[1:].mean()
+    return StiffnessDrop(float(1.0 - cracked[0] / healthy[0]), float(mean))
+
+
+def path_positions(pair: HealthyPair) -> Array:
+    """The pitch point, then positions along the path of one pair, (1 + n,).
+
+    Base pitches of the pair from the pitch point, in the middle of equal steps.
+    """
+    start, end = pair.pair.path
+    steps = (np.arange(POSITIONS) + 0.5) / POSITIONS
+    return np.concatenate([[0.0], start + steps * (end - start)])
+
+
+@dataclass(frozen=True)
+class EnergyDrop:
+    """Drop of mesh stiffness by potential energy, its contact that of Yang and Sun.
+
+    tangent_angle : between the centre line and the fillet where the crack begins [rad]
+    crack_angle : between the crack and the centre line [rad]
+    """
+
+    pair: HealthyPair
+    model: CrackModel
+    tangent_angle: float = TANGENT_ANGLE
+    crack_angle: float = CRACK_ANGLE
+
+    def __call__(self, depth: float) -> StiffnessDrop:
+        """Drop at a depth of the crack [m]."""
+        cracked = self.mesh_stiffness(self.crack(depth))
+        return stiffness_drop(self._healthy, cracked)
+
+    def crack(self, depth: float) -> RootCrack:
+        start, _ = tangent_point(self.pair.teeth[0].teeth, self.tangent_angle)
+        return RootCrack(
+            start=start, depth=depth, angle=self.crack_angle, model=self.model
+        )
+
+    @cached_property
+    def _healthy(self) -> Array:
+        return self.mesh_stiffness(None)
+
+    def mesh_stiffness(self, crack: RootCrack | None) -> Array:
+        """Of all pairs at `path_positions`, (1 + n,) [N/m]."""
+        driver, driven = self.pair.teeth
+        angle = self.pair.pair.operating_pressure_angle
+        rolls, active = touching_pairs(driver, driven, angle, path_positions(self.pair))
+        compliances = np.full(rolls.shape, np.inf)
+        cracked = np.isclose(rolls, self._cracked_rolls[:, None], rtol=1e-9)
+        compliances[active] = self._compliance(driver, rolls[active])
+        compliances[cracked] = self._compliance(
+            CutTooth(driver.gear, crack), rolls[cracked]
+        )
+        return mesh_stiffness(compliances)
+
+    @property
+    def _cracked_rolls(self) -> Array:
+        """Roll lengths of the cracked tooth at `path_positions` [m]."""
+        pair = self.pair.pair
+        return pair.pitch_point + path_positions(self.pair) * pair.base_pitch
+
+    def _compliance(self, driver: CutTooth, rolls: Array) -> Array:
+        """Of pairs whose driving tooth touches at roll lengths (n,), (n,) [m/N]."""
+        driven, width = self.pair.teeth[1], self.pair.width
+        others = self.pair.pair.line_of_action - rolls
+        teeth = driver.compliance(rolls, width) + driven.compliance(others, width)
+        return self.pair.contact_compliance + teeth
+
+
+def root_thickness(pair: HealthyPair) -> float:
+    """Thickness of the driver's tooth where the crack begins [m]."""
+    return 2.0 * tangent_point(pair.teeth[0].teeth, TANGENT_ANGLE)[1]
+
+
+DropOf = Callable[[float], StiffnessDrop]
+
+
+@dataclass(frozen=True)
+class DropCurves:
+    """Drops over depths (n,), over the root thickness, by each method."""
+
+    depths: Array
+    drops: dict[str, list[StiffnessDrop]]
+
+
+def compare_drops(
+    pair: HealthyPair, depths: Iterable[float], fe_drop: DropOf | None = None
+) -> DropCurves:
+    """Drops by all formulas, and by finite elements if their function is at hand.
+
+    depths : over the root thickness, 0 to about a half
+    fe_drop : drop of mesh stiffness at a depth [m]
+    """
+    methods: dict[str, DropOf] = {
+        model: EnergyDrop(pair, model) for model in get_args(CrackModel)
+    }
+    if fe_drop is not None:
+        methods["finite elements"] = fe_drop
+    relative = np.array(list(depths), float)
+    thickness = root_thickness(pair)
+    drops = {
+        name: [drop(float(depth) * thickness) for depth in relative]
+        for name, drop in methods.items()
+    }
+    return DropCurves(relative, drops)
