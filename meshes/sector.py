@@ -13,6 +13,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from meshes.cracked_region import CrackTip
 from meshes.gear import SpurGear
 from meshes.gmsh_session import gmsh_model
 from meshes.layers import body_layers, layer_radii
@@ -40,6 +41,8 @@ class SectorMesh:
     flank_nodes : (edges + 1,) vertices of the right flank, from the tip
         corner to the form circle
     flank_arcs : arc lengths of these vertices from the corner [m]
+    tips : of cracks, whose faces are the edges `crack` of a crack at the right fillet
+        and `left_crack` of one at the left fillet
     """
 
     points: Points
@@ -47,6 +50,7 @@ class SectorMesh:
     edges: dict[str, Rows]
     flank_nodes: Rows
     flank_arcs: NDArray[np.float64]
+    tips: tuple[CrackTip, ...] = ()
 
 
 def sector_mesh(gear: SpurGear, size: MeshSize | None = None) -> SectorMesh:

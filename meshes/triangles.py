@@ -48,6 +48,7 @@ def make_triangles(
     lines: Mapping[str, list[int]],
     pieces: Iterable[Edges],
     growth: float = 0.0,
+    embedded: Mapping[int, list[int]] | None = None,
 ) -> Triangles:
     """Mesh the surface drawn; mid-side nodes of the pieces lie on their curves.
 
@@ -55,8 +56,11 @@ def make_triangles(
         returned in the direction of the lines
     growth : growth of sizes with the distance from the lines; by default sizes are
         between those of the boundary and of points inside
+    embedded : lines inside a surface that triangles follow, by its tag
     """
     gmsh.model.geo.synchronize()
+    for surface, inside in (embedded or {}).items():
+        gmsh.model.mesh.embed(1, inside, 2, surface)
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0 if growth else 1)
     gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0 if growth else 1)
     if growth:

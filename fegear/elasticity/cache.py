@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, fields
 from functools import cache
 from pathlib import Path
@@ -12,12 +12,21 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.elasticity.damaged_ring import (
+    ComplianceChange,
+    ToothCracks,
+    as_cracks,
+    compliance_change,
+    damaged_ring,
+    require_teeth,
+)
 from fegear.elasticity.flank import FlankCompliance, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.root_stress import RootInfluence, root_influence
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.files.store import digest, load_arrays, save_arrays
 from meshes import MeshSize, SpurGear
+from meshes.crack import Crack
 
 Arrays = dict[str, NDArray[Any]]
 Body = TypeVar("Body")  # a dataclass of numbers and arrays
@@ -66,6 +75,8 @@ def cached_arrays(
     inputs : plain values on which it depends besides the sector
     """
     of_sector = _inputs(sector.gear, sector.material, sector.size, sector.order)
+    if sector.cracks:
+        of_sector["cracks"] = [asdict(crack) for crack in sector.cracks]
     key = digest(of_sector | {"name": name, "inputs": dict(inputs)})
     path = _path(name, key)
     arrays = load_arrays(path, key)
@@ -135,6 +146,42 @@ def cached_root_influence(
     names = "fillets", "arcs", "remainder"
     save_arrays(path, key, {name: getattr(influence, name) for name in names})
     return influence
+
+
+def cached_compliance_change(
+    gear: SpurGear, material: PlaneMaterial, size: MeshSize, cracks: ToothCracks
+) -> ComplianceChange:
+    """`compliance_change`, read from disk where it was computed before.
+
+    Turned by some teeth it is that of the same cracks on other teeth.
+
+    Parameters
+    ----------
+    gear, material, size
+        As of `cached_flank_compliance`.
+    cracks : mapping of int to Crack or sequence of Crack
+        Cracks by tooth, counted clockwise from 0; at least one.
+
+    Returns
+    -------
+    ComplianceChange
+        What the cracks add to the compliance of the healthy gear.
+    """
+    sector = cyclic_sector(gear, material, size)
+    first = min(cracks, default=0)
+    turned = {tooth - first: cracks[tooth] for tooth in sorted(cracks)}
+
+    def compute() -> ComplianceChange:
+        return compliance_change(damaged_ring(sector, turned))
+
+    inputs = {"cracks": [[t, _plain_cracks(c)] for t, c in turned.items()]}
+    require_teeth(gear, cracks)
+    change = cached_body("cracks", sector, inputs, compute, ComplianceChange)
+    return change.shifted(first)
+
+
+def _plain_cracks(of_tooth: Crack | Sequence[Crack]) -> list[dict[str, Any]]:
+    return [asdict(crack) for crack in as_cracks(of_tooth)]
 
 
 def _path(kind: str, key: str) -> Path:
