@@ -266,7 +266,7 @@ def test_wrong_inputs_are_refused():
         RootCrack(start=0.0, depth=math.nan)
     with pytest.raises(ValueError, match="start must be"):
         cracked_sections(outline, LENGTH, RootCrack(start=-1e-3, depth=1e-3))
-    with pytest.raises(ValueError, match="depth must be 0 to 0.6 of the thickness"):
+    with pytest.raises(ValueError, match=r"depth must be 0 to 0\.6 of the thickness"):
         cracked(outline, RootCrack(start=0.0, depth=2.5e-3, model="hinge"))
     with pytest.raises(ValueError, match="depth must leave some thickness"):
         cracked_sections(outline, LENGTH, RootCrack(start=0.0, depth=3.9e-3))
