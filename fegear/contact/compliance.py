@@ -2,7 +2,9 @@
 
 tables : (gear, kind, offset, n, n) smooth flank compliances of driver and driven,
     kind 0 normal and 1 toward the root, as in FlankCompliance
-flanks : (2,) records of driver and driven
+changes : (gear, kind, pairs, pairs, n, n) what damaged teeth add, by the pair where
+    displacement is read and the one with the load; of no size without damage
+flanks : (pairs, 2) records of driver and driven of each pair
 """
 
 from __future__ import annotations
@@ -51,62 +53,71 @@ PATCH = np.dtype(
 
 
 @compiled_part
-def interpolate(tables, gear, kind, offset, row_patch, a, column_patch, b):
+def interpolate(table, gear, row_patch, a, column_patch, b):
     total = 0.0
     row, column = row_patch.first[gear, a], column_patch.first[gear, b]
     for i in range(STENCIL):
         line = 0.0
         for j in range(STENCIL):
-            value = tables[gear, kind, offset, row + i, column + j]
-            line += column_patch.weights[gear, b, j] * value
+            line += column_patch.weights[gear, b, j] * table[row + i, column + j]
         total += row_patch.weights[gear, a, i] * line
     return total
 
 
 @compiled_part
+def add_normal(block, factor, table, gear, receiver, source):
+    """Add a factor times a flank's table at the support points of two patches."""
+    for a in range(SUPPORT):
+        for b in range(SUPPORT):
+            block[a, b] += factor * interpolate(table, gear, receiver, a, source, b)
+
+
+@compiled_part
+def add_rootward(block, factor, table, gear, receiver, source):
+    """Add the normal displacement under loads toward the root, as `add_normal`.
+
+    It follows from Maxwell's theorem, C_nt[i, j] = C_tn[j, i].
+
+    table : displacement of the source toward the root under normal loads on the
+        receiver
+    """
+    for a in range(SUPPORT):
+        for b in range(SUPPORT):
+            block[a, b] += factor * interpolate(table, gear, source, b, receiver, a)
+
+
+@compiled_part
 def smooth_compliance_block(
-    tables, receiver, source, teeth_apart, normal, rootward, block
+    constants, patches, pairs, teeth_apart, normal, rootward, block
 ):
     """Both gears' smooth compliance (SUPPORT, SUPPORT), filled into block.
 
-    receiver, source : patches where displacement is read and where load acts
-    teeth_apart : teeth by which `receiver` is ahead of `source`
-    normal, rootward : parts of the unit load; the normal displacement under friction
-        follows from Maxwell's theorem, C_nt[i, j] = C_tn[j, i]
+    pairs : indices of the patches where displacement is read and where load acts
+    teeth_apart : teeth by which the first one is ahead of the second
+    normal, rootward : parts of the unit load
     """
-    max_tooth_offset = tables.shape[2] // 2
-    for a in range(SUPPORT):
-        for b in range(SUPPORT):
-            block[a, b] = 0.0
+    tables, changes = constants.tables, constants.changes
+    max_tooth_offset, (p, q) = tables.shape[2] // 2, pairs
+    block[:, :] = 0.0
     if abs(teeth_apart) > max_tooth_offset:
         return
+    receiver, source = patches[p], patches[q]
+    is_damaged = changes.shape[2] > 0
     for gear in range(2):
         # ahead is to the right on the driver and to the left on the driven gear
         tooth_offset = teeth_apart if gear == 0 else -teeth_apart
-        for a in range(SUPPORT):
-            for b in range(SUPPORT):
-                if normal != 0.0:
-                    block[a, b] += normal * interpolate(
-                        tables,
-                        gear,
-                        NORMAL,
-                        max_tooth_offset + tooth_offset,
-                        receiver,
-                        a,
-                        source,
-                        b,
-                    )
-                if rootward != 0.0:
-                    block[a, b] += rootward * interpolate(
-                        tables,
-                        gear,
-                        TANGENTIAL,
-                        max_tooth_offset - tooth_offset,
-                        source,
-                        b,
-                        receiver,
-                        a,
-                    )
+        if normal != 0.0:
+            table = tables[gear, NORMAL, max_tooth_offset + tooth_offset]
+            add_normal(block, normal, table, gear, receiver, source)
+            if is_damaged:
+                table = changes[gear, NORMAL, p, q]
+                add_normal(block, normal, table, gear, receiver, source)
+        if rootward != 0.0:
+            table = tables[gear, TANGENTIAL, max_tooth_offset - tooth_offset]
+            add_rootward(block, rootward, table, gear, receiver, source)
+            if is_damaged:
+                table = changes[gear, TANGENTIAL, q, p]
+                add_rootward(block, rootward, table, gear, receiver, source)
 
 
 @compiled_part
@@ -151,37 +162,52 @@ def add_interpolated_block(C, row, column, lagrange, block):
 
 
 @allocating
-def fill_compliance(C, constants, patches, active_pairs, teeth):
+def fill_compliance(C, constants, patches, all_nodes, active_pairs, teeth):
     """Compliance [m/(N/m)] over the nodes of the active pairs, friction included.
 
     C = C_nn + mu C_nt with mu the friction coefficient in the direction of sliding.
+
+    all_nodes : (pairs, nodes) of all patches
     """
-    flanks, tables, grid = constants.flanks, constants.tables, constants.grid
+    grid = constants.grid
     nodes = grid.lagrange.shape[0]
     block = np.empty((SUPPORT, SUPPORT))
     for p in range(active_pairs.size):
         for q in range(active_pairs.size):
-            receiver, source = patches[active_pairs[p]], patches[active_pairs[q]]
-            teeth_apart = teeth[active_pairs[p]] - teeth[active_pairs[q]]
+            pairs = active_pairs[p], active_pairs[q]
+            teeth_apart = teeth[pairs[0]] - teeth[pairs[1]]
+            source = patches[pairs[1]]
             mu = constants.mesh.friction * source.sliding_sign
             smooth_compliance_block(
-                tables, receiver, source, teeth_apart, 1.0, mu, block
+                constants, patches, pairs, teeth_apart, 1.0, mu, block
             )
             C[p * nodes : (p + 1) * nodes, q * nodes : (q + 1) * nodes] = 0.0
             if p == q:
-                fill_local(C, p * nodes, flanks, grid, source, mu)
+                k = pairs[1]
+                fill_local(C, p * nodes, constants, k, source, all_nodes[k], mu)
             add_interpolated_block(C, p * nodes, q * nodes, grid.lagrange, block)
 
 
 @compiled_part
-def fill_local(C, first_row, flanks, grid, patch, mu):
-    """Fill the compliance of the half-planes under one pair's own nodes."""
-    nodes = grid.lagrange.shape[0]
-    for i in range(nodes):
-        for j in range(nodes):
+def fill_local(C, first_row, constants, k, patch, nodes, mu):
+    """Fill the compliance of the half-planes under one pair's own nodes.
+
+    Where a spall takes part of the width, all of the load is on the rest, whose
+    half-planes yield as much more.
+    """
+    flanks, grid = constants.flanks[k], constants.grid
+    for i in range(nodes.size):
+        for j in range(nodes.size):
             local = local_normal(flanks, grid, patch.step, i, j)
             local += mu * local_tangential(flanks, grid, patch.master, i, j)
+            local *= on_less_width(nodes, i, j)
             C[first_row + i, first_row + j] = local
+
+
+@compiled_part
+def on_less_width(nodes, i, j):
+    """Factor on a local compliance of two nodes, 1 without spall."""
+    return 1.0 / math.sqrt(nodes[i].width_share * nodes[j].width_share)
 
 
 @compiled_part
@@ -194,28 +220,29 @@ def quadratic_form(block, support_loads):
 
 
 @allocating
-def friction_bending(constants, patch, q):
+def friction_bending(constants, patches, k, nodes, q):
     """Stiffening of a pair by rootward friction: -(q' C_nt q) / (q' C_nn q).
 
-    The friction-bending ratio, eq. 4.42 of the multi-mesh source, under the pair's
-    nodal forces q (nodes,).
+    The friction-bending ratio, eq. 4.42 of the multi-mesh source, of the pair k under
+    the forces q (n,) of its nodes.
     """
-    flanks, tables, grid = constants.flanks, constants.tables, constants.grid
-    nodes = q.size
+    flanks, grid, patch = constants.flanks[k], constants.grid, patches[k]
     support_loads = np.zeros(SUPPORT)
     normal, tangential = 0.0, 0.0
-    for i in range(nodes):
+    for i in range(q.size):
         for a in range(SUPPORT):
             support_loads[a] += grid.lagrange[i, a] * q[i]
-        for j in range(nodes):
+        for j in range(q.size):
             load = q[i] * q[j]
             if load != 0.0:
+                load *= on_less_width(nodes, i, j)
                 normal += load * local_normal(flanks, grid, patch.step, i, j)
                 tangential += load * local_tangential(flanks, grid, patch.master, i, j)
     block = np.empty((SUPPORT, SUPPORT))
     teeth_apart = np.int64(0)  # a literal would be compiled for separately
-    smooth_compliance_block(tables, patch, patch, teeth_apart, 1.0, 0.0, block)
+    pair = k, k
+    smooth_compliance_block(constants, patches, pair, teeth_apart, 1.0, 0.0, block)
     normal += quadratic_form(block, support_loads)
-    smooth_compliance_block(tables, patch, patch, teeth_apart, 0.0, 1.0, block)
+    smooth_compliance_block(constants, patches, pair, teeth_apart, 0.0, 1.0, block)
     tangential += quadratic_form(block, support_loads)
     return -tangential / normal

@@ -84,13 +84,19 @@ CELL = np.dtype(
 class Constants(NamedTuple):
     """A contact problem's constants.
 
-    mesh, flanks, tables : as from `fegear.contact.problem.kernel_inputs`
+    mesh, tables : as from `fegear.contact.problem.kernel_inputs`
+    flanks : (pairs, 2) of driver and driven in each pair
+    changes : as in `fegear.contact.compliance`
+    lines : (positions, 2) length of the line of action and the driver's roll length at
+        the pitch point [m], where centres move; of no size where they do not
     grid : of the patches
     """
 
     mesh: Any
     flanks: NDArray[Any]
     tables: NDArray[np.float64]
+    changes: NDArray[np.float64]
+    lines: NDArray[np.float64]
     grid: PatchTables
 
 
@@ -134,6 +140,9 @@ def solve_cycle(constants, teeth, gaps, positions, kind, targets, work, results)
     for t in range(targets.shape[0]):
         work.in_contact[:, :] = False
         for n in range(positions.size):
+            if constants.lines.shape[0] > 0:
+                constants.mesh.line_of_action = constants.lines[n, 0]
+                constants.mesh.pitch_point = constants.lines[n, 1]
             place_pairs(
                 constants, teeth, gaps[n], positions[n], kind, targets[t, n], work
             )
@@ -146,9 +155,10 @@ def solve_cycle(constants, teeth, gaps, positions, kind, targets, work, results)
 @compiled_part
 def place_pairs(constants, teeth, gaps, position, kind, target, work):
     """Closest points of all pairs, and patches as wide as the whole load would need."""
-    mesh, flanks = constants.mesh, constants.flanks
-    compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    mesh = constants.mesh
     for k in range(teeth.size):
+        flanks = constants.flanks[k]
+        compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
         s1 = mesh.pitch_point + (position + teeth[k]) * mesh.base_pitch
         place_patch(mesh, flanks, work.patches[k], s1, gaps[k])
         load = target / flanks[0].base_radius
@@ -168,7 +178,7 @@ def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
 
     kind, target : TORQUE on the driver [N], or STE [m], and its value
     """
-    patches, flanks = work.patches, constants.flanks
+    patches, flanks = work.patches, constants.flanks[0]
     work.q[:] = 0.0
     row.no_load = NO_FLANK_GAP
     for k in range(teeth.size):
@@ -186,7 +196,7 @@ def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
         solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row)
         if row.status != 0:
             return
-        any_widened = widen_patches(constants.flanks, work, active_pairs)
+        any_widened = widen_patches(constants, work, active_pairs)
         for k in range(teeth.size):
             if patches[k].present and limit <= patches[k].closing_ste < row.ste:
                 any_widened = True
@@ -207,13 +217,16 @@ def choose_pairs(constants, work, gaps, limit):
             active_pairs[count] = k
             count += 1
             if not work.has_nodes[k]:
-                lay_nodes(constants, patch, work.nodes[k], gaps[k], work.half_width[k])
+                lay_nodes(
+                    constants, constants.flanks[k], patch, work.nodes[k], gaps[k],
+                    work.half_width[k],
+                )  # fmt: skip
                 work.has_nodes[k] = True
     return active_pairs[:count]
 
 
 @compiled_part
-def widen_patches(flanks, work, active_pairs):
+def widen_patches(constants, work, active_pairs):
     """Widen patches that pressure reaches an end of; whether there were any."""
     size, any_widened = work.nodes.shape[1], False
     for p in range(active_pairs.size):
@@ -224,7 +237,7 @@ def widen_patches(flanks, work, active_pairs):
             k
         ] * (1.0 - 1e-9)
         # and the near end where an undercut ends the flank
-        is_cut = ends_at_edge(flanks, work.patches[k])
+        is_cut = ends_at_edge(constants.flanks[k], work.patches[k])
         reaches_far_end = reaches_far_end or is_cut
         if (q[0] > 0.0 and not is_cut) or (reaches_far_end and q[-1] > 0.0):
             work.half_width[k] *= PATCH_GROWTH
@@ -241,12 +254,12 @@ def solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row):
     force times the friction coefficient in the direction of sliding.
     """
     size, mesh = work.nodes.shape[1], constants.mesh
-    base_radius = constants.flanks[0].base_radius
+    base_radius = constants.flanks[0, 0].base_radius
     count = active_pairs.size * size
     gap, closing, arm = np.empty(count), np.empty(count), np.empty(count)
     active = np.empty(count, np.bool_)
     C, q = work.C, work.q[:count]
-    fill_compliance(C, constants, work.patches, active_pairs, teeth)
+    fill_compliance(C, constants, work.patches, work.nodes, active_pairs, teeth)
     for p in range(active_pairs.size):
         patch = work.patches[active_pairs[p]]
         mu = mesh.friction * patch.sliding_sign
@@ -289,32 +302,35 @@ def store_cells(constants, work, active_pairs, ste, cells):
     for p in range(active_pairs.size):
         k = active_pairs[p]
         q = work.q[p * size : (p + 1) * size]
-        store_pair(constants, work.patches[k], work.nodes[k], q, cells[k])
+        store_pair(constants, work.patches, k, work.nodes[k], q, cells[k])
         rate = work.rate[p * size : (p + 1) * size]
         for i in range(size):
             cells[k].slope += rate[i]
         by_gap = work.moment_rate[p * size : (p + 1) * size]
         store_relief_rates(
-            constants, work.patches[k], work.nodes[k], q, by_gap, ste, cells[k]
-        )
+            constants.mesh, constants.flanks[k], work.patches[k], work.nodes[k], q,
+            by_gap, ste, cells[k],
+        )  # fmt: skip
         store_profile_rates(
-            constants.flanks, work.patches[k], work.nodes[k], by_gap, cells[k]
+            constants.flanks[k], work.patches[k], work.nodes[k], by_gap, cells[k]
         )
 
 
 @allocating
-def store_pair(constants, patch, nodes, q, cell):
-    """Load, largest pressure and load centre of a pair with nodal forces q (n,)."""
+def store_pair(constants, patches, k, nodes, q, cell):
+    """Load, largest pressure and load centre of pair k with nodal forces q (n,)."""
+    patch = patches[k]
     master_moment, slave_moment = 0.0, 0.0
-    peak = 2.0 * max(q[0], q[-1])  # the nodes at both ends carry half a hat
+    # the nodes at both ends carry half a hat
+    peak = 2.0 * max(q[0] / nodes[0].width_share, q[-1] / nodes[-1].width_share)
     for i in range(q.size):
         nodes[i].force = q[i]
         cell.load += q[i]
         master_moment += q[i] * (patch.first_arc - i * patch.step)
         slave_moment += q[i] * nodes[i].mate_arc
-        peak = max(peak, q[i])
+        peak = max(peak, q[i] / nodes[i].width_share)
     if cell.load > 0.0:
         cell.pressure = peak / patch.step
         cell.arc[patch.master] = master_moment / cell.load
         cell.arc[1 - patch.master] = slave_moment / cell.load
-        cell.bending = friction_bending(constants, patch, q)
+        cell.bending = friction_bending(constants, patches, k, nodes, q)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fegear.contact.loads import PatchLoad
 from fegear.contact.problem import ContactCycle, ContactProblem, corner_positions
 from fegear.contact.profiles import profile_kinks
-from fegear.gearset.model import FlankProfile, Relief
+from fegear.gearset.modifications import FlankProfile, Relief
 from meshes import SpurGear
 from meshes.profile import arc_from_tip, roll_length_at_arc
 

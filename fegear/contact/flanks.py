@@ -42,13 +42,20 @@ PROFILE = np.dtype(
     ],
     align=True,
 )
-# One gear; length and grading as in FlankCompliance. has_half_plane is 1 where the
-# half-plane kernel is to be added to the flank's table, else 0. undercut_roll is the
-# roll length at which an undercut cuts the flank off, 0 where there is none.
+# Spall of a flank between two roll lengths, where `share` of the face width is missing;
+# 0 where there is none.
+SPALL = np.dtype([("start", "f8"), ("end", "f8"), ("share", "f8")], align=True)
+# One flank; length and grading as in FlankCompliance. The tip corner is at the arc
+# tip_arc and the roll length corner_roll, 0 and tip_roll unless it is broken off.
+# has_half_plane is 1 where the half-plane kernel is to be added to the flank's table,
+# else 0. undercut_roll is the roll length at which an undercut cuts the flank off, 0
+# where there is none.
 FLANK = np.dtype(
     [
         ("base_radius", "f8"),
         ("tip_roll", "f8"),
+        ("tip_arc", "f8"),
+        ("corner_roll", "f8"),
         ("length", "f8"),
         ("grading", "f8"),
         ("modulus", "f8"),
@@ -58,6 +65,7 @@ FLANK = np.dtype(
         ("tip_relief", RELIEF),
         ("root_relief", RELIEF),
         ("profile", PROFILE),
+        ("spall", SPALL),
     ],
     align=True,
 )
@@ -275,11 +283,12 @@ def common_normal(master, slave, line, crossings, arc):
     there.
     """
     step = KINK * master.length
-    near_roll = roll_of_arc(master, max(0.0, arc - step))
+    near_roll = roll_of_arc(master, max(master.tip_arc, arc - step))
     far_roll = roll_of_arc(master, arc + step)
     master_near, mate_near = normals(master, slave, line, crossings, near_roll)
     master_far, mate_far = normals(master, slave, line, crossings, far_roll)
-    is_corner = arc == 0.0 or (master.undercut_roll > 0.0 and arc >= master.length)
+    is_edge = master.undercut_roll > 0.0 and arc >= master.length
+    is_corner = arc == master.tip_arc or is_edge
     if is_corner or abs(mate_near - mate_far) < abs(master_near - master_far):
         return 0.5 * (mate_near + mate_far)
     return 0.5 * (master_near + master_far)
@@ -303,17 +312,17 @@ def closest_arc(master, slave, line, crossings, arc, search_radius, arc_tol):
     search continues with twice the radius where it ends at the radius. Measured
     profiles have several valleys, and the whole flank is searched.
     """
-    knots = master.profile.count + slave.profile.count
+    knots, tip = master.profile.count + slave.profile.count, master.tip_arc
     if knots > 0:
         low, high = deepest_valley(master, slave, line, crossings, knots)
         best_arc = least_gap_arc(master, slave, line, crossings, low, high, arc_tol)
-        return 0.0 if best_arc < arc_tol else best_arc
+        return tip if best_arc < tip + arc_tol else best_arc
     while True:
-        low, high = max(0.0, arc - search_radius), arc + search_radius
+        low, high = max(tip, arc - search_radius), arc + search_radius
         best_arc = least_gap_arc(master, slave, line, crossings, low, high, arc_tol)
-        is_inside = low == 0.0 or best_arc > low + arc_tol
+        is_inside = low == tip or best_arc > low + arc_tol
         if (is_inside and best_arc < high - arc_tol) or search_radius >= master.length:
-            return 0.0 if best_arc < arc_tol else best_arc
+            return tip if best_arc < tip + arc_tol else best_arc
         search_radius *= 2.0
 
 
@@ -325,16 +334,17 @@ def deepest_valley(master, slave, line, crossings, knots):
     """
     steps = SCAN_STEPS + SCAN_STEPS_PER_KNOT * knots
     root = roll_of_arc(master, master.length)
-    step, best, least = (master.tip_roll - root) / steps, 0, NO_FLANK_GAP
+    tip = master.corner_roll
+    step, best, least = (tip - root) / steps, 0, NO_FLANK_GAP
     for i in range(steps + 1):
-        s = master.tip_roll - i * step
+        s = tip - i * step
         gap = separation(master, slave, line, crossings, s)[0]
         if gap < least:
             best, least = i, gap
-    near, far = master.tip_roll - (best - 1) * step, master.tip_roll - (best + 1) * step
+    near, far = tip - (best - 1) * step, tip - (best + 1) * step
     if master.base_radius > 0.0:
         far = max(0.0, far)  # to the base circle, which internal teeth do not reach
-    return max(0.0, arc_of_roll(master, near)), arc_of_roll(master, far)
+    return max(master.tip_arc, arc_of_roll(master, near)), arc_of_roll(master, far)
 
 
 @compiled_part

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.contact.kernel_constants import kernel_inputs
 from fegear.contact.problem import (
     ContactProblem,
     back_side_position,
     candidate_pairs,
-    kernel_inputs,
     solve_drive_side,
 )
 from fegear.elasticity.flank_grid import flank_stencils

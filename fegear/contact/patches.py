@@ -30,8 +30,12 @@ COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest p
 MIN_ROLL = 0.02  # of the line of action, least radius of curvature
 MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
-# Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m].
-NODE = np.dtype([("gap", "f8"), ("mate_arc", "f8"), ("force", "f8")], align=True)
+# Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m], and
+# the share of the face width on which both flanks are there.
+NODE = np.dtype(
+    [("gap", "f8"), ("mate_arc", "f8"), ("force", "f8"), ("width_share", "f8")],
+    align=True,
+)
 
 
 @compiled_part
@@ -64,17 +68,18 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     is_undercut = slave.undercut_roll > 0.0
     if is_undercut and patch.crossings[1] < slave.undercut_roll * (1.0 - 1e-12):
         place_edge_patch(mesh, flanks, patch, s1, extra_gap)
-        if patch.present or nominal <= master.tip_roll:
+        if patch.present or nominal <= master.corner_roll:
             return
         # the edge has not reached the mate's tip, whose corner may touch above it
         patch.master = 1 - patch.master
         turn_driver(mesh, patch, s1, 0.0)
-    off_path = nominal > master.tip_roll + 1e-12 * abs(master.tip_roll)
+    corner = master.corner_roll
+    off_path = nominal > corner + 1e-12 * abs(corner)
     if off_path and not mesh.corner_contact:
         return
-    if nominal > master.tip_roll + CORNER_RANGE * mesh.base_pitch:
+    if nominal > corner + CORNER_RANGE * mesh.base_pitch:
         return  # farther off, the point may lie behind the mate's base circle
-    patch.arc = max(0.0, arc_of_roll(master, nominal))
+    patch.arc = max(master.tip_arc, arc_of_roll(master, nominal))
     if is_relieved(master) or is_relieved(slave):
         find_closest(mesh, flanks, patch, 0.1, COARSE_ARC_RTOL)
         set_contact(mesh, flanks, patch, off_path, 0.0)
@@ -141,7 +146,7 @@ def reach_of_patch(mesh, flanks, patch, half_width):
         approach = t * t - t * math.sqrt(t * t - 1.0) + math.acosh(t)
         for side in (-1.0, 1.0):
             arc = patch.arc + side * t * half_width
-            if 0.0 <= arc <= master.length:
+            if master.tip_arc <= arc <= master.length:
                 s = roll_of_arc(master, arc)
                 gap = separation(master, slave, line, crossings, s)[0]
                 if gap - least[0] < approach * depth:
@@ -187,7 +192,7 @@ def set_contact(mesh, flanks, patch, off_path, extra_gap):
     patch.mate_arc = arc_of_roll(slave, s_slave)
     is_edge = master.undercut_roll > 0.0 and patch.arc >= master.length
     # while edge and tip corner meet, each is just beyond the other's flank
-    lowest = -CORNER_OVERLAP * slave.length if is_edge else 0.0
+    lowest = slave.tip_arc - (CORNER_OVERLAP * slave.length if is_edge else 0.0)
     patch.present = lowest <= patch.mate_arc <= slave.length
     if not patch.present:
         patch.closing_ste = NO_FLANK_GAP
@@ -248,13 +253,14 @@ def normal_gap(flanks, patch, gap):
 
 
 @compiled_part
-def lay_nodes(constants, patch, nodes, extra_gap, half_width):
+def lay_nodes(constants, flanks, patch, nodes, extra_gap, half_width):
     """Gaps and opposite arcs of a pair's nodes (n,), stencils at support points."""
     m, mesh, points = patch.master, constants.mesh, constants.grid.points
-    flanks, line, crossings = constants.flanks, mesh.line_of_action, patch.crossings
+    line, crossings = mesh.line_of_action, patch.crossings
     master, slave = flanks[m], flanks[1 - m]
     count = constants.tables.shape[3]
-    tip_end, root_end = max(0.0, patch.arc - half_width), patch.arc + half_width
+    tip_end = max(master.tip_arc, patch.arc - half_width)
+    root_end = patch.arc + half_width
     if master.undercut_roll > 0.0:
         root_end = min(root_end, master.length)
     if slave.undercut_roll > 0.0:
@@ -267,6 +273,7 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
         gap, s_slave, _ = separation(master, slave, line, crossings, s)
         nodes[i].gap = normal_gap(flanks, patch, gap) + initial_gap
         nodes[i].mate_arc = arc_of_roll(slave, s_slave)
+        nodes[i].width_share = width_at(master, s) * width_at(slave, s_slave)
         if 0.0 < s_slave < slave.undercut_roll:
             nodes[i].gap = NO_FLANK_GAP
     for a in range(SUPPORT):
@@ -275,6 +282,13 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
         s_slave = separation(master, slave, line, crossings, s)[1]
         set_stencil(patch, m, a, arc, master, count)
         set_stencil(patch, 1 - m, a, arc_of_roll(slave, s_slave), slave, count)
+
+
+@compiled_part
+def width_at(flank, s):
+    """Share of the face width that a flank has at roll length s, 1 without spall."""
+    spall = flank.spall
+    return 1.0 - spall.share if spall.start <= s <= spall.end else 1.0
 
 
 @compiled_part

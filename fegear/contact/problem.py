@@ -9,8 +9,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fegear.contact.kernel_constants import (
+    NOMINAL,
+    Conditions,
+    PairTeeth,
+    kernel_constants,
+)
+from fegear.contact.offset_centers import CenterOffset, back_lead, moved_lines
+from fegear.contact.tooth_faults import MISSING_GAP, ToothFaults
 from fegear.elasticity.flank import FlankCompliance
-from fegear.gearset.model import FlankProfile, Relief
+from fegear.gearset.modifications import FlankProfile, Relief
 from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
 
@@ -19,7 +27,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-NO_RELIEF = (0.0, 0.0, 1.0, 1.0)
 
 
 class ContactFailure(ArithmeticError):
@@ -39,6 +46,8 @@ class ContactProblem:
         of each tooth, and too much on its back flank, or empty; tooth 0 of both gears
         forms the reference pair and teeth count in the order in which they come into
         contact
+    driver_faults, driven_faults : teeth that differ from the others, or None
+    driver_offset, driven_offset : centre off the axis of rotation, or None
     """
 
     pair: GearPair
@@ -56,6 +65,10 @@ class ContactProblem:
     nodes: int = 25
     driver_pitch_errors: tuple[float, ...] = ()
     driven_pitch_errors: tuple[float, ...] = ()
+    driver_faults: ToothFaults | None = None
+    driven_faults: ToothFaults | None = None
+    driver_offset: CenterOffset | None = None
+    driven_offset: CenterOffset | None = None
 
     def __post_init__(self) -> None:
         if self.driver.normal.shape != self.driven.normal.shape:
@@ -198,10 +211,7 @@ def back_side_position(pair: GearPair, position: ArrayLike) -> Array:
     in a mirror, where motion runs the other way. The driven tooth's back flank
     passes the pitch point a tooth thickness before its drive flank does.
     """
-    gear = pair.driven
-    rw = gear.base_radius / math.cos(pair.operating_pressure_angle)
-    thickness = 2.0 * gear.half_angle(rw) / gear.pitch_angle
-    return -(np.asarray(position, float) + thickness)
+    return -(np.asarray(position, float) + back_lead(pair))
 
 
 def _solve_drive_side(
@@ -255,14 +265,90 @@ def run_kernel(
     """
     from fegear.contact.cycle import TORQUE
 
-    teeth = candidate_pairs(problem.pair, position)
     passed_pitches = np.zeros(position.size, np.int64) if pitch is None else pitch
-    gaps = pair_gaps(problem, teeth - passed_pitches[:, None], back)
+    place, lines, offset_gap = moved_lines(problem, position, passed_pitches, back)
+    teeth = candidate_pairs(problem.pair, place)
+    numbers = teeth - passed_pitches[:, None]
+    gaps = pair_gaps(problem, numbers, back) + offset_gap[:, None]
     signed_torque = problem.pair.driver.sign * torque / problem.face_width
     targets = np.repeat(signed_torque[:, None], position.size, axis=1)
-    solved = solve_pairs(problem, teeth, gaps, position, TORQUE, targets)
+    different = different_teeth(problem, numbers, back)
+    if different is None:
+        still = Conditions(lines=lines)
+        solved = solve_pairs(
+            problem, teeth, gaps, place, TORQUE, targets, conditions=still
+        )
+    else:
+        where = place, lines
+        solved = _solve_groups(problem, teeth, gaps, where, targets, different)
     _require_solved(solved.rows, torque, position)
     return solved
+
+
+def different_teeth(
+    problem: ContactProblem, teeth: Indices, back: bool = False
+) -> PairTeeth | None:
+    """Teeth of pairs (of any shape) that differ from the others; None if none do.
+
+    back : of back flanks, as in `pair_gaps`
+    """
+    faults = problem.driver_faults, problem.driven_faults
+    if faults == (None, None):
+        return None
+    number = teeth if back else -teeth
+    numbers = (number - 1 if back else number), number
+    return PairTeeth(
+        *(
+            np.full(number.shape, -1) if f is None else f.different(n)
+            for f, n in zip(faults, numbers, strict=True)
+        )
+    )
+
+
+def missing_pairs(problem: ContactProblem, different: PairTeeth) -> NDArray[np.bool_]:
+    """Whether pairs lack a tooth of either gear, shaped as the teeth are."""
+    faults = problem.driver_faults, problem.driven_faults
+    missing = np.zeros(different.driver.shape, bool)
+    for of_gear, teeth in zip(faults, different, strict=True):
+        if of_gear is not None:
+            missing |= of_gear.is_missing(teeth)
+    return missing
+
+
+def _solve_groups(
+    problem: ContactProblem,
+    teeth: Indices,
+    gaps: Array,
+    where: tuple[Array, Array],
+    targets: Array,
+    different: PairTeeth,
+) -> KernelResult:
+    """Run the kernel for the positions of each set of teeth in the pairs (n, k).
+
+    where : positions (n,) and lines of `Conditions`
+    """
+    from fegear.contact import cycle
+
+    position, lines = where
+    rows = np.zeros(targets.shape, cycle.ROW).view(np.recarray)
+    cells = np.zeros((*targets.shape, teeth.size), cycle.CELL).view(np.recarray)
+    both = np.concatenate(different, axis=1)
+    groups, group = np.unique(both, axis=0, return_inverse=True)
+    for number in range(len(groups)):
+        places = np.flatnonzero(group.ravel() == number)
+        here = PairTeeth(*(part[places[0]] for part in different))
+        solved = solve_pairs(
+            problem,
+            teeth,
+            np.ascontiguousarray(gaps[places]),
+            position[places],
+            cycle.TORQUE,
+            np.ascontiguousarray(targets[:, places]),
+            Conditions(here, lines[places] if lines.size else lines),
+        )
+        rows[:, places], cells[:, places] = solved.rows, solved.cells
+        last = solved
+    return KernelResult(teeth, rows, cells, last.patches, last.nodes)
 
 
 def solve_pair_alone(
@@ -296,25 +382,25 @@ def solve_pairs(
     position: Array,
     kind: np.int64,
     targets: Array,
-    friction_reversed: bool = False,
+    conditions: Conditions = NOMINAL,
 ) -> KernelResult:
     """Run the kernel for chosen tooth pairs (k,), whatever its status.
 
     gaps : (n, k) extra gap of each pair [m]
     kind, targets : cycle.TORQUE per width [N] or cycle.STE [m], (t, n)
-    friction_reversed : friction acts against the nominal sliding direction
+    conditions : teeth that differ, centres that move, friction
     """
     from fegear.contact import cycle
-    from fegear.contact.grid import contact_grid
 
     pairs, size = teeth.size, problem.nodes
     rows = np.zeros(targets.shape, cycle.ROW).view(np.recarray)
     cells = np.zeros((*targets.shape, pairs), cycle.CELL).view(np.recarray)
     work = workspace(pairs, size)
-    mesh, flanks, tables = kernel_inputs(problem)
-    if friction_reversed:
-        mesh.friction = -mesh.friction
-    constants = cycle.Constants(mesh, flanks, tables, contact_grid(size))
+    constants = kernel_constants(problem, pairs, conditions)
+    if conditions.friction_reversed:
+        constants.mesh.friction = -constants.mesh.friction
+    if conditions.teeth is not None:
+        gaps = gaps + MISSING_GAP * missing_pairs(problem, conditions.teeth)
     # positions may be every other one of an array: kernels are compiled for whole ones
     contiguous_position = np.ascontiguousarray(position)
     cycle.solve_cycle(
@@ -359,9 +445,8 @@ def solve_drive_side(
     from fegear.contact.cycle import STE
 
     targets = np.ascontiguousarray(ste[None, :])
-    solved = solve_pairs(
-        problem, teeth, gaps, position, STE, targets, friction_reversed
-    )
+    conditions = Conditions(friction_reversed=friction_reversed)
+    solved = solve_pairs(problem, teeth, gaps, position, STE, targets, conditions)
     rows, cells = solved.rows[0], solved.cells[0]
     failed = np.flatnonzero(rows.status != 0)
     if failed.size:
@@ -390,55 +475,6 @@ def pair_gaps(problem: ContactProblem, teeth: Indices, back: bool = False) -> Ar
     number = teeth if back else -teeth
     errors = problem.driver_pitch_errors, problem.driven_pitch_errors
     return tooth_pair_gaps(*errors, number, back)
-
-
-def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Array]:
-    """The kernel's records of the mesh and its two flanks, and the tables."""
-    from fegear.contact.flanks import FLANK, MESH
-    from fegear.contact.profiles import profile_record
-
-    pair = problem.pair
-    mesh = np.recarray(1, MESH)
-    mesh[0] = (
-        pair.line_of_action,
-        pair.pitch_point,
-        pair.base_pitch,
-        problem.friction,
-        problem.corner_contact,
-    )
-    gears = (pair.driver, pair.driven)
-    compliances = (problem.driver, problem.driven)
-    reliefs = [
-        (problem.driver_tip_relief, problem.driver_root_relief),
-        (problem.driven_tip_relief, problem.driven_root_relief),
-    ]
-    profiles = (problem.driver_profile, problem.driven_profile)
-    lowest = (pair.path_start, pair.line_of_action - pair.path_end)
-    flanks = np.zeros(2, FLANK).view(np.recarray)
-    for i, (gear, c) in enumerate(zip(gears, compliances, strict=True)):
-        tip, root = reliefs[i]
-        flanks[i] = (
-            gear.base_radius,
-            gear.tip_roll_length,
-            c.flank_length,
-            c.grading,
-            c.modulus,
-            c.poisson,
-            1.0 if c.split else 0.0,
-            gear.form_roll_length if gear.is_undercut else 0.0,
-            _relief_record(tip, gear.tip_roll_length),
-            _relief_record(root, lowest[i]),
-            profile_record(profiles[i], lowest[i], gear.tip_roll_length),
-        )
-    tables = np.array([[c.normal, c.tangential] for c in compliances])
-    return mesh[0], flanks, tables
-
-
-def _relief_record(relief: Relief | None, end: float) -> tuple[float, ...]:
-    if relief is None:
-        return NO_RELIEF
-    power = relief.power
-    return relief.magnitude, relief.start_roll_length, end, power
 
 
 def _require_solved(rows: np.recarray, torque: Array, position: Array) -> None:

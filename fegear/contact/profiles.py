@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fegear.gearset.model import FlankProfile
+from fegear.gearset.modifications import FlankProfile
 
 Array = NDArray[np.float64]
 END_RTOL = 1e-6  # of a flank: a profile that ends so near its end ends there

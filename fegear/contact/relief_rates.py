@@ -29,13 +29,13 @@ MAX_BEND = 100.0  # of a normal over the roll length, per base radius; more is a
 
 
 @compiled_part
-def store_relief_rates(constants, patch, nodes, q, rate, ste, cell):
+def store_relief_rates(mesh, flanks, patch, nodes, q, rate, ste, cell):
     """Fill a pair's `relief_rate`; zero for flanks without relief.
 
     q : nodal forces [N/m]; rate : `Workspace.moment_rate` of the nodes, without
         friction the slope of their forces over the transmission error `ste`
     """
-    mesh, flanks, m = constants.mesh, constants.flanks, patch.master
+    m = patch.master
     if not (is_relieved(flanks[0]) or is_relieved(flanks[1])):
         return
     master, slave = flanks[m], flanks[1 - m]

@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.contact.kernel_constants import kernel_constants
 from fegear.contact.problem import (
     ContactFailure,
     ContactProblem,
     candidate_pairs,
-    kernel_inputs,
     workspace,
 )
-from fegear.gearset.model import FlankProfile
+from fegear.gearset.modifications import FlankProfile
 from meshes import GearPair
 
 Array = NDArray[np.float64]
@@ -90,7 +90,6 @@ def solve_variants(
     """
     from fegear.contact import cycle
     from fegear.contact.flanks import NO_FLANK_GAP
-    from fegear.contact.grid import contact_grid
 
     teeth = candidate_pairs(problem.pair, position)
     shape = variants.count, position.size
@@ -98,14 +97,14 @@ def solve_variants(
     cells = np.zeros((1, position.size, teeth.size), cycle.CELL).view(np.recarray)
     gap, load = np.empty((*shape, teeth.size)), np.empty((*shape, teeth.size))
     target = np.full((1, position.size), torque / problem.face_width)
-    mesh, flanks, tables = kernel_inputs(with_profiles(problem))
-    constants = cycle.Constants(mesh, flanks, tables, contact_grid(problem.nodes))
+    constants = kernel_constants(with_profiles(problem), teeth.size)
+    flanks: Any = constants.flanks
     work = workspace(teeth.size, problem.nodes)
     nominal = flanks.profile.copy()
     for i in range(variants.count):
         flanks.profile.crowning[:] = nominal.crowning + variants.crowning[i]
         flanks.profile.slope[:] = nominal.slope + variants.slope[i]
-        _move_centers(mesh, problem, variants.center_distance[i])
+        _move_centers(constants.mesh, problem, variants.center_distance[i])
         gaps = np.tile(variants.gap[i], (position.size, 1))
         cells[:] = np.zeros((), cycle.CELL)
         results = rows[i : i + 1], cells

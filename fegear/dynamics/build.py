@@ -25,6 +25,8 @@ from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedSte
 from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
+from fegear.gearset.fault_checks import require_no_faults
+from fegear.gearset.faults import FAULT_KINDS
 from fegear.gearset.inertia import (
     require_inertia_beyond_springs,
     require_inertia_of_bodies,
@@ -130,6 +132,7 @@ def prepare(
     excitations : of that system, whose tables are used again; plane state, resolution
         and corner contact of its source hold for all finite elements
     """
+    require_no_faults(gear_set, FAULT_KINDS, "finite-element dynamics")
     if elements.fidelity != "quasistatic":
         otherwise = "fidelity quasistatic has no elastic body"
         require_inertia_of_bodies(gear_set, otherwise)

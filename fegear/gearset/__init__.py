@@ -1,6 +1,7 @@
 """Gear sets: what their TOML files hold, read, checked and described."""
 
-from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief, Shaft
+from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
+from fegear.gearset.modifications import FlankProfile, Relief
 from fegear.gearset.read import (
     builtin_names,
     load_gear_set,

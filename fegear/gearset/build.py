@@ -10,8 +10,11 @@ from typing import Any
 from fegear.files.errors import InputError
 from fegear.gearset.bearing_keys import rolling_bearing
 from fegear.gearset.carriers import carrier_inferences, carrier_of
+from fegear.gearset.fault_building import faults_of
+from fegear.gearset.fault_checks import require_running
 from fegear.gearset.materials import NamedMaterial, materials
-from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief, Shaft
+from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
+from fegear.gearset.modifications import FlankProfile, Relief
 from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.problems import nearest, shown
 from fegear.gearset.profiles import flank_profile
@@ -49,7 +52,10 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
         _mesh(document, number, place, tips, teeth, torques[number], folder)
         for number, place in enumerate(spacings)
     ]
-    gears = tuple(map(_gear, blanks, teeth))
+    gears = tuple(
+        replace(_gear(blank, gear), faults=faults_of(blank.entry, gear, number, meshes))
+        for number, (blank, gear) in enumerate(zip(blanks, teeth, strict=True))
+    )
     distances = [place.center_distance for place in spacings]
     gear_set = GearSet(
         name=document.name,
@@ -73,6 +79,7 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
         carrier=carrier_of(document, gears, distances),
     )
     require_room(gear_set)
+    require_running(gear_set)
     return gear_set
 
 

@@ -9,7 +9,8 @@ import math
 from typing import Any
 
 from fegear.gearset.inertia import inertia_of, mass_of
-from fegear.gearset.model import FlankProfile, Gear, GearSet, Mesh, Relief
+from fegear.gearset.model import Gear, GearSet, Mesh
+from fegear.gearset.modifications import FlankProfile, Relief
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors
 from fegear.gearset.planetary_figures import planetary_figures

@@ -1,22 +1,31 @@
 """Single figures of a gear set file, changed by name before it is read.
 
 `mesh.2.tip_relief.magnitude_um`, `gear.idler.inertia_kg_m2`, `dynamics.damping_ratio`:
-tables of a list are named by number, counted from 1, or gears by their name.
+tables of a list are named by number, counted from 1, or gears by their name. So are
+the faults of a gear, `gear.idler.cracks.1.depth_mm`.
 """
 
 from __future__ import annotations
 
+import re
 import tomllib
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.planetary import MESH_SIDES, expanded
-from fegear.gearset.problems import known_keys, nearest
+from fegear.gearset.problems import known_keys, lists_tables, nearest
 from fegear.gearset.schema import START_KEYS, replaced_keys
 
 LISTS = ("gear", "mesh", "shaft", "planetary")
+# sizes of faults, which are not there at 0
+FAULT_SIZES = {
+    "cracks": "depth_mm",
+    "broken_tips": "height_mm",
+    "spalls": "width_share",
+}
 DEFAULT_START = {"tip_relief": "HPSTC", "root_relief": "LPSTC"}
 
 
@@ -24,10 +33,10 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     """The tables of a TOML file with some values set; the originals stay.
 
     A relief that is not there yet begins at the HPSTC or LPSTC unless its start is
-    set as well; a relief magnitude of 0 takes the relief away. A planetary set is
-    expanded; what is set in tables that the file has, such as those of its planet, is
-    set before, the rest in gears and meshes of single planets. Raises InputError for
-    a name that leads nowhere.
+    set as well; a relief magnitude of 0 takes the relief away, as a size of 0 does a
+    crack, a broken tip or a spall. A planetary set is expanded; what is set in tables
+    that the file has, such as those of its planet, is set before, the rest in gears and
+    meshes of single planets. Raises InputError for a name that leads nowhere.
     """
     copy: dict[str, Any] = {key: _python_value(value) for key, value in tables.items()}
     names = sorted(edits, key=_is_single_value)
@@ -41,11 +50,13 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
 
 
 def _set_all(tables: dict[str, Any], edits: Mapping[str, Any]) -> None:
-    """Set values in the order of their names, then complete the reliefs."""
+    """Set values in order, then complete reliefs and take away what has no size."""
     for name, value in edits.items():
         _set(tables, name, _python_value(value))
     for mesh in _tables_of(tables, "mesh"):
         _settle_reliefs(mesh)
+    for gear in _tables_of(tables, "gear"):
+        _settle_faults(gear)
     for planetary in _tables_of(tables, "planetary"):
         for side in map(planetary.get, MESH_SIDES):
             if isinstance(side, dict):
@@ -91,11 +102,27 @@ def require_known_key(name: str) -> None:
         raise InputError(f"{name}: which {path[0]}? such as {path[0]}.1")
     inner = path[2:] if path[0] in LISTS else path[1:]
     place: list[str] = []
-    for step in [path[0], *inner, key]:
+    steps = deque([path[0], *inner, key])
+    while steps:
+        step = steps.popleft()
         keys = known_keys(place)
         if step not in keys:
             raise InputError(f"{name}: unknown key {step}{nearest(step, keys)}")
         place.append(step)
+        if len(place) > 1 and steps and lists_tables(place):
+            _require_number(steps.popleft(), name, place)
+            if not steps:
+                inside = known_keys(place)
+                raise InputError(f"{name}: which key? such as {name}.{inside[0]}")
+
+
+def _require_number(text: str, name: str, place: Sequence[str]) -> None:
+    """Require the number of a table in a list that is not at the top."""
+    if not re.fullmatch("[1-9][0-9]{0,5}", text):
+        path = name.partition(f".{place[-1]}.")[0]
+        raise InputError(
+            f"{name}: which of {place[-1]}? such as {path}.{place[-1]}.1.KEY"
+        )
 
 
 def _set(tables: dict[str, Any], name: str, value: Any) -> None:
@@ -113,11 +140,29 @@ def _table(tables: dict[str, Any], path: list[str], name: str) -> dict[str, Any]
     table: Any = tables
     if path[0] in LISTS:
         table, inner = _entry(tables, path[0], path[1], name), path[2:]
+    place = [path[0]]
     for step in inner:
-        table = table.setdefault(step, {})
-        if not isinstance(table, dict):
+        if isinstance(table, list):
+            table = _numbered(table, int(step), name)
+        else:
+            place.append(step)
+            table = table.setdefault(step, [] if lists_tables(place) else {})
+        if not isinstance(table, dict | list):
             raise InputError(f"{name}: {step} is a value, no table")
+    if isinstance(table, list):
+        raise InputError(f"{name}: {place[-1]} is a list, no table")
     return table
+
+
+def _numbered(entries: list[Any], number: int, name: str) -> Any:
+    """A table of a list by its number from 1; the next one is made."""
+    if number > len(entries) + 1:
+        raise InputError(
+            f"{name}: there are {len(entries)} of them; {len(entries) + 1} is the next"
+        )
+    if number == len(entries) + 1:
+        entries.append({})
+    return entries[number - 1]
 
 
 def _entry(tables: dict[str, Any], kind: str, which: str, name: str) -> dict[str, Any]:
@@ -155,3 +200,17 @@ def _settle_reliefs(mesh: dict[str, Any]) -> None:
                 del mesh[key]
             elif not relief.keys() & set(START_KEYS):
                 relief["start"] = start
+
+
+def _settle_faults(gear: dict[str, Any]) -> None:
+    for key, size in FAULT_SIZES.items():
+        if isinstance(entries := gear.get(key), list):
+            gear[key] = [
+                entry
+                for entry in entries
+                if not (isinstance(entry, dict) and _is_zero(entry.get(size)))
+            ]
+
+
+def _is_zero(value: Any) -> bool:
+    return value == 0 and not isinstance(value, bool)

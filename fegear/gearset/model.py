@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
-from typing import Any, Literal
 
 from fegear.files.errors import InputError
+from fegear.gearset.faults import NO_FAULTS, Faults
+from fegear.gearset.field_checks import (
+    require_fields,
+    require_positive,
+    require_within,
+)
 from fegear.gearset.members import Member, Members
+from fegear.gearset.modifications import FlankProfile, Relief
 from fegear.gearset.shaft_bodies import ShaftBody
 from lumped.bearings.rolling import BallBearing, RollerBearing
-from lumped.common.checks import is_number, require_fields
 from meshes import GearPair, SpurGear
 
-ReliefShape = Literal["linear", "parabolic"]
-# monotonic, so that the gap between two flanks has one minimum
-Interpolation = Literal["cubic", "linear"]
-MAX_PROFILE_POINTS = 1000  # of a measured profile; machines print some 500
-RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
 CARRIER = "carrier"  # its name, as that of a gear
 MAX_COUNT = 1e18  # of any number, beyond all limits of files
 
@@ -36,6 +35,7 @@ class Gear:
     bearing_stiffness : kx, ky [N/m], or None for a centre that does not move
     rolling_bearing : in place of a bearing_stiffness, or None
     coupling_stiffness : torsional, to ground [N m/rad]
+    faults : damage and errors of mounting
     """
 
     name: str
@@ -52,82 +52,17 @@ class Gear:
     bearing_stiffness: tuple[float, float] | None = None
     rolling_bearing: BallBearing | RollerBearing | None = None
     coupling_stiffness: float = 0.0
+    faults: Faults = NO_FAULTS
 
     def __post_init__(self) -> None:
-        _require_fields(self)
-        _require_positive(self, *("face_width", "young_modulus", "density"))
-        _require_positive(self, *("inertia", "mass", "bearing_stiffness"))
-        _require_within(self, "poisson_ratio", 0.0, 0.5)
-        _require_within(self, "coupling_stiffness", 0.0, MAX_COUNT)
+        require_fields(self)
+        require_positive(self, *("face_width", "young_modulus", "density"))
+        require_positive(self, *("inertia", "mass", "bearing_stiffness"))
+        require_within(self, "poisson_ratio", 0.0, 0.5)
+        require_within(self, "coupling_stiffness", 0.0, MAX_COUNT)
         teeth, errors = self.geometry.teeth, len(self.pitch_errors)
         if errors not in (0, teeth):
             raise InputError(f"pitch_errors = {errors} values; {teeth} teeth need each")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Relief:
-    """Profile modification of one flank, growing from its start to the end.
-
-    Tip relief ends at the tip, root relief at the lowest point of contact. At every
-    radius the flank is that of a tooth turned back by depth over base radius: the depth
-    is along the normal of the unmodified flank, and the tip circle stays.
-
-    magnitude : material removed at the end [m]
-    start_roll_length : sqrt(r^2 - rb^2) where it begins, negative on an internal
-        gear [m]
-    """
-
-    magnitude: float
-    start_roll_length: float
-    shape: ReliefShape = "linear"
-
-    def __post_init__(self) -> None:
-        _require_fields(self)
-        _require_positive(self, "magnitude")
-
-    @property
-    def power(self) -> float:
-        """Depth grows with this power of the way from start to end."""
-        return RELIEF_POWERS[self.shape]
-
-
-@dataclass(frozen=True, kw_only=True)
-class FlankProfile:
-    """Deviations of one gear's flanks over the whole active profile, which add up.
-
-    The active profile goes from the lowest point of contact to the tip; all lengths are
-    in metres. Depth and gap functions are as in `Relief`.
-
-    crowning : material removed at both ends of the active profile, by a parabola that
-        is zero in its middle
-    slope : excess of material at the tip, which grows linearly from zero at the lowest
-        point of contact; the profile slope deviation of ISO 1328-1
-    roll_lengths : sqrt(r^2 - rb^2) of measured points, increasing, or empty; negative
-        on an internal gear, and toward the tip as on others
-    deviations : excess of material at these points; constant beyond the first and last
-    interpolation : between measured points, shape-preserving cubic or linear
-    """
-
-    crowning: float = 0.0
-    slope: float = 0.0
-    roll_lengths: tuple[float, ...] = ()
-    deviations: tuple[float, ...] = ()
-    interpolation: Interpolation = "cubic"
-
-    def __post_init__(self) -> None:
-        _require_fields(self)
-        counts = len(self.roll_lengths), len(self.deviations)
-        if counts[0] != counts[1] or counts[0] == 1 or counts[0] > MAX_PROFILE_POINTS:
-            raise InputError(
-                f"deviations = {counts[1]} values at {counts[0]} roll_lengths; as many "
-                f"are needed, none or 2 to {MAX_PROFILE_POINTS}"
-            )
-        if any(b <= a for a, b in pairwise(self.roll_lengths)):
-            raise InputError("roll_lengths must increase")
-
-    @property
-    def is_measured(self) -> bool:
-        return bool(self.roll_lengths)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,11 +98,11 @@ class Mesh:
     load_share: float | None = None
 
     def __post_init__(self) -> None:
-        _require_fields(self)
-        _require_positive(self, "torques", "mean_stiffness", "load_share")
-        _require_within(self, "backlash", 0.0, MAX_COUNT)
-        _require_within(self, "stiffness_variation", 0.0, 1.0)
-        _require_within(self, "load_share", 0.0, 1.0)
+        require_fields(self)
+        require_positive(self, "torques", "mean_stiffness", "load_share")
+        require_within(self, "backlash", 0.0, MAX_COUNT)
+        require_within(self, "stiffness_variation", 0.0, 1.0)
+        require_within(self, "load_share", 0.0, 1.0)
 
     @property
     def gears(self) -> tuple[int, int]:
@@ -192,8 +127,8 @@ class Shaft:
     body: ShaftBody | None = None
 
     def __post_init__(self) -> None:
-        _require_fields(self)
-        _require_positive(self, "stiffness")
+        require_fields(self)
+        require_positive(self, "stiffness")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,9 +165,9 @@ class PlanetCarrier:
     position_errors: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        _require_fields(self)
-        _require_positive(self, "radius", "inertia", "mass", "bearing_stiffness")
-        _require_within(self, "coupling_stiffness", 0.0, MAX_COUNT)
+        require_fields(self)
+        require_positive(self, "radius", "inertia", "mass", "bearing_stiffness")
+        require_within(self, "coupling_stiffness", 0.0, MAX_COUNT)
         errors = len(self.position_errors)
         if errors not in (0, len(self.planets)):
             raise InputError(
@@ -303,8 +238,8 @@ class GearSet:
     carrier: PlanetCarrier | None = None
 
     def __post_init__(self) -> None:
-        _require_fields(self)
-        _require_within(self, "damping_ratio", 0.0, 1.0)
+        require_fields(self)
+        require_within(self, "damping_ratio", 0.0, 1.0)
         for name in ("gears", "meshes"):
             if not getattr(self, name):
                 raise InputError(f"{name} = (); one or more are needed")
@@ -414,26 +349,3 @@ class GearSet:
             for mesh in (self.meshes[number] for number in self.meshes_of[gear]):
                 other = mesh.driver + mesh.driven - gear
                 waiting.append((other, -sense * mesh.pair.sign))
-
-
-def _require_fields(part: Any) -> None:
-    try:
-        require_fields(part)
-    except ValueError as error:
-        raise InputError(str(error)) from None
-
-
-def _require_positive(part: Any, *names: str) -> None:
-    """Numbers, or all numbers of a tuple, are above 0 where they are not None."""
-    for name in names:
-        value = getattr(part, name)
-        for number in value if isinstance(value, tuple) else (value,):
-            if is_number(number) and not number > 0.0:
-                raise InputError(f"{name} = {number:.12g}; must be above 0")
-
-
-def _require_within(part: Any, name: str, low: float, below: float) -> None:
-    """A number is from low to below a limit where it is not None."""
-    value = getattr(part, name)
-    if value is not None and not low <= value < below:
-        raise InputError(f"{name} = {value:.12g}; allowed {low:g} to below {below:g}")

@@ -8,13 +8,14 @@ driving with the other, have an error of the other sign in the mesh they drive.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from fegear.gearset.model import GearSet
+from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.phases import first_teeth, rolling_senses
 from lumped.train.pitch_errors import pair_errors
 
@@ -82,8 +83,19 @@ def require_room(gear_set: GearSet) -> None:
 
 def pair_periods(gear_set: GearSet) -> tuple[int, ...]:
     """Base pitches of each mesh after which its tooth pairs repeat."""
-    numbers = range(len(gear_set.meshes))
-    return tuple(max(1, tooth_pair_errors(gear_set, n).size) for n in numbers)
+    return tuple(
+        math.lcm(
+            max(1, tooth_pair_errors(gear_set, number).size),
+            *(_turn_of_faults(gear_set.gears[gear]) for gear in mesh.gears),
+        )
+        for number, mesh in enumerate(gear_set.meshes)
+    )
+
+
+def _turn_of_faults(gear: Gear) -> int:
+    """Base pitches after which faults of a gear repeat."""
+    differs = gear.faults.teeth or gear.faults.eccentricity
+    return gear.geometry.teeth if differs else 1
 
 
 def without_pitch_errors(gear_set: GearSet) -> GearSet:

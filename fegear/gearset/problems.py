@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Iterable, Mapping
-from typing import Any, get_args
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -139,6 +139,17 @@ def known_keys(
         if isinstance(part, str) and part in model.model_fields:
             model = model_of(model.model_fields[part].annotation) or model
     return list(model.model_fields)
+
+
+def lists_tables(loc: Sequence[str], document: type[BaseModel] = Document) -> bool:
+    """Whether a location of the document holds a list of tables."""
+    model, annotation = document, None
+    for part in loc:
+        if part not in model.model_fields:
+            return False
+        annotation = model.model_fields[part].annotation
+        model = model_of(annotation) or model
+    return get_origin(annotation) is tuple and model_of(annotation) is not None
 
 
 def model_of(annotation: Any) -> type[BaseModel] | None:

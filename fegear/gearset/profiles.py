@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
-from fegear.gearset.model import MAX_PROFILE_POINTS, FlankProfile
+from fegear.gearset.modifications import MAX_PROFILE_POINTS, FlankProfile
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import POINT_KEYS, ProfileEntry
 from fegear.gearset.zones import Zones, zones
@@ -37,48 +38,67 @@ def flank_profile(
     limit = 1e3 * flank.gear.module * MAX_DEVIATION_UM
     for key in ("crowning_um", "slope_um"):
         _require_size(f"{where}.{key}", getattr(entry, key), limit)
-    key, points, deviations, places = _points(entry, where, folder)
-    if len(points) != len(deviations):
-        raise InputError(
-            f"{where}: {key} has {len(points)} entries and {DEVIATION} "
-            f"{len(deviations)}; as many are needed"
-        )
-    for place, deviation in zip(places, deviations, strict=True):
-        _require_size(place.format(key=DEVIATION), deviation, limit)
-    _require_order(key, points, places, where)
-    rolls = _roll_lengths(key, points, places, flank)
-    if flank.gear.sign < 0:  # whose flank has its tip at the least radius
-        rolls, deviations, places = rolls[::-1], deviations[::-1], places[::-1]
-    _require_gentle(rolls, deviations, places)
+    rolls, deviations = measured(_points(entry, where, folder), flank, where)
     if not (entry.crowning_um or entry.slope_um or rolls):
         return None
     return FlankProfile(
         crowning=entry.crowning_um * UM,
         slope=entry.slope_um * UM,
         roll_lengths=rolls,
-        deviations=tuple(deviation * UM for deviation in deviations),
+        deviations=deviations,
         interpolation=entry.interpolation,
     )
 
 
-def _points(
-    entry: ProfileEntry, where: str, folder: Path
-) -> tuple[str, Sequence[float], Sequence[float], list[str]]:
-    """Key of the measured points, points, deviations, and how messages name each.
+@dataclass(frozen=True)
+class MeasuredPoints:
+    """Points of a flank as a file gives them.
 
-    Names have a field `key`.
+    key : of the points, `roll_angle_deg` or `diameter_mm`
+    places : how messages name each point, with a field `key`
+    column : of the deviations
     """
+
+    key: str
+    points: Sequence[float]
+    deviations: Sequence[float]
+    places: Sequence[str]
+    column: str = DEVIATION
+
+
+def measured(
+    table: MeasuredPoints, flank: Zones, where: str
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Roll lengths [m], increasing, and deviations [m] of points that fit the flank."""
+    key, points, deviations = table.key, table.points, table.deviations
+    places = table.places
+    if len(points) != len(deviations):
+        raise InputError(
+            f"{where}: {key} has {len(points)} entries and {table.column} "
+            f"{len(deviations)}; as many are needed"
+        )
+    limit = 1e3 * flank.gear.module * MAX_DEVIATION_UM
+    for place, deviation in zip(places, deviations, strict=True):
+        _require_size(place.format(key=table.column), deviation, limit)
+    _require_order(key, points, places, where)
+    rolls = _roll_lengths(key, points, places, flank)
+    if flank.gear.sign < 0:  # whose flank has its tip at the least radius
+        rolls, deviations, places = rolls[::-1], deviations[::-1], places[::-1]
+    _require_gentle(rolls, deviations, [p.format(key=table.column) for p in places])
+    return rolls, tuple(deviation * UM for deviation in deviations)
+
+
+def _points(entry: ProfileEntry, where: str, folder: Path) -> MeasuredPoints:
+    """Measured points of the lists or of the file."""
     if entry.file is not None:
         return _points_of_file(entry.file, where, folder)
     key = next(iter(entry.present(*POINT_KEYS)), POINT_KEYS[0])
     points, deviations = getattr(entry, key) or (), entry.deviation_um or ()
     places = [f"{where}.{{key}} entry {i + 1}" for i in range(len(deviations))]
-    return key, points, deviations, places
+    return MeasuredPoints(key, points, deviations, places)
 
 
-def _points_of_file(
-    name: str, where: str, folder: Path
-) -> tuple[str, Sequence[float], Sequence[float], list[str]]:
+def _points_of_file(name: str, where: str, folder: Path) -> MeasuredPoints:
     source = f"{where}.file = {shown(name)}"
     try:
         table = parse_csv(read_text(folder / name), source)
@@ -97,7 +117,7 @@ def _points_of_file(
     places = [
         place.replace("{", "{{").replace("}", "}}") + ": {key}" for place in table.rows
     ]
-    return keys[0], points, deviations, places
+    return MeasuredPoints(keys[0], points, deviations, places)
 
 
 def _column(table: CsvText, name: str) -> list[float]:
@@ -172,6 +192,6 @@ def _require_gentle(
         slope = abs(after - before) * UM / (end - start)
         if not slope <= MAX_SLOPE:
             raise InputError(
-                f"{place.format(key=DEVIATION)} = {after:g}; changes by {slope:.3g} of "
+                f"{place} = {after:g}; changes by {slope:.3g} of "
                 f"the roll length from the point before, at most {MAX_SLOPE:g}"
             )

@@ -19,9 +19,19 @@ from pydantic import (
 )
 
 from fegear.gearset.bearing_keys import BallBearingEntry, RollerBearingEntry
+from fegear.gearset.fault_keys import (
+    BrokenTips,
+    Cracks,
+    Eccentricity,
+    EccentricityAngle,
+    MissingTeeth,
+    Spalls,
+    WornTeeth,
+    require_faults,
+)
 from fegear.gearset.materials import STEEL, material_names, require_material
 from fegear.gearset.members import MAX_PLANETS, Member
-from fegear.gearset.model import Interpolation, ReliefShape
+from fegear.gearset.modifications import Interpolation, ReliefShape
 
 Item = TypeVar("Item")
 
@@ -303,6 +313,13 @@ class GearEntry(GearDefaults):
     teeth: Teeth
     module_mm: Module
     face_width_mm: FaceWidth
+    cracks: Cracks = ()
+    spalls: Spalls = ()
+    broken_tips: BrokenTips = ()
+    missing_teeth: MissingTeeth = ()
+    worn_teeth: WornTeeth = ()
+    eccentricity_um: Eccentricity = 0.0
+    eccentricity_angle_deg: EccentricityAngle = 0.0
 
     @model_validator(mode="after")
     def _whole(self) -> GearEntry:
@@ -323,6 +340,11 @@ class GearEntry(GearDefaults):
                 f"{' and '.join(given)} are given; only one is allowed with "
                 f"{measured[0]}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _faults(self) -> GearEntry:
+        require_faults(self)
         return self
 
     @model_validator(mode="after")

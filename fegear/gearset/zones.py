@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from fegear.files.errors import InputError
-from fegear.gearset.model import Relief
+from fegear.gearset.modifications import Relief
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import ReliefEntry
 from meshes import GearPair, SpurGear

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactProblem, solve_cycle
-from fegear.gearset.model import Relief, ReliefShape
+from fegear.gearset.modifications import Relief, ReliefShape
 from fegear.gearset.zones import Zones, zones
 from fegear.statics.relief_objective import MICRO, ReliefObjective, linear_step
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from fegear.contact.profiles import profile_depth
-from fegear.gearset.model import FlankProfile, Mesh, Relief
+from fegear.gearset.model import Mesh
+from fegear.gearset.modifications import FlankProfile, Relief
 from lumped.train.analytic import Points
 
 RELIEFS = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from os import PathLike
 from pathlib import Path
@@ -29,8 +30,13 @@ from fegear.contact.problem import (
     corner_positions,
     solve_cycle,
 )
+from fegear.contact.tooth_faults import ComplianceChange
 from fegear.contact.virtual_work import largest_deflection, work_on_gaps
-from fegear.elasticity.cache import cached_flank_compliance, cached_root_influence
+from fegear.elasticity.cache import (
+    cached_compliance_change,
+    cached_flank_compliance,
+    cached_root_influence,
+)
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
@@ -44,6 +50,7 @@ from fegear.gearset.pitch_errors import mesh_errors, pair_periods
 from fegear.result import Result, frame
 from fegear.statics.choices import PLANE, RESOLUTION
 from fegear.statics.harmonics import Harmonic, mesh_harmonics
+from fegear.statics.mesh_faults import faulty_sides
 from fegear.statics.root_stress import RootStresses, relative_change, root_stresses
 from lumped.common.checks import require_between, require_fields
 from lumped.common.csv_text import format_exact
@@ -51,6 +58,7 @@ from lumped.common.options import Range, documented, option
 from lumped.common.progress import Progress, silent
 from lumped.train.table import MeshTable, format_table, pair_compliance_name
 from meshes import GearPair, MeshSize
+from meshes.crack import Crack
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -474,7 +482,8 @@ def solve_mesh(
     columns = table_columns(problem.pair, cycle, stresses)
     header = table_header(gear_set, mesh, settings, cycle, errors)
     if pitches > 1:
-        header["pitch errors"] = (
+        name = "faults" if _has_faults(gear_set, mesh) else "pitch errors"
+        header[name] = (
             f"tooth pairs repeat after {pitches} base pitches; pairs count anew in each"
         )
     else:
@@ -484,6 +493,11 @@ def solve_mesh(
     return StaticsResult(
         table, cycle, problem, errors, dict(seconds), mesh, name, pitches
     )
+
+
+def _has_faults(gear_set: GearSet, mesh: int) -> bool:
+    gears = gear_set.meshes[mesh].gears
+    return any(gear_set.gears[gear].faults.any for gear in gears)
 
 
 def _loads(
@@ -566,6 +580,8 @@ def contact_problem(
         flanks.append(flank)
     report("compliance", 2, 2)
     errors = mesh_errors(gear_set, mesh)
+    change = partial(_compliance_change, settings, resolution.size)
+    driver, driven = faulty_sides(gear_set, mesh, change)
     return ContactProblem(
         pair=spec.pair,
         driver=flanks[0],
@@ -575,14 +591,31 @@ def contact_problem(
         driver_root_relief=spec.driver_root_relief,
         driven_tip_relief=spec.driven_tip_relief,
         driven_root_relief=spec.driven_root_relief,
-        driver_profile=spec.driver_profile,
-        driven_profile=spec.driven_profile,
+        driver_profile=driver.profile,
+        driven_profile=driven.profile,
         friction=settings.friction,
         corner_contact=settings.corner_contact,
         nodes=resolution.nodes,
         driver_pitch_errors=errors[0],
         driven_pitch_errors=errors[1],
+        driver_faults=driver.faults,
+        driven_faults=driven.faults,
+        driver_offset=driver.offset,
+        driven_offset=driven.offset,
     )
+
+
+def _compliance_change(
+    settings: StaticsSettings, size: MeshSize, gear: Gear, cracks: dict[int, Crack]
+) -> ComplianceChange:
+    """What cracks add to the compliance of a gear, by tooth, counted clockwise."""
+    if settings.body == "free":
+        raise InputError(
+            f'gear "{gear.name}": cracks; not known of bodies that are free to '
+            "accelerate, body = free"
+        )
+    material = settings.material(gear)
+    return cached_compliance_change(gear.geometry, material, size, cracks)
 
 
 def _solve_in_chunks(

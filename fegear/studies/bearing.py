@@ -86,7 +86,7 @@ class BearingLoad(
     def gears(self) -> GearSet:
         """The gear set with its edits."""
         refuse_edits(self, {"torque": self.torque}, translations=True)
-        return self.gear_set.loaded
+        return self.gear_set.healthy("loads of bearings")
 
     @property
     def index(self) -> int:

@@ -117,7 +117,7 @@ class ModelExport(
     @property
     def gears(self) -> GearSet:
         """The gear set with its edits."""
-        return self.gear_set.loaded
+        return self.gear_set.healthy("exported models")
 
     def tasks(self) -> Iterator[Task]:
         gears = self.gears

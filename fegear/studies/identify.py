@@ -109,7 +109,7 @@ class Identification(
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False, figures=True)
-        return self.gear_set.loaded
+        return self.gear_set.healthy("identification")
 
     @property
     def start(self) -> int:

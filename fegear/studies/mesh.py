@@ -57,7 +57,7 @@ class GearMesh(
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {}, translations=False)
-        return self.gear_set.loaded
+        return self.gear_set.healthy("meshes of gears")
 
     @property
     def meshed(self) -> Gear:

@@ -104,7 +104,7 @@ class MachineFromGears(
     @property
     def pair(self) -> Pair:
         """The gears as they run."""
-        return Pair(self, self.gear_set.loaded)
+        return Pair(self, self.gear_set.healthy("machines that rattle"))
 
     def tasks(self) -> Iterator[Task]:
         self.pair.require()

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
-from fegear.gearset.model import GearSet, ReliefShape
+from fegear.gearset.model import GearSet
+from fegear.gearset.modifications import ReliefShape
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
 from fegear.statics.best_relief import (
@@ -207,7 +208,7 @@ class ReliefDesign(
 
     def tasks(self) -> Iterator[Task]:
         study = with_frequencies(self, {"speeds": self.rpm})
-        gears = study.gear_set.loaded
+        gears = study.gear_set.healthy("optimal reliefs")
         index = mesh_index(gears, study.mesh)
         torques = chosen_torques(gears, study.torque, study.mesh)
         if study.gear_set.preloaded is not None:

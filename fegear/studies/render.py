@@ -11,6 +11,8 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.edit import parsed_value
+from fegear.gearset.fault_checks import require_no_faults
+from fegear.gearset.faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
 from fegear.rendering.extremes import Peak, PeaksInView
 from fegear.rendering.pictures import (
@@ -131,7 +133,7 @@ class ContactPictures(
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
-        return self.gear_set.loaded
+        return self.gear_set.healthy("pictures of contact")
 
     def tasks(self) -> Iterator[Task]:
         self._require_file()
@@ -184,6 +186,7 @@ class ContactPictures(
         file = read_history(Path(self.time_history or ""))
         edits = {key: parsed_value(value) for key, value in file.edits.items()}
         gears = self.gear_set.changed(edits)
+        require_no_faults(gears, FAULT_KINDS, "pictures of contact")
         index = mesh_index(gears, self.mesh)
         motion = mesh_motion(file, gears, index)
         self._require_same(motion)

@@ -169,7 +169,7 @@ class Tolerances(
             yield "grade", "{driver_grade} and {driven_grade} take its place"
 
     def prepare(self) -> TolerancesProblem:
-        gears = self.gear_set.loaded
+        gears = self.gear_set.healthy("tolerances")
         index = mesh_index(gears, self.mesh)
         torque = chosen_torque(gears, self.torque, self.mesh)
         contact = contact_problem(without_pitch_errors(gears), index, self.elements)

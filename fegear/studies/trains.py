@@ -14,6 +14,8 @@ from fegear.files.errors import InputError
 from fegear.files.speeds import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
+from fegear.gearset.fault_checks import require_no_faults
+from fegear.gearset.faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
@@ -103,6 +105,11 @@ class GearSetRef:
     def loaded(self) -> GearSet:
         """The gear set as changed."""
         return self.changed({})
+
+    def healthy(self, model: str) -> GearSet:
+        """The gear set; InputError with faults, which a model leaves out."""
+        require_no_faults(self.loaded, FAULT_KINDS, model)
+        return self.loaded
 
     def changed(self, values: Mapping[str, Any]) -> GearSet:
         """The gear set with other values of keys as well."""

@@ -15,6 +15,8 @@ from fegear.boundary import public
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.version import package_version
+from fegear.gearset.fault_checks import require_no_faults
+from fegear.gearset.faults import FAULT_KINDS
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
@@ -250,6 +252,7 @@ def lumped_system(
         If the gear set gives no train, the train would accelerate, or the model does
         not fit the gear set.
     """
+    require_no_faults(gear_set, FAULT_KINDS, "lumped models")
     model, _ = resolve_model(model or LumpedModel(), gear_set)
     source = excitations or model.excitations
     contact_source = None

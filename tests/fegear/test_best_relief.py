@@ -17,7 +17,7 @@ from fegear.contact.cycle import TORQUE
 from fegear.contact.problem import candidate_pairs, solve_cycle, solve_pairs
 from fegear.files.toml import toml_text
 from fegear.gearset.edit import edited
-from fegear.gearset.model import Relief
+from fegear.gearset.modifications import Relief
 from fegear.gearset.read import load_tables
 from fegear.statics.best_relief import (
     ReliefProblem,

@@ -14,7 +14,7 @@ import fegear
 from fegear.contact.problem import solve_cycle
 from fegear.contact.variants import Variants, solve_variants, with_profiles
 from fegear.files.store import CheckpointOptions
-from fegear.gearset.model import FlankProfile
+from fegear.gearset.modifications import FlankProfile
 from fegear.statics.solving import StaticsSettings, contact_problem
 from fegear.statics.tolerance_bands import (
     band_error,

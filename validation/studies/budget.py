@@ -93,7 +93,7 @@ class Ablation(
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
-        return self.gear_set.loaded
+        return self.gear_set.healthy("the ablation")
 
     @property
     def load(self) -> float:
@@ -108,14 +108,15 @@ class Ablation(
         speeds, name = written_speeds(in_hertz.speeds), self.gear_set.name
         if self.gear_set.preloaded is not None:
             raise InputError(f"gear_set = {name}; must be a name or a path")
+        load = self.load
         try:
-            case = budget_case(name, self.load, speeds, self.gear_set.edits)
+            case = budget_case(name, load, speeds, self.gear_set.edits)
         except ValueError as error:
             raise InputError(f"speeds = {speeds}; {error}") from None
         with TemporaryDirectory() as temporary:
             store = Path(temporary) if self.runs is None else make_directory(self.runs)
             costs = budget(case, store, job.report)
-        return AblationResult(self, self.gears.name, self.load, costs)
+        return AblationResult(self, self.gears.name, load, costs)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -81,7 +81,7 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
-        return self.gear_set.loaded
+        return self.gear_set.healthy("closed forms")
 
     @property
     def load(self) -> float:

@@ -18,7 +18,7 @@ from fegear.contact.problem import (
 )
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
-from fegear.gearset.model import Relief
+from fegear.gearset.modifications import Relief
 from meshes import GearPair
 
 POSITIONS = np.arange(48) / 48

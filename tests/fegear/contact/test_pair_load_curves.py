@@ -16,7 +16,7 @@ from scipy.optimize import root
 
 from fegear.contact.pair_load_curves import NOMINAL, REVERSED, pair_load_curves
 from fegear.contact.problem import back_side_position
-from fegear.gearset.model import Relief
+from fegear.gearset.modifications import Relief
 
 POSITION = np.arange(32) / 32
 DEPTH = 9e-6  # m, about that of 100 N m

@@ -19,7 +19,7 @@ from fegear.contact.profiles import profile_depth, profile_kinks
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import FlankProfile, Relief, load_gear_set
-from fegear.gearset.model import MAX_PROFILE_POINTS
+from fegear.gearset.modifications import MAX_PROFILE_POINTS
 from meshes import MeshSize
 from meshes.profile import arc_from_tip
 

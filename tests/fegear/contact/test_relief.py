@@ -13,7 +13,7 @@ from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.contact.problem import ContactProblem, solve_cycle, solve_drive_side
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
-from fegear.gearset.model import Relief
+from fegear.gearset.modifications import Relief
 from meshes import GearPair, SpurGear
 
 MODULE, CENTER_DISTANCE = 4e-3, 124.79e-3

@@ -1,0 +1,127 @@
+"""The constants of a contact problem as records and arrays of the kernel."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.gearset.model import Relief
+
+if TYPE_CHECKING:
+    from fegear.contact.cycle import Constants
+    from fegear.contact.problem import ContactProblem
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+NO_RELIEF = (0.0, 0.0, 1.0, 1.0)
+NO_SPALL = (0.0, 0.0, 0.0)
+
+
+class PairTeeth(NamedTuple):
+    """Teeth (k,) of driver and driven gear in k pairs, -1 for those like all others."""
+
+    driver: Indices
+    driven: Indices
+
+
+class Conditions(NamedTuple):
+    """Under which pairs are solved, by default of equal teeth on centres at rest.
+
+    teeth : that differ, of pairs (k,), or None
+    lines : (n, 2) as in `fegear.contact.cycle.Constants`
+    friction_reversed : friction acts against the nominal sliding direction
+    """
+
+    teeth: PairTeeth | None = None
+    lines: Array = np.empty((0, 2))
+    friction_reversed: bool = False
+
+
+NOMINAL = Conditions()
+
+
+def kernel_constants(
+    problem: ContactProblem, pairs: int, conditions: Conditions = NOMINAL
+) -> Constants:
+    """Constants of some number of tooth pairs."""
+    from fegear.contact.cycle import Constants
+    from fegear.contact.grid import contact_grid
+
+    mesh, flanks, tables = kernel_inputs(problem)
+    of_pairs = np.tile(flanks, (pairs, 1)).view(np.recarray)
+    count = tables.shape[3]
+    changes = np.zeros((2, 2, 0, 0, count, count))
+    faults = problem.driver_faults, problem.driven_faults
+    for gear, teeth in enumerate(conditions.teeth or ()):
+        of_gear = faults[gear]
+        if of_gear is None:
+            continue
+        for k, tooth in enumerate(teeth.tolist()):
+            of_gear.change_flank(of_pairs[k, gear], tooth, lowest_rolls(problem)[gear])
+        change = of_gear.changes(teeth.tolist())
+        if change is not None:
+            if changes.size == 0:
+                changes = np.zeros((2, *change.shape))
+            changes[gear] = change
+    grid = contact_grid(problem.nodes)
+    return Constants(mesh, of_pairs, tables, changes, conditions.lines, grid)
+
+
+def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Array]:
+    """The kernel's records of the mesh and its two flanks, and the tables."""
+    from fegear.contact.flanks import FLANK, MESH
+    from fegear.contact.profiles import profile_record
+
+    pair = problem.pair
+    mesh = np.recarray(1, MESH)
+    mesh[0] = (
+        pair.line_of_action,
+        pair.pitch_point,
+        pair.base_pitch,
+        problem.friction,
+        problem.corner_contact,
+    )
+    gears = (pair.driver, pair.driven)
+    compliances = (problem.driver, problem.driven)
+    reliefs = [
+        (problem.driver_tip_relief, problem.driver_root_relief),
+        (problem.driven_tip_relief, problem.driven_root_relief),
+    ]
+    profiles = (problem.driver_profile, problem.driven_profile)
+    lowest = lowest_rolls(problem)
+    flanks = np.zeros(2, FLANK).view(np.recarray)
+    for i, (gear, c) in enumerate(zip(gears, compliances, strict=True)):
+        tip, root = reliefs[i]
+        flanks[i] = (
+            gear.base_radius,
+            gear.tip_roll_length,
+            0.0,
+            gear.tip_roll_length,
+            c.flank_length,
+            c.grading,
+            c.modulus,
+            c.poisson,
+            1.0 if c.split else 0.0,
+            gear.form_roll_length if gear.is_undercut else 0.0,
+            _relief_record(tip, gear.tip_roll_length),
+            _relief_record(root, lowest[i]),
+            profile_record(profiles[i], lowest[i], gear.tip_roll_length),
+            NO_SPALL,
+        )
+    tables = np.array([[c.normal, c.tangential] for c in compliances])
+    return mesh[0], flanks, tables
+
+
+def lowest_rolls(problem: ContactProblem) -> tuple[float, float]:
+    """Roll lengths of the lowest points of contact of driver and driven gear [m]."""
+    pair = problem.pair
+    return pair.path_start, pair.line_of_action - pair.path_end
+
+
+def _relief_record(relief: Relief | None, end: float) -> tuple[float, ...]:
+    if relief is None:
+        return NO_RELIEF
+    power = relief.power
+    return relief.magnitude, relief.start_roll_length, end, power

@@ -1,0 +1,114 @@
+"""Teeth of a gear that differ from the others, as the contact of a mesh meets them.
+
+Teeth count from 0 in the order in which they come into contact, tooth 0 in the
+reference pair, as pitch errors do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.contact.profiles import profile_record
+from fegear.gearset.model import FlankProfile
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+MISSING_GAP = 1.0  # [m] of a tooth that is not there, see `flanks.NO_FLANK_GAP`
+
+
+class ComplianceChange(Protocol):
+    """What damage adds to the compliance of flanks, teeth counted clockwise."""
+
+    def block(self, receiver: int, source: int) -> Array:
+        """Change (2, n, n) of normal and tangential displacement.
+
+        As in `FlankCompliance`; receiver, source : teeth, clockwise
+        """
+        ...
+
+
+class FlankSpall(NamedTuple):
+    """Spall between two roll lengths [m], and the share of the width it takes."""
+
+    start: float
+    end: float
+    share: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ToothFaults:
+    """Teeth of one gear that differ, on their flanks in one mesh.
+
+    teeth : number of teeth of the gear
+    change : of the compliance, or None
+    clockwise : 1 where teeth that come into contact later are clockwise, -1 where
+        those are counter-clockwise
+    damaged : teeth near which the compliance changes
+    spalls, profiles : by tooth
+    corners : roll length of the tip corner of teeth whose tip is broken off [m]
+    missing : teeth that are not there
+    """
+
+    teeth: int
+    change: ComplianceChange | None = None
+    clockwise: int = 1
+    damaged: frozenset[int] = frozenset()
+    spalls: Mapping[int, FlankSpall] = field(default_factory=dict)
+    profiles: Mapping[int, FlankProfile] = field(default_factory=dict)
+    corners: Mapping[int, float] = field(default_factory=dict)
+    missing: frozenset[int] = frozenset()
+
+    def different(self, teeth: Indices) -> Indices:
+        """Numbers of teeth of any shape within a turn, -1 for those like all others."""
+        number = teeth % self.teeth
+        unlike = self.damaged | self.missing
+        unlike |= self.spalls.keys() | self.profiles.keys() | self.corners.keys()
+        return np.where(np.isin(number, sorted(unlike)), number, -1)
+
+    def changes(self, teeth: Sequence[int]) -> Array | None:
+        """Change (2, k, k, n, n) of the compliance between teeth (k,), None if none.
+
+        teeth : within a turn, or -1, as from `different`
+
+        By kind, the tooth whose displacement is read, and the loaded one.
+        """
+        near = [k for k, tooth in enumerate(teeth) if tooth in self.damaged]
+        if self.change is None or not near:
+            return None
+        blocks = {
+            (p, q): self.change.block(
+                self.clockwise * teeth[p] % self.teeth,
+                self.clockwise * teeth[q] % self.teeth,
+            )
+            for p in near
+            for q in near
+        }
+        size = blocks[near[0], near[0]].shape[-1]
+        changes = np.zeros((2, len(teeth), len(teeth), size, size))
+        for (p, q), block in blocks.items():
+            changes[:, p, q] = block
+        return changes
+
+    def is_missing(self, teeth: Indices) -> NDArray[np.bool_]:
+        """Whether teeth, within a turn, are not there."""
+        return np.isin(teeth, sorted(self.missing))
+
+    def change_flank(self, flank: Any, tooth: int, lowest: float) -> None:
+        """Change the record of a flank into that of a tooth; -1 for no fault.
+
+        lowest : roll length of the lowest point of contact [m]
+        """
+        if tooth in self.spalls:
+            flank.spall = tuple(self.spalls[tooth])
+        if tooth in self.profiles:
+            profile = self.profiles[tooth]
+            flank.profile = profile_record(profile, lowest, flank.tip_roll)
+        if tooth in self.corners:
+            roll = self.corners[tooth]
+            flank.corner_roll = roll
+            flank.tip_arc = 0.5 * (flank.tip_roll**2 - roll**2) / flank.base_radius

@@ -1,0 +1,136 @@
+"""From a gear's keys of faults to frozen values in SI units, with its meshes known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from fegear.files.errors import InputError
+from fegear.gearset.fault_keys import CrackEntry, SpallEntry, WearEntry
+from fegear.gearset.faults import BrokenTip, Faults, Spall, ToothCrack, Wear
+from fegear.gearset.model import Mesh
+from fegear.gearset.modifications import FlankProfile
+from fegear.gearset.profiles import MeasuredPoints, measured
+from fegear.gearset.schema import GearEntry
+from fegear.gearset.zones import Zones, zones
+from meshes import SpurGear
+from meshes.crack import Crack
+from meshes.gear import ceiled, floored
+
+MM, UM = 1e-3, 1e-6
+RANGE_RTOL = 1e-6  # of a flank, by which rounded roll angles may lie outside
+
+
+def faults_of(
+    entry: GearEntry, teeth: SpurGear, index: int, meshes: Sequence[Mesh]
+) -> Faults:
+    """The faults of a gear; InputError where one does not fit its teeth.
+
+    index : of the gear; a gear without mesh cannot have faults of its flanks
+    """
+    where = f'gear "{entry.name}"'
+    flank = _first_flank(index, meshes)
+    if flank is None and (entry.spalls or entry.worn_teeth):
+        key = "spalls" if entry.spalls else "worn_teeth"
+        raise InputError(f"{where}: {key}; not allowed for a gear without mesh")
+    return Faults(
+        cracks=tuple(_cracks(entry, teeth, where)),
+        spalls=tuple(_spalls(entry, flank, where)) if flank else (),
+        broken_tips=tuple(
+            BrokenTip(tooth=tip.tooth - 1, height=tip.height_mm * MM)
+            for tip in entry.broken_tips
+        ),
+        missing=tuple(sorted(tooth - 1 for tooth in entry.missing_teeth)),
+        worn=tuple(_worn(entry, flank, where)) if flank else (),
+        eccentricity=entry.eccentricity_um * UM,
+        eccentricity_angle=math.radians(entry.eccentricity_angle_deg),
+    )
+
+
+def _first_flank(index: int, meshes: Sequence[Mesh]) -> Zones | None:
+    """Flank that carries load in the first mesh of a gear, None without mesh."""
+    for mesh in meshes:
+        if index in mesh.gears:
+            return zones(mesh.pair, "driver" if index == mesh.driver else "driven")
+    return None
+
+
+def _cracks(entry: GearEntry, teeth: SpurGear, where: str) -> Iterator[ToothCrack]:
+    for position, crack in enumerate(entry.cracks, 1):
+        try:
+            yield ToothCrack(tooth=crack.tooth - 1, crack=_crack(crack))
+        except ValueError as error:
+            raise InputError(
+                f"{where}: cracks entry {position}, tooth {crack.tooth}: {error}"
+            ) from None
+
+
+def _crack(entry: CrackEntry) -> Crack:
+    direction = entry.direction_deg
+    return Crack(
+        depth=entry.depth_mm * MM,
+        tangent_angle=math.radians(entry.tangent_angle_deg),
+        direction=None if direction is None else math.radians(direction),
+        left=entry.root == "back",
+    )
+
+
+def _spalls(entry: GearEntry, flank: Zones, where: str) -> Iterator[Spall]:
+    broken = {tip.tooth: tip.height_mm * MM for tip in entry.broken_tips}
+    for position, spall in enumerate(entry.spalls, 1):
+        tip = roll_length_below_tip(flank.gear, broken.get(spall.tooth, 0.0))
+        place = f"{where}: spalls entry {position}, tooth {spall.tooth}"
+        _require_on_flank(spall, flank, tip, place)
+        angles = spall.start_roll_angle_deg, spall.end_roll_angle_deg
+        rolls = [math.radians(angle) * flank.gear.base_radius for angle in angles]
+        yield Spall(
+            tooth=spall.tooth - 1,
+            start_roll_length=min(rolls),
+            end_roll_length=max(rolls),
+            width_share=spall.width_share,
+        )
+
+
+def roll_length_below_tip(gear: SpurGear, height: float) -> float:
+    """Roll length [m] of a flank at a height below the tip circle.
+
+    That of the form circle where the height leaves no flank.
+    """
+    radius = gear.tip_radius - height
+    if not radius > gear.form_radius:
+        return gear.form_roll_length
+    return gear.sign * math.sqrt(max(0.0, radius**2 - gear.base_radius**2))
+
+
+def _require_on_flank(spall: SpallEntry, flank: Zones, tip: float, place: str) -> None:
+    limits = sorted(flank.roll_angle_deg(roll) for roll in (flank.start, tip))
+    slack = RANGE_RTOL * (limits[1] - limits[0])
+    for key in ("start_roll_angle_deg", "end_roll_angle_deg"):
+        angle = getattr(spall, key)
+        if not limits[0] - slack <= angle <= limits[1] + slack:
+            raise InputError(
+                f"{place}: {key} = {angle:g}; must be from {ceiled(limits[0])} to "
+                f"{floored(limits[1])}, start of the active profile and tip"
+            )
+
+
+def _worn(entry: GearEntry, flank: Zones, where: str) -> Iterator[Wear]:
+    for position, wear in enumerate(entry.worn_teeth, 1):
+        profile = _wear_profile(wear, flank, f"{where}: worn_teeth entry {position}")
+        tooth = None if wear.tooth is None else wear.tooth - 1
+        yield Wear(tooth=tooth, profile=profile)
+
+
+def _wear_profile(entry: WearEntry, flank: Zones, where: str) -> FlankProfile:
+    depths = entry.depth_um
+    places = [f"{where}.{{key}} entry {i}" for i in range(1, len(depths) + 1)]
+    table = MeasuredPoints(entry.point_key, entry.points, depths, places, "depth_um")
+    if len(depths) < 2:
+        count = f"{len(depths)} entries"
+        raise InputError(f"{where}.depth_um has {count}; at least 2 needed")
+    rolls, missing = measured(table, flank, where)
+    return FlankProfile(
+        roll_lengths=rolls,
+        deviations=tuple(-depth for depth in missing),
+        interpolation=entry.interpolation,
+    )

@@ -1,0 +1,196 @@
+"""What faults a gear set can run with, and which of them a model refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+
+from fegear.files.errors import InputError
+from fegear.gearset.fault_building import roll_length_below_tip
+from fegear.gearset.faults import FAULT_KINDS, FaultKind
+from fegear.gearset.model import Gear, GearSet, Mesh
+from meshes import GearPair, GeometryError
+from meshes.gear import ceiled, floored
+from meshes.pairing import undercut_end
+
+KEYS: dict[FaultKind, str] = {
+    "cracks": "cracks",
+    "spalls": "spalls",
+    "broken_tips": "broken_tips",
+    "missing": "missing_teeth",
+    "worn": "worn_teeth",
+    "eccentricity": "eccentricity_um",
+}
+
+
+def require_no_faults(
+    gear_set: GearSet, kinds: Collection[FaultKind], what: str
+) -> None:
+    """Raise InputError where a gear has a fault of a kind that a model leaves out.
+
+    what : the model, such as "statics", in words
+    """
+    for gear in gear_set.gears:
+        for kind in gear.faults.kinds:
+            if kind in kinds:
+                raise InputError(
+                    f'{gear_set.name}: gear "{gear.name}": {KEYS[kind]}; not modelled '
+                    f"by {what}, which would leave it out"
+                )
+
+
+def without_faults(
+    gear_set: GearSet, kinds: Collection[FaultKind] = FAULT_KINDS
+) -> GearSet:
+    """The gear set without faults of some kinds, or of any."""
+    gears = (
+        replace(gear, faults=gear.faults.without(kinds)) if gear.faults.any else gear
+        for gear in gear_set.gears
+    )
+    return replace(gear_set, gears=tuple(gears))
+
+
+def require_running(gear_set: GearSet) -> None:
+    """Raise InputError where faults end the contact of a mesh or jam its teeth."""
+    if not any(gear.faults.any for gear in gear_set.gears):
+        return
+    for gear in gear_set.gears:
+        _require_crackable(gear_set, gear)
+        if len(gear.faults.missing) == gear.geometry.teeth:
+            raise InputError(
+                f'gear "{gear.name}": missing_teeth has all {gear.geometry.teeth} '
+                "teeth; some must be left"
+            )
+    for mesh in gear_set.meshes:
+        _require_handover(gear_set, mesh)
+        _require_distances(gear_set, mesh)
+
+
+def _require_crackable(gear_set: GearSet, gear: Gear) -> None:
+    if gear.faults.cracks and gear_set.carrier is not None:
+        raise InputError(
+            f'gear "{gear.name}": cracks; cracks of planetary sets are not modelled'
+        )
+
+
+@dataclass(frozen=True)
+class _Side:
+    """A gear in a mesh."""
+
+    gear: Gear
+    pair: GearPair
+    drives: bool
+
+    def path_end(self, height: float) -> float:
+        """Driver's roll length [m] of the end of the path that the gear's tip limits.
+
+        height : of the broken tip
+        """
+        tip = roll_length_below_tip(self.gear.geometry, height)
+        if self.drives:
+            return min(tip, self.pair.line_of_action - undercut_end(self.pair.driven))
+        return max(self.pair.line_of_action - tip, undercut_end(self.pair.driver))
+
+    def contact_ratio(self, height: float) -> float:
+        """Contact ratio of a tooth with a broken tip, its mate's being whole."""
+        end = self.path_end(height)
+        if self.drives:
+            return (end - self.pair.path_start) / self.pair.base_pitch
+        return (self.pair.path_end - end) / self.pair.base_pitch
+
+    @property
+    def largest_height(self) -> float:
+        return max((tip.height for tip in self.gear.faults.broken_tips), default=0.0)
+
+    @property
+    def longest_run(self) -> int:
+        """Most missing teeth in a row."""
+        return max((count for _, count in self.missing_runs()), default=0)
+
+    def missing_runs(self) -> Iterator[tuple[int, int]]:
+        """First tooth and number of missing teeth in a row."""
+        teeth, missing = self.gear.geometry.teeth, set(self.gear.faults.missing)
+        for first in sorted(missing):
+            if (first - 1) % teeth in missing:
+                continue
+            count = 1
+            while (first + count) % teeth in missing:
+                count += 1
+            yield first, count
+
+    def require_handover(self, where: str) -> None:
+        """Require that contact passes from each tooth to the next that is there."""
+        name, teeth = f'gear "{self.gear.name}"', self.gear.geometry.teeth
+        for position, tip in enumerate(self.gear.faults.broken_tips, 1):
+            ratio = self.contact_ratio(tip.height)
+            if not ratio >= 1.0:
+                raise InputError(
+                    f"{name}: broken_tips entry {position}.height_mm = "
+                    f"{1e3 * tip.height:.9g}; leaves a contact ratio of "
+                    f"{floored(max(0.0, ratio))} to tooth {tip.tooth + 1} in {where}, "
+                    "at least 1 is needed"
+                )
+        for first, count in self.missing_runs():
+            # the driver's tooth before them ends late, or the driven's after early
+            neighbour = (first - 1 if self.drives else first + count) % teeth
+            ratio = self.contact_ratio(self.gear.faults.broken_height(neighbour))
+            if not ratio >= count + 1:
+                row = f"tooth {first + 1}" if count == 1 else f"{count} teeth in a row"
+                raise InputError(
+                    f"{name}: missing_teeth: {row}; at a contact ratio of "
+                    f"{floored(ratio)} in {where} the teeth before and after cannot "
+                    f"carry the load, at least {count + 1} is needed"
+                )
+
+
+def _require_handover(gear_set: GearSet, mesh: Mesh) -> None:
+    gears = [gear_set.gears[gear] for gear in mesh.gears]
+    where = f'mesh "{gears[0].name}"-"{gears[1].name}"'
+    sides = [
+        _Side(gear, mesh.pair, drives)
+        for gear, drives in zip(gears, (True, False), strict=True)
+    ]
+    for side in sides:
+        side.require_handover(where)
+    faulty = [side for side in sides if side.largest_height or side.longest_run]
+    if len(faulty) < 2:
+        return
+    end, start = (side.path_end(side.largest_height) for side in sides)
+    ratio = (end - start) / mesh.pair.base_pitch
+    needed = 1 + sum(side.longest_run for side in sides)
+    if not ratio >= needed:
+        raise InputError(
+            f"{where}: broken_tips and missing_teeth of both gears leave a contact "
+            f"ratio of {floored(max(0.0, ratio))} where they meet; at least {needed} "
+            "is needed"
+        )
+
+
+def _require_distances(gear_set: GearSet, mesh: Mesh) -> None:
+    """Require teeth that mesh at the least and the largest centre distance."""
+    gears = [gear_set.gears[gear] for gear in mesh.gears]
+    eccentricity = sum(gear.faults.eccentricity for gear in gears)
+    if not eccentricity:
+        return
+    pair, distance = mesh.pair, mesh.pair.center_distance
+    where = f'mesh "{gears[0].name}"-"{gears[1].name}"'
+    stated = " and ".join(
+        f'gear "{gear.name}": eccentricity_um = {1e6 * gear.faults.eccentricity:.9g}'
+        for gear in gears
+        if gear.faults.eccentricity
+    )
+    for extreme in (distance - eccentricity, distance + eccentricity):
+        place = f"{stated}; at a centre distance of {1e3 * extreme:.9g} mm in {where}"
+        try:
+            other = GearPair(pair.driver, pair.driven, extreme)
+        except GeometryError as error:
+            quantity = "" if error.field == "center_distance" else error.field
+            text = f"{quantity.replace('_', ' ')} {error.message}".strip()
+            raise InputError(f"{place}: {text}") from None
+        room = mesh.backlash + other.backlash - pair.backlash
+        if room < -1e-9 * pair.base_pitch:
+            raise InputError(
+                f"{place}: backlash {1e6 * room:.6g} um, of which "
+                f"{ceiled(1e6 * mesh.backlash)} um without eccentricity; it must not "
+                "be negative"
+            )

@@ -1,0 +1,82 @@
+"""Modifications of tooth flanks: reliefs and measured or designed profiles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+from fegear.files.errors import InputError
+from fegear.gearset.field_checks import require_fields, require_positive
+
+ReliefShape = Literal["linear", "parabolic"]
+# monotonic, so that the gap between two flanks has one minimum
+Interpolation = Literal["cubic", "linear"]
+MAX_PROFILE_POINTS = 1000  # of a measured profile; machines print some 500
+RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Relief:
+    """Profile modification of one flank, growing from its start to the end.
+
+    Tip relief ends at the tip, root relief at the lowest point of contact. At every
+    radius the flank is that of a tooth turned back by depth over base radius: the depth
+    is along the normal of the unmodified flank, and the tip circle stays.
+
+    magnitude : material removed at the end [m]
+    start_roll_length : sqrt(r^2 - rb^2) where it begins, negative on an internal
+        gear [m]
+    """
+
+    magnitude: float
+    start_roll_length: float
+    shape: ReliefShape = "linear"
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        require_positive(self, "magnitude")
+
+    @property
+    def power(self) -> float:
+        """Depth grows with this power of the way from start to end."""
+        return RELIEF_POWERS[self.shape]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlankProfile:
+    """Deviations of one gear's flanks over the whole active profile, which add up.
+
+    The active profile goes from the lowest point of contact to the tip; all lengths are
+    in metres. Depth and gap functions are as in `Relief`.
+
+    crowning : material removed at both ends of the active profile, by a parabola that
+        is zero in its middle
+    slope : excess of material at the tip, which grows linearly from zero at the lowest
+        point of contact; the profile slope deviation of ISO 1328-1
+    roll_lengths : sqrt(r^2 - rb^2) of measured points, increasing, or empty; negative
+        on an internal gear, and toward the tip as on others
+    deviations : excess of material at these points; constant beyond the first and last
+    interpolation : between measured points, shape-preserving cubic or linear
+    """
+
+    crowning: float = 0.0
+    slope: float = 0.0
+    roll_lengths: tuple[float, ...] = ()
+    deviations: tuple[float, ...] = ()
+    interpolation: Interpolation = "cubic"
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        counts = len(self.roll_lengths), len(self.deviations)
+        if counts[0] != counts[1] or counts[0] == 1 or counts[0] > MAX_PROFILE_POINTS:
+            raise InputError(
+                f"deviations = {counts[1]} values at {counts[0]} roll_lengths; as many "
+                f"are needed, none or 2 to {MAX_PROFILE_POINTS}"
+            )
+        if any(b <= a for a, b in pairwise(self.roll_lengths)):
+            raise InputError("roll_lengths must increase")
+
+    @property
+    def is_measured(self) -> bool:
+        return bool(self.roll_lengths)

@@ -1,0 +1,181 @@
+"""Faults of a gear set's teeth as the contact of one of its meshes meets them.
+
+A crack opens where its root is in tension, below the flank that carries load in the
+mesh. At the other root it is in compression: its faces are closed there and the tooth
+is as stiff as without it. Spalls and wear are on the flank that carries load in the
+gear's first mesh, and on the other flank of an idler's teeth there are none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from fegear.contact.offset_centers import CenterOffset
+from fegear.contact.profiles import profile_depth
+from fegear.contact.tooth_faults import ComplianceChange, FlankSpall, ToothFaults
+from fegear.elasticity.flank import MAX_TOOTH_OFFSET
+from fegear.gearset.fault_building import roll_length_below_tip
+from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.modifications import FlankProfile
+from fegear.gearset.phases import mesh_phases
+from fegear.gearset.pitch_errors import tooth_in_cycles
+from fegear.gearset.zones import Zones, zones
+from meshes.crack import Crack
+
+Change = Callable[[Gear, dict[int, Crack]], ComplianceChange]
+
+
+class FaultySide(NamedTuple):
+    """One gear of a mesh: what differs, by tooth and of all teeth.
+
+    faults : of single teeth, or None
+    profile : of all teeth, wear included, or None
+    offset : of the centre from the axis, or None
+    """
+
+    faults: ToothFaults | None
+    profile: FlankProfile | None
+    offset: CenterOffset | None
+
+
+def faulty_sides(
+    gear_set: GearSet, mesh: int, change: Change
+) -> tuple[FaultySide, FaultySide]:
+    """Faults of driver and driven gear in a mesh.
+
+    change : compliance that cracks add to a gear, by tooth, counted clockwise
+    """
+    spec = gear_set.meshes[mesh]
+    driver, driven = (
+        FaultySide(
+            _tooth_faults(gear_set, mesh, gear, profile, change),
+            _with_wear(gear_set, mesh, gear, profile, None),
+            _offset(gear_set, mesh, gear),
+        )
+        for gear, profile in zip(
+            spec.gears, (spec.driver_profile, spec.driven_profile), strict=True
+        )
+    )
+    return driver, driven
+
+
+def _tooth_faults(
+    gear_set: GearSet,
+    mesh: int,
+    gear: int,
+    profile: FlankProfile | None,
+    change: Change,
+) -> ToothFaults | None:
+    body = gear_set.gears[gear]
+    faults, teeth = body.faults, body.geometry.teeth
+    same_flank = _is_first_flank(gear_set, mesh, gear)
+    # of each tooth of the file, the one that it is in the cycles of this mesh
+    cycles = np.argsort(tooth_in_cycles(gear_set, mesh, gear, np.arange(teeth)))
+    number = {tooth: int(cycles[tooth]) for tooth in faults.teeth}
+    if not number:
+        return None
+    clockwise = -1 if gear_set.meshes[mesh].driver == gear else 1
+    # the loaded flank is the right one of the tooth frame
+    cracks = {
+        clockwise * number[fault.tooth] % teeth: replace(fault.crack, left=False)
+        for fault in faults.cracks
+        if fault.crack.left != same_flank
+    }
+    damaged = {
+        (clockwise * tooth + offset) % teeth
+        for tooth in cracks
+        for offset in range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
+    }
+    spalls, profiles = {}, {}
+    if same_flank:
+        spalls = {
+            number[spall.tooth]: FlankSpall(
+                spall.start_roll_length, spall.end_roll_length, spall.width_share
+            )
+            for spall in faults.spalls
+        }
+        for wear in faults.worn:
+            worn = _with_wear(gear_set, mesh, gear, profile, wear.tooth)
+            if wear.tooth is not None and worn is not None:
+                profiles[number[wear.tooth]] = worn
+    return ToothFaults(
+        teeth=teeth,
+        change=change(body, cracks) if cracks else None,
+        clockwise=clockwise,
+        damaged=frozenset(damaged),
+        spalls=spalls,
+        profiles=profiles,
+        corners={
+            number[tip.tooth]: roll_length_below_tip(body.geometry, tip.height)
+            for tip in faults.broken_tips
+        },
+        missing=frozenset(number[tooth] for tooth in faults.missing),
+    )
+
+
+def _is_first_flank(gear_set: GearSet, mesh: int, gear: int) -> bool:
+    """Whether a gear's flank in a mesh is the one of its first mesh."""
+    first = gear_set.meshes[gear_set.meshes_of[gear][0]]
+    return (gear_set.meshes[mesh].driver == gear) == (first.driver == gear)
+
+
+def _with_wear(
+    gear_set: GearSet,
+    mesh: int,
+    gear: int,
+    profile: FlankProfile | None,
+    tooth: int | None,
+) -> FlankProfile | None:
+    """Profile of a gear's flanks in a mesh with the wear of a tooth, or of all."""
+    worn = {wear.tooth: wear.profile for wear in gear_set.gears[gear].faults.worn}
+    wear = worn.get(tooth)
+    if wear is None or not _is_first_flank(gear_set, mesh, gear):
+        return profile
+    if profile is None:
+        return wear
+    if not profile.is_measured:
+        return replace(wear, crowning=profile.crowning, slope=profile.slope)
+    spec = gear_set.meshes[mesh]
+    role = "driver" if spec.driver == gear else "driven"
+    return _sum_of_profiles(profile, wear, zones(spec.pair, role))
+
+
+def _sum_of_profiles(
+    profile: FlankProfile, wear: FlankProfile, flank: Zones
+) -> FlankProfile:
+    """Two measured profiles as one, at the points of both."""
+    rolls = np.union1d(profile.roll_lengths, wear.roll_lengths)
+    ends = flank.start, flank.tip
+    deviations = np.zeros(rolls.size)
+    for part in (replace(profile, crowning=0.0, slope=0.0), wear):
+        deviations -= profile_depth(part, rolls, *ends)
+    return replace(
+        profile,
+        roll_lengths=tuple(rolls.tolist()),
+        deviations=tuple(deviations.tolist()),
+    )
+
+
+def _offset(gear_set: GearSet, mesh: int, gear: int) -> CenterOffset | None:
+    """Centre of a gear off its axis, by its direction at position 0 of a mesh."""
+    body, sense = gear_set.gears[gear], gear_set.senses[gear]
+    distance = body.faults.eccentricity
+    if distance == 0.0:
+        return None
+    first = gear_set.meshes_of[gear][0]
+    turned = _toward_mate(gear_set, first, gear) - _toward_mate(gear_set, mesh, gear)
+    angle = sense * (body.faults.eccentricity_angle + turned)
+    # the set is at its start when this mesh is as far as its phase past position 0
+    angle -= mesh_phases(gear_set)[mesh].value * body.geometry.pitch_angle
+    return CenterOffset(distance, math.remainder(angle, 2.0 * math.pi))
+
+
+def _toward_mate(gear_set: GearSet, mesh: int, gear: int) -> float:
+    """Direction from a gear's axis to that of its mate, from x [rad]."""
+    spec = gear_set.meshes[mesh]
+    return spec.direction + (0.0 if spec.driver == gear else math.pi)

@@ -1,0 +1,272 @@
+"""Contact of teeth that differ from the others, against problems of equal teeth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from oracles.offset_involutes import driver_lead
+
+from fegear.contact.offset_centers import CenterOffset
+from fegear.contact.problem import ContactProblem, corner_positions, solve_cycle
+from fegear.contact.tooth_faults import FlankSpall, ToothFaults
+from fegear.elasticity.flank import MAX_TOOTH_OFFSET, FlankCompliance
+from fegear.gearset.modifications import FlankProfile
+from meshes import GearPair
+
+POSITIONS = np.arange(32) / 32
+TORQUES = [50.0, 150.0]
+COMPARED = "ste", "no_load", "local_stiffness", "load", "pressure", "driven_torque"
+
+
+@dataclass(frozen=True)
+class ShareOfAll:
+    """Change of compliance that is a share of that of the healthy teeth."""
+
+    flank: FlankCompliance
+    share: float
+    teeth: int
+
+    def block(self, receiver: int, source: int) -> np.ndarray:
+        half = self.teeth // 2
+        offset = (receiver - source + half) % self.teeth - half
+        tables = np.stack([self.flank.normal, self.flank.tangential])
+        if abs(offset) > MAX_TOOTH_OFFSET:
+            return np.zeros_like(tables[:, 0])
+        return self.share * tables[:, MAX_TOOTH_OFFSET + offset]
+
+
+def scaled(flank: FlankCompliance, factor: float) -> FlankCompliance:
+    return replace(
+        flank, normal=factor * flank.normal, tangential=factor * flank.tangential
+    )
+
+
+def equal_faults(problem: ContactProblem, side: str, **faults) -> ToothFaults:
+    teeth = getattr(problem.pair, side).teeth
+    return ToothFaults(teeth=teeth, **faults)
+
+
+def require_equal(one, other, rtol=1e-11):
+    for name in COMPARED:
+        assert_allclose(
+            getattr(one, name), getattr(other, name), rtol=rtol, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+@pytest.mark.parametrize("side", ["driver", "driven"])
+def test_a_change_of_all_teeth_is_another_compliance(problem, side, friction):
+    flank = getattr(problem, side)
+    teeth = getattr(problem.pair, side).teeth
+    base = replace(problem, friction=friction)
+    softer = replace(base, **{side: scaled(flank, 1.25)})
+    clockwise = -1 if side == "driver" else 1
+    changed = replace(
+        base,
+        **{
+            f"{side}_faults": ToothFaults(
+                teeth=teeth,
+                change=ShareOfAll(flank, 0.25, teeth),
+                clockwise=clockwise,
+                damaged=frozenset(range(teeth)),
+            )
+        },
+    )
+    expected = solve_cycle(softer, TORQUES, POSITIONS)
+    require_equal(solve_cycle(changed, TORQUES, POSITIONS), expected)
+
+
+def test_a_change_of_one_tooth_is_seen_while_it_is_near(problem):
+    teeth, tooth = problem.pair.driver.teeth, 5
+    near = frozenset(range(tooth - MAX_TOOTH_OFFSET, tooth + MAX_TOOTH_OFFSET + 1))
+
+    @dataclass(frozen=True)
+    class OfOneTooth(ShareOfAll):
+        def block(self, receiver, source):
+            changed = -tooth % self.teeth in (receiver, source)
+            return super().block(receiver, source) * changed
+
+    faults = ToothFaults(
+        teeth=teeth,
+        change=OfOneTooth(problem.driver, 0.5, teeth),
+        clockwise=-1,
+        damaged=near,
+    )
+    changed = replace(problem, driver_faults=faults)
+    pitches = np.repeat(np.arange(teeth), POSITIONS.size)
+    position = np.tile(POSITIONS, teeth)
+    cycle = solve_cycle(changed, [100.0], position, pitches)
+    healthy = solve_cycle(problem, [100.0], position, pitches)
+    softer = cycle.ste[0] > healthy.ste[0] * (1.0 + 1e-3)
+    # the tooth carries load from the start of the path to its end, and a little beyond
+    start, end = problem.pair.path
+    rotated = position + pitches - tooth
+    assert softer[(rotated > start + 0.01) & (rotated < end - 0.01)].all()
+    outside = (rotated < start - 0.2) | (rotated > end + 0.2)
+    assert_allclose(cycle.ste[0, outside], healthy.ste[0, outside], rtol=1e-12)
+
+
+def test_teeth_without_faults_change_nothing(problem):
+    faults = equal_faults(problem, "driver")
+    changed = solve_cycle(replace(problem, driver_faults=faults), TORQUES, POSITIONS)
+    healthy = solve_cycle(problem, TORQUES, POSITIONS)
+    for name in COMPARED:
+        assert np.array_equal(getattr(changed, name), getattr(healthy, name)), name
+
+
+@pytest.mark.parametrize("side", ["driver", "driven"])
+def test_broken_tips_of_all_teeth_are_a_smaller_tip_circle(problem, side):
+    gear = getattr(problem.pair, side)
+    lower = replace(gear, tip_radius=gear.tip_radius - 0.3e-3)
+    shorter = replace(problem.pair, **{side: lower})
+    roll = math.sqrt(lower.tip_radius**2 - lower.base_radius**2)
+    corners = dict.fromkeys(range(gear.teeth), roll)
+    faults = equal_faults(problem, side, corners=corners)
+    broken = replace(problem, **{f"{side}_faults": faults})
+    flank = getattr(problem, side)
+    missing = flank.flank_length - lower.flank_length
+    cycle = solve_cycle(broken, [100.0], POSITIONS)
+    # the same flanks without the tips, whose compliance is another: gaps alone
+    cut = replace(problem, pair=shorter)
+    cut = replace(cut, **{side: replace(flank, flank_length=lower.flank_length)})
+    expected = solve_cycle(cut, [100.0], POSITIONS)
+    touching = np.isfinite(expected.gap[0])
+    assert np.array_equal(touching, np.isfinite(cycle.gap[0]))
+    assert_allclose(cycle.gap[0][touching], expected.gap[0][touching], atol=1e-15)
+    column = 0 if side == "driver" else 1
+    difference = cycle.arc[0, ..., column] - expected.arc[0, ..., column]
+    alone = (expected.load[0] > 0.0).sum(axis=1) == 1
+    assert_allclose(difference[alone & touching[:, 0], 0], missing, rtol=0.05)
+
+
+def test_a_broken_tip_ends_the_contact_of_its_tooth_alone(problem):
+    gear, tooth = problem.pair.driver, 3
+    roll = gear.tip_roll_length - 0.25 * problem.pair.base_pitch
+    faults = equal_faults(problem, "driver", corners={tooth: roll})
+    broken = replace(problem, driver_faults=faults)
+    pitches, position = np.repeat(np.arange(7), 64), np.tile(np.arange(64) / 64, 7)
+    cycle = solve_cycle(broken, [100.0], position, pitches)
+    load = cycle.load[0, :, cycle.teeth.tolist().index(0)]  # of each reference pair
+    last = [position[(load > 0.0) & (pitches == n)].max() for n in range(7)]
+    assert_allclose(np.delete(last, tooth), last[0], atol=1e-12)
+    assert abs(last[0] - last[tooth] - 0.25) < 0.05
+    healthy = solve_cycle(problem, [100.0], POSITIONS)
+    others = solve_cycle(broken, [100.0], POSITIONS, np.full(32, 20))
+    assert_allclose(others.ste, healthy.ste, rtol=1e-12)
+    assert cycle.ste[0].max() > healthy.ste.max()
+
+
+def test_a_spall_over_the_whole_flank_is_a_narrower_half_plane(problem):
+    share = 0.4
+    spall = FlankSpall(0.0, 1.0, share)
+    teeth = problem.pair.driver.teeth
+    faults = ToothFaults(teeth=teeth, spalls=dict.fromkeys(range(teeth), spall))
+    spalled = replace(problem, driver_faults=faults)
+
+    def narrower(flank: FlankCompliance) -> FlankCompliance:
+        return replace(flank, modulus=(1.0 - share) * flank.modulus)
+
+    slimmer = replace(
+        problem, driver=narrower(problem.driver), driven=narrower(problem.driven)
+    )
+    cycle = solve_cycle(spalled, [100.0], POSITIONS)
+    expected = solve_cycle(slimmer, [100.0], POSITIONS)
+    # patches differ in width, which counts most where tip corners touch
+    assert_allclose(cycle.ste, expected.ste, rtol=5e-4)
+    on_path = ~corner_positions(problem, expected, 0)
+    assert_allclose(cycle.ste[:, on_path], expected.ste[:, on_path], rtol=1e-4)
+    # the load of a narrower strip is on less width
+    pressure = expected.pressure / (1.0 - share)
+    smooth = (expected.load > 0.0).sum(axis=2)[0] == 1
+    assert_allclose(
+        cycle.pressure[0, smooth].max(axis=1),
+        pressure[0, smooth].max(axis=1),
+        rtol=2e-2,
+    )
+
+
+def test_a_spall_acts_where_its_flank_touches(problem):
+    pair = problem.pair
+    middle = pair.pitch_point
+    spall = FlankSpall(
+        middle - 0.1 * pair.base_pitch, middle + 0.1 * pair.base_pitch, 0.5
+    )
+    faults = equal_faults(problem, "driver", spalls={0: spall})
+    positions = np.linspace(-0.3, 0.3, 25)
+    cycle = solve_cycle(replace(problem, driver_faults=faults), [100.0], positions)
+    healthy = solve_cycle(problem, [100.0], positions)
+    softer = cycle.ste[0] / healthy.ste[0] - 1.0
+    inside = np.abs(positions) < 0.08
+    assert (softer[inside] > 0.01).all()
+    assert_allclose(softer[np.abs(positions) > 0.15], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("side", ["driver", "driven"])
+def test_a_missing_tooth_leaves_the_load_to_others(problem, side):
+    """Between single and double contact, where others are there to carry it."""
+    faults = equal_faults(problem, side, missing=frozenset({0}))
+    start, _ = problem.pair.path
+    positions = np.linspace(start + 0.02, start + 0.4, 9)  # the pair ahead is there
+    cycle = solve_cycle(
+        replace(problem, **{f"{side}_faults": faults}), [100.0], positions
+    )
+    pair = cycle.teeth.tolist().index(0)
+    assert (cycle.load[..., pair] == 0.0).all()
+    assert np.isinf(cycle.gap[..., pair]).all()
+    teeth = problem.pair.driver.teeth
+    far = replace(problem, driver_pitch_errors=(1e-3, *[0.0] * (teeth - 1)))
+    expected = solve_cycle(far, [100.0], positions)
+    assert_allclose(cycle.ste, expected.ste, rtol=1e-12)
+
+
+def test_wear_of_one_tooth_is_the_profile_of_all_where_it_touches(problem):
+    pair = problem.pair
+    rolls = np.linspace(pair.path_start, pair.driver.tip_roll_length, 9)
+    depth = 5e-6 * np.sin(np.linspace(0.3, 2.5, 9))
+    worn = FlankProfile(roll_lengths=tuple(rolls), deviations=tuple(-depth))
+    teeth = {0: worn, 1: worn, 2: worn, 36: worn, 37: worn}
+    faults = equal_faults(problem, "driver", profiles=teeth)
+    one = solve_cycle(replace(problem, driver_faults=faults), TORQUES, POSITIONS)
+    of_all = solve_cycle(replace(problem, driver_profile=worn), TORQUES, POSITIONS)
+    require_equal(one, of_all)
+
+
+@pytest.mark.parametrize("back", [False, True])
+@pytest.mark.parametrize("side", ["driver", "driven"])
+def test_offset_centers_transmit_as_rigid_involutes(problem, side, back):
+    random = np.random.default_rng(7)
+    pair: GearPair = problem.pair
+    gear = getattr(pair, side)
+    for _ in range(4):
+        offset = CenterOffset(random.uniform(1e-5, 1e-4), random.uniform(0.0, 6.0))
+        moved = replace(problem, **{f"{side}_offset": offset})
+        pitch = int(random.integers(0, gear.teeth))
+        torque = -1e-6 if back else 1e-6
+        cycle = solve_cycle(moved, [torque], [0.2], pitch)
+        way = offset.angle + gear.pitch_angle * (0.2 + pitch)
+        direction = way if side == "driver" else math.pi - way
+        vector = offset.distance * np.array([math.cos(direction), math.sin(direction)])
+        if back:  # in the mirror
+            vector[1] = -vector[1]
+        lead = driver_lead(pair, 0.1, **{side: vector})
+        expected = -(pair.backlash + lead) if back else lead
+        assert_allclose(cycle.no_load[0, 0], expected, rtol=1e-9, atol=1e-14)
+
+
+def test_offset_centers_move_the_path_of_contact(problem):
+    """At a larger distance of the centres fewer teeth are in contact."""
+    apart = CenterOffset(2e-4, math.pi)
+    cycle = solve_cycle(
+        replace(problem, driver_offset=apart), [100.0], POSITIONS, np.zeros(32, int)
+    )
+    distance = problem.pair.center_distance + 2e-4
+    wider = replace(problem.pair, center_distance=distance)
+    expected = solve_cycle(replace(problem, pair=wider), [100.0], POSITIONS)
+    # over the pitch in which the centre is on the line of centres
+    near = np.abs(POSITIONS - 0.02) < 0.02
+    deflection = (cycle.ste - cycle.no_load)[0, near]
+    assert_allclose(deflection, (expected.ste - expected.no_load)[0, near], rtol=1e-3)
