@@ -34,16 +34,21 @@ class StiffnessDrop:
 
     at_pitch_point : where the cracked tooth touches at the pitch point
     over_path : mean over the path of contact of the cracked tooth
+    added_compliance : of the cracked tooth, loaded at the pitch point [m/N]
     """
 
     at_pitch_point: float
     over_path: float
+    added_compliance: float
 
 
-def stiffness_drop(healthy: Array, cracked: Array) -> StiffnessDrop:
-    """Drop from mesh stiffnesses (n,) at the pitch point, then along the path."""
+def stiffness_drop(healthy: Array, cracked: Array, added: float) -> StiffnessDrop:
+    """Drop from mesh stiffnesses at `path_positions`, (1 + n,) [N/m].
+
+    added : compliance of the cracked tooth at the pitch point [m/N]
+    """
     mean = 1.0 - cracked[1:].mean() / healthy[1:].mean()
-    return StiffnessDrop(float(1.0 - cracked[0] / healthy[0]), float(mean))
+    return StiffnessDrop(float(1.0 - cracked[0] / healthy[0]), float(mean), added)
 
 
 def path_positions(pair: HealthyPair) -> Array:
@@ -71,8 +76,12 @@ class EnergyDrop:
 
     def __call__(self, depth: float) -> StiffnessDrop:
         """Drop at a depth of the crack [m]."""
-        cracked = self.mesh_stiffness(self.crack(depth))
-        return stiffness_drop(self._healthy, cracked)
+        crack, tooth = self.crack(depth), self.pair.teeth[0]
+        at_pitch_point = self.pair.pair.pitch_point, self.pair.width
+        added = CutTooth(tooth.gear, crack).compliance(*at_pitch_point)
+        added -= tooth.compliance(*at_pitch_point)
+        stiffness = self.mesh_stiffness(crack)
+        return stiffness_drop(self._healthy, stiffness, float(added[0]))
 
     def crack(self, depth: float) -> RootCrack:
         start, _ = tangent_point(self.pair.teeth[0].teeth, self.tangent_angle)
@@ -88,20 +97,16 @@ class EnergyDrop:
         """Of all pairs at `path_positions`, (1 + n,) [N/m]."""
         driver, driven = self.pair.teeth
         angle = self.pair.pair.operating_pressure_angle
-        rolls, active = touching_pairs(driver, driven, angle, path_positions(self.pair))
+        positions = path_positions(self.pair)
+        rolls, active = touching_pairs(driver, driven, angle, positions)
         compliances = np.full(rolls.shape, np.inf)
-        cracked = np.isclose(rolls, self._cracked_rolls[:, None], rtol=1e-9)
+        cracked_roll = self.pair.pair.pitch_point + positions * driver.base_pitch
+        cracked = np.isclose(rolls, cracked_roll[:, None], rtol=1e-9)
         compliances[active] = self._compliance(driver, rolls[active])
         compliances[cracked] = self._compliance(
             CutTooth(driver.gear, crack), rolls[cracked]
         )
         return mesh_stiffness(compliances)
-
-    @property
-    def _cracked_rolls(self) -> Array:
-        """Roll lengths of the cracked tooth at `path_positions` [m]."""
-        pair = self.pair.pair
-        return pair.pitch_point + path_positions(self.pair) * pair.base_pitch
 
     def _compliance(self, driver: CutTooth, rolls: Array) -> Array:
         """Of pairs whose driving tooth touches at roll lengths (n,), (n,) [m/N]."""
