@@ -8,6 +8,7 @@ With `--tables` the tables of the page are printed as well.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -69,6 +70,7 @@ def main() -> None:
     draw_drops(page.drop_curves(pair), title).savefig(arguments.output)
     if arguments.tables:
         parts = [page.factor_table(), page.parts_table(), page.stress_table()]
+        parts += [page.corner_table(), page.compliance_table(0, 0.5 * math.pi)]
         for number in range(len(page.pairs())):
             parts += [page.drop_table(number), page.compliance_table(number)]
         sys.stdout.write("\n\n".join(parts) + "\n")

@@ -133,15 +133,20 @@ class DropCurves:
 
 
 def compare_drops(
-    pair: HealthyPair, depths: Iterable[float], fe_drop: DropOf | None = None
+    pair: HealthyPair,
+    depths: Iterable[float],
+    fe_drop: DropOf | None = None,
+    crack_angle: float = CRACK_ANGLE,
 ) -> DropCurves:
     """Drops by all formulas, and by finite elements if their function is at hand.
 
     depths : over the root thickness, 0 to about a half
     fe_drop : drop of mesh stiffness at a depth [m]
+    crack_angle : between the crack and the centre line, of the formulas [rad]
     """
     methods: dict[str, DropOf] = {
-        model: EnergyDrop(pair, model) for model in get_args(CrackModel)
+        model: EnergyDrop(pair, model, crack_angle=crack_angle)
+        for model in get_args(CrackModel)
     }
     if fe_drop is not None:
         methods["finite elements"] = fe_drop

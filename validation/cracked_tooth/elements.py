@@ -23,15 +23,17 @@ from validation.cracked_tooth.healthy import HealthyPair
 
 @dataclass(frozen=True)
 class ElementDrop:
-    """Drop of mesh stiffness by finite elements, with contact of tip corners.
+    """Drop of mesh stiffness by finite elements.
 
     tangent_angle : between the centre line and the fillet where the crack begins [rad]
     crack_angle : between the crack and the centre line [rad]
+    corner_contact : of tips outside the nominal path
     """
 
     pair: HealthyPair
     tangent_angle: float = TANGENT_ANGLE
     crack_angle: float = CRACK_ANGLE
+    corner_contact: bool = True
 
     def __call__(self, depth: float) -> StiffnessDrop:
         """Drop at a depth of the crack [m]."""
@@ -50,7 +52,7 @@ class ElementDrop:
 
     def _problem(self, depth: float) -> ContactProblem:
         pair = self.pair
-        settings = replace(pair.settings, corner_contact=True)
+        settings = replace(pair.settings, corner_contact=self.corner_contact)
         return contact_problem(self._gear_set(depth), pair.mesh, settings)
 
     def _gear_set(self, depth: float) -> GearSet:

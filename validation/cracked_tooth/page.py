@@ -8,7 +8,12 @@ from functools import cache
 import numpy as np
 
 from fegear.gearset.read import load_gear_set
-from validation.cracked_tooth.drops import DropCurves, compare_drops
+from validation.cracked_tooth.drops import (
+    CRACK_ANGLE,
+    DropCurves,
+    compare_drops,
+    root_thickness,
+)
 from validation.cracked_tooth.elements import ElementDrop
 from validation.cracked_tooth.healthy import HealthyPair, stiffness_factors
 from validation.cracked_tooth.shallow import root_stress
@@ -35,9 +40,10 @@ def pairs() -> tuple[HealthyPair, ...]:
 
 
 @cache
-def drop_curves(pair: HealthyPair) -> DropCurves:
-    """Drops by all methods at `DEPTHS`."""
-    return compare_drops(pair, DEPTHS, ElementDrop(pair))
+def drop_curves(pair: HealthyPair, angle: float = CRACK_ANGLE) -> DropCurves:
+    """Drops by all methods at `DEPTHS`; angle : of the crack, as `CRACK_ANGLE`."""
+    elements = ElementDrop(pair, crack_angle=angle)
+    return compare_drops(pair, DEPTHS, elements, angle)
 
 
 def factor_table() -> str:
@@ -88,9 +94,12 @@ def drop_table(number: int) -> str:
     return table(head, rows)
 
 
-def compliance_table(number: int) -> str:
-    """What the crack adds to the compliance at the pitch point [nm/kN]."""
-    curves = drop_curves(pairs()[number])
+def compliance_table(number: int, angle: float = CRACK_ANGLE) -> str:
+    """What the crack adds to the compliance at the pitch point [nm/kN].
+
+    angle : between the crack and the centre line [rad]
+    """
+    curves = drop_curves(pairs()[number], angle)
     head = "crack over root thickness", *(NAMES[name] for name in curves.drops)
     rows = [
         (
@@ -100,6 +109,17 @@ def compliance_table(number: int) -> str:
         for i, depth in enumerate(curves.depths)
     ]
     return table(head, rows)
+
+
+def corner_table() -> str:
+    """Drop at the pitch point with and without contact of tip corners [%]."""
+    rows = []
+    for pair in pairs():
+        depth = 0.5 * root_thickness(pair)
+        drops = (ElementDrop(pair, corner_contact=on)(depth) for on in (True, False))
+        values = (f"{100 * drop.at_pitch_point:.1f}" for drop in drops)
+        rows.append((pair.name, *values))
+    return table(("pair", "tip corners touch", "nominal path alone"), rows)
 
 
 def stress_table() -> str:

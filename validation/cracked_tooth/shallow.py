@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from fegear.statics.solving import solve_mesh
 from lumped.closed_forms.tooth_crack import BENDING_FIT
 from validation.cracked_tooth.drops import TANGENT_ANGLE
@@ -36,8 +34,8 @@ def root_stress(pair: HealthyPair) -> RootStress:
     table = solve_mesh(pair.gear_set, pair.mesh, [pair.torque], settings).table
     tooth = pair.teeth[0]
     start, half = tangent_point(tooth.teeth, TANGENT_ANGLE)
-    distance, beta = tooth.load(pair.pair.pitch_point)
-    moment = pair.force * (float(distance) - start * float(np.cos(beta)))
+    beta = pair.pair.pitch_point / tooth.base_radius - tooth.base_half_angle
+    moment = pair.force * (tooth.base_radius - start * math.cos(beta))
     beam = 6.0 * moment / (pair.width * (2.0 * half) ** 2)
     return RootStress(float(table["driver_root_stress_Pa"][0, 0]), beam)
 
