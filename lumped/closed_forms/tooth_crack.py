@@ -45,7 +45,7 @@ import numpy as np
 from lumped.closed_forms.tooth_energy import (
     Array,
     BeamCompliance,
-    ToothLoad,
+    FlankForce,
     ToothMaterial,
     ToothOutline,
     ToothSections,
@@ -177,7 +177,7 @@ def cracked_sections(
 def cracked_compliance(
     outline: ToothOutline,
     end: float,
-    load: ToothLoad,
+    load: FlankForce,
     crack: RootCrack,
     material: ToothMaterial,
     width: float,
@@ -190,7 +190,7 @@ def cracked_compliance(
         Healthy tooth.
     end : float
         Position x of the loaded point [m].
-    load : ToothLoad
+    load : FlankForce
         Line of action, scalars.
     crack : RootCrack
         Crack; of depth 0 the compliance is that of the healthy tooth to the last bit.
@@ -216,7 +216,7 @@ def cracked_compliance(
 
 def hinge_compliance(
     outline: ToothOutline,
-    load: ToothLoad,
+    load: FlankForce,
     crack: RootCrack,
     material: ToothMaterial,
     width: float,
@@ -227,7 +227,7 @@ def hinge_compliance(
     ----------
     outline : ToothOutline
         Healthy tooth.
-    load : ToothLoad
+    load : FlankForce
         Line of action, scalars.
     crack : RootCrack
         Crack, taken to be square to the centre line.
@@ -271,7 +271,7 @@ def hinge_factor(part: float) -> float:
     -----
     A crack releases K^2 / E per area, and K = sigma sqrt(pi a) F(a/b): so S is 3 pi
     times the integral of alpha F^2 over alpha from 0 to a/b. F is the polynomial of
-    Brown and Srawley (ASTM STP 410, 1966), 0.2 % up to a/b = 0.6.
+    Brown and Srawley (1966), 0.2 % up to a/b = 0.6.
     """
     if not 0.0 <= part <= MAX_HINGE_PART:
         raise ValueError(

@@ -61,7 +61,7 @@ class ToothMaterial(NamedTuple):
         return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
 
-class ToothLoad(NamedTuple):
+class FlankForce(NamedTuple):
     """Line of a force on the loaded flank, scalars or arrays of one shape."""
 
     distance: ArrayLike  # d, of the line from the axis of the gear [m]
@@ -157,7 +157,7 @@ class ToothOutline:
 
 
 def beam_compliance(
-    sections: ToothSections, load: ToothLoad, material: ToothMaterial, width: float
+    sections: ToothSections, load: FlankForce, material: ToothMaterial, width: float
 ) -> BeamCompliance:
     """Compliance of a tooth as a beam that is fixed at its root.
 
@@ -165,7 +165,7 @@ def beam_compliance(
     ----------
     sections : ToothSections
         Sections between the root and the loaded point, shape (..., q).
-    load : ToothLoad
+    load : FlankForce
         Lines of action, shape (...).
     material : ToothMaterial
         Young's modulus [Pa] and Poisson's ratio.

@@ -94,7 +94,7 @@ class EnergyDrop:
         return self.mesh_stiffness(None)
 
     def mesh_stiffness(self, crack: RootCrack | None) -> Array:
-        """Of all pairs at `path_positions`, (1 + n,) [N/m]."""
+        """Stiffness of all pairs at `path_positions`, (1 + n,) [N/m]."""
         driver, driven = self.pair.teeth
         angle = self.pair.pair.operating_pressure_angle
         positions = path_positions(self.pair)
@@ -109,7 +109,7 @@ class EnergyDrop:
         return mesh_stiffness(compliances)
 
     def _compliance(self, driver: CutTooth, rolls: Array) -> Array:
-        """Of pairs whose driving tooth touches at roll lengths (n,), (n,) [m/N]."""
+        """Compliances of pairs that touch at roll lengths (n,) of the driver [m/N]."""
         driven, width = self.pair.teeth[1], self.pair.width
         others = self.pair.pair.line_of_action - rolls
         teeth = driver.compliance(rolls, width) + driven.compliance(others, width)

@@ -70,7 +70,7 @@ class ElementDrop:
         return replace(gear_set, gears=tuple(gears))
 
     def _mesh_stiffness(self, problem: ContactProblem) -> Array:
-        """Of all pairs at `path_positions`, (1 + n,) [N/m]."""
+        """Stiffness of all pairs at `path_positions`, (1 + n,) [N/m]."""
         cycle = solve_cycle(problem, [self.pair.torque], path_positions(self.pair))
         return cycle.stiffness[0]
 

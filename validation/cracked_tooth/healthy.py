@@ -77,7 +77,7 @@ class HealthyPair:
         return np.arange(self.settings.positions) / self.settings.positions
 
     def energy_stiffness(self, contact_law: ContactLaw) -> Array:
-        """By potential energy at the positions, (n,) [N/m]."""
+        """Mesh stiffness by potential energy at the positions, (n,) [N/m]."""
         return potential_energy.mesh_stiffness(
             *self.teeth,
             self.pair.operating_pressure_angle,
@@ -88,13 +88,13 @@ class HealthyPair:
         )
 
     def solved(self, corner_contact: bool) -> StaticsResult:
-        """By finite elements at the positions."""
+        """Mesh at the positions, by finite elements."""
         settings = replace(self.settings, corner_contact=corner_contact)
         return solve_mesh(self.gear_set, self.mesh, [self.torque], settings)
 
     @cached_property
     def on_path(self) -> StaticsResult:
-        """By finite elements, with contact on the nominal path alone."""
+        """Mesh with contact on the nominal path alone, by finite elements."""
         return self.solved(corner_contact=False)
 
     @cached_property

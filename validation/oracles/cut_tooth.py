@@ -17,8 +17,8 @@ from fegear.gearset.model import Gear
 from lumped.closed_forms.tooth_crack import RootCrack, cracked_compliance
 from lumped.closed_forms.tooth_energy import (
     BeamCompliance,
+    FlankForce,
     ToothFoundation,
-    ToothLoad,
     ToothMaterial,
     ToothOutline,
     beam_compliance,
@@ -108,10 +108,10 @@ class CutTooth:
             young_modulus=self.gear.young_modulus,
         )
 
-    def load(self, roll_length: float) -> ToothLoad:
+    def load(self, roll_length: float) -> FlankForce:
         """Line of action that touches the flank at a roll length [m]."""
         rb = self.base_radius
-        return ToothLoad(rb, roll_length / rb - self.base_half_angle)
+        return FlankForce(rb, roll_length / rb - self.base_half_angle)
 
     def beam(self, roll_length: float, face_width: float) -> BeamCompliance:
         """Bending, shear and thrust, scalars [m/N]."""

@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.closed_forms.tooth_energy import (
+    FlankForce,
     ToothFoundation,
-    ToothLoad,
     ToothMaterial,
     ToothSections,
     beam_compliance,
@@ -278,7 +278,7 @@ def tooth_compliance(
     """
     require_positive("face_width", face_width)
     s = _require_on_flank(gear, roll_length)
-    load = ToothLoad(gear.base_radius, s / gear.base_radius - gear.base_half_angle)
+    load = FlankForce(gear.base_radius, s / gear.base_radius - gear.base_half_angle)
     material = ToothMaterial(gear.young_modulus, gear.poisson_ratio)
     beam = beam_compliance(tooth_sections(gear, s), load, material, face_width)
     return ToothCompliance(*beam, body=body_compliance(gear, s, face_width))

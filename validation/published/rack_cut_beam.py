@@ -21,8 +21,8 @@ import numpy as np
 
 from fegear.gearset.model import Gear
 from lumped.closed_forms.tooth_energy import (
+    FlankForce,
     ToothFoundation,
-    ToothLoad,
     ToothMaterial,
     beam_compliance,
 )
@@ -35,7 +35,7 @@ def tooth_compliance(gear: Gear, pressure_angle: float, width: float) -> float:
     """Compliance of a tooth and its body, loaded at a pressure angle [m/N]."""
     teeth = gear.geometry
     roll_length = teeth.base_radius * math.tan(pressure_angle)
-    load = ToothLoad(
+    load = FlankForce(
         teeth.base_radius, math.tan(pressure_angle) - teeth.base_half_angle
     )
     height = contact_position(teeth, roll_length)

@@ -15,8 +15,8 @@ from lumped.closed_forms.tooth_crack import (
     hinge_factor,
 )
 from lumped.closed_forms.tooth_energy import (
+    FlankForce,
     ToothFoundation,
-    ToothLoad,
     ToothMaterial,
     ToothOutline,
     beam_compliance,
@@ -27,7 +27,7 @@ from lumped.closed_forms.tooth_energy import (
 STEEL = ToothMaterial(206e9, 0.3)
 E, G = STEEL.young_modulus, STEEL.shear_modulus
 WIDTH, LENGTH, HALF = 20e-3, 5.6e-3, 2e-3  # m
-SQUARE_LOAD = ToothLoad(LENGTH, 0.0)
+SQUARE_LOAD = FlankForce(LENGTH, 0.0)
 MODELS = "parallel", "parabola", "hinge"
 
 
@@ -63,7 +63,7 @@ def test_rectangular_cantilever():
     assert across.bending == pytest.approx(LENGTH**3 / (3 * E * inertia), rel=1e-13)
     assert across.shear == pytest.approx(1.2 * LENGTH / (G * area), rel=1e-13)
     assert across.axial == 0.0
-    along = compliance(straight(), ToothLoad(0.0, 0.5 * math.pi))
+    along = compliance(straight(), FlankForce(0.0, 0.5 * math.pi))
     assert along.axial == pytest.approx(LENGTH / (E * area), rel=1e-13)
     assert along.bending == pytest.approx(0.0, abs=1e-20)
 
@@ -85,7 +85,7 @@ def test_curved_tooth_against_quadrature(beta):
     """Moment of the two components of the force about the centre line."""
     end = 0.8 * LENGTH
     side = float(curved_half(end))
-    load = ToothLoad(end * math.cos(beta) - side * math.sin(beta), beta)
+    load = FlankForce(end * math.cos(beta) - side * math.sin(beta), beta)
     parts = compliance(curved(), load, end)
 
     def moment(x):
@@ -105,9 +105,9 @@ def test_curved_tooth_against_quadrature(beta):
 
 def test_many_loads_at_once():
     sections = curved().sections(LENGTH)
-    loads = ToothLoad(np.array([4e-3, 5e-3]), np.array([0.3, 0.2]))
+    loads = FlankForce(np.array([4e-3, 5e-3]), np.array([0.3, 0.2]))
     both = beam_compliance(sections, loads, STEEL, WIDTH)
-    one = beam_compliance(sections, ToothLoad(5e-3, 0.2), STEEL, WIDTH)
+    one = beam_compliance(sections, FlankForce(5e-3, 0.2), STEEL, WIDTH)
     assert both.total.shape == (2,)
     assert both.total[1] == one.total
 
@@ -224,7 +224,7 @@ ANGLES = st.floats(0.3, 0.5 * math.pi)
 )
 def test_no_crack_is_the_healthy_tooth_to_the_bit(outline, angle, model, start, beta):
     crack = RootCrack(start=start * LENGTH, depth=0.0, angle=angle, model=model)
-    load = ToothLoad(0.9 * LENGTH, beta)
+    load = FlankForce(0.9 * LENGTH, beta)
     assert cracked(outline, crack, load) == compliance(outline, load)
 
 
