@@ -149,7 +149,7 @@ class StiffnessFactors:
 
     @property
     def ratio(self) -> float:
-        """Of both mean stiffnesses; the product of the factors."""
+        """Ratio of both mean stiffnesses; the product of the factors."""
         return self.energy / self.elements
 
 
