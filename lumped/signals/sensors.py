@@ -144,6 +144,34 @@ def _continued(time: Array, values: Array) -> tuple[Array, Array]:
     return np.concatenate(times), np.concatenate(parts)
 
 
+def signal_names(system: LumpedSystem) -> tuple[str, ...]:
+    """Names of the signals of a train, with units at their ends."""
+    train = system.train
+    gears = [train.gears[number].name for number in _turning_gears(system)]
+    borne = [train.gears[number].name for number in _borne_gears(system)]
+    return (
+        *(f"mesh{number}_dte_m" for number in range(1, 1 + len(train.meshes))),
+        *(f"{name}_speed_deviation_rad_per_s" for name in gears),
+        *(f"{name}_bearing_{axis}_N" for name in borne for axis in "xy"),
+    )
+
+
+def _turning_gears(system: LumpedSystem) -> list[int]:
+    indices = system.modes.coordinates.indices
+    numbers = range(len(system.train.gears))
+    return [number for number in numbers if (number, "rotation") in indices]
+
+
+def _borne_gears(system: LumpedSystem) -> list[int]:
+    """Gears on bearings that can move."""
+    indices = system.modes.coordinates.indices
+    return [
+        number
+        for number, gear in enumerate(system.train.gears)
+        if gear.bearing_stiffness is not None and (number, "x") in indices
+    ]
+
+
 def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]:
     """Signals (k,) at times (k,) by name, with units at the ends of the names.
 
@@ -151,24 +179,21 @@ def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]
     can rotate from its nominal one, positive where the gear is faster; forces of gears
     on bearings that can move, along x and y.
     """
-    train, indices = motion.system.train, motion.system.modes.coordinates.indices
+    system = motion.system
+    train, indices = system.train, system.modes.coordinates.indices
     displacement, velocity = motion.at(time)
-    deflection = motion.deflection(time)
-    signals = {f"mesh{m + 1}_dte_m": deflection[:, m] for m in range(len(train.meshes))}
-    for number, gear in enumerate(train.gears):
-        if (number, "rotation") in indices:
-            deviation = train.sense(number) * velocity[:, indices[number, "rotation"]]
-            signals[f"{gear.name}_speed_deviation_rad_per_s"] = deviation
-    for number, gear in enumerate(train.gears):
-        if gear.bearing_stiffness is None or (number, "x") not in indices:
-            continue
+    signals = list(motion.deflection(time).T)
+    for number in _turning_gears(system):
+        deviation = velocity[:, indices[number, "rotation"]]
+        signals.append(train.sense(number) * deviation)
+    for number in _borne_gears(system):
+        gear = train.gears[number]
         center = displacement[:, [indices[number, axis] for axis in "xy"]]
         cosine, sine = (f(gear.bearing_direction) for f in (math.cos, math.sin))
         axes = np.array([[cosine, -sine], [sine, cosine]])  # columns: directions
         force = (center @ axes * np.array(gear.bearing_stiffness)) @ axes.T
-        for axis, values in zip("xy", force.T, strict=True):
-            signals[f"{gear.name}_bearing_{axis}_N"] = values
-    return signals
+        signals.extend(force.T)
+    return dict(zip(signal_names(system), signals, strict=True))
 
 
 def with_noise(
