@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from hashlib import sha256
 from itertools import product
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -67,9 +68,11 @@ OUTPUTS = (".csv", *DATA_SETS)
 MAX_SHARED = 32  # gear sets that are not read again for further runs
 AXES = (
     "Axis of the set: N values from A to B, or values with commas, of speed (rpm of "
-    "the first mesh's driver), torque_Nm, noise_percent, seed (for repetitions), tooth, "
-    "a fault ({}) or a key of the gear set. Runs are all combinations; may be repeated."
+    "the first mesh's driver), torque_Nm, noise_percent, seed (for repetitions), "
+    "tooth, a fault ({}) or a key of the gear set. Runs are all combinations; may be "
+    "repeated."
 )
+LABELS = f"Write labels and indicators, a row for each run, {TO_SINGLE_TABLE}."
 
 
 def _axes_setting() -> Any:
@@ -84,16 +87,15 @@ class FaultSignals(
     TrainStudy,
     Study,
     command="faults",
-    example="faults liu-pair --rpm 900 --over pitch_error=0:5:11 --tooth 12 "
-    "--noise-percent 10 --over seed=1:20:20 -o set.h5 --plot set.png",
+    example="faults liu-pair --rpm 900 --over pitch_error=0:5:6 -o set.h5 --plot s.png",
 ):
     """Labelled data sets of signals of gears with faults.
 
     Signals as sensors give them, their averages over turns of the faulty gear and
     indicators, for every combination of fault sizes, speeds, torques and noise. The
-    noise of each run has a seed of its own that only its number and --seed determine.
-    With --output runs are stored in FILE.partial until the file is written; --resume
-    continues from there.
+    noise of each run has a seed of its own, which depends on its number and the seed of
+    the set alone. With --output runs are stored in FILE.partial until the file is
+    written; --resume continues from there.
     """
 
     resumes = True
@@ -104,9 +106,7 @@ class FaultSignals(
         f"Write signals with their labels to this file, {listed(DATA_SETS)}, or labels "
         "and indicators alone, .csv."
     )
-    more_tables = {
-        "labels": f"Write labels and indicators, a row for each run, {TO_SINGLE_TABLE}."
-    }
+    more_tables = MappingProxyType({"labels": LABELS})
 
     gear_set: GearSetRef
     over: tuple[Axis, ...] = _axes_setting()
@@ -173,9 +173,14 @@ class FaultSignals(
         sizes = [len(axis.values) for axis in self.over]
         return self.random or int(np.prod(sizes, dtype=object))
 
-    @cached_property
     def points(self) -> tuple[tuple[float, ...], ...]:
-        """Values of the axes for each run."""
+        """Values of the axes for each run.
+
+        Returns
+        -------
+        tuple of tuple of float
+            A value for each axis, in the order of the runs.
+        """
         if self.random is None:
             return tuple(product(*(axis.values for axis in self.over)))
         return random_points(self.over, self.random, self.random_seed)
@@ -220,10 +225,15 @@ class FaultSignalsProblem(Problem):
     reference: SignalsProblem = field(kw_only=True)
     edits: GearSetEdits = field(kw_only=True)
 
+    @cached_property
+    def points(self) -> tuple[tuple[float, ...], ...]:
+        """Values of the axes for each run."""
+        return self.study.points()
+
     @classmethod
     def of(cls, study: FaultSignals) -> FaultSignalsProblem:
         """The problem of a study; InputError for what no run can be."""
-        settings, _ = split_point(study, study.points[0])
+        settings, _ = split_point(study, study.points()[0])
         signals = signals_of(study, settings, study.gear_set)
         reference = signals.prepare_with(study.model.excitations)
         index = reference.turning.index
@@ -286,9 +296,10 @@ class FaultSignalsProblem(Problem):
     def _labels(self) -> dict[str, NDArray[Any]]:
         """Values of axes and settings for every run."""
         study, reference = self.study, self.reference
-        points = np.array(study.points)
+        points = np.array(self.points)
         labels = {
-            column_of(name): points[:, column] for column, name in enumerate(study.names)
+            column_of(name): points[:, column]
+            for column, name in enumerate(study.names)
         }
         count = len(points)
         torque, rpm = reference.single_torque, study.rpm
@@ -315,7 +326,7 @@ class FaultSignalsProblem(Problem):
 
     @property
     def _reference_rpm(self) -> float:
-        settings, _ = split_point(self.study, self.study.points[0])
+        settings, _ = split_point(self.study, self.points[0])
         return float(settings["rpm"])
 
     def _facts(self, warnings: tuple[str, ...]) -> TrainFacts:
@@ -408,7 +419,7 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
     def _problem(self, number: int) -> SignalsProblem:
         """The signals of a run; InputError where there is no such gear set."""
         study = self.problem.study
-        settings, changes = split_point(study, study.points[number - 1])
+        settings, changes = split_point(study, self.problem.points[number - 1])
         settings["seed"] = noise_seed(number, settings["seed"])
         gear_set = study.gear_set
         if changes:

@@ -215,7 +215,7 @@ class SignalsProblem(MotionProblem):
 
     @property
     def tooth_at_pitch_point(self) -> NDArray[np.int64]:
-        """The gear's tooth (p,) nearest to the pitch point of its first mesh, from 1."""
+        """The gear's tooth (p,) at the pitch point of its first mesh, from 1."""
         turning, points = self.turning, self.sampling.points
         position = turning.phase + turning.teeth * np.arange(points) / points
         cycle = np.floor(position + 0.5).astype(np.int64)

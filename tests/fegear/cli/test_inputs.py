@@ -739,20 +739,17 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--average": plus(SIGNALS, "--average a.csv"),
         "--spectrum": plus(SIGNALS, "--spectrum l.csv"),
     },
-    "faults": {
-        name: case
-        for name, case in lumped(FAULTS).items()
-        if name not in ("--set", "--max-periods")
-    }
+    "faults": lumped(FAULTS)
     | {
-        "--set": plus(FAULTS, "--set mesh.1.backlash_um=300"),
-        "--max-periods": plus(f"{FAULTS} --damping 1e-4", "--max-periods 40"),
+        "--max-periods": plus(
+            f"{FAULTS} --damping 1e-4", "--max-periods 40", refused=True
+        ),  # the motion does not repeat
         "--over": swap(FAULTS, "0,1", "0,2"),
         "--rpm": swap(FAULTS, "7000", "7100"),
         "--random": plus(FAULTS, "--random 3"),
         "--random-seed": plus(f"{FAULTS} --random 3", "--random-seed 1"),
         "--gear": plus(FAULTS, "--gear b"),
-        "--tooth": plus(FAULTS, "--tooth 2"),
+        "--tooth": plus(f"{FAULTS} -o s.csv", "--tooth 2"),
         "--turns": swap(FAULTS, "--turns 2", "--turns 3"),
         "--samples": swap(FAULTS, "--samples 8", "--samples 9"),
         "--noise-percent": plus(FAULTS, "--noise-percent 1"),

@@ -224,7 +224,7 @@ def test_runs_without_signals_keep_their_labels():
     assert jammed.labels["pitch_error_um"].tolist() == [0.0, 900.0]
     (warning,) = jammed.summary["warnings"]
     assert warning == "1 of 2 runs have no signals: 1 impossible [W48]"
-    with pytest.raises(InputError, match="no run has signals: impossible: .* jam"):
+    with pytest.raises(InputError, match=r"no run has signals: impossible: .* jam"):
         fegear.run(study("pitch_error=900"))
 
 
