@@ -57,36 +57,52 @@ class CoordinateMotion:
 
         Rigid rotation of the train is not part of them.
         """
-        place = np.mod(time, self.period)
-        displacement, velocity = self._splines
-        return displacement(place), velocity(place)
+        return self.displacement(time), self.velocity(time)
+
+    def displacement(self, time: Array) -> Array:
+        """Displacements (k, n) of all coordinates at times (k,)."""
+        return np.asarray(self._spline(self._mode_lines)(np.mod(time, self.period)))
+
+    def velocity(self, time: Array) -> Array:
+        """Velocities (k, n) of all coordinates at times (k,)."""
+        rates = 1j * self._angular * self._mode_lines
+        return np.asarray(self._spline(rates)(np.mod(time, self.period)))
 
     def deflection(self, time: Array) -> Array:
         """Transmission errors (k, m) of the history at times (k,) [m]."""
         start = self.history.time[0]
         return resample(self.history, start + np.mod(time, self.period))[0]
 
-    @cached_property
-    def _splines(self) -> tuple[CubicSpline, CubicSpline]:
-        from scipy.interpolate import CubicSpline
+    @property
+    def _angular(self) -> Array:
+        """Angular frequencies (l, 1) of the lines [rad/s]."""
+        orders = np.arange(self._equal_steps // 2 + 1)[:, None]
+        return 2.0 * math.pi * orders / self.period
 
-        steps = self._equal_steps
-        time = np.linspace(0.0, self.period, steps + 1)
-        modes = self.system.modes
+    @cached_property
+    def _mode_lines(self) -> NDArray[np.complex128]:
+        """Lines (l, v) of the displacements of the modes that vibrate."""
+        modes, angular = self.system.modes, self._angular
         vibrates = modes.frequency_Hz > 0.0
         natural, shapes = modes.angular[vibrates], modes.shapes[:, vibrates]
-        angular = 2.0 * math.pi * np.arange(steps // 2 + 1)[:, None] / self.period
-        lines = self._excess_lines(steps) @ modes.mesh_shapes[:, vibrates]
+        forces = self._excess_lines(self._equal_steps)
+        lines = forces @ modes.mesh_shapes[:, vibrates]
         lines[0] += shapes.T @ modes.coordinates.load
         damping = 2j * self.system.train.damping_ratio * natural * angular
-        lines = lines / (natural**2 - angular**2 + damping)
-        pair = []
-        for values in (lines, 1j * angular * lines):
-            values[-1] = 0.0  # of a line at half the sampling rate the phase is lost
-            wave = steps * np.fft.irfft(values, steps, axis=0) @ shapes.T
-            wave = np.concatenate([wave, wave[:1]])
-            pair.append(CubicSpline(time, wave, bc_type="periodic"))
-        return pair[0], pair[1]
+        return np.asarray(lines / (natural**2 - angular**2 + damping))
+
+    def _spline(self, lines: NDArray[np.complex128]) -> CubicSpline:
+        """Coordinates (n,) over a period, from the lines of the vibrating modes."""
+        from scipy.interpolate import CubicSpline
+
+        modes, steps = self.system.modes, self._equal_steps
+        shapes = modes.shapes[:, modes.frequency_Hz > 0.0]
+        values = lines.copy()
+        values[-1] = 0.0  # of a line at half the sampling rate the phase is lost
+        wave = steps * np.fft.irfft(values, steps, axis=0) @ shapes.T
+        wave = np.concatenate([wave, wave[:1]])
+        time = np.linspace(0.0, self.period, steps + 1)
+        return CubicSpline(time, wave, bc_type="periodic")
 
     @property
     def _equal_steps(self) -> int:
@@ -181,12 +197,13 @@ def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]
     """
     system = motion.system
     train, indices = system.train, system.modes.coordinates.indices
-    displacement, velocity = motion.at(time)
-    signals = list(motion.deflection(time).T)
+    signals, velocity = list(motion.deflection(time).T), motion.velocity(time)
     for number in _turning_gears(system):
         deviation = velocity[:, indices[number, "rotation"]]
         signals.append(train.sense(number) * deviation)
-    for number in _borne_gears(system):
+    borne = _borne_gears(system)
+    displacement = motion.displacement(time) if borne else np.empty((len(time), 0))
+    for number in borne:
         gear = train.gears[number]
         center = displacement[:, [indices[number, axis] for axis in "xy"]]
         cosine, sine = (f(gear.bearing_direction) for f in (math.cos, math.sin))
