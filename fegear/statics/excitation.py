@@ -50,7 +50,7 @@ Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
 STIFFNESS = "stiffness_N_per_m"
 MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
-MAX_TABLES = 64  # solved ones that are kept for further use
+MAX_TABLES = 128  # solved ones that are kept for further use
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 
 
