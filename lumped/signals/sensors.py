@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 OVERLAP = 16  # steps of the periods before and after that a spline takes into account
+PERIOD_RTOL = 1e-9  # of a time that is that of the start, by round-off
 OVERSAMPLING = 4  # equal steps of a period over those of its history, at least
 
 
@@ -61,17 +62,27 @@ class CoordinateMotion:
 
     def displacement(self, time: Array) -> Array:
         """Displacements (k, n) of all coordinates at times (k,)."""
-        return np.asarray(self._spline(self._mode_lines)(np.mod(time, self.period)))
+        return np.asarray(self._spline(self._mode_lines)(self._within(time)))
 
     def velocity(self, time: Array) -> Array:
         """Velocities (k, n) of all coordinates at times (k,)."""
         rates = 1j * self._angular * self._mode_lines
-        return np.asarray(self._spline(rates)(np.mod(time, self.period)))
+        return np.asarray(self._spline(rates)(self._within(time)))
 
     def deflection(self, time: Array) -> Array:
         """Transmission errors (k, m) of the history at times (k,) [m]."""
         start = self.history.time[0]
-        return resample(self.history, start + np.mod(time, self.period))[0]
+        return resample(self.history, start + self._within(time))[0]
+
+    def _within(self, time: Array) -> Array:
+        """Times (k,) within the first period, 0 where round-off is short of its end.
+
+        The motion ends where it starts only to the tolerance of the steady state: a
+        sample at the end in one period alone would look like a tooth that differs.
+        """
+        place = np.mod(time, self.period)
+        place[self.period - place < PERIOD_RTOL * self.period] = 0.0
+        return place
 
     @property
     def _angular(self) -> Array:
