@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import tomllib
 from contextlib import suppress
 from dataclasses import replace
@@ -17,9 +18,10 @@ import fegear
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
 from fegear.studies.fault_axes import FAULTS, GearSetEdits
-from fegear.studies.faults import MAX_VALUES, noise_seed, random_points
+from fegear.studies.faults import MAX_VALUES, Runs, noise_seed, random_points
 from fegear.studies.trains import GearSetRef
 from lumped import Settings
+from lumped.common.workers import Cluster
 from lumped.steady.maps import Axis
 
 MODEL = fegear.LumpedModel(
@@ -115,6 +117,21 @@ def test_noise_differs_from_run_to_run_and_not_with_workers(noisy, result):
     assert alone.table.csv() == result.table.csv()
     assert noise_seed(3, 7) == noise_seed(3, 7) != noise_seed(7, 3)
     assert 0 <= noise_seed(1, 0) < 2**32
+
+
+def test_runs_can_go_to_other_processes(noisy, result):
+    """As they are sent: systems with what they have worked out, and what is asked."""
+    runs = Runs(noisy.prepare())
+    arrays = pickle.loads(pickle.dumps(runs["6"]))()
+    np.testing.assert_array_equal(arrays["values"], result.runs.values[5])
+
+
+@pytest.mark.slow
+def test_runs_of_a_cluster_are_those_of_threads(noisy, result):
+    pytest.importorskip("distributed")
+    cluster = fegear.run(noisy, workers=Cluster())
+    np.testing.assert_array_equal(cluster.runs.values, result.runs.values)
+    assert cluster.table.csv() == result.table.csv()
 
 
 def test_interrupted_and_resumed_is_whole_to_the_byte(noisy, result, tmp_path):
