@@ -17,7 +17,8 @@ from scipy.io import loadmat, netcdf_file
 import fegear
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
-from fegear.studies.fault_axes import FAULTS, GearSetEdits
+from fegear.gearset.read import load_tables
+from fegear.studies.fault_axes import FAULTS, GearSetEdits, faults
 from fegear.studies.faults import MAX_VALUES, Runs, noise_seed, random_points
 from fegear.studies.trains import GearSetRef
 from lumped import Settings
@@ -317,6 +318,30 @@ def test_a_spall_and_wear_change_the_size_of_an_entry():
     assert changed["gear.1.worn_teeth"] == [{**worn, "depth_um": [2.5, 10.0]}]
     with pytest.raises(InputError, match="no entry of tooth 6 in spalls"):
         edited(tables, {"spall": 0.5}, tooth=6)
+
+
+BASES = {
+    "spall": "gear.1.spalls=[{ tooth = 7, start_roll_angle_deg = 20.0, "
+    "end_roll_angle_deg = 22.0, width_share = 0.1 }]",
+    "wear": "gear.1.worn_teeth=[{ tooth = 7, roll_angle_deg = [15.0, 20.0], "
+    "depth_um = [0.0, 2.0] }]",
+}
+
+
+@pytest.mark.parametrize("name", faults())
+def test_every_fault_makes_another_gear_and_size_0_a_healthy_one(name):
+    edits = (BASES[name],) if name in BASES else ()
+    base = GearSetRef(name="liu-pair", edits=edits)
+    tables = load_tables("liu-pair", base.overrides)
+    changes = GearSetEdits(tables, base.overrides, 1, 38)
+    healthy, small, large = (
+        replace(base, edits=changes.texts({name: size}, 7)).loaded.gears
+        for size in (0.0, 0.2, 0.4)
+    )
+    assert healthy[1] == small[1] == large[1]
+    assert len({repr(gears[0]) for gears in (healthy, small, large)}) == 3
+    if name != "pitch_error":  # a list of zeros in place of none
+        assert healthy[0] == fegear.load_gear_set("liu-pair").gears[0]
 
 
 def test_entries_of_lists_are_keys_that_name_gears_or_number_them():
