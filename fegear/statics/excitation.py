@@ -50,6 +50,7 @@ Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
 STIFFNESS = "stiffness_N_per_m"
 MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
+MAX_TABLES = 128  # solved ones that are kept for further use
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 
 
@@ -314,7 +315,7 @@ def _require_all_pairs(gear_set: GearSet, mesh: int, table: MeshTable) -> None:
 
 @dataclass(frozen=True)
 class Excitations:
-    """Excitations of a gear set's meshes; tables are solved once each."""
+    """Excitations of gear sets' meshes; the tables used last are solved once each."""
 
     source: StiffnessSource = field(default_factory=StiffnessSource)
     _results: dict[tuple[object, ...], StaticsResult] = field(default_factory=dict)
@@ -353,9 +354,11 @@ class Excitations:
         gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
         flanks = tuple(getattr(spec, name) for name in MODIFICATIONS)
         key = (spec.pair, gears, flanks, errors, torque)
-        if key not in self._results:
-            self._results[key] = self._solved(gear_set, mesh, torque)
-        return self._results[key]
+        result = self._results.pop(key, None) or self._solved(gear_set, mesh, torque)
+        self._results[key] = result  # the one used last is the last to be dropped
+        while len(self._results) > MAX_TABLES:
+            del self._results[next(iter(self._results))]
+        return result
 
     def _solved(self, gear_set: GearSet, mesh: int, torque: float) -> StaticsResult:
         from fegear.statics.solving import solve_mesh
