@@ -80,7 +80,7 @@ class CoordinateMotion:
         The motion ends where it starts only to the tolerance of the steady state: a
         sample at the end in one period alone would look like a tooth that differs.
         """
-        place = np.mod(time, self.period)
+        place: Array = np.asarray(np.mod(time, self.period))
         place[self.period - place < PERIOD_RTOL * self.period] = 0.0
         return place
 
