@@ -173,7 +173,7 @@ def crack_influence(
 def _coarser(ring: DamagedRing) -> DamagedRing:
     size = ring.healthy.size.refined(COARSER)
     cracked = {t: replace(sector, size=size) for t, sector in ring.cracked.items()}
-    return DamagedRing(replace(ring.healthy, size=size), cracked, ring.split)
+    return replace(ring, healthy=replace(ring.healthy, size=size), cracked=cracked)
 
 
 def _intensities(ring: DamagedRing, tooth: int) -> tuple[Array, Array]:
