@@ -13,6 +13,7 @@ from meshes.crack import Crack, crack_points
 from validation.cracked_tooth import page
 from validation.cracked_tooth.draw_cracked_tooth import draw_drops
 from validation.cracked_tooth.drops import (
+    CRACK_ANGLE,
     EnergyDrop,
     StiffnessDrop,
     compare_drops,
@@ -163,7 +164,7 @@ def test_pair_alone_has_the_fault_of_its_teeth(liu_pair):
 def test_tables_and_figure_of_the_page(liu_pair, monkeypatch):
     monkeypatch.setattr(page, "pairs", lambda: (liu_pair,))
     monkeypatch.setattr(page, "DEPTHS", (0.1, 0.3))
-    figure = draw_drops(page.drop_curves(liu_pair), "title")
+    figure = draw_drops(page.drop_curves(liu_pair, CRACK_ANGLE), "title")
     assert [len(axes.lines) for axes in figure.axes] == [4, 4]
     for text in (page.drop_table(0), page.compliance_table(0)):
         assert text.splitlines()[2].startswith("| 10 % |")

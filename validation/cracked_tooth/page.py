@@ -40,7 +40,7 @@ def pairs() -> tuple[HealthyPair, ...]:
 
 
 @cache
-def drop_curves(pair: HealthyPair, angle: float = CRACK_ANGLE) -> DropCurves:
+def drop_curves(pair: HealthyPair, angle: float) -> DropCurves:
     """Drops by all methods at `DEPTHS`; angle : of the crack, as `CRACK_ANGLE`."""
     elements = ElementDrop(pair, crack_angle=angle)
     return compare_drops(pair, DEPTHS, elements, angle)
@@ -79,7 +79,7 @@ def parts_table() -> str:
 
 def drop_table(number: int) -> str:
     """Drop of mesh stiffness of a pair [%]: at the pitch point, and over the path."""
-    curves = drop_curves(pairs()[number])
+    curves = drop_curves(pairs()[number], CRACK_ANGLE)
     head = "crack over root thickness", *(NAMES[name] for name in curves.drops)
     rows = [
         (
