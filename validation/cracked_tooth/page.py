@@ -16,7 +16,7 @@ from validation.cracked_tooth.drops import (
 )
 from validation.cracked_tooth.elements import ElementDrop
 from validation.cracked_tooth.healthy import HealthyPair, stiffness_factors
-from validation.cracked_tooth.shallow import root_stress
+from validation.cracked_tooth.shallow import mouth_stress
 from validation.published.cases import pair_of
 
 DEPTHS = 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5  # over the root thickness
@@ -123,10 +123,10 @@ def corner_table() -> str:
 
 
 def stress_table() -> str:
-    """Root stress of the driver at the pitch point by finite elements and a beam."""
+    """Stress where the crack begins, by finite elements and as a beam."""
     rows = []
     for pair in pairs():
-        stress = root_stress(pair)
+        stress = mouth_stress(pair)
         values = f"{1e-6 * stress.elements:.1f}", f"{1e-6 * stress.beam:.1f}"
         rows.append((pair.name, *values, f"{stress.concentration:.2f}"))
     return table(("pair", "finite elements [MPa]", "beam [MPa]", "ratio"), rows)
