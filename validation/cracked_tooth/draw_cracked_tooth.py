@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.cracked_tooth import page
-from validation.cracked_tooth.drops import DropCurves
+from validation.cracked_tooth.drops import CRACK_ANGLE, DropCurves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,7 +67,7 @@ def main() -> None:
     arguments = parser.parse_args()
     pair = page.pairs()[0]
     title = f"{pair.name}, tooth at the pitch point"
-    draw_drops(page.drop_curves(pair), title).savefig(arguments.output)
+    draw_drops(page.drop_curves(pair, CRACK_ANGLE), title).savefig(arguments.output)
     if arguments.tables:
         parts = [page.factor_table(), page.parts_table(), page.stress_table()]
         parts += [page.corner_table(), page.compliance_table(0, 0.5 * math.pi)]

@@ -16,7 +16,7 @@ from validation.cracked_tooth.drops import (
 )
 from validation.cracked_tooth.elements import ElementDrop
 from validation.cracked_tooth.healthy import HealthyPair, stiffness_factors
-from validation.cracked_tooth.shallow import root_stress
+from validation.cracked_tooth.shallow import mouth_stress
 from validation.published.cases import pair_of
 
 DEPTHS = 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5  # over the root thickness
@@ -40,7 +40,7 @@ def pairs() -> tuple[HealthyPair, ...]:
 
 
 @cache
-def drop_curves(pair: HealthyPair, angle: float = CRACK_ANGLE) -> DropCurves:
+def drop_curves(pair: HealthyPair, angle: float) -> DropCurves:
     """Drops by all methods at `DEPTHS`; angle : of the crack, as `CRACK_ANGLE`."""
     elements = ElementDrop(pair, crack_angle=angle)
     return compare_drops(pair, DEPTHS, elements, angle)
@@ -79,7 +79,7 @@ def parts_table() -> str:
 
 def drop_table(number: int) -> str:
     """Drop of mesh stiffness of a pair [%]: at the pitch point, and over the path."""
-    curves = drop_curves(pairs()[number])
+    curves = drop_curves(pairs()[number], CRACK_ANGLE)
     head = "crack over root thickness", *(NAMES[name] for name in curves.drops)
     rows = [
         (
@@ -123,10 +123,10 @@ def corner_table() -> str:
 
 
 def stress_table() -> str:
-    """Root stress of the driver at the pitch point by finite elements and a beam."""
+    """Stress where the crack begins, by finite elements and as a beam."""
     rows = []
     for pair in pairs():
-        stress = root_stress(pair)
+        stress = mouth_stress(pair)
         values = f"{1e-6 * stress.elements:.1f}", f"{1e-6 * stress.beam:.1f}"
         rows.append((pair.name, *values, f"{stress.concentration:.2f}"))
     return table(("pair", "finite elements [MPa]", "beam [MPa]", "ratio"), rows)

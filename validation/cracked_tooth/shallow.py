@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from fegear.statics.solving import solve_mesh
+import numpy as np
+
+from fegear.elasticity.cache import cached_root_influence
+from fegear.elasticity.root_stress import FlankLoad
+from fegear.elasticity.sector import RIGHT
 from lumped.closed_forms.tooth_crack import BENDING_FIT
+from meshes.profile import arc_from_tip
 from validation.cracked_tooth.drops import TANGENT_ANGLE
 from validation.cracked_tooth.healthy import HealthyPair
 from validation.oracles.cut_tooth import tangent_point
 
 
 @dataclass(frozen=True)
-class RootStress:
+class MouthStress:
     """Stress where the crack begins, the healthy tooth loaded at the pitch point [Pa].
 
-    elements : largest tension in the fillet, by finite elements
+    elements : along the fillet there, by finite elements
     beam : 6 M / (w b^2) of the section there
     """
 
@@ -28,16 +33,25 @@ class RootStress:
         return self.elements / self.beam
 
 
-def root_stress(pair: HealthyPair) -> RootStress:
-    """Stress of the driver's tooth; one pair must carry the load at the pitch point."""
-    settings = replace(pair.settings, root_stress=True)
-    table = solve_mesh(pair.gear_set, pair.mesh, [pair.torque], settings).table
+def mouth_stress(pair: HealthyPair) -> MouthStress:
+    """Stress of the driver's tooth under the whole load of the mesh."""
     tooth = pair.teeth[0]
     start, half = tangent_point(tooth.teeth, TANGENT_ANGLE)
     beta = pair.pair.pitch_point / tooth.base_radius - tooth.base_half_angle
     moment = pair.force * (tooth.base_radius - start * math.cos(beta))
     beam = 6.0 * moment / (pair.width * (2.0 * half) ** 2)
-    return RootStress(float(table["driver_root_stress_Pa"][0, 0]), beam)
+    influence = cached_root_influence(
+        tooth.teeth, pair.settings.material(tooth.gear), pair.settings.size
+    )
+    arc = float(arc_from_tip(tooth.teeth, pair.pair.pitch_point))
+    load = FlankLoad(0, RIGHT, np.array(arc), np.array(pair.force / pair.width))
+    loaded_fillet, heights = (
+        influence.along_fillets([load])[0],
+        influence.fillets[0, :, 1],
+    )
+    order = np.argsort(heights)
+    stress = np.interp(start, heights[order], loaded_fillet[order])
+    return MouthStress(float(stress), beam)
 
 
 def shallow_crack_compliance(pair: HealthyPair, stress: float, depth: float) -> float:
