@@ -100,7 +100,7 @@ def with_faults(r: random.Random, tables: Tables) -> Tables:
 
 
 def meshing_pair(r: random.Random) -> Tables:
-    """Two gears that run together, a few with tall teeth, which bridge a missing one."""
+    """Two gears that run together, some with teeth that bridge a missing one."""
     teeth, thinning = (r.randint(18, 60), r.randint(18, 60)), r.choice([20.0, 80.0])
     defaults: Tables = {
         "module_mm": 2.0,
