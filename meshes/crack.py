@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +73,9 @@ class Crack:
             raise ValueError(f"depth = {1e3 * self.depth:g} mm; must be positive")
         angle = math.degrees(self.tangent_angle)
         if not 0.0 < angle < 90.0:
-            raise ValueError(f"tangent_angle = {angle:g} deg; allowed above 0, below 90")
+            raise ValueError(
+                f"tangent_angle = {angle:g} deg; allowed above 0, below 90"
+            )
         if self.direction is not None:
             if self.path is not None:
                 raise ValueError("direction: only without path, which has its own")
@@ -307,8 +310,8 @@ def _cross(one: Points, two: Points) -> bool:
 
     return any(
         side(a, b, c) * side(a, b, d) < 0.0 and side(c, d, a) * side(c, d, b) < 0.0
-        for a, b in zip(one[:-1], one[1:], strict=True)
-        for c, d in zip(two[:-1], two[1:], strict=True)
+        for a, b in pairwise(one)
+        for c, d in pairwise(two)
     )
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from types import ModuleType
 
 import numpy as np
@@ -24,6 +25,7 @@ from meshes.triangles import Rows, draw_point, make_triangles
 SPOKES = 16  # sides from a tip to the first ring
 RINGS = 7
 RING_GROWTH = 1.45  # radius of a ring over that of the next one inward
+SIZE_GROWTH = 0.3  # of edges with their distance from the lines drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,14 +143,12 @@ def _draw(
         lines[f"line {number}"] = _join(gmsh, [tags[crack.mouth], *chain, ring[0]])
         embedded += lines[f"line {number}"]
     surface = geo.addPlaneSurface(loops)
-    return make_triangles(gmsh, lines, (), embedded={surface: embedded})
+    return make_triangles(gmsh, lines, (), SIZE_GROWTH, {surface: embedded})
 
 
 def _join(gmsh: ModuleType, tags: Sequence[int]) -> list[int]:
     """Lines of one edge between points."""
-    lines = [
-        gmsh.model.geo.addLine(a, b) for a, b in zip(tags[:-1], tags[1:], strict=True)
-    ]
+    lines = [gmsh.model.geo.addLine(a, b) for a, b in pairwise(tags)]
     for line in lines:
         gmsh.model.geo.mesh.setTransfiniteCurve(line, 2)
     return lines
@@ -187,11 +187,10 @@ def _line_stations(
         return np.minimum(near_ends, crack.edge)
 
     ends = [0.0, *stops[1:-1], length]  # bends are nodes
-    parts = [
-        start + graded_stops(end - start, lambda x, s=start: size(x + s))  # type: ignore[misc]
-        for start, end in zip(ends[:-1], ends[1:], strict=True)
-    ]
-    positions = np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
+    positions = np.zeros(1)
+    for start, end in pairwise(ends):
+        stops = graded_stops(end - start, lambda x, s=start: size(x + s))  # type: ignore[misc]
+        positions = np.append(positions, start + stops[1:])
     return along(crack.corners, positions), size(positions)
 
 
@@ -225,7 +224,8 @@ def _split(
         for a, b in zip(row, np.roll(row, -1), strict=True)
     }
     moved = twin[loop]
-    belongs = [frozenset((int(a), int(b))) in of_triangles for a, b in moved[:, :2]]
+    sides = [frozenset((int(a), int(b))) for a, b in moved[:, :2]]
+    belongs = np.array([side in of_triangles for side in sides])
     touches = np.isin(loop[:, :2], nodes).any(axis=1)
     loop = np.where((touches & belongs)[:, None], moved, loop)
     return np.vstack([points, points[nodes]]), triangles, loop, twin[line]
@@ -325,7 +325,12 @@ def _ring_cells(at: Rows, quarters: Rows, tip: int) -> Rows:
         for j in range(0, 2 * SPOKES, 2):
             a, b = at[i, j], at[i, j + 2]
             c, d = at[i + 2, j + 2], at[i + 2, j]
-            ab, bc, cd, da = at[i, j + 1], at[i + 1, j + 2], at[i + 2, j + 1], at[i + 1, j]
+            ab, bc, cd, da = (
+                at[i, j + 1],
+                at[i + 1, j + 2],
+                at[i + 2, j + 1],
+                at[i + 1, j],
+            )
             middle = at[i + 1, j + 1]
             if j < SPOKES:  # diagonals are mirror images at the crack
                 cells += [[a, b, d, ab, middle, da], [b, c, d, bc, cd, middle]]

@@ -122,13 +122,16 @@ class _Loop:
     @classmethod
     def around(cls, mesh: SectorMesh, meshed: NDArray[np.bool_]) -> _Loop:
         cells = mesh.triangles[meshed]
-        sides = np.concatenate([cells[:, [0, 1, 3]], cells[:, [1, 2, 4]], cells[:, [2, 0, 5]]])
+        sides = np.concatenate(
+            [cells[:, [0, 1, 3]], cells[:, [1, 2, 4]], cells[:, [2, 0, 5]]]
+        )
         _, first, count = np.unique(
             np.sort(sides[:, :2], axis=1), axis=0, return_index=True, return_counts=True
         )
         following = {int(a): (int(b), int(m)) for a, b, m in sides[first[count == 1]]}
         start = int(mesh.flank_nodes[0])
-        nodes, node = [], start
+        nodes: list[tuple[int, int]] = []
+        node = start
         while not nodes or node != start:
             after, middle = following[node]
             nodes.append((node, middle))
@@ -157,7 +160,9 @@ class _Loop:
         m = len(midpoints)
         added = np.full((m, 2), -1)
         added[0, 0] = self.nodes[first, 0]
-        mouths = {n: r + (m - last + first) * (r > first) for n, r in self.mouths.items()}
+        mouths = {
+            n: r + (m - last + first) * (r > first) for n, r in self.mouths.items()
+        }
         return _Loop(
             np.concatenate(
                 [self.vertices[: first + 1], vertices[1:-1], self.vertices[last:]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, fields
 from functools import cache
 from pathlib import Path
@@ -12,12 +12,22 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.elasticity.crack_influence import CrackInfluence, crack_influence
+from fegear.elasticity.damaged_ring import (
+    ComplianceChange,
+    ToothCracks,
+    as_cracks,
+    compliance_change,
+    damaged_ring,
+    require_teeth,
+)
 from fegear.elasticity.flank import FlankCompliance, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.root_stress import RootInfluence, root_influence
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.files.store import digest, load_arrays, save_arrays
 from meshes import MeshSize, SpurGear
+from meshes.crack import Crack
 
 Arrays = dict[str, NDArray[Any]]
 Body = TypeVar("Body")  # a dataclass of numbers and arrays
@@ -66,6 +76,8 @@ def cached_arrays(
     inputs : plain values on which it depends besides the sector
     """
     of_sector = _inputs(sector.gear, sector.material, sector.size, sector.order)
+    if sector.cracks:
+        of_sector["cracks"] = [asdict(crack) for crack in sector.cracks]
     key = digest(of_sector | {"name": name, "inputs": dict(inputs)})
     path = _path(name, key)
     arrays = load_arrays(path, key)
@@ -135,6 +147,84 @@ def cached_root_influence(
     names = "fillets", "arcs", "remainder"
     save_arrays(path, key, {name: getattr(influence, name) for name in names})
     return influence
+
+
+def cached_compliance_change(
+    gear: SpurGear, material: PlaneMaterial, size: MeshSize, cracks: ToothCracks
+) -> ComplianceChange:
+    """`compliance_change`, read from disk where it was computed before.
+
+    Turned by some teeth it is that of the same cracks on other teeth.
+
+    Parameters
+    ----------
+    gear, material, size
+        As of `cached_flank_compliance`.
+    cracks : mapping of int to Crack or sequence of Crack
+        Cracks by tooth, counted clockwise from 0; at least one.
+
+    Returns
+    -------
+    ComplianceChange
+        What the cracks add to the compliance of the healthy gear.
+    """
+    require_teeth(gear, cracks)
+    sector, first = cyclic_sector(gear, material, size), min(cracks)
+    turned = _counted_from(cracks, first, gear.teeth)
+
+    def compute() -> ComplianceChange:
+        return compliance_change(damaged_ring(sector, turned))
+
+    inputs = {"cracks": _plain_cracks(turned)}
+    change = cached_body("cracks", sector, inputs, compute, ComplianceChange)
+    return change.shifted(first)
+
+
+def cached_crack_influence(
+    gear: SpurGear,
+    material: PlaneMaterial,
+    size: MeshSize,
+    cracks: ToothCracks,
+    tooth: int,
+) -> CrackInfluence:
+    """`crack_influence` of one cracked tooth, read from disk where it was computed
+    before.
+
+    Parameters
+    ----------
+    gear, material, size, cracks
+        As of `cached_compliance_change`.
+    tooth : int
+        Cracked tooth.
+
+    Returns
+    -------
+    CrackInfluence
+        Stress intensities under loads on the teeth around it.
+    """
+    require_teeth(gear, cracks)
+    if tooth not in cracks:
+        raise ValueError(f"tooth = {tooth}; cracked are {sorted(cracks)}")
+    sector = cyclic_sector(gear, material, size)
+    turned = _counted_from(cracks, tooth, gear.teeth)
+
+    def compute() -> CrackInfluence:
+        return crack_influence(damaged_ring(sector, turned), 0)
+
+    inputs = {"cracks": _plain_cracks(turned)}
+    return cached_body("intensity", sector, inputs, compute, CrackInfluence)
+
+
+def _counted_from(
+    cracks: ToothCracks, first: int, teeth: int
+) -> dict[int, tuple[Crack, ...]]:
+    """Cracks by tooth, in the order of teeth from one that counts as 0."""
+    turned = {(t - first) % teeth: as_cracks(parts) for t, parts in cracks.items()}
+    return dict(sorted(turned.items()))
+
+
+def _plain_cracks(cracks: Mapping[int, Sequence[Crack]]) -> list[Any]:
+    return [[t, [asdict(crack) for crack in parts]] for t, parts in cracks.items()]
 
 
 def _path(kind: str, key: str) -> Path:

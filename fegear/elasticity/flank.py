@@ -9,6 +9,7 @@ and jumps by its values on the cuts and the hub.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,12 +21,12 @@ from scipy.sparse import csr_array
 from fegear.elasticity import halfplane
 from fegear.elasticity.boundary import boundary_quadrature
 from fegear.elasticity.ring import ring_response
-from fegear.elasticity.sector import RIGHT, CyclicSector
+from fegear.elasticity.sector import RIGHT, CyclicSector, FlankPoints
 from fegear.files.timing import stage
 
 Array = NDArray[np.float64]
 MAX_TOOTH_OFFSET = 3  # teeth on either side of the loaded one whose deflection is kept
-FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut")
+FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut", "crack")
 
 
 @dataclass(frozen=True)
@@ -87,14 +88,12 @@ def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankComplianc
     u = np.stack([fields[tooth][rows] for tooth in teeth])
     if split:
         u[MAX_TOOTH_OFFSET] += flamant_displacement(sector, rows)
-    u = u.reshape(len(teeth), len(flank.arcs), 2, -1)
-    normal = np.einsum("micj,ic->mij", u, flank.inward)
-    tangential = np.einsum("micj,ic->mij", u, flank.rootward)
+    normal, tangential = resolve_on_flank(flank, u)
     if split:
-        distance = flank.arcs[:, None] - flank.arcs[None, :]
-        E, nu = material.modulus, material.poisson
-        normal[MAX_TOOTH_OFFSET] -= halfplane.normal_kernel(distance, E)
-        tangential[MAX_TOOTH_OFFSET] -= halfplane.tangential_kernel(distance, E, nu)
+        for table, kernel in zip(
+            (normal, tangential), half_plane_kernels(sector), strict=True
+        ):
+            table[MAX_TOOTH_OFFSET] -= kernel
     return FlankCompliance(
         normal,
         tangential,
@@ -106,11 +105,33 @@ def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankComplianc
     )
 
 
+def resolve_on_flank(flank: FlankPoints, u: Array) -> tuple[Array, Array]:
+    """Displacement (..., n, loads) along the inward normals and toward the root.
+
+    u : (..., 2 n, loads) at the freedoms of the flank's points
+    """
+    u = u.reshape(*u.shape[:-2], len(flank.arcs), 2, u.shape[-1])
+    normal = np.einsum("...icj,ic->...ij", u, flank.inward)
+    return normal, np.einsum("...icj,ic->...ij", u, flank.rootward)
+
+
+def half_plane_kernels(sector: CyclicSector) -> tuple[Array, Array]:
+    """Kernels (n, n) of the half-plane that `FlankCompliance` does without."""
+    arcs, material = sector.flanks[RIGHT].arcs, sector.material
+    distance = arcs[:, None] - arcs[None, :]
+    E, nu = material.modulus, material.poisson
+    tangential = halfplane.tangential_kernel(distance, E, nu)
+    return halfplane.normal_kernel(distance, E), tangential
+
+
 def flamant_displacement(
-    sector: CyclicSector, dofs: NDArray[np.int64], load_angle: float = 0.0
+    sector: CyclicSector,
+    dofs: NDArray[np.int64],
+    load_angle: float = 0.0,
+    side: int = RIGHT,
 ) -> Array:
     """Flamant's displacement at freedoms given as (x, y) pairs, (freedoms, n)."""
-    locations, flank = sector.locations[dofs[::2]], sector.flanks[RIGHT]
+    locations, flank = sector.locations[dofs[::2]], sector.flanks[side]
     E, nu = sector.material.modulus, sector.material.poisson
     fields = [
         halfplane.displacement(locations, x, n, E, nu, load_angle)
@@ -119,8 +140,10 @@ def flamant_displacement(
     return np.stack([u.ravel() for u in fields], axis=1)
 
 
-def flamant_loads(sector: CyclicSector, load_angle: float = 0.0) -> SectorLoads:
-    """What drives the remainder w under a unit load at each right flank point.
+def flamant_loads(
+    sector: CyclicSector, load_angle: float = 0.0, side: int = RIGHT
+) -> SectorLoads:
+    """What drives the remainder w under a unit load at each point of a flank.
 
     load_angle : as in `halfplane.displacement`
     """
@@ -128,7 +151,7 @@ def flamant_loads(sector: CyclicSector, load_angle: float = 0.0) -> SectorLoads:
     if sector.foundation is not None:
         names += ["hub", "left_hub"]
     boundary = boundary_quadrature(sector, [n for n in names if n in sector.mesh.edges])
-    flank = sector.flanks[RIGHT]
+    flank = sector.flanks[side]
     tractions = [
         halfplane.traction(boundary.points, boundary.normals, x, n, load_angle)
         for x, n in zip(flank.points, flank.inward, strict=True)
@@ -137,21 +160,28 @@ def flamant_loads(sector: CyclicSector, load_angle: float = 0.0) -> SectorLoads:
     if sector.foundation is not None:
         # freedoms of the outside, as (x, y) pairs: see `CyclicSector.node_dofs`
         dofs = np.unique(sector.springs.indices).astype(np.int64)
-        outside = flamant_displacement(sector, dofs, load_angle)
+        outside = flamant_displacement(sector, dofs, load_angle, side)
         force -= csr_array(sector.springs[:, dofs]) @ outside
-    cut = flamant_displacement(sector, sector.cut, load_angle)
-    hub = flamant_displacement(sector, sector.hub, load_angle)
+    cut = flamant_displacement(sector, sector.cut, load_angle, side)
+    hub = flamant_displacement(sector, sector.hub, load_angle, side)
     return SectorLoads(force, -hub, sector.polar.T @ cut)
 
 
-def nodal_loads(sector: CyclicSector) -> SectorLoads:
-    """Unit point loads straight on the right flank's points, no singular part."""
-    flank = sector.flanks[RIGHT]
+def nodal_loads(
+    sector: CyclicSector, load_angle: float = 0.0, side: int = RIGHT
+) -> SectorLoads:
+    """Unit point loads straight on a flank's points, no singular part.
+
+    load_angle : as in `flamant_loads`
+    """
+    flank = sector.flanks[side]
     count = len(flank.points)
     force = np.zeros((sector.basis.N, count))
+    across = np.stack([-flank.inward[:, 1], flank.inward[:, 0]], axis=1)
+    direction = math.cos(load_angle) * flank.inward + math.sin(load_angle) * across
     for component in range(2):
         dofs = flank.dofs[:, component]
-        force[dofs, np.arange(count)] = flank.inward[:, component]
+        force[dofs, np.arange(count)] = direction[:, component]
     hub, cut = np.zeros((len(sector.hub), count)), np.zeros((len(sector.cut), count))
     return SectorLoads(force, hub, cut)
 
@@ -173,40 +203,74 @@ def ring_fields(
 
     dofs : freedoms that are returned, in this order; all by default
     """
-    interior, cut, half = sector.interior, sector.cut, len(sector.cut) // 2
-    condensed, K = sector.condensation, sector.stiffness
+    half = len(sector.cut) // 2
     tooth_offsets = list(teeth)
     with stage("ring"):
-        load = loads.force - K[:, sector.hub] @ loads.hub
-        particular = condensed.solve(load[interior])  # with the cuts held
-        cut_load = sector.polar.T @ (load[cut] - K[cut][:, interior] @ particular)
-        cut_load += condensed.superelement @ loads.jump
+        held = hold_cuts(sector, loads)
         cuts = range(min(tooth_offsets) - 1, max(tooth_offsets) + 1)
         edges = ring_response(
-            condensed.superelement,
-            cut_load[:half],
-            cut_load[half:],
+            sector.condensation.superelement,
+            held.cut_load[:half],
+            held.cut_load[half:],
             sector.gear.teeth,
             cuts,
         )
         fields = {}
-        rows = _Rows.of(sector, dofs)
+        rows = SectorRows.of(sector, dofs)
         for tooth in tooth_offsets:
             ends = np.vstack([edges[tooth - 1], edges[tooth]])
-            if tooth == 0:
-                ends -= loads.jump
-            field = np.zeros((rows.count, loads.force.shape[1]))
-            field[rows.interior[0]] = -condensed.response[rows.interior[1]] @ ends
-            field[rows.cut[0]] = sector.polar[rows.cut[1]] @ ends
-            if tooth == 0:
-                field[rows.interior[0]] += particular[rows.interior[1]]
-                field[rows.hub[0]] = loads.hub[rows.hub[1]]
-            fields[tooth] = field
+            fields[tooth] = sector_field(
+                sector, rows, ends, held if tooth == 0 else None
+            )
     return fields
 
 
+@dataclass(frozen=True, eq=False)
+class HeldSolution:
+    """A loaded sector with its cuts held.
+
+    loads : what acts on it
+    particular : (interior, loads) displacement of the interior
+    cut_load : (cut, loads) polar forces on the cuts that it leaves to the ring
+    """
+
+    loads: SectorLoads
+    particular: Array
+    cut_load: Array
+
+
+def hold_cuts(sector: CyclicSector, loads: SectorLoads) -> HeldSolution:
+    """Solve a loaded sector with its cuts held."""
+    interior, cut, K = sector.interior, sector.cut, sector.stiffness
+    condensed = sector.condensation
+    load = loads.force - K[:, sector.hub] @ loads.hub
+    particular = condensed.solve(load[interior])
+    cut_load = sector.polar.T @ (load[cut] - K[cut][:, interior] @ particular)
+    cut_load += condensed.superelement @ loads.jump
+    return HeldSolution(loads, particular, cut_load)
+
+
+def sector_field(
+    sector: CyclicSector, rows: SectorRows, ends: Array, held: HeldSolution | None
+) -> Array:
+    """Displacement (rows, loads) of a sector that follows from that of its cuts.
+
+    ends : (cut, loads) polar displacement of the cuts
+    held : of the sector, where it is itself loaded; its remainder is returned
+    """
+    if held is not None:
+        ends = ends - held.loads.jump
+    field = np.zeros((rows.count, ends.shape[1]))
+    field[rows.interior[0]] = -sector.condensation.response[rows.interior[1]] @ ends
+    field[rows.cut[0]] = sector.polar[rows.cut[1]] @ ends
+    if held is not None:
+        field[rows.interior[0]] += held.particular[rows.interior[1]]
+        field[rows.hub[0]] = held.loads.hub[rows.hub[1]]
+    return field
+
+
 @dataclass(frozen=True)
-class _Rows:
+class SectorRows:
     """Rows of a field, and which freedoms of the interior, cuts and hub they are.
 
     A pair each: rows (m,) of the field, and rows of the part, in the same order.
@@ -218,7 +282,7 @@ class _Rows:
     hub: tuple[Any, Any]
 
     @classmethod
-    def of(cls, sector: CyclicSector, dofs: NDArray[np.int64] | None) -> _Rows:
+    def of(cls, sector: CyclicSector, dofs: NDArray[np.int64] | None) -> SectorRows:
         """Rows of some freedoms, or of all in their order where it is None."""
         parts = sector.interior, sector.cut, sector.hub
         if dofs is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ BYTES_PER_BATCH = 2**22  # bytes of harmonics that are held at a time
 
 
 def ring_response(
-    superelement: Array, left: Array, right: Array, teeth: int, cuts: range
+    superelement: Array, left: Array, right: Array, teeth: int, cuts: Iterable[int]
 ) -> dict[int, Array]:
     """Displacement of the cuts of a block-circulant ring under loads on one sector.
 
@@ -32,7 +32,7 @@ def ring_response(
         standing = (diameters == 0) | (2 * diameters == teeth)
         weight = np.where(standing, 1.0, 2.0) / teeth
         spectrum *= weight[:, None, None]
-        for c in cuts:
+        for c in displacements:
             displacements[c] += np.real(np.sum(spectrum * phase**c, axis=0))
     return displacements
 

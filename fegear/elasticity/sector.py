@@ -36,6 +36,8 @@ from fegear.elasticity.foundation import foundation_stiffness
 from fegear.elasticity.material import PlaneMaterial
 from fegear.files.timing import stage
 from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
+from meshes.crack import Crack
+from meshes.cracked_sector import cracked_sector_mesh
 from meshes.internal import Foundation, InternalGear
 from meshes.profile import flank_frame
 
@@ -69,16 +71,21 @@ class CyclicSector:
     sector for the same arguments.
 
     order : polynomial order of the elements, 1 or 2
+    cracks : of its tooth, which differs from the others then: such a sector is a part
+        of a ring in `fegear.elasticity.damaged_ring` alone
     """
 
     gear: SpurGear
     material: PlaneMaterial
     size: MeshSize = field(default_factory=MeshSize)
     order: int = 2
+    cracks: tuple[Crack, ...] = ()
 
     @cached_property
     def mesh(self) -> SectorMesh:
         with stage("meshing"):
+            if self.cracks:
+                return cracked_sector_mesh(self.gear, self.size, self.cracks)
             return sector_mesh(self.gear, self.size)
 
     @cached_property
@@ -246,10 +253,14 @@ class CyclicSector:
 
 
 def cyclic_sector(
-    gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int = 2
+    gear: SpurGear,
+    material: PlaneMaterial,
+    size: MeshSize,
+    order: int = 2,
+    cracks: tuple[Crack, ...] = (),
 ) -> CyclicSector:
     """The sector of a gear, shared by all callers."""
-    return _first_of_equals(CyclicSector(gear, material, size, order))
+    return _first_of_equals(CyclicSector(gear, material, size, order, cracks))
 
 
 @lru_cache(maxsize=8)

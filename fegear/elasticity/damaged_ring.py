@@ -1,0 +1,393 @@
+"""A ring of equal sectors some teeth of which are cracked.
+
+A cracked sector has another super-element S' than the healthy S over its two cuts. The
+ring is that of healthy sectors with forces -(S' - S) u on the cuts of cracked ones.
+With G the compliance of the healthy ring at these cuts, where loads would displace them
+by u0, they move by u = (I + G (S' - S))^-1 u0. That is a change of low rank (Woodbury's
+formula): one small system for all cracked teeth together, no assembly of the ring and
+no factorisation besides that of each different sector.
+
+What a load on a tooth does to the cuts of its own sector, held or moved, is all that
+others see of it. By Maxwell's theorem the same forces give the displacement of its
+flank under loads elsewhere.
+
+Cracks are open: their faces carry no traction and do not touch. All per unit face
+width, as in `fegear.elasticity.sector`. Teeth count clockwise, as in
+`fegear.elasticity.flank.ring_fields`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.elasticity.body_stress import ROOTWARD
+from fegear.elasticity.flank import (
+    MAX_TOOTH_OFFSET,
+    SectorLoads,
+    SectorRows,
+    flamant_loads,
+    hold_cuts,
+    join_loads,
+    nodal_loads,
+    resolve_on_flank,
+    sector_field,
+)
+from fegear.elasticity.ring import ring_response
+from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector, cyclic_sector
+from fegear.files.timing import stage
+from meshes import SpurGear
+from meshes.crack import Crack
+
+Array = NDArray[np.float64]
+ToothCracks = Mapping[int, Crack | Sequence[Crack]]  # by tooth, one a fillet at most
+SIDES = (RIGHT, LEFT)
+
+
+@dataclass(frozen=True, eq=False)
+class ComplianceChange:
+    """What cracks add to the flank compliance of a gear.
+
+    Attributes
+    ----------
+    teeth : int
+        Number of teeth of the gear.
+    damaged : (d,) array
+        Teeth that are cracked, counted clockwise from 0.
+    affected : (T,) array
+        Teeth near a damaged one, whose deflection changes: see `DamagedRing.reach`.
+    normal : (2, T, T, n, n) array
+        By flank, RIGHT or LEFT, receiving tooth and loaded tooth: what is added to the
+        inward normal displacement at point i of one under a unit inward normal load at
+        point j of the other [m/(N/m)]; 0 for teeth farther than MAX_TOOTH_OFFSET from
+        each other. Points and half-plane part are those of `FlankCompliance`.
+    tangential : (2, T, T, n, n) array
+        The same of displacement toward the root.
+    """
+
+    teeth: int
+    damaged: NDArray[np.int64]
+    affected: NDArray[np.int64]
+    normal: Array
+    tangential: Array
+
+    def block(self, receiver: int, source: int, flank: int = RIGHT) -> Array:
+        """What is added to the compliance of a pair of teeth.
+
+        Parameters
+        ----------
+        receiver, source : int
+            Tooth that deflects and tooth that is loaded, clockwise, any multiple of all
+            teeth away.
+        flank : int
+            RIGHT or LEFT, of both teeth; tooth numbers are the same for both.
+
+        Returns
+        -------
+        (2, n, n) array
+            Change of `FlankCompliance.normal` and `FlankCompliance.tangential` of that
+            receiver and source; zero where no damaged tooth is near.
+        """
+        if flank not in SIDES:
+            raise ValueError(f"flank must be {RIGHT} or {LEFT}, got {flank}")
+        rows = [
+            np.flatnonzero(self.affected == t % self.teeth) for t in (receiver, source)
+        ]
+        if not all(row.size for row in rows):
+            return np.zeros((2, *self.normal.shape[-2:]))
+        index = (flank, *(int(row[0]) for row in rows))
+        return np.stack([self.normal[index], self.tangential[index]])
+
+    def shifted(self, teeth: int) -> ComplianceChange:
+        """The change of a gear whose damage is so many teeth farther clockwise."""
+        damaged, affected = (
+            (numbers + teeth) % self.teeth for numbers in (self.damaged, self.affected)
+        )
+        return replace(self, damaged=damaged, affected=affected)
+
+
+@dataclass(frozen=True, eq=False)
+class ToothLoads:
+    """Unit loads on both flanks of a tooth, and what its cuts feel of them.
+
+    loads : by flank, n normal loads and then n toward the root
+    on_cuts : by flank, (cut, 2 n) polar forces that the ring feels
+    """
+
+    loads: tuple[SectorLoads, ...]
+    on_cuts: tuple[Array, ...]
+
+
+def tooth_loads(sector: CyclicSector, split: bool = True) -> ToothLoads:
+    """Loads on both flanks of a sector; no system is solved but for its cuts."""
+    make_loads = flamant_loads if split else nodal_loads
+    loads = tuple(
+        join_loads([make_loads(sector, angle, side) for angle in load_angles(side)])
+        for side in SIDES
+    )
+    return ToothLoads(loads, tuple(_cut_load(sector, part) for part in loads))
+
+
+def load_angles(side: int) -> tuple[float, float]:
+    """Angles of normal loads and of those toward the root, as of `flamant_loads`."""
+    return 0.0, ROOTWARD if side == RIGHT else -ROOTWARD  # a mirror image
+
+
+def _cut_load(sector: CyclicSector, loads: SectorLoads) -> Array:
+    """`HeldSolution.cut_load` by Maxwell's theorem.
+
+    What displacement of the cuts does to the interior, loads there do to the cuts.
+    """
+    condensed = sector.condensation
+    load = loads.force - sector.stiffness[:, sector.hub] @ loads.hub
+    on_cuts = sector.polar.T @ load[sector.cut]
+    on_cuts -= condensed.response.T @ load[sector.interior]
+    return np.asarray(on_cuts + condensed.superelement @ loads.jump)
+
+
+@dataclass(frozen=True, eq=False)
+class DamagedRing:
+    """A ring of healthy sectors, some of which are replaced by cracked ones.
+
+    healthy : the sector of all other teeth
+    cracked : sectors by tooth, clockwise
+    split : whether the half-plane part is taken out of loads
+    reach : teeth on either side of a cracked one whose deflection changes,
+        MAX_TOOTH_OFFSET or more; four teeth away a crack of 0.4 modules changed the
+        compliance of a solid gear of 12 teeth by 1.4e-4 of it
+    """
+
+    healthy: CyclicSector
+    cracked: dict[int, CyclicSector]
+    split: bool = True
+    reach: int = MAX_TOOTH_OFFSET
+
+    @property
+    def teeth(self) -> int:
+        return self.healthy.gear.teeth
+
+    @cached_property
+    def affected(self) -> NDArray[np.int64]:
+        offsets = np.arange(-self.reach, self.reach + 1)
+        near = np.array(sorted(self.cracked))[:, None] + offsets
+        return np.unique(near % self.teeth)
+
+    @cached_property
+    def healthy_loads(self) -> ToothLoads:
+        return tooth_loads(self.healthy, self.split)
+
+    @cached_property
+    def healthy_flank(self) -> tuple[Array, Array]:
+        """Displacement (n, n) of the right flank of a healthy tooth that is loaded.
+
+        That of the left one is its mirror image.
+        """
+        loads, n = self.healthy_loads, len(self.healthy.flanks[RIGHT].arcs)
+        ends = self.between(0, 0) @ loads.on_cuts[RIGHT][:, :n]
+        return _flank_of_itself(self.healthy, loads.loads[RIGHT], ends, RIGHT)
+
+    @cached_property
+    def loads(self) -> dict[int, ToothLoads]:
+        """Loads by affected tooth; equal sectors share them."""
+        different = set(self.cracked.values())
+        of_sector = {sector: tooth_loads(sector, self.split) for sector in different}
+        return {
+            tooth: of_sector[self.cracked[tooth]]
+            if tooth in self.cracked
+            else self.healthy_loads
+            for tooth in self.affected.tolist()
+        }
+
+    @cached_property
+    def cut_compliance(self) -> dict[int, Array]:
+        """Displacement (m, m) of the cut so many sectors clockwise of a loaded one."""
+        cuts = np.unique(
+            np.concatenate([self.affected, self.affected - 1]) % self.teeth
+        )
+        apart = np.unique((cuts[:, None] - cuts) % self.teeth)
+        apart = np.unique(np.minimum(apart, self.teeth - apart)).tolist()
+        superelement = self.healthy.condensation.superelement
+        m = len(superelement) // 2
+        unit, nothing = np.eye(m), np.zeros((m, m))
+        return ring_response(superelement, nothing, unit, self.teeth, apart)
+
+    def compliance(self, rows: Iterable[int], columns: Iterable[int]) -> Array:
+        """Of cuts of the healthy ring; cut c lies between teeth c and c + 1."""
+        return np.block(
+            [[self._between(row - column) for column in columns] for row in rows]
+        )
+
+    def _between(self, offset: int) -> Array:
+        offset %= self.teeth
+        if 2 * offset <= self.teeth:
+            return self.cut_compliance[offset]
+        return self.cut_compliance[self.teeth - offset].T
+
+    @cached_property
+    def changed_cuts(self) -> list[int]:
+        """Cuts of cracked sectors."""
+        return sorted({c % self.teeth for t in self.cracked for c in (t - 1, t)})
+
+    @cached_property
+    def correction(self) -> Array:
+        """Forces against displacement u0 of the changed cuts of the healthy ring.
+
+        (S' - S) (I + G (S' - S))^-1, symmetric.
+        """
+        cuts, m = self.changed_cuts, len(self.healthy.cut) // 2
+        difference = np.zeros((len(cuts) * m, len(cuts) * m))
+        healthy = self.healthy.condensation.superelement
+        for tooth, sector in self.cracked.items():
+            rows = self._rows_of(tooth)
+            change = sector.condensation.superelement - healthy
+            difference[np.ix_(rows, rows)] += change
+        system = np.eye(len(difference)) + self.compliance(cuts, cuts) @ difference
+        correction = np.linalg.solve(system.T, difference).T
+        return 0.5 * (correction + correction.T)
+
+    def _rows_of(self, tooth: int) -> NDArray[np.int64]:
+        """Rows of a cracked tooth's cuts among all that changed."""
+        m = len(self.healthy.cut) // 2
+        first = [self.changed_cuts.index(c % self.teeth) for c in (tooth - 1, tooth)]
+        return np.concatenate([i * m + np.arange(m) for i in first])
+
+    def between(self, receiver: int, source: int) -> Array:
+        """Compliance (cut, cut) of the cuts of two teeth in the healthy ring."""
+        return self.compliance((receiver - 1, receiver), (source - 1, source))
+
+    def displacement(self, receiver: int, source: int, load: Array) -> Array:
+        """Polar displacement (cut, k) of a tooth's cuts under loads on those of one."""
+        changed = self.compliance(self.changed_cuts, (source - 1, source)) @ load
+        back = self.compliance((receiver - 1, receiver), self.changed_cuts)
+        free = self.between(receiver, source) @ load
+        return np.asarray(free - back @ (self.correction @ changed))
+
+
+def damaged_ring(
+    sector: CyclicSector, cracks: ToothCracks, split: bool = True
+) -> DamagedRing:
+    """The ring of a healthy sector with cracks.
+
+    Equal cracks share a sector.
+
+    Raises
+    ------
+    ValueError
+        If a tooth does not exist, or has a crack that `cracked_sector_mesh` refuses.
+    """
+    gear, material = sector.gear, sector.material
+    require_teeth(gear, cracks)
+    cracked = {
+        tooth: cyclic_sector(
+            gear, material, sector.size, sector.order, as_cracks(of_tooth)
+        )
+        for tooth, of_tooth in cracks.items()
+    }
+    return DamagedRing(sector, cracked, split)
+
+
+def as_cracks(of_tooth: Crack | Sequence[Crack]) -> tuple[Crack, ...]:
+    """Cracks of a tooth, that of the right fillet first."""
+    parts = (of_tooth,) if isinstance(of_tooth, Crack) else tuple(of_tooth)
+    return tuple(sorted(parts, key=lambda crack: crack.left))
+
+
+def require_teeth(gear: SpurGear, cracks: ToothCracks) -> None:
+    """Require one cracked tooth or more, all of which the gear has."""
+    if not cracks:
+        raise ValueError("cracks: at least one is needed")
+    for tooth in cracks:
+        if not 0 <= tooth < gear.teeth:
+            raise ValueError(f"tooth = {tooth}; allowed 0 to {gear.teeth - 1}")
+
+
+def compliance_change(ring: DamagedRing) -> ComplianceChange:
+    """Compute what cracks add to the flank compliance of a gear.
+
+    Parameters
+    ----------
+    ring : DamagedRing
+        The gear with its cracks.
+
+    Returns
+    -------
+    ComplianceChange
+        For both flanks of the affected teeth.
+    """
+    affected = ring.affected.tolist()
+    n = len(ring.healthy.flanks[RIGHT].arcs)
+    shape = (len(SIDES), len(affected), len(affected), n, n)
+    normal, tangential = np.zeros(shape), np.zeros(shape)
+    with stage("cracks"):
+        for side in SIDES:
+            changes = _changes_between(ring, side)
+            for (i, j), change in changes.items():
+                normal[side, i, j], tangential[side, i, j] = change[:n], change[n:]
+            for tooth in ring.cracked:
+                i = affected.index(tooth)
+                normal[side, i, i], tangential[side, i, i] = _change_of_itself(
+                    ring, tooth, side
+                )
+    damaged = np.array(sorted(ring.cracked))
+    return ComplianceChange(ring.teeth, damaged, ring.affected, normal, tangential)
+
+
+def _changes_between(ring: DamagedRing, side: int) -> dict[tuple[int, int], Array]:
+    """Changes (2 n, n) by rows of receiver and source among the affected teeth.
+
+    Without those of damaged teeth on themselves.
+    """
+    affected, teeth = ring.affected.tolist(), ring.teeth
+    n = len(ring.healthy.flanks[side].arcs)
+    loads = {t: ring.loads[t].on_cuts[side] for t in affected}
+    at_changed = {
+        t: ring.compliance(ring.changed_cuts, (t - 1, t)) @ loads[t] for t in affected
+    }
+    healthy = ring.healthy_loads.on_cuts[side]
+    changes = {}
+    for j, source in enumerate(affected):
+        corrected = ring.correction @ at_changed[source][:, :n]
+        for i, receiver in enumerate(affected):
+            offset = (receiver - source) % teeth
+            if min(offset, teeth - offset) > MAX_TOOTH_OFFSET:
+                continue
+            if i == j and source in ring.cracked:
+                continue
+            change = -at_changed[receiver].T @ corrected
+            if {receiver, source} & set(ring.cracked):
+                between = ring.between(receiver, source)
+                change += loads[receiver].T @ between @ loads[source][:, :n]
+                change -= healthy.T @ between @ healthy[:, :n]
+            changes[i, j] = change
+    return changes
+
+
+def _change_of_itself(ring: DamagedRing, tooth: int, side: int) -> tuple[Array, Array]:
+    """Changes (n, n), normal and tangential, of a damaged tooth that is loaded."""
+    loads, sector = ring.loads[tooth], ring.cracked[tooth]
+    n = len(sector.flanks[side].arcs)
+    ends = ring.displacement(tooth, tooth, loads.on_cuts[side][:, :n])
+    cracked = _flank_of_itself(sector, loads.loads[side], ends, side)
+    normal, tangential = (
+        a - b for a, b in zip(cracked, ring.healthy_flank, strict=True)
+    )
+    return normal, tangential
+
+
+def _flank_of_itself(
+    sector: CyclicSector, loads: SectorLoads, ends: Array, side: int
+) -> tuple[Array, Array]:
+    """Displacement (n, n), normal and toward the root, of a flank under normal loads.
+
+    The half-plane part of loads is left out: Flamant's displacement is the same in a
+    cracked sector.
+    """
+    flank, n = sector.flanks[side], ends.shape[1]
+    normal_loads = SectorLoads(loads.force[:, :n], loads.hub[:, :n], loads.jump[:, :n])
+    held = hold_cuts(sector, normal_loads)
+    rows = SectorRows.of(sector, flank.dofs.ravel())
+    return resolve_on_flank(flank, sector_field(sector, rows, ends, held))
