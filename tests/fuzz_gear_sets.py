@@ -6,7 +6,7 @@ while, as a user would, and must then end by itself.
 
 As a script: `PYTHONPATH=. python tests/fuzz_gear_sets.py 3000 --seed 1`; it prints what
 failed with the arguments and the file that did it; `--kind planetary` has such sets
-alone. Tests run a few of the same cases.
+alone, and `--faults` shows gears with random faults. Tests run a few of the same cases.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
+from fuzz_faults import meshing_pair, show_command, with_faults
 
 from fegear.cli import app, run
 from fegear.files.printable import HARMFUL
@@ -659,13 +660,23 @@ class Case:
         return self.files["set.toml"]
 
 
-def cases(count: int, seed: int, kind: str = "") -> Iterator[Case]:
-    """Cases of one kind of gear set, or of all, most of them trains."""
+def cases(
+    count: int, seed: int, kind: str = "", faults: bool = False
+) -> Iterator[Case]:
+    """Cases of one kind of gear set, or of all, most of them trains.
+
+    faults : whether all are of gears with faults that are shown, else a few are
+    """
     options = option_lists()
     for number in range(count):
         r = random.Random(f"{seed} {number}")
         drawn = r.choices(list(KINDS), [8, 1, 1])[0]
         tables = KINDS[kind or drawn](r)
+        of_faults = random.Random(f"faults {seed} {number}")
+        if faults and of_faults.random() < 0.7:
+            tables = meshing_pair(of_faults)
+        if faults or of_faults.random() < 0.04:
+            tables = with_faults(of_faults, tables)
         if r.random() < 0.2:
             tables = broken(r, tables)
         comparison = validation_case(r)
@@ -691,7 +702,8 @@ def cases(count: int, seed: int, kind: str = "") -> Iterator[Case]:
                 [[10.0 * i, 3000.0 * math.exp(-0.1 * i)] for i in range(8)],
             ),
         }
-        yield Case(command(r, options), files)
+        arguments = command(r, options)
+        yield Case(show_command(of_faults) if faults else arguments, files)
 
 
 @contextlib.contextmanager
@@ -758,12 +770,14 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", type=int, help="number of the one case to run")
     parser.add_argument("--kind", choices=list(KINDS), default="")
+    parser.add_argument("--faults", action="store_true", help="gears with faults")
     options = parser.parse_args()
+    drawn = cases(options.count, options.seed, options.kind, options.faults)
     # a shell starts what runs in the background with Ctrl-C switched off
     signal.signal(signal.SIGINT, signal.default_int_handler)
     codes: Counter[tuple[str, int]] = Counter()
     slowest, failed = (0.0, ""), 0
-    for number, case in enumerate(cases(options.count, options.seed, options.kind)):
+    for number, case in enumerate(drawn):
         if options.only not in (None, number):
             continue
         sys.stderr.write(f"\r{number} {shlex.join(case.arguments)[:70]!a:<74}")
