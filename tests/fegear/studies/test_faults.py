@@ -232,6 +232,21 @@ def test_files_hold_signals_and_labels(result, tmp_path):
     np.testing.assert_allclose(rms, expected, rtol=1e-12)
 
 
+def test_the_picture_shows_every_run_and_names_the_colours(result):
+    """Residual and kurtosis over the first axis, a colour for each speed."""
+    figure = result.figures["plot"]()
+    left, right = figure.axes[:2]
+    heights = np.concatenate([line.get_ydata() for line in left.lines])
+    residual = 1e6 * result.runs.indicators["residual_rms"][:, 0]
+    np.testing.assert_array_equal(np.sort(heights), np.sort(residual))
+    assert set(np.concatenate([line.get_xdata() for line in left.lines])) == {0.0, 2.0}
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == ["speed [rpm] 900", "speed [rpm] 1100"]
+    assert len({line.get_color() for line in right.lines}) == 2
+    assert figure.axes[-1].get_xlabel() == "pitch error [um]"
+    assert left.get_ylabel().endswith("[um]")
+
+
 def test_runs_without_signals_keep_their_labels():
     """Teeth that jam are no gear set; a motion that does not repeat has no signals."""
     jammed = fegear.run(study("pitch_error=0,900", averages=True))
