@@ -150,6 +150,9 @@ class FaultSignals(
             raise InputError(f"runs = {self.run_count}; at most {MAX_POINTS}")
 
         for name, reason in self._without_effect():
+            if name in self.names:
+                words = {key: display_name(self, key) for key in vars(self)}
+                raise InputError(f"{over} {name}; {reason.format_map(words)}")
             if getattr(self, name) != type(self).__dataclass_fields__[name].default:
                 raise refusal(self, name, reason)
 
@@ -157,7 +160,7 @@ class FaultSignals(
         """Settings that would change nothing, with the reason."""
         if self.random is None:
             yield "random_seed", "needs {random}"
-        if all(faults()[name].is_of_gear for name in faults() if name in self.names):
+        if not self.has_faulty_tooth:
             yield "tooth", "needs a fault of a tooth among {over}"
         if not self.noise_percent and "noise_percent" not in self.names:
             yield "seed", "needs {noise_percent}"
@@ -166,6 +169,12 @@ class FaultSignals(
     def names(self) -> list[str]:
         """Names of the axes."""
         return [axis.name for axis in self.over]
+
+    @property
+    def has_faulty_tooth(self) -> bool:
+        """Whether an axis is the size of a fault of a tooth."""
+        axes = [fault for name, fault in faults().items() if name in self.names]
+        return not all(fault.is_of_gear for fault in axes)
 
     @property
     def run_count(self) -> int:
@@ -308,11 +317,12 @@ class FaultSignalsProblem(Problem):
             "torque_Nm": torque,
             "noise_percent": study.noise_percent,
             "seed": study.seed,
-            "faulty_tooth": study.tooth,
         }
+        if study.has_faulty_tooth:
+            constant["faulty_tooth"] = study.tooth
         for name, value in constant.items():
             labels.setdefault(name, np.full(count, value, float))
-        for name in ("seed", "faulty_tooth"):
+        for name in {"seed", "faulty_tooth"} & labels.keys():
             labels[name] = labels[name].astype(np.int64)
         seeds = [noise_seed(n, int(s)) for n, s in enumerate(labels["seed"], start=1)]
         per_rpm = self.reference.sampling.turn_frequency / self._reference_rpm

@@ -89,8 +89,7 @@ class CoordinateMotion:
     def _angular(self) -> Array:
         """Angular frequencies (l, 1) of the lines [rad/s]."""
         orders = np.arange(self._equal_steps // 2 + 1)[:, None]
-        angular: Array = 2.0 * math.pi * orders / self.period
-        return angular
+        return np.asarray(2.0 * math.pi * orders / self.period, float)
 
     @cached_property
     def _mode_lines(self) -> NDArray[np.complex128]:
