@@ -76,9 +76,9 @@ LABELS = f"Write labels and indicators, a row for each run, {TO_SINGLE_TABLE}."
 
 
 def _axes_setting() -> Any:
-    how: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
+    conversions: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
     text = AXES.format(", ".join(faults()))
-    return setting(MISSING, text, metavar="NAME=A:B:N", several=True, **how)
+    return setting(MISSING, text, metavar="NAME=A:B:N", several=True, **conversions)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +87,7 @@ class FaultSignals(
     TrainStudy,
     Study,
     command="faults",
-    example="faults liu-pair --rpm 900 --over pitch_error=0:5:6 -o set.h5 --plot s.png",
+    example="faults liu-pair --rpm 900 --over pitch_error=0:5:6 -o s.h5 --plot s.png",
 ):
     """Labelled data sets of signals of gears with faults.
 
@@ -151,8 +151,8 @@ class FaultSignals(
 
         for name, reason in self._without_effect():
             if name in self.names:
-                words = {key: display_name(self, key) for key in vars(self)}
-                raise InputError(f"{over} {name}; {reason.format_map(words)}")
+                names = {key: display_name(self, key) for key in vars(self)}
+                raise InputError(f"{over} {name}; {reason.format_map(names)}")
             if getattr(self, name) != type(self).__dataclass_fields__[name].default:
                 raise refusal(self, name, reason)
 
@@ -423,8 +423,9 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
         noise = 0.01 * run.study.noise_percent
         tooth = run.tooth_at_pitch_point
         frequency = run.study.frequency
-        how = sampling, noise, run.study.seed, tooth, self.problem.study.averages
-        return partial(evaluate_run, system, frequency, run.integration, *how)
+        options = noise, run.study.seed, tooth, self.problem.study.averages
+        settings = run.integration
+        return partial(evaluate_run, system, frequency, settings, sampling, *options)
 
     def _problem(self, number: int) -> SignalsProblem:
         """The signals of a run; InputError where there is no such gear set."""
