@@ -35,7 +35,8 @@ Groups = Mapping[str, Mapping[str, DataArray]]
 def write_data_set(path: Path, attributes: Mapping[str, str], groups: Groups) -> None:
     """Write groups of arrays by the ending of the path; InputError if that fails.
 
-    NetCDF has `group_name` for arrays of groups, and no texts.
+    NetCDF has `group_name` for arrays of groups, with underscores for letters of other
+    alphabets, and no texts.
     """
     WRITERS[path.suffix.lower()](path, attributes, groups)
 
@@ -63,12 +64,14 @@ def _fill_hdf5(path: Path, attributes: Mapping[str, str], groups: Groups) -> Non
 
 
 def _write_netcdf(path: Path, attributes: Mapping[str, str], groups: Groups) -> None:
-    variables = {
-        f"{group}_{name}": Variable(array.values, array.dimensions, array.attributes)
-        for group, arrays in groups.items()
-        for name, array in arrays.items()
-        if array.values.dtype.kind != "U"
-    }
+    variables = {}
+    for group, arrays in groups.items():
+        identifiers = matlab_names(arrays)
+        for name, array in arrays.items():
+            if array.values.dtype.kind != "U":
+                called = name if name.isascii() else identifiers[name]
+                described = array.dimensions, array.attributes
+                variables[f"{group}_{called}"] = Variable(array.values, *described)
     write_netcdf(path, attributes, variables)
 
 

@@ -174,12 +174,13 @@ class FaultSignalsResult(StudyResult):
             for end, pick in (("least", np.fmin), ("largest", np.fmax)):
                 value = float(pick.reduce(indicators[key][:, c]))
                 ranges[f"{end}_{key}"] = finite_or_none(value)
-        named = indicators["tooth"][:, c] == self.labels["faulty_tooth"]
+        faulty = self.labels.get("faulty_tooth")
+        named = None if faulty is None else indicators["tooth"][:, c] == faulty
         return {
             "signal": name,
             "unit": unit_of_column(name),
             **ranges,
-            "runs_with_faulty_tooth": int(named.sum()),
+            "runs_with_faulty_tooth": None if named is None else int(named.sum()),
         }
 
     @property
@@ -358,6 +359,10 @@ def _label(name: str) -> str:
     return name.replace("_dte", ": transmission error").replace("_", " ")
 
 
+def _count(number_of_runs: int | None) -> str:
+    return "none" if number_of_runs is None else str(number_of_runs)
+
+
 def _span(key: str) -> Any:
     """The cell of the range of an indicator in the unit that is shown."""
 
@@ -377,5 +382,5 @@ INDICATOR_COLUMNS: Columns = {
     "RMS of\nresidual": _span("residual_rms"),
     "peak of\nresidual": _span("residual_peak"),
     "kurtosis of\nresidual": _span("residual_kurtosis"),
-    "runs at the\nfaulty tooth": lambda row: str(row["runs_with_faulty_tooth"]),
+    "runs at the\nfaulty tooth": lambda row: _count(row["runs_with_faulty_tooth"]),
 }

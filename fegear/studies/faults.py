@@ -76,9 +76,9 @@ LABELS = f"Write labels and indicators, a row for each run, {TO_SINGLE_TABLE}."
 
 
 def _axes_setting() -> Any:
-    how: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
+    conversions: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
     text = AXES.format(", ".join(faults()))
-    return setting(MISSING, text, metavar="NAME=A:B:N", several=True, **how)
+    return setting(MISSING, text, metavar="NAME=A:B:N", several=True, **conversions)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +87,7 @@ class FaultSignals(
     TrainStudy,
     Study,
     command="faults",
-    example="faults liu-pair --rpm 900 --over pitch_error=0:5:6 -o set.h5 --plot s.png",
+    example="faults liu-pair --rpm 900 --over pitch_error=0:5:6 -o s.h5 --plot s.png",
 ):
     """Labelled data sets of signals of gears with faults.
 
@@ -150,6 +150,9 @@ class FaultSignals(
             raise InputError(f"runs = {self.run_count}; at most {MAX_POINTS}")
 
         for name, reason in self._without_effect():
+            if name in self.names:
+                names = {key: display_name(self, key) for key in vars(self)}
+                raise InputError(f"{over} {name}; {reason.format_map(names)}")
             if getattr(self, name) != type(self).__dataclass_fields__[name].default:
                 raise refusal(self, name, reason)
 
@@ -157,7 +160,7 @@ class FaultSignals(
         """Settings that would change nothing, with the reason."""
         if self.random is None:
             yield "random_seed", "needs {random}"
-        if all(faults()[name].is_of_gear for name in faults() if name in self.names):
+        if not self.has_faulty_tooth:
             yield "tooth", "needs a fault of a tooth among {over}"
         if not self.noise_percent and "noise_percent" not in self.names:
             yield "seed", "needs {noise_percent}"
@@ -166,6 +169,12 @@ class FaultSignals(
     def names(self) -> list[str]:
         """Names of the axes."""
         return [axis.name for axis in self.over]
+
+    @property
+    def has_faulty_tooth(self) -> bool:
+        """Whether an axis is the size of a fault of a tooth."""
+        axes = [fault for name, fault in faults().items() if name in self.names]
+        return not all(fault.is_of_gear for fault in axes)
 
     @property
     def run_count(self) -> int:
@@ -308,11 +317,12 @@ class FaultSignalsProblem(Problem):
             "torque_Nm": torque,
             "noise_percent": study.noise_percent,
             "seed": study.seed,
-            "faulty_tooth": study.tooth,
         }
+        if study.has_faulty_tooth:
+            constant["faulty_tooth"] = study.tooth
         for name, value in constant.items():
             labels.setdefault(name, np.full(count, value, float))
-        for name in ("seed", "faulty_tooth"):
+        for name in {"seed", "faulty_tooth"} & labels.keys():
             labels[name] = labels[name].astype(np.int64)
         seeds = [noise_seed(n, int(s)) for n, s in enumerate(labels["seed"], start=1)]
         per_rpm = self.reference.sampling.turn_frequency / self._reference_rpm
@@ -413,8 +423,9 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
         noise = 0.01 * run.study.noise_percent
         tooth = run.tooth_at_pitch_point
         frequency = run.study.frequency
-        how = sampling, noise, run.study.seed, tooth, self.problem.study.averages
-        return partial(evaluate_run, system, frequency, run.integration, *how)
+        options = noise, run.study.seed, tooth, self.problem.study.averages
+        settings = run.integration
+        return partial(evaluate_run, system, frequency, settings, sampling, *options)
 
     def _problem(self, number: int) -> SignalsProblem:
         """The signals of a run; InputError where there is no such gear set."""

@@ -72,7 +72,8 @@ class CoordinateMotion:
     def deflection(self, time: Array) -> Array:
         """Transmission errors (k, m) of the history at times (k,) [m]."""
         start = self.history.time[0]
-        return resample(self.history, start + self._within(time))[0]
+        deflection: Array = resample(self.history, start + self._within(time))[0]
+        return deflection
 
     def _within(self, time: Array) -> Array:
         """Times (k,) within the first period, 0 where round-off is short of its end.
@@ -80,7 +81,7 @@ class CoordinateMotion:
         The motion ends where it starts only to the tolerance of the steady state: a
         sample at the end in one period alone would look like a tooth that differs.
         """
-        place: Array = np.asarray(np.mod(time, self.period))
+        place: Array = np.mod(time, self.period)
         place[self.period - place < PERIOD_RTOL * self.period] = 0.0
         return place
 
@@ -88,7 +89,7 @@ class CoordinateMotion:
     def _angular(self) -> Array:
         """Angular frequencies (l, 1) of the lines [rad/s]."""
         orders = np.arange(self._equal_steps // 2 + 1)[:, None]
-        return 2.0 * math.pi * orders / self.period
+        return np.asarray(2.0 * math.pi * orders / self.period, float)
 
     @cached_property
     def _mode_lines(self) -> NDArray[np.complex128]:

@@ -176,6 +176,8 @@ def test_a_key_is_an_axis():
     key = "mesh.1.stiffness_variation"
     varied = fegear.run(study(f"{key}=0.2,0.4", "speed=900", rpm=None, tooth=1))
     assert varied.labels[key].tolist() == [0.2, 0.4]
+    assert "faulty_tooth" not in varied.labels
+    assert varied.summary["signals"][0]["runs_with_faulty_tooth"] is None
     rms = varied.runs.indicators["rms"][:, 0]
     assert rms[1] > 1.5 * rms[0]
 
@@ -232,6 +234,42 @@ def test_files_hold_signals_and_labels(result, tmp_path):
     np.testing.assert_allclose(rms, expected, rtol=1e-12)
 
 
+def test_names_of_gears_fit_into_every_file(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    gears = fegear.load_gear_set("liu-pair")
+    named = [
+        replace(gear, name=name)
+        for gear, name in zip(gears.gears, ("a/b", "日本"), strict=True)
+    ]
+    gears = replace(gears, gears=tuple(named))
+    few = fegear.run(study("speed=900,950", gear_set=gears, rpm=None, tooth=1))
+    for ending in (".h5", ".nc", ".mat"):
+        few.write(tmp_path / f"s{ending}")
+    signals = few.runs.values
+    with h5py.File(tmp_path / "s.h5") as file:
+        first = file["signals/a_b_speed_deviation_rad_per_s"][()]
+        second = file["signals/日本_speed_deviation_rad_per_s"][()]
+    np.testing.assert_array_equal(np.stack([first, second], axis=1), signals[:, 1:])
+    with netcdf_file(tmp_path / "s.nc", mmap=False) as file:
+        second = file.variables["signals_x____speed_deviation_rad_per_s"][:]
+    np.testing.assert_array_equal(second, signals[:, 2])
+
+
+def test_the_picture_shows_every_run_and_names_the_colours(result):
+    """Residual and kurtosis over the first axis, a colour for each speed."""
+    figure = result.figures["plot"]()
+    left, right = figure.axes[:2]
+    heights = np.concatenate([line.get_ydata() for line in left.lines])
+    residual = 1e6 * result.runs.indicators["residual_rms"][:, 0]
+    np.testing.assert_array_equal(np.sort(heights), np.sort(residual))
+    assert set(np.concatenate([line.get_xdata() for line in left.lines])) == {0.0, 2.0}
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == ["speed [rpm] 900", "speed [rpm] 1100"]
+    assert len({line.get_color() for line in right.lines}) == 2
+    assert figure.axes[-1].get_xlabel() == "pitch error [um]"
+    assert left.get_ylabel().endswith("[um]")
+
+
 def test_runs_without_signals_keep_their_labels():
     """Teeth that jam are no gear set; a motion that does not repeat has no signals."""
     jammed = fegear.run(study("pitch_error=0,900", averages=True))
@@ -262,6 +300,8 @@ def test_runs_without_signals_keep_their_labels():
         (("pitch_error=1", "tooth=1.5"), {"tooth": 1}, "tooth; allowed whole numbers"),
         (("torque_Nm=50,100",), {"tooth": 1}, "torque_Nm; replaces torque"),
         (("torque_Nm=50,100",), {"torque": None}, "tooth = 12; needs a fault"),
+        (("speed=900", "tooth=1"), {"tooth": 1, "rpm": None}, "tooth; needs a fault"),
+        (("pitch_error=1", "seed=1,2"), {}, "over seed; needs noise_percent"),
         (("pitch_error=1",), {"random_seed": 1}, "random_seed = 1; needs random"),
         (("pitch_error=1",), {"seed": 1}, "seed = 1; needs noise_percent"),
         (("pitch_error=1",), {"gear_name": "z"}, "gear_name = z; liu-pair has pinion"),
