@@ -44,7 +44,7 @@ class CrackInfluence:
     arcs : (n,) array
         Points of load from the tip corner [m].
     intensity : (tips, 2, 2 MAX_TOOTH_OFFSET + 1, n, 2, 2) array
-        By crack (that of the right fillet first), loaded flank (RIGHT, LEFT), tooth
+        By crack (that of the right fillet first), loaded flank (right, left), tooth
         clockwise from the cracked one, point of load, its direction (normal, rootward)
         and mode: K_I and K_II per unit line load [1/m^0.5]. K_II is positive where the
         face to the left of the crack, looking from its mouth to its tip, moves toward

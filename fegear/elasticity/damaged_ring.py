@@ -216,7 +216,7 @@ class DamagedRing:
         return ring_response(superelement, nothing, unit, self.teeth, apart)
 
     def compliance(self, rows: Iterable[int], columns: Iterable[int]) -> Array:
-        """Of cuts of the healthy ring; cut c lies between teeth c and c + 1."""
+        """Compliance of the healthy ring at cuts; c is between teeth c and c + 1."""
         return np.block(
             [[self._between(row - column) for column in columns] for row in rows]
         )

@@ -91,7 +91,23 @@ class Signals(
         return self.prepare_with(None)
 
     def prepare_with(self, excitations: ExcitationSource | None) -> SignalsProblem:
-        """The problem with solved tables that it shares with others, if not None."""
+        """The problem, with tables that it shares with others.
+
+        Parameters
+        ----------
+        excitations : ExcitationSource or None
+            Source of the tables; one of its own where it is None.
+
+        Returns
+        -------
+        SignalsProblem
+            Problem whose signals are computed.
+
+        Raises
+        ------
+        InputError
+            If the gear is not there, or the model has no signals.
+        """
         speeds = {"speed": self.rpm, "from_speed": self.from_rpm}
         problem = SignalsProblem.of(with_frequencies(self, speeds))
         if problem.model.number == "coupled" or problem.model.friction:
