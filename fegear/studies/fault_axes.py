@@ -14,7 +14,7 @@ from typing import Any
 from fegear.files.errors import InputError
 from fegear.files.toml import toml_value
 from fegear.gearset.edit import find_entry, require_known_key
-from fegear.gearset.problems import known_keys, nearest
+from fegear.gearset.problems import nearest
 from fegear.studies.study import display_name
 from lumped.steady.maps import Axis
 
@@ -58,12 +58,6 @@ SETTINGS = {
 WHOLE_NUMBERS = frozenset(("seed", "tooth"))
 
 
-def faults() -> dict[str, Fault]:
-    """Faults whose keys a gear-set file may have, by the names of axes."""
-    keys = known_keys(["gear"])
-    return {name: fault for name, fault in FAULTS.items() if fault.key in keys}
-
-
 def column_of(axis: str) -> str:
     """Name of the column of an axis."""
     if axis in SETTINGS:
@@ -94,10 +88,10 @@ def _require_axis(study: Any, axis: Axis, over: str) -> None:
             shown = display_name(study, field)
             raise InputError(f"{over} {name}; replaces {shown}, leave that out")
         return
-    if name in faults():
+    if name in FAULTS:
         return
     if "." not in name:
-        allowed = [*SETTINGS, *faults()]
+        allowed = [*SETTINGS, *FAULTS]
         raise InputError(
             f"{over} {name}; allowed {', '.join(allowed)} and keys of the gear set, "
             f"such as mesh.1.phase{nearest(name, allowed)}"

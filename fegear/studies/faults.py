@@ -19,11 +19,11 @@ from fegear.files.output import TO_SINGLE_TABLE, listed
 from fegear.gearset.read import load_tables
 from fegear.studies.axes import MAX_POINTS, parsed_axis, written_axis
 from fegear.studies.fault_axes import (
+    FAULTS,
     SETTINGS,
     WHOLE_NUMBERS,
     GearSetEdits,
     column_of,
-    faults,
     require_fault_axes,
 )
 from fegear.studies.fault_results import FaultRuns, FaultSignalsResult, run_warnings
@@ -77,7 +77,7 @@ LABELS = f"Write labels and indicators, a row for each run, {TO_SINGLE_TABLE}."
 
 def _axes_setting() -> Any:
     conversions: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
-    text = AXES.format(", ".join(faults()))
+    text = AXES.format(", ".join(FAULTS))
     return setting(MISSING, text, metavar="NAME=A:B:N", several=True, **conversions)
 
 
@@ -173,7 +173,7 @@ class FaultSignals(
     @property
     def has_faulty_tooth(self) -> bool:
         """Whether an axis is the size of a fault of a tooth."""
-        axes = [fault for name, fault in faults().items() if name in self.names]
+        axes = [fault for name, fault in FAULTS.items() if name in self.names]
         return not all(fault.is_of_gear for fault in axes)
 
     @property

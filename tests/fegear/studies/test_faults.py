@@ -18,7 +18,7 @@ import fegear
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
 from fegear.gearset.read import load_tables
-from fegear.studies.fault_axes import FAULTS, GearSetEdits, faults
+from fegear.studies.fault_axes import FAULTS, GearSetEdits
 from fegear.studies.faults import MAX_VALUES, Runs, noise_seed, random_points
 from fegear.studies.trains import GearSetRef
 from lumped import Settings
@@ -368,7 +368,7 @@ BASES = {
 }
 
 
-@pytest.mark.parametrize("name", faults())
+@pytest.mark.parametrize("name", FAULTS)
 def test_every_fault_makes_another_gear_and_size_0_a_healthy_one(name):
     edits = (BASES[name],) if name in BASES else ()
     base = GearSetRef(name="liu-pair", edits=edits)
