@@ -101,7 +101,10 @@ def test_cracks_that_mean_nothing_are_refused(keys, message):
         (Crack(depth=6e-3, direction=1.9), r"at most 5\.\d* mm .* left flank"),
         (Crack(depth=9e-3, direction=0.0), r"at most \d\.\d* mm .* right edge of the"),
         (Crack(depth=30e-3, direction=0.24), r"at most 1[01]\.\d* mm .* the hub"),
-        (Crack(depth=1e-3, tangent_angle=1.45), "tangent_angle = 83.0789 deg; tangents"),
+        (
+            Crack(depth=1e-3, tangent_angle=1.45),
+            "tangent_angle = 83.0789 deg; tangents",
+        ),
         (Crack(depth=1e-3, direction=math.radians(150.0)), "allowed from 20 deg into"),
         (Crack(depth=1e-4, path=((0.5, 0.5),)), r"path: the crack begins at -\d+"),
         (Crack(depth=1e-4, path=((1e-3, 18e-3), (1e-3, 18e-3))), "path: two points"),
