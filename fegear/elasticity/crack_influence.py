@@ -192,12 +192,11 @@ def _intensities(ring: DamagedRing, tooth: int) -> tuple[Array, Array]:
     for side in SIDES:
         for row, offset in enumerate(offsets):
             source = (tooth + offset) % ring.teeth
-            unit = ring.loads(source, side)
-            ends = ring.displacement(tooth, source, unit.on_cuts)
+            ends = ring.displacement(tooth, source, ring.on_cuts(source, side))
             values = by_cuts @ ends
             if source == tooth:
-                values -= by_cuts @ unit.loads.jump
-                values += _of_held(sector, adjoint, unit.loads)
+                loads = ring.loads(tooth, side).loads
+                values += _of_held(sector, adjoint, loads) - by_cuts @ loads.jump
                 if ring.split:
                     values += _of_half_plane(sector, tips, side)
             tables[:, :, :, side, row] = values.reshape(len(tips), 2, 2, 2, n)

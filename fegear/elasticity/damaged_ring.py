@@ -180,8 +180,20 @@ class DamagedRing:
         """Loads on a flank of a tooth; equal sectors share them."""
         return self._loads_of(self.sector(tooth), side)
 
-    def healthy_loads(self, side: int) -> ToothLoads:
-        return self._loads_of(self.healthy, side)
+    def on_cuts(self, tooth: int, side: int) -> Array:
+        """Polar forces (cut, 2 n) that the ring feels of loads on a flank."""
+        if tooth % self.teeth not in self.cracked:
+            return self.healthy_on_cuts(side)
+        return self.loads(tooth, side).on_cuts
+
+    def healthy_on_cuts(self, side: int) -> Array:
+        """Forces of loads on a healthy tooth, a mirror image on its left flank."""
+        right = self._loads_of(self.healthy, RIGHT).on_cuts
+        if side == RIGHT:
+            return right
+        left = np.roll(right, len(right) // 2, axis=0)  # the cuts change places
+        left[1::2] *= -1.0  # clockwise components
+        return left
 
     def _loads_of(self, sector: CyclicSector, side: int) -> ToothLoads:
         if (sector, side) not in self._stored_loads:
@@ -199,7 +211,10 @@ class DamagedRing:
 
         That of the left one is its mirror image.
         """
-        unit, n = self.healthy_loads(RIGHT), len(self.healthy.flanks[RIGHT].arcs)
+        unit, n = (
+            self._loads_of(self.healthy, RIGHT),
+            len(self.healthy.flanks[RIGHT].arcs),
+        )
         ends = self.between(0, 0) @ unit.on_cuts[:, :n]
         return _flank_of_itself(self.healthy, unit.loads, ends, RIGHT)
 
@@ -361,11 +376,11 @@ def _changes(
     """Changes (n, n), normal and tangential, by receiving and loaded tooth."""
     affected, teeth = ring.affected.tolist(), ring.teeth
     n = len(ring.healthy.flanks[side].arcs)
-    loads = {t: ring.loads(t, side).on_cuts for t in affected}
+    loads = {t: ring.on_cuts(t, side) for t in affected}
     at_changed = {
         t: ring.compliance(ring.changed_cuts, (t - 1, t)) @ loads[t] for t in affected
     }
-    healthy = ring.healthy_loads(side).on_cuts
+    healthy = ring.healthy_on_cuts(side)
     changes = {}
     for source in affected:
         corrected = ring.correction @ at_changed[source][:, :n]
