@@ -155,7 +155,8 @@ class DamagedRing:
     split : whether the half-plane part is taken out of loads
     reach : teeth on either side of a cracked one whose deflection changes,
         MAX_TOOTH_OFFSET or more; four teeth away a crack of 0.4 modules changed the
-        compliance of a solid gear of 12 teeth by 1.4e-4 of it
+        compliance of a solid gear of 12 teeth by 1.4e-4 of it, and a deep one that of a
+        ring on soft springs by 4e-3
     """
 
     healthy: CyclicSector
