@@ -33,7 +33,7 @@ from lumped.train.coupled import (
     coupled_steps,
     coupled_system,
     loaded_state,
-    static_transmission_error,
+    static_errors,
 )
 from lumped.train.excitation import MeshExcitation
 from lumped.train.friction import FrictionRows, ToothFriction, friction_rows
@@ -310,8 +310,7 @@ class LumpedSystem:
             else:
                 contacts = self.contacts.of_equal_teeth
                 force = reference.force
-                error = static_transmission_error(contacts, mesh, force)[:-1]
-                error = error - reference.gap
+                error = static_errors(contacts, mesh, force) - reference.gap
                 check = compare_at_rest(mesh, error, reference.transmission_error)
             if check is not None:
                 checks.append(check)
