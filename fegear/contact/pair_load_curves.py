@@ -82,7 +82,7 @@ def pair_load_curves(
     pressure = np.zeros((side_position.size, selected.size, penetration.size))
     for column, k in enumerate(selected):
         facing, solutions = _pressed(
-            problem, teeth[column], side_position, closest.pair(k), penetration
+            problem, teeth[column], side_position, closest.pair(int(k)), penetration
         )
         load[:, column], pressure[:, column] = _loads(
             problem, facing, solutions, side_position.size
@@ -175,7 +175,8 @@ class _Closest:
 
     def pair(self, k: int) -> _Closest:
         """One of the pairs."""
-        return _Closest(self.cells[:, k], self.closing_rate[:, k])
+        cells = self.cells[:, k].view(np.recarray)
+        return _Closest(cells, self.closing_rate[:, k])
 
 
 def _closest(

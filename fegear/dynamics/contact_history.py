@@ -127,7 +127,9 @@ def contact_histories(
         fraction = position * cells - low
         fraction = np.where(np.abs(fraction) < GRID_ATOL, 0.0, fraction)
         grid_indices = np.stack([low, low + 1], axis=1)
-        numbers = _numbers(side, model.kinematics.rate[side.mesh], position, steps_per_cycle)
+        numbers = _numbers(
+            side, model.kinematics.rate[side.mesh], position, steps_per_cycle
+        )
         for pair_index, number in enumerate(numbers):
             # flanks that do not face each other have no law
             facing = _facing(side, pair_index)[number[:, None], grid_indices]
@@ -161,11 +163,11 @@ def _numbers(
 
 
 def _facing(side: ContactSide, pair_index: int) -> NDArray[np.bool_]:
-    """Whether flanks of a contact face each other (v + 1, p), by number of the teeth."""
-    different = side.differences.curves if side.differences else ()
-    curves = (side.load_curves, *different)
-    loads = [one.load[:, pair_index, NOMINAL, -1] for one in curves]
-    return np.stack(loads) > 0.0
+    """Whether flanks of a contact face each other (v + 1, p), by their number."""
+    loads = [side.load_curves.load]
+    if side.differences is not None:
+        loads += [curves.load for curves in side.differences.curves]
+    return np.stack([load[:, pair_index, NOMINAL, -1] for load in loads]) > 0.0
 
 
 def _rotation(model: DynamicModel, motion: FeHistory, steps_per_cycle: int) -> Array:

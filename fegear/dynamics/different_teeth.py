@@ -74,7 +74,7 @@ def side_differences(
 
 
 def _with_back_flanks(problem: ContactProblem) -> ContactProblem:
-    """The problem of the back flanks, which spalls, wear and open cracks leave alone."""
+    """The problem of back flanks, which spalls, wear and open cracks leave alone."""
     return replace(
         problem,
         driver_faults=_of_back_flanks(problem.driver_faults),

@@ -95,7 +95,11 @@ def _differences(sides: Sequence[ContactSide]) -> dict[str, Array]:
     cycles = np.arange(math.lcm(*(teeth.cycles for teeth in different)))
     counts = [side.load_curves.pair_offsets.size for side in sides]
     curve, change = sum(counts), 1
-    curve_rows, gap_rows, changes = [], [], [np.zeros((1, len(sides[0].load_curves.gap)))]
+    curve_rows, gap_rows, changes = (
+        [],
+        [],
+        [np.zeros((1, len(sides[0].load_curves.gap)))],
+    )
     for side, first, count in zip(
         sides, np.cumsum([0, *counts[:-1]]), counts, strict=True
     ):

@@ -93,7 +93,11 @@ def _depth_of_wear(gear_set: GearSet, mesh: int) -> float:
     """Largest depth of wear of single teeth of both gears together [m]."""
     return sum(
         -min(
-            (min(w.profile.deviations) for w in gear.faults.worn if w.tooth is not None),
+            (
+                min(w.profile.deviations)
+                for w in gear.faults.worn
+                if w.tooth is not None
+            ),
             default=0.0,
         )
         for gear in (gear_set.gears[index] for index in gear_set.meshes[mesh].gears)

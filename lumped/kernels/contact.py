@@ -107,7 +107,11 @@ def has_different_cycles(contacts):
 @compiled_part
 def set_teeth(contacts, c, mesh_cycle, position):
     """Gap and load curve of contact c by the teeth that it has in a cycle."""
-    errors, rows, positions = contacts.errors, contacts.curve_rows, contacts.gap.shape[1]
+    errors, rows, positions = (
+        contacts.errors,
+        contacts.curve_rows,
+        contacts.gap.shape[1],
+    )
     error = errors[c, mesh_cycle % errors.shape[1]] if errors.shape[1] > 0 else 0.0
     for p in range(positions):
         position.gap[c, p] = contacts.gap[c, p] + error

@@ -217,8 +217,10 @@ class CoupledContacts:
         )
         return replace(self, contacts=alike)
 
-    def different_cycles(self, mesh: int) -> tuple[Array, Array]:
-        """First cycles of a mesh (u,) in which teeth differ, and which each (n,) is like."""
+    def different_cycles(
+        self, mesh: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Cycles (u,) of a mesh that differ, and which of them each (n,) is like."""
         contacts, of_mesh = self.contacts, self.mesh_of == mesh
         tables = contacts.errors, contacts.curve_rows, contacts.gap_rows
         there = [table[of_mesh] for table in tables if table.shape[1]]
@@ -229,7 +231,7 @@ class CoupledContacts:
         _, first, like = np.unique(
             np.concatenate(columns), axis=1, return_index=True, return_inverse=True
         )
-        return first, like.ravel()
+        return first.astype(np.int64), like.ravel().astype(np.int64)
 
     @property
     def body_modes(self) -> BodyModes:
