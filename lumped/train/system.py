@@ -575,9 +575,9 @@ class LumpedSystem:
         quantity, teeth = "excitation", ""
         remedies = "higher speeds or simpler tooth ratios"
         if self.repetitions > 1:
-            quantity, teeth = "motion", " and tooth pairs with pitch errors"
+            quantity, teeth = "motion", " and tooth pairs with pitch errors or faults"
             remedies = (
-                "pitch errors of fewer gears or that repeat sooner, higher speeds"
+                "pitch errors or faults of fewer gears or that repeat sooner, higher speeds"
             )
             remedies += " or fewer steps"
         raise TrainError(
