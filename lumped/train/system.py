@@ -576,10 +576,8 @@ class LumpedSystem:
         remedies = "higher speeds or simpler tooth ratios"
         if self.repetitions > 1:
             quantity, teeth = "motion", " and tooth pairs with pitch errors or faults"
-            remedies = (
-                "pitch errors or faults of fewer gears or that repeat sooner, higher speeds"
-            )
-            remedies += " or fewer steps"
+            remedies = "pitch errors or faults of fewer gears or that repeat sooner, "
+            remedies += "higher speeds or fewer steps"
         raise TrainError(
             f"{self.common_period[0]} periods of the first mesh, after which all "
             f"meshes{teeth} repeat, of {steps:.3g} steps each: "
