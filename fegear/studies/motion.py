@@ -37,6 +37,7 @@ from fegear.studies.train_problem import (
     TrainProblem,
     bearing_notes,
     bodies_described,
+    fault_notes,
 )
 from fegear.studies.trains import (
     AUTO,
@@ -234,6 +235,7 @@ class MotionProblem(TrainProblem):
             },
             notes=(
                 *((self.reason,) if self.reason else ()),
+                *fault_notes(self.gears),
                 *bearing_notes(motion.system),
             ),
             warnings=(
