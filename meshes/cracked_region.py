@@ -25,6 +25,7 @@ from meshes.triangles import Rows, draw_point, make_triangles
 SPOKES = 16  # sides from a tip to the first ring
 RINGS = 7
 RING_GROWTH = 1.45  # radius of a ring over that of the next one inward
+SIZE_GROWTH = 0.3  # of edges with their distance from the lines drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +143,7 @@ def _draw(
         lines[f"line {number}"] = _join(gmsh, [tags[crack.mouth], *chain, ring[0]])
         embedded += lines[f"line {number}"]
     surface = geo.addPlaneSurface(loops)
-    return make_triangles(gmsh, lines, (), embedded={surface: embedded})
+    return make_triangles(gmsh, lines, (), SIZE_GROWTH, {surface: embedded})
 
 
 def _join(gmsh: ModuleType, tags: Sequence[int]) -> list[int]:

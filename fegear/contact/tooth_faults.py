@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fegear.contact.profiles import profile_record
 from fegear.gearset.model import FlankProfile
+from meshes.crack import Crack
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -48,7 +49,8 @@ class ToothFaults:
     change : of the compliance, or None
     clockwise : 1 where teeth that come into contact later are clockwise, -1 where
         those are counter-clockwise
-    damaged : teeth near which the compliance changes
+    cracked : open cracks by tooth, as they are in the frame of the loaded flank
+    damaged : teeth near them, whose compliance changes
     spalls, profiles : by tooth
     corners : roll length of the tip corner of teeth whose tip is broken off [m]
     missing : teeth that are not there
@@ -57,11 +59,21 @@ class ToothFaults:
     teeth: int
     change: ComplianceChange | None = None
     clockwise: int = 1
+    cracked: Mapping[int, Crack] = field(default_factory=dict)
     damaged: frozenset[int] = frozenset()
     spalls: Mapping[int, FlankSpall] = field(default_factory=dict)
     profiles: Mapping[int, FlankProfile] = field(default_factory=dict)
     corners: Mapping[int, float] = field(default_factory=dict)
     missing: frozenset[int] = frozenset()
+
+    def clockwise_tooth(self, tooth: int) -> int:
+        """A tooth as it counts clockwise."""
+        return self.clockwise * tooth % self.teeth
+
+    @property
+    def clockwise_cracks(self) -> dict[int, Crack]:
+        """Open cracks by tooth, counted clockwise."""
+        return {self.clockwise_tooth(t): crack for t, crack in self.cracked.items()}
 
     def different(self, teeth: Indices) -> Indices:
         """Numbers of teeth of any shape within a turn, -1 for those like all others."""
@@ -82,8 +94,7 @@ class ToothFaults:
             return None
         blocks = {
             (p, q): self.change.block(
-                self.clockwise * teeth[p] % self.teeth,
-                self.clockwise * teeth[q] % self.teeth,
+                self.clockwise_tooth(teeth[p]), self.clockwise_tooth(teeth[q])
             )
             for p in near
             for q in near
@@ -95,8 +106,12 @@ class ToothFaults:
         return changes
 
     def is_missing(self, teeth: Indices) -> NDArray[np.bool_]:
-        """Whether teeth, within a turn, are not there."""
+        """Whether teeth, as from `different`, are not there."""
         return np.isin(teeth, sorted(self.missing))
+
+    def is_cracked(self, teeth: Indices) -> NDArray[np.bool_]:
+        """Whether teeth have an open crack, of any number of turns."""
+        return np.isin(teeth % self.teeth, sorted(self.cracked))
 
     def change_flank(self, flank: Any, tooth: int, lowest: float) -> None:
         """Change the record of a flank into that of a tooth; -1 for no fault.

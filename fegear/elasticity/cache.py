@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.elasticity.crack_influence import CrackInfluence, crack_influence
 from fegear.elasticity.damaged_ring import (
     ComplianceChange,
     ToothCracks,
@@ -167,21 +168,63 @@ def cached_compliance_change(
     ComplianceChange
         What the cracks add to the compliance of the healthy gear.
     """
-    sector = cyclic_sector(gear, material, size)
-    first = min(cracks, default=0)
-    turned = {tooth - first: cracks[tooth] for tooth in sorted(cracks)}
+    require_teeth(gear, cracks)
+    sector, first = cyclic_sector(gear, material, size), min(cracks)
+    turned = _counted_from(cracks, first, gear.teeth)
 
     def compute() -> ComplianceChange:
         return compliance_change(damaged_ring(sector, turned))
 
-    inputs = {"cracks": [[t, _plain_cracks(c)] for t, c in turned.items()]}
-    require_teeth(gear, cracks)
+    inputs = {"cracks": _plain_cracks(turned)}
     change = cached_body("cracks", sector, inputs, compute, ComplianceChange)
     return change.shifted(first)
 
 
-def _plain_cracks(of_tooth: Crack | Sequence[Crack]) -> list[dict[str, Any]]:
-    return [asdict(crack) for crack in as_cracks(of_tooth)]
+def cached_crack_influence(
+    gear: SpurGear,
+    material: PlaneMaterial,
+    size: MeshSize,
+    cracks: ToothCracks,
+    tooth: int,
+) -> CrackInfluence:
+    """`crack_influence` of one cracked tooth, read from disk where it was computed
+    before.
+
+    Parameters
+    ----------
+    gear, material, size, cracks
+        As of `cached_compliance_change`.
+    tooth : int
+        Cracked tooth.
+
+    Returns
+    -------
+    CrackInfluence
+        Stress intensities under loads on the teeth around it.
+    """
+    require_teeth(gear, cracks)
+    if tooth not in cracks:
+        raise ValueError(f"tooth = {tooth}; cracked are {sorted(cracks)}")
+    sector = cyclic_sector(gear, material, size)
+    turned = _counted_from(cracks, tooth, gear.teeth)
+
+    def compute() -> CrackInfluence:
+        return crack_influence(damaged_ring(sector, turned), 0)
+
+    inputs = {"cracks": _plain_cracks(turned)}
+    return cached_body("intensity", sector, inputs, compute, CrackInfluence)
+
+
+def _counted_from(
+    cracks: ToothCracks, first: int, teeth: int
+) -> dict[int, tuple[Crack, ...]]:
+    """Cracks by tooth, in the order of teeth from one that counts as 0."""
+    turned = {(t - first) % teeth: as_cracks(parts) for t, parts in cracks.items()}
+    return dict(sorted(turned.items()))
+
+
+def _plain_cracks(cracks: Mapping[int, Sequence[Crack]]) -> list[Any]:
+    return [[t, [asdict(crack) for crack in parts]] for t, parts in cracks.items()]
 
 
 def _path(kind: str, key: str) -> Path:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from fegear.elasticity.body_stress import ROOTWARD
 from fegear.elasticity.flank import (
     MAX_TOOTH_OFFSET,
-    HeldSolution,
+    SectorLoads,
     SectorRows,
     flamant_loads,
     hold_cuts,
@@ -111,29 +111,42 @@ class ComplianceChange:
 
 
 @dataclass(frozen=True, eq=False)
-class CutLoads:
-    """Unit loads on both flanks of a tooth, as its cuts feel them.
+class ToothLoads:
+    """Unit loads on both flanks of a tooth, and what its cuts feel of them.
 
-    held : by flank, n normal loads and then n toward the root, cuts held
+    loads : by flank, n normal loads and then n toward the root
+    on_cuts : by flank, (cut, 2 n) polar forces that the ring feels
     """
 
-    held: tuple[HeldSolution, ...]
-
-    def on_cuts(self, side: int) -> Array:
-        """Forces (cut, 2 n) that a ring feels."""
-        return self.held[side].cut_load
+    loads: tuple[SectorLoads, ...]
+    on_cuts: tuple[Array, ...]
 
 
-def cut_loads(sector: CyclicSector, split: bool = True) -> CutLoads:
-    """Solve a sector with its cuts held under loads on both of its flanks."""
+def tooth_loads(sector: CyclicSector, split: bool = True) -> ToothLoads:
+    """Loads on both flanks of a sector; no system is solved but for its cuts."""
     make_loads = flamant_loads if split else nodal_loads
-    held = []
-    for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
-        angles = 0.0, sign * ROOTWARD  # the left flank is a mirror image
-        held.append(
-            hold_cuts(sector, join_loads([make_loads(sector, a, side) for a in angles]))
-        )
-    return CutLoads(tuple(held))
+    loads = tuple(
+        join_loads([make_loads(sector, angle, side) for angle in load_angles(side)])
+        for side in SIDES
+    )
+    return ToothLoads(loads, tuple(_cut_load(sector, part) for part in loads))
+
+
+def load_angles(side: int) -> tuple[float, float]:
+    """Angles of normal loads and of those toward the root, as of `flamant_loads`."""
+    return 0.0, ROOTWARD if side == RIGHT else -ROOTWARD  # a mirror image
+
+
+def _cut_load(sector: CyclicSector, loads: SectorLoads) -> Array:
+    """`HeldSolution.cut_load` by Maxwell's theorem.
+
+    What displacement of the cuts does to the interior, loads there do to the cuts.
+    """
+    condensed = sector.condensation
+    load = loads.force - sector.stiffness[:, sector.hub] @ loads.hub
+    on_cuts = sector.polar.T @ load[sector.cut]
+    on_cuts -= condensed.response.T @ load[sector.interior]
+    return np.asarray(on_cuts + condensed.superelement @ loads.jump)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,14 +173,24 @@ class DamagedRing:
         return np.unique(near % self.teeth)
 
     @cached_property
-    def healthy_loads(self) -> CutLoads:
-        return cut_loads(self.healthy, self.split)
+    def healthy_loads(self) -> ToothLoads:
+        return tooth_loads(self.healthy, self.split)
 
     @cached_property
-    def loads(self) -> dict[int, CutLoads]:
+    def healthy_flank(self) -> tuple[Array, Array]:
+        """Displacement (n, n) of the right flank of a healthy tooth that is loaded.
+
+        That of the left one is its mirror image.
+        """
+        loads, n = self.healthy_loads, len(self.healthy.flanks[RIGHT].arcs)
+        ends = self.between(0, 0) @ loads.on_cuts[RIGHT][:, :n]
+        return _flank_of_itself(self.healthy, loads.loads[RIGHT], ends, RIGHT)
+
+    @cached_property
+    def loads(self) -> dict[int, ToothLoads]:
         """Loads by affected tooth; equal sectors share them."""
         different = set(self.cracked.values())
-        of_sector = {sector: cut_loads(sector, self.split) for sector in different}
+        of_sector = {sector: tooth_loads(sector, self.split) for sector in different}
         return {
             tooth: of_sector[self.cracked[tooth]]
             if tooth in self.cracked
@@ -316,11 +339,11 @@ def _changes_between(ring: DamagedRing, side: int) -> dict[tuple[int, int], Arra
     """
     affected, teeth = ring.affected.tolist(), ring.teeth
     n = len(ring.healthy.flanks[side].arcs)
-    loads = {t: ring.loads[t].on_cuts(side) for t in affected}
+    loads = {t: ring.loads[t].on_cuts[side] for t in affected}
     at_changed = {
         t: ring.compliance(ring.changed_cuts, (t - 1, t)) @ loads[t] for t in affected
     }
-    healthy = ring.healthy_loads.on_cuts(side)
+    healthy = ring.healthy_loads.on_cuts[side]
     changes = {}
     for j, source in enumerate(affected):
         corrected = ring.correction @ at_changed[source][:, :n]
@@ -341,25 +364,26 @@ def _changes_between(ring: DamagedRing, side: int) -> dict[tuple[int, int], Arra
 
 def _change_of_itself(ring: DamagedRing, tooth: int, side: int) -> tuple[Array, Array]:
     """Changes (n, n), normal and tangential, of a damaged tooth that is loaded."""
-    load, healthy_load = (
-        loads.held[side] for loads in (ring.loads[tooth], ring.healthy_loads)
+    loads, sector = ring.loads[tooth], ring.cracked[tooth]
+    n = len(sector.flanks[side].arcs)
+    ends = ring.displacement(tooth, tooth, loads.on_cuts[side][:, :n])
+    cracked = _flank_of_itself(sector, loads.loads[side], ends, side)
+    normal, tangential = (
+        a - b for a, b in zip(cracked, ring.healthy_flank, strict=True)
     )
-    ends = ring.displacement(tooth, tooth, load.cut_load)
-    healthy_ends = ring.between(tooth, tooth) @ healthy_load.cut_load
-    cracked = _flank_of_itself(ring.cracked[tooth], load, ends, side)
-    healthy = _flank_of_itself(ring.healthy, healthy_load, healthy_ends, side)
-    normal, tangential = (a - b for a, b in zip(cracked, healthy, strict=True))
     return normal, tangential
 
 
 def _flank_of_itself(
-    sector: CyclicSector, held: HeldSolution, ends: Array, side: int
+    sector: CyclicSector, loads: SectorLoads, ends: Array, side: int
 ) -> tuple[Array, Array]:
-    """Displacement (n, n), normal and toward the root, of a flank that is loaded.
+    """Displacement (n, n), normal and toward the root, of a flank under normal loads.
 
     The half-plane part of loads is left out: Flamant's displacement is the same in a
     cracked sector.
     """
-    flank = sector.flanks[side]
-    u = sector_field(sector, SectorRows.of(sector, flank.dofs.ravel()), ends, held)
-    return resolve_on_flank(flank, u[:, : len(flank.arcs)])
+    flank, n = sector.flanks[side], ends.shape[1]
+    normal_loads = SectorLoads(loads.force[:, :n], loads.hub[:, :n], loads.jump[:, :n])
+    held = hold_cuts(sector, normal_loads)
+    rows = SectorRows.of(sector, flank.dofs.ravel())
+    return resolve_on_flank(flank, sector_field(sector, rows, ends, held))

@@ -49,6 +49,43 @@ class FlankLoad(NamedTuple):
     rootward: ArrayLike = 0.0
 
 
+class NearLoad(NamedTuple):
+    """Where a load acts, on a tooth near the one that it affects.
+
+    tooth_offset : clockwise from that one
+    loaded : which times it acts at; arc, force : (t,) and (t, 2) then
+    """
+
+    tooth_offset: int
+    loaded: NDArray[np.bool_]
+    arc: Array
+    force: Array
+
+
+def broadcast_loads(loads: Sequence[FlankLoad]) -> tuple[int, ...]:
+    """Shape of all loads together."""
+    shapes = [np.broadcast_shapes(*map(np.shape, load[2:])) for load in loads]
+    return np.broadcast_shapes(*shapes)
+
+
+def near_load(
+    load: FlankLoad, shape: tuple[int, ...], teeth: int, max_offset: int
+) -> NearLoad | None:
+    """Where a load acts; None if that is nowhere near."""
+    if load.flank not in (RIGHT, LEFT):
+        raise ValueError(f"flank must be {RIGHT} or {LEFT}, got {load.flank}")
+    half = teeth // 2
+    tooth_offset = (load.tooth + half) % teeth - half
+    if abs(tooth_offset) > max_offset:
+        return None
+    arc, *forces = (np.broadcast_to(part, shape) for part in load[2:])
+    force = np.stack(forces, axis=-1)
+    loaded = np.asarray(force.any(axis=-1))
+    if not loaded.any():
+        return None
+    return NearLoad(tooth_offset, loaded, arc[loaded], force[loaded])
+
+
 @dataclass(frozen=True, eq=False)
 class RootInfluence:
     """Stress along the fillets of one tooth under loads on it and its neighbours.
@@ -80,24 +117,15 @@ class RootInfluence:
 
     def along_fillets(self, loads: Sequence[FlankLoad]) -> Array:
         """Stress (..., 2, f) of the right and left fillet [Pa]."""
-        shapes = [np.broadcast_shapes(*map(np.shape, load[2:])) for load in loads]
-        shape = np.broadcast_shapes(*shapes)
+        shape = broadcast_loads(loads)
         total = np.zeros((*shape, *self.fillets.shape[:2]))
-        half = self.gear.teeth // 2
         for load in loads:
-            if load.flank not in (RIGHT, LEFT):
-                raise ValueError(f"flank must be {RIGHT} or {LEFT}, got {load.flank}")
-            tooth_offset = (load.tooth + half) % self.gear.teeth - half
-            if abs(tooth_offset) > MAX_TOOTH_OFFSET:
-                continue
-            arc, *forces = (np.broadcast_to(part, shape) for part in load[2:])
-            force = np.stack(forces, axis=-1)
-            loaded = force.any(axis=-1)
-            if not loaded.any():
+            near = near_load(load, shape, self.gear.teeth, MAX_TOOTH_OFFSET)
+            if near is None:
                 continue
             side = 1 if load.flank == RIGHT else -1
-            stress = self._under(side * tooth_offset, arc[loaded], force[loaded])
-            total[loaded] += stress[..., ::side, :]
+            stress = self._under(side * near.tooth_offset, near.arc, near.force)
+            total[near.loaded] += stress[..., ::side, :]
         return total
 
     def _under(self, tooth: int, arc: Array, forces: Array) -> Array:

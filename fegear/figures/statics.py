@@ -72,10 +72,12 @@ def draw_words_as_they_are(figure: Figure) -> None:
 def draw_table(result: StaticsResult, title: str = "") -> Figure:
     """Stiffness, transmission error and load sharing over one base pitch.
 
-    Over SHOWN_PITCHES at most where tooth pairs differ by their pitch errors.
+    Over SHOWN_PITCHES at most where tooth pairs differ, around the one that differs
+    most.
     """
     shown = min(result.pitches, SHOWN_PITCHES)
-    table = _first_pitches(result.table, shown, result.pitches)
+    first = _most_different(result.table, result.pitches, shown)
+    table = _some_pitches(result.table, result.pitches, first, shown)
     heights = (1.35, 1.0, 1.0, 0.8)
     figure, rows = panels(4, size=(10.0, 11.6), heights=heights, share=True)
     stiffness, error, varying, share = every = [row[0] for row in rows]
@@ -88,16 +90,26 @@ def draw_table(result: StaticsResult, title: str = "") -> Figure:
         _shade_contact(axes, table, middle, named=axes is stiffness)
         # outside the panel, where it covers no curve
         axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
-    left = f", first {shown} of {result.pitches}" if shown < result.pitches else ""
+    left = f", {shown} of {result.pitches}" if shown < result.pitches else ""
     share.set_xlabel(f"mesh position [base pitches from the pitch point{left}]")
-    share.set_xlim(0.0, shown)
+    share.set_xlim(first, first + shown)
     draw_title(figure, title)
     return figure
 
 
-def _first_pitches(table: MeshTable, shown: int, pitches: int) -> MeshTable:
-    """The table cut to the number of base pitches that are shown."""
-    window = slice(0, table.position.size * shown // pitches)
+def _most_different(table: MeshTable, pitches: int, shown: int) -> int:
+    """First of the base pitches around the one that differs most from the others."""
+    stiffness = table["stiffness_N_per_m"]
+    by_pitch = stiffness.reshape(stiffness.shape[0], pitches, -1)
+    deviation = np.abs(by_pitch - np.median(by_pitch, axis=1, keepdims=True))
+    worst = int(deviation.max(axis=(0, 2)).argmax())
+    return min(max(worst - shown // 2, 0), pitches - shown)
+
+
+def _some_pitches(table: MeshTable, pitches: int, first: int, shown: int) -> MeshTable:
+    """The table cut to the base pitches that are shown."""
+    per_pitch = table.position.size // pitches
+    window = slice(first * per_pitch, (first + shown) * per_pitch)
     columns = {name: values[:, window] for name, values in table.columns.items()}
     return replace(table, position=table.position[window], columns=columns)
 

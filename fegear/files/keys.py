@@ -22,6 +22,8 @@ UNITS = {
     "Nms_per_rad": "N m s/rad",
     "kg_per_m3": "kg/m3",
     "N_per_mm3": "N/mm3",
+    "MPa_sqrt_m": "MPa sqrt(m)",
+    "J_per_m2": "J/m2",
     "Ns_per_m": "N s/m",
     "N_per_m_n": "N/m^n",
     "N_per_m": "N/m",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from fegear.gearset.fault_figures import fault_figures
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.model import Gear, GearSet, Mesh
 from fegear.gearset.modifications import FlankProfile, Relief
@@ -107,6 +108,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "young_modulus_GPa": 1e-9 * gear.young_modulus,
         "poisson_ratio": gear.poisson_ratio,
         "density_kg_per_m3": gear.density,
+        "faults": fault_figures(gear) if gear.faults.any else None,
     }
 
 

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.gearset.draw_faults import draw_faults, fault_handles
+from fegear.gearset.fault_building import roll_length_below_tip
+from fegear.gearset.faulty_teeth import FaultyTeeth, faulty_teeth
 from fegear.gearset.model import GearSet, Mesh
-from fegear.gearset.placing import Layout, Place, layout
+from fegear.gearset.placing import Layout, Place, at_place, layout
 from meshes.gear import SpurGear
 from meshes.profile import Points, fillet_points, flank_points, polar
 
@@ -24,21 +28,28 @@ CARRIER_COLOUR = "#444444"
 ACTION = "#cc2222"
 MM = 1e3  # millimetres in a metre
 BORE_POINTS = 360
+ROOT_POINTS = 12  # of the arc where a tooth is missing
 DETAIL_HALF_HEIGHT = 3.2  # half height of the detail, in modules
 
 
-def tooth_outline(gear: SpurGear, points_per_curve: int = 24) -> Points:
+def tooth_outline(
+    gear: SpurGear, points_per_curve: int = 24, broken_height: float = 0.0
+) -> Points:
     """Closed-pitch outline of one tooth (n, 2) [m], clockwise, axis along y.
 
     From the middle of one root land to the next: root, fillet, flank and tip of the
     left half, then the right half mirrored.
+
+    broken_height : of the tip that is missing [m]
     """
-    tip = gear.half_angle(gear.tip_radius)
-    rolls = np.linspace(gear.tip_roll_length, gear.form_roll_length, points_per_curve)
+    radius = gear.tip_radius - broken_height
+    tip = gear.half_angle(radius)
+    top = roll_length_below_tip(gear, broken_height)
+    rolls = np.linspace(top, gear.form_roll_length, points_per_curve)
     steepest = gear.form_normal_angle
     right = np.concatenate(
         [
-            polar(gear.tip_radius, np.linspace(0.0, tip, 6)[:-1]),
+            polar(radius, np.linspace(0.0, tip, 6)[:-1]),
             flank_points(gear, rolls),
             fillet_points(gear, np.linspace(steepest, 0.0, points_per_curve)[1:]),
             polar(gear.root_radius, 0.5 * gear.pitch_angle)[None],
@@ -48,24 +59,43 @@ def tooth_outline(gear: SpurGear, points_per_curve: int = 24) -> Points:
     return np.concatenate([left, right])
 
 
-def gear_outline(gear: SpurGear, place: Place) -> Points:
-    """Closed outline of all teeth (n, 2) [m] at a place."""
-    x, y = tooth_outline(gear)[:-1].T  # the last point begins the next tooth
-    tooth = np.hypot(x, y) * np.exp(1j * np.arctan2(-x, y))
-    turns = place.tooth_angle - gear.pitch_angle * np.arange(gear.teeth)
-    around = np.exp(1j * turns)[:, None] * tooth[None, :]
-    flat = around.ravel()
-    return np.stack([place.x + flat.real, place.y + flat.imag], axis=-1)
+def gear_outline(
+    gear: SpurGear, place: Place, damaged: Mapping[int, Points] | None = None
+) -> Points:
+    """Closed outline of all teeth (n, 2) [m] at a place.
+
+    damaged : outlines of teeth that differ, by their number clockwise from the one at
+        the place's angle, counter-clockwise of an internal gear
+    """
+    others, whole = damaged or {}, tooth_outline(gear)
+    pieces = (
+        at_place(others.get(turn, whole)[:-1], gear, place, turn)  # ends begin the next
+        for turn in range(gear.teeth)
+    )
+    return np.concatenate(list(pieces))
+
+
+def damaged_outlines(teeth: FaultyTeeth) -> dict[int, Points]:
+    """Outlines of broken and missing teeth by their number from the place's angle."""
+    gear, faults = teeth.gear, teeth.faults
+    half = 0.5 * gear.pitch_angle
+    root = polar(gear.root_radius, np.linspace(-half, half, ROOT_POINTS))
+    broken = {
+        teeth.turn(tip.tooth): tooth_outline(gear, broken_height=tip.height)
+        for tip in faults.broken_tips
+    }
+    return broken | {teeth.turn(tooth): root for tooth in faults.missing}
 
 
 def outlines(gear_set: GearSet) -> dict[str, Points]:
     """Closed curves (n, 2) [mm] by name: teeth and bore of each gear, in mesh."""
-    places, curves = layout(gear_set).places, {}
+    placed, curves = layout(gear_set), {}
     around = np.linspace(0.0, 2.0 * math.pi, BORE_POINTS, endpoint=False)
     for index, gear in enumerate(gear_set.gears):
-        teeth, place = gear.geometry, places[index]
+        teeth, place = gear.geometry, placed.places[index]
+        damaged = damaged_outlines(faulty_teeth(gear_set, placed, index))
         bore = np.array([place.x, place.y]) + polar(teeth.hub_radius, around)
-        curves[gear.name] = MM * gear_outline(teeth, place)
+        curves[gear.name] = MM * gear_outline(teeth, place, damaged)
         other = "bore" if teeth.sign > 0 else "rim"
         curves[f"{gear.name} {other}"] = MM * bore
     return curves
@@ -82,12 +112,14 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
     whole, detail = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
     _draw_gears(whole, gear_set, placed, outline_width=0.5)
     _draw_gears(detail, gear_set, placed, outline_width=1.3)
+    for axes in (whole, detail):
+        draw_faults(axes, gear_set, placed)
     _label_gears(whole, gear_set, placed)
     _draw_carrier(whole, gear_set, placed)
     for number, mesh in enumerate(gear_set.meshes):
         _draw_action(whole, mesh, placed, number)
     _draw_detail(detail, gear_set, placed)
-    _draw_legend(figure)
+    _draw_legend(figure, gear_set)
     figure.suptitle(gear_set.title, fontsize=12)
     return figure
 
@@ -101,7 +133,9 @@ def _draw_gears(
     for index, gear in enumerate(gear_set.gears):
         place, teeth = placed.places[index], gear.geometry
         colour, depth = COLOURS[index % len(COLOURS)], 10 + place.layer
-        body, center = MM * gear_outline(teeth, place), (MM * place.x, MM * place.y)
+        damaged = damaged_outlines(faulty_teeth(gear_set, placed, index))
+        body = MM * gear_outline(teeth, place, damaged)
+        center = MM * place.x, MM * place.y
         hub = MM * abs(teeth.hub_radius)
         inside = "none" if teeth.sign < 0 else "white"
         patches: list[Patch] = [
@@ -284,8 +318,8 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     )
 
 
-def _draw_legend(figure: Figure) -> None:
-    """What the circles and the red line are."""
+def _draw_legend(figure: Figure, gear_set: GearSet) -> None:
+    """What the circles, the red line and the lines of faults are."""
     from matplotlib.lines import Line2D
 
     grey = "#555555"
@@ -294,7 +328,12 @@ def _draw_legend(figure: Figure) -> None:
         Line2D([], [], color=grey, ls="-.", lw=0.8, label="reference circle"),
         Line2D([], [], color=grey, ls=":", lw=0.8, label="base circle"),
         Line2D([], [], color=ACTION, lw=1.8, label="path of contact"),
+        *fault_handles(gear_set),
     ]
     figure.legend(
-        handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False
+        handles=handles,
+        loc="outside lower center",
+        ncols=len(handles),
+        fontsize=8,
+        frameon=False,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 
 from fegear.files.errors import InputError
@@ -14,10 +15,15 @@ from fegear.gearset.profiles import MeasuredPoints, measured
 from fegear.gearset.schema import GearEntry
 from fegear.gearset.zones import Zones, zones
 from meshes import SpurGear
-from meshes.crack import Crack
+from meshes.crack import Crack, crack_points, require_separate
 from meshes.gear import ceiled, floored
 
 MM, UM = 1e-3, 1e-6
+CRACK_KEYS = {
+    "depth": "depth_mm",
+    "tangent_angle": "tangent_angle_deg",
+    "direction": "direction_deg",
+}
 RANGE_RTOL = 1e-6  # of a flank, by which rounded roll angles may lie outside
 
 
@@ -56,13 +62,23 @@ def _first_flank(index: int, meshes: Sequence[Mesh]) -> Zones | None:
 
 
 def _cracks(entry: GearEntry, teeth: SpurGear, where: str) -> Iterator[ToothCrack]:
-    for position, crack in enumerate(entry.cracks, 1):
+    """Cracks within the sector of their tooth, apart from each other."""
+    of_tooth: dict[int, list[Crack]] = {}
+    for position, keys in enumerate(entry.cracks, 1):
         try:
-            yield ToothCrack(tooth=crack.tooth - 1, crack=_crack(crack))
+            crack = _crack(keys)
+            crack_points(teeth, crack)
+            others = of_tooth.setdefault(keys.tooth, [])
+            require_separate(teeth, [*others, crack])
         except ValueError as error:
+            text = str(error)
+            for field, key in CRACK_KEYS.items():
+                text = re.sub(rf"^{field}\b", key, text)
             raise InputError(
-                f"{where}: cracks entry {position}, tooth {crack.tooth}: {error}"
+                f"{where}: cracks entry {position}, tooth {keys.tooth}: {text}"
             ) from None
+        others.append(crack)
+        yield ToothCrack(tooth=keys.tooth - 1, crack=crack)
 
 
 def _crack(entry: CrackEntry) -> Crack:

@@ -5,11 +5,16 @@ Angles in radians, counter-clockwise from the x axis; lengths in metres.
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.phases import mesh_phases, rolling_sense, tooth_axis
+from meshes import SpurGear
+from meshes.profile import Points
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,18 @@ class Layout:
 
     places: dict[int, Place]
     directions: dict[int, float]
+
+
+def at_place(points: Points, gear: SpurGear, place: Place, turn: int) -> Points:
+    """Points (n, 2) of a tooth's frame in the picture [m].
+
+    turn : number of the tooth clockwise from the one at the place's angle, on an
+        internal gear counter-clockwise
+    """
+    x, y = points.T
+    direction = place.tooth_angle - gear.pitch_angle * turn
+    flat = (y - 1j * x) * cmath.exp(1j * direction)
+    return np.stack([place.x + flat.real, place.y + flat.imag], axis=-1)
 
 
 def layout(gear_set: GearSet) -> Layout:

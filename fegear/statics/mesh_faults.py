@@ -81,16 +81,14 @@ def _tooth_faults(
         return None
     clockwise = -1 if gear_set.meshes[mesh].driver == gear else 1
     # the loaded flank is the right one of the tooth frame
-    cracks = {
-        clockwise * number[fault.tooth] % teeth: replace(fault.crack, left=False)
+    cracked = {
+        number[fault.tooth]: fault.crack if same_flank else fault.crack.mirrored
         for fault in faults.cracks
         if fault.crack.left != same_flank
     }
-    damaged = {
-        (clockwise * tooth + offset) % teeth
-        for tooth in cracks
-        for offset in range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
-    }
+    cracks = {clockwise * tooth % teeth: crack for tooth, crack in cracked.items()}
+    near = range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
+    damaged = {(tooth + offset) % teeth for tooth in cracked for offset in near}
     spalls, profiles = {}, {}
     if same_flank:
         spalls = {
@@ -107,6 +105,7 @@ def _tooth_faults(
         teeth=teeth,
         change=change(body, cracks) if cracks else None,
         clockwise=clockwise,
+        cracked=dict(sorted(cracked.items())),
         damaged=frozenset(damaged),
         spalls=spalls,
         profiles=profiles,

@@ -23,15 +23,18 @@ DRIVER, DRIVEN = 0, 1
 
 
 class RootStresses(NamedTuple):
-    """Largest tension along the fillets of the teeth in each pair (t, n, k) [Pa]."""
+    """Largest tension along the fillets of the teeth in each pair (t, n, k) [Pa].
+
+    NaN of cracked teeth, whose stress at the crack has no limit.
+    """
 
     driver: Array
     driven: Array
 
     @property
     def largest(self) -> tuple[Array, Array]:
-        """Largest of all teeth of driver and driven gear (t, n) [Pa]."""
-        return self.driver.max(axis=2), self.driven.max(axis=2)
+        """Largest of teeth without crack of driver and driven gear (t, n) [Pa]."""
+        return np.nanmax(self.driver, axis=2), np.nanmax(self.driven, axis=2)
 
 
 def root_stresses(
@@ -76,6 +79,11 @@ def _tensions(
         for k, tooth in enumerate(teeth):
             seen = [load._replace(tooth=load.tooth - int(tooth)) for load in loads]
             tensions[:, rows, k] = influence.stress(seen)
+    faults = problem.driver_faults if gear == DRIVER else problem.driven_faults
+    if faults is not None:
+        # pairs count anew in each base pitch
+        pitch = np.floor(cycle.position).astype(np.int64)
+        tensions[:, faults.is_cracked(pitch[:, None] - cycle.teeth)] = np.nan
     return tensions
 
 

@@ -13,6 +13,7 @@ from fegear.files.keys import UNITS
 from fegear.files.output import INTO_PICTURE, PICTURES, path_of
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.draw import gear_set_figure, outlines
+from fegear.gearset.fault_figures import fault_lines
 from fegear.gearset.model import GearSet
 from fegear.studies.page import ROUND_OFF, ColumnTable, Page, pluralize
 from fegear.studies.study import (
@@ -148,6 +149,10 @@ class DerivedGeometryResult(StudyResult):
             title, flanks = f"Flanks of {pair}", mesh["flanks"]
             sides = [flank["gear"] for flank in flanks]
             yield _sheet(title, sides, flanks, HIDDEN_OF_FLANKS)
+        faults = [line for gear in self.gears.gears for line in fault_lines(gear)]
+        if faults:
+            yield "Faults:"
+        yield from (f"- {line}" for line in faults)
         yield from (shaft_line(**shaft) for shaft in values["shafts"])
         if values["damping_ratio"] is not None:
             yield f"Damping ratio: {shown(values['damping_ratio'])}"
@@ -232,9 +237,11 @@ def _sheet(
 
 def flattened(figures: dict[str, Any]) -> dict[str, Any]:
     """Reliefs as `tip_relief.shape` and so on, profiles alike; without those that are
-    not there."""
+    not there, and without faults, which have lines of their own."""
     flat: dict[str, Any] = {}
     for key, value in figures.items():
+        if key == "faults":
+            continue
         if isinstance(value, dict):
             flat |= {f"{key}.{name}": inner for name, inner in value.items()}
         elif not key.endswith(("_relief", "profile")):

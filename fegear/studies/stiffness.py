@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import isfinite
 from typing import Any
@@ -17,8 +17,10 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.memory import peak_memory_MB
 from fegear.files.output import INTO_PICTURE
+from fegear.gearset.fault_checks import without_faults
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
+from fegear.statics.crack_tips import CrackTip, crack_tips
 from fegear.statics.harmonics import Harmonic
 from fegear.statics.plausibility import (
     MAX_ERROR_ESTIMATE,
@@ -59,6 +61,7 @@ from fegear.studies.trains import (
     torques_setting,
 )
 from lumped.common.options import Range
+from lumped.train.table import MeshTable
 
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
@@ -88,10 +91,34 @@ HARMONIC_COLUMNS = (
     *("torque_Nm", "order", "ste_amplitude_m", "ste_phase_rad"),
     *("stiffness_amplitude_N_per_m", "stiffness_phase_rad"),
 )
+DROP_COLUMNS: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "largest\ndrop %": cell("largest_stiffness_drop_percent", 4),
+    "at position\nbase pitches": cell("largest_drop_at_position", 5),
+}
+DROP_TITLE = "Mesh stiffness against that of the same gears without faults"
 ROOT_TITLE = "Root stress and loss factor"
+CRACK_COLUMNS = (
+    *("torque_Nm", "position", "gear", "tooth"),
+    *("mode1_stress_intensity_MPa_sqrt_m", "mode2_stress_intensity_MPa_sqrt_m"),
+    *("energy_release_rate_J_per_m2", "energy_release_rate_error_J_per_m2"),
+)
+TIP_COLUMNS: Columns = {
+    "gear": lambda row: row["gear"],
+    "tooth": lambda row: f"{row['tooth']}",
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "K_I\nMPa m^0.5": cell("mode1_stress_intensity_MPa_sqrt_m", 4),
+    "K_II\nMPa m^0.5": cell("mode2_stress_intensity_MPa_sqrt_m", 4),
+    "release\nrate J/m2": cell("energy_release_rate_J_per_m2", 4),
+    "estimated\nerror J/m2": cell("energy_release_rate_error_J_per_m2", 2),
+    "at position\nbase pitches": cell("position", 5),
+}
+TIP_TITLE = "Tips of cracks where their energy release rate is largest"
 MORE = {
+    "cracks": "Write stress intensities and energy release rate of all open cracks to "
+    "this CSV file.",
     "harmonics": "Write amplitude and phase of the first harmonics of transmission "
-    "error and stiffness to this CSV file."
+    "error and stiffness to this CSV file.",
 }
 PICTURES = {
     "path": f"Draw pressure, root stress, load share and sliding {INTO_PICTURE}: over "
@@ -158,7 +185,13 @@ class MeshStiffness(
         self, gears: GearSet, index: int, torques: tuple[float, ...], job: Job
     ) -> StiffnessResult:
         solved = solve_mesh(gears, index, torques, self.elements, job.report)
-        return StiffnessResult(self, gears.name, solved, (*gear_set_warnings(gears),))
+        healthy = None
+        if any(gears.gears[gear].faults.any for gear in gears.meshes[index].gears):
+            alone = replace(self.elements, estimate_error=False, root_stress=False)
+            healthy = solve_mesh(without_faults(gears), index, torques, alone).table
+        warnings = tuple(gear_set_warnings(gears))
+        tips = crack_tips(gears, solved, self.elements)
+        return StiffnessResult(self, gears.name, solved, warnings, healthy, tips)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -167,6 +200,8 @@ class StiffnessResult(StudyResult):
     gear_set: str
     solved: StaticsResult
     gear_warnings: tuple[str, ...] = ()
+    healthy: MeshTable | None = None
+    crack_tips: tuple[CrackTip, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -186,9 +221,11 @@ class StiffnessResult(StudyResult):
             "torques": [
                 at_torque(solved, t)
                 | self._harmonics_at_torque(t)
+                | self._drop_at_torque(t)
                 | errors_at_torque(solved, t)
                 for t in range(solved.cycle.torque.size)
             ],
+            "crack_tips": list(self._largest_at_tips()),
             "evidence": evidence(solved),
             "warnings": [*self.gear_warnings, *table_warnings(solved)],
             "seconds": {name: round(s, 4) for name, s in solved.seconds.items()},
@@ -216,6 +253,36 @@ class StiffnessResult(StudyResult):
     def _harmonics_at_torque(self, t: int) -> dict[str, Any]:
         return {"harmonics": self._harmonics[t]}
 
+    def _drop_at_torque(self, t: int) -> dict[str, float]:
+        """Largest drop of stiffness by faults, and where; nothing without faults."""
+        if self.healthy is None:
+            return {}
+        table = self.solved.table
+        healthy = self.healthy["stiffness_N_per_m"][t]
+        turn = np.resize(healthy, table.position.size)
+        drop = 1.0 - table["stiffness_N_per_m"][t] / turn
+        worst = int(drop.argmax())
+        return {
+            "largest_stiffness_drop_percent": 100.0 * float(drop[worst]),
+            "largest_drop_at_position": float(table.position[worst]),
+        }
+
+    def _largest_at_tips(self) -> Iterator[dict[str, Any]]:
+        """Values of each crack at each torque where it would release most energy."""
+        torque, position = self.solved.cycle.torque, self.solved.cycle.position
+        for tip in self.crack_tips:
+            for t, n in enumerate(tip.energy_release_rate.argmax(axis=1)):
+                values = _at_tip(tip, float(torque[t]), float(position[n]), (t, n))
+                yield dict(zip(CRACK_COLUMNS, values, strict=True))
+
+    def _crack_rows(self) -> list[tuple[Any, ...]]:
+        torque, position = self.solved.cycle.torque, self.solved.cycle.position
+        return [
+            _at_tip(tip, float(torque[t]), float(position[n]), (t, n))
+            for tip in self.crack_tips
+            for t, n in np.ndindex(tip.error.shape)
+        ]
+
     @property
     def more_tables(self) -> dict[str, Table]:
         rows = [
@@ -230,9 +297,12 @@ class StiffnessResult(StudyResult):
             "gear set": self.gear_set,
             "mesh": self.solved.name,
             **self.study.gear_set.entries,
-            **legend,
         }
-        return {"harmonics": Table(HARMONIC_COLUMNS, lambda: rows, header)}
+        of_cracks = header | meanings("stiffness", *CRACK_COLUMNS, table="cracks")
+        return {
+            "harmonics": Table(HARMONIC_COLUMNS, lambda: rows, header | legend),
+            "cracks": Table(CRACK_COLUMNS, self._crack_rows, of_cracks),
+        }
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -260,11 +330,18 @@ class StiffnessResult(StudyResult):
         yield f"contact ratio {values['contact_ratio']:.4f}"
         if values["base_pitches"] > 1:
             yield (
-                f"with pitch errors, tooth pairs repeat after {values['base_pitches']} "
-                "base pitches: all of them are in the table"
+                f"with {'pitch errors' if self.healthy is None else 'faults'}, tooth "
+                f"pairs repeat after {values['base_pitches']} base pitches: all of "
+                "them are in the table"
             )
         yield RowTable(values["torques"], COLUMNS, text_columns=())
         yield RowTable(values["torques"], ROOT_COLUMNS, ROOT_TITLE, text_columns=())
+        if self.healthy is not None:
+            yield RowTable(values["torques"], DROP_COLUMNS, DROP_TITLE, text_columns=())
+        if values["crack_tips"]:
+            yield RowTable(
+                values["crack_tips"], TIP_COLUMNS, TIP_TITLE, text_columns=("gear",)
+            )
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
         peak = values["peak_memory_MB"]
@@ -277,6 +354,15 @@ def _harmonic(error: Harmonic, stiffness: Harmonic) -> dict[str, float]:
     values = error.order, error.amplitude, error.phase
     both = *values, stiffness.amplitude, stiffness.phase
     return dict(zip(HARMONIC_COLUMNS[1:], both, strict=True))
+
+
+def _at_tip(
+    tip: CrackTip, torque: float, position: float, index: tuple[int, int]
+) -> tuple[Any, ...]:
+    """Values of `CRACK_COLUMNS` of a crack at a torque and position, by their index."""
+    opening, sliding = (1e-6 * tip.stress_intensity[index]).tolist()
+    rate, error = float(tip.energy_release_rate[index]), float(tip.error[index])
+    return torque, position, tip.gear, tip.tooth, opening, sliding, rate, error
 
 
 def page_of_table(solved: StaticsResult) -> Page:

@@ -25,7 +25,7 @@ from rexs_files import RexsWriter, as_xml
 from fegear.cli import run
 from fegear.gearset import read_gear_set
 from fegear.gearset.edit import LISTS, edited
-from fegear.gearset.problems import model_of
+from fegear.gearset.problems import lists_tables, model_of
 from fegear.gearset.schema import Document, GearDefaults, MeshKeys, replaced_keys
 
 Tables = dict[str, Any]
@@ -190,6 +190,8 @@ def nested(v: Any) -> bool:
 def value(v: Any) -> str:
     if isinstance(v, dict):
         return "{" + ", ".join(f"{k} = {value(field)}" for k, field in v.items()) + "}"
+    if isinstance(v, list):
+        return f"[{', '.join(map(value, v))}]"
     return json.dumps(v)
 
 
@@ -1282,6 +1284,44 @@ GEAR_KEYS = {
     },
     "coupling_stiffness_Nm_per_rad": Key(1e4, (MODES, ONE_SWEEP, MOVING)),
 }
+CRACK = {"tooth": 3, "depth_mm": 1.0}
+SPALL = {
+    "tooth": 4,
+    "start_roll_angle_deg": 20.0,
+    "end_roll_angle_deg": 25.0,
+    "width_share": 0.5,
+}
+WEAR = {"tooth": 5, "roll_angle_deg": [16.0, 35.0], "depth_um": [0.0, 4.0]}
+FAULTS: Tables = {
+    "cracks": [CRACK],
+    "spalls": [SPALL],
+    "broken_tips": [{"tooth": 6, "height_mm": 0.1}],
+    "worn_teeth": [WEAR],
+    "eccentricity_um": 4.0,
+    "eccentricity_angle_deg": 20.0,
+}
+FAULTY = PAIR | {"gear": [PAIR["gear"][0] | FAULTS, PAIR["gear"][1]]}
+FAULT_VALUES: Tables = {
+    **{f"{name}.tooth": 8 for name in ("cracks", "spalls", "broken_tips")},
+    "cracks.depth_mm": 1.5,
+    "cracks.tangent_angle_deg": 40.0,
+    "cracks.direction_deg": 70.0,
+    "cracks.root": "back",
+    "spalls.start_roll_angle_deg": 21.0,
+    "spalls.end_roll_angle_deg": 24.0,
+    "spalls.width_share": 0.4,
+    "broken_tips.height_mm": 0.05,
+    "worn_teeth.tooth": 8,
+    "worn_teeth.depth_um": [0.0, 5.0],
+    "worn_teeth.roll_angle_deg": [17.0, 36.0],
+    "worn_teeth.diameter_mm": [37.5, 42.0],
+    "worn_teeth.interpolation": "linear",
+    "eccentricity_um": 5.0,
+    "eccentricity_angle_deg": 30.0,
+}
+FAULT_KEYS = {name: Key(v, (SHOWN,), FAULTY) for name, v in FAULT_VALUES.items()}
+# the contact ratio does not bridge a missing tooth
+FAULT_KEYS["missing_teeth"] = Key([7], (), FAULTY)
 RELIEF = {"magnitude_um": 8.0, "length_pitches": 0.3}
 RELIEVED = PAIR | {"mesh": [PAIR["mesh"][0] | {"tip_relief": RELIEF}]}
 HOLLOWED = PAIR | {"mesh": [PAIR["mesh"][0] | {"root_relief": RELIEF}]}
@@ -1407,7 +1447,10 @@ KEYS: dict[str, Key] = {
     "name": Key("other", (SHOWN,)),
     "description": Key("words", (SHOWN,)),
     "inferences": Key(["a word"], (SHOWN,)),
-    **{f"gear.{name}": key for name, key in (GEAR_KEYS | RING_KEYS).items()},
+    **{
+        f"gear.{name}": key
+        for name, key in (GEAR_KEYS | RING_KEYS | FAULT_KEYS).items()
+    },
     "mesh.driver": Key("z", (MODES,), SPARE),
     "mesh.driven": Key("z", (MODES,), SPARE),
     "mesh.center_distance_mm": Key(43.3, TEETH),
@@ -1474,6 +1517,8 @@ def changed_tables(name: str, key: Key) -> Tables:
         return key.tables | {name: key.value}
     if table not in LISTS:
         return edited(key.tables, {name: key.value})
+    if lists_tables([table, *rest.split(".")[:-1]]):
+        rest = rest.replace(".", ".1.")
     indices = [key.entry] if key.entry else range(1, len(key.tables[table]) + 1)
     return edited(key.tables, {f"{table}.{i}.{rest}": key.value for i in indices})
 

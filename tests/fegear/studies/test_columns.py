@@ -70,6 +70,8 @@ UNITS = {
     "N s": "impulse_Ns",
     "Pa": "max_pressure_Pa pinion_mesh1_tooth0_root_stress_Pa",
     "MPa": "contact_pressure_MPa",
+    "MPa sqrt(m)": "mode1_stress_intensity_MPa_sqrt_m",
+    "J/m2": "energy_release_rate_J_per_m2",
     "J": "lost_energy_J",
     "W": "mesh1_friction_power_W",
     "s": "time_s seconds fe_per_speed_s",
