@@ -286,7 +286,9 @@ class SignalsResult(StudyResult):
             "residual_rms": float(np.sqrt((average.residual[:, c] ** 2).mean())),
             "residual_peak": float(average.peak[c]),
             "residual_kurtosis": finite_or_none(float(average.kurtosis[c])),
-            "residual_peak_angle_deg": finite_or_none(360.0 * average.peak_turn[c]),
+            "residual_peak_angle_deg": finite_or_none(
+                360.0 * float(average.peak_turn[c])
+            ),
             # as many points for every tooth, unlike the peak, which may be at its ends
             "tooth": int(squares.argmax()) if has_residual else None,
         }
