@@ -317,22 +317,13 @@ class SignalsResult(StudyResult):
             "mesh_amplitude": float(amplitude[1:][of_mesh[1:]].max()),
             "sideband_amplitude": float(sidebands.max()),
             "sideband_order": int(sidebands.argmax()) if has_residual else None,
-<<<<<<< HEAD
             "residual_rms": indicators["residual_rms"],
             "residual_peak": indicators["residual_peak"],
             "residual_kurtosis": finite_or_none(indicators["residual_kurtosis"]),
-            "residual_peak_angle_deg": finite_or_none(360.0 * average.peak_turn[c]),
-            "tooth": int(indicators["tooth"]) if has_residual else None,
-=======
-            "residual_rms": float(np.sqrt((average.residual[:, c] ** 2).mean())),
-            "residual_peak": float(average.peak[c]),
-            "residual_kurtosis": finite_or_none(float(average.kurtosis[c])),
             "residual_peak_angle_deg": finite_or_none(
                 360.0 * float(average.peak_turn[c])
             ),
-            # as many points for every tooth, unlike the peak, which may be at its ends
-            "tooth": int(squares.argmax()) if has_residual else None,
->>>>>>> tutorial
+            "tooth": int(indicators["tooth"]) if has_residual else None,
         }
 
     @property
