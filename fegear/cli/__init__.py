@@ -25,7 +25,8 @@ ABOUT = (
 COMMANDS = {  # in the order of the help
     "Gears and files": ("sets", "new", "keys", "show", "mesh", "eccentric"),
     "Statics": (
-        *("stiffness", "compare", "identify", "relief", "tolerances", "render"),
+        *("stiffness", "compare", "identify", "relief", "tolerances", "wear"),
+        "render",
         "sharing",
         "bearing",
     ),

@@ -24,6 +24,7 @@ UNITS = {
     "N_per_mm3": "N/mm3",
     "MPa_sqrt_m": "MPa sqrt(m)",
     "J_per_m2": "J/m2",
+    "m2_per_N": "m2/N",
     "Ns_per_m": "N s/m",
     "N_per_m_n": "N/m^n",
     "N_per_m": "N/m",

@@ -73,7 +73,7 @@ def _tooth_faults(
 ) -> ToothFaults | None:
     body = gear_set.gears[gear]
     faults, teeth = body.faults, body.geometry.teeth
-    same_flank = _is_first_flank(gear_set, mesh, gear)
+    same_flank = is_first_flank(gear_set, mesh, gear)
     # of each tooth of the file, the one that it is in the cycles of this mesh
     cycles = np.argsort(tooth_in_cycles(gear_set, mesh, gear, np.arange(teeth)))
     number = {tooth: int(cycles[tooth]) for tooth in faults.teeth}
@@ -117,7 +117,7 @@ def _tooth_faults(
     )
 
 
-def _is_first_flank(gear_set: GearSet, mesh: int, gear: int) -> bool:
+def is_first_flank(gear_set: GearSet, mesh: int, gear: int) -> bool:
     """Whether a gear's flank in a mesh is the one of its first mesh."""
     first = gear_set.meshes[gear_set.meshes_of[gear][0]]
     return (gear_set.meshes[mesh].driver == gear) == (first.driver == gear)
@@ -133,15 +133,31 @@ def _with_wear(
     """Profile of a gear's flanks in a mesh with the wear of a tooth, or of all."""
     worn = {wear.tooth: wear.profile for wear in gear_set.gears[gear].faults.worn}
     wear = worn.get(tooth)
-    if wear is None or not _is_first_flank(gear_set, mesh, gear):
+    if wear is None or not is_first_flank(gear_set, mesh, gear):
         return profile
+    spec = gear_set.meshes[mesh]
+    role = "driver" if spec.driver == gear else "driven"
+    return with_wear(profile, wear, zones(spec.pair, role))
+
+
+def without_wear(gear_set: GearSet, mesh: int) -> GearSet:
+    """The gear set without wear of the gears of a mesh."""
+    gears = list(gear_set.gears)
+    for index in gear_set.meshes[mesh].gears:
+        gear = gears[index]
+        gears[index] = replace(gear, faults=gear.faults.without(["worn"]))
+    return replace(gear_set, gears=tuple(gears))
+
+
+def with_wear(
+    profile: FlankProfile | None, wear: FlankProfile, flank: Zones
+) -> FlankProfile:
+    """A profile, or none, and wear on top of it."""
     if profile is None:
         return wear
     if not profile.is_measured:
         return replace(wear, crowning=profile.crowning, slope=profile.slope)
-    spec = gear_set.meshes[mesh]
-    role = "driver" if spec.driver == gear else "driven"
-    return _sum_of_profiles(profile, wear, zones(spec.pair, role))
+    return _sum_of_profiles(profile, wear, flank)
 
 
 def _sum_of_profiles(

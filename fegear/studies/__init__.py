@@ -65,6 +65,7 @@ STUDIES = {
         "Tolerances",
         "Scatter of stiffness and transmission error by tolerances.",
     ),
+    "wear": ("wear", "FlankWear", "Wear of both flanks of a mesh by Archard's law."),
     "render": (
         "render",
         "ContactPictures",

@@ -32,7 +32,7 @@ UNITS = (
         "um",
         "mm",
     ),
-    *("kg m2", "rad", "rad per turn", "turns", "degrees", "modules", "s"),
+    *("kg m2", "m2/N", "rad", "rad per turn", "turns", "degrees", "modules", "s"),
 )
 UNIT = re.compile(rf"\[({'|'.join(UNITS)})\]")
 NO_UNIT = ("ratio", "coefficient", "tolerance", "deviation", "over its mean")
@@ -170,7 +170,7 @@ def test_links_and_pictures_of_the_readme_exist():
         assert target.startswith("https:") or (ROOT / target).exists(), target
 
 
-WRITES = {"-o", "--output", "--plot", "--contact", "--drawing", ">"}
+WRITES = {"-o", "--output", "--plot", "--contact", "--drawing", "--gears", ">"}
 
 
 @pytest.mark.parametrize("page", ["README.md", *TUTORIALS])

@@ -267,6 +267,7 @@ STIFF = f"stiffness SET {COARSE} --positions 8 --json"
 COMPARE = "compare SET --json"
 RELIEF = f"relief SET {COARSE} --torque 20,30 --positions 8 --starts 1 --json"
 TOLERANCES = f"tolerances SET {COARSE} --positions 8 --samples 10 --json"
+WEAR = f"wear SET {COARSE} --positions 8 --json"
 VIBRATION = (
     f"relief SET {COARSE} --torque 20 --positions 8 --starts 1 --json "
     "--objective vibration --designs 3 --speeds 900"
@@ -600,6 +601,25 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--plot": plus(RELIEF, "--plot p.png"),
         "--torques": plus(RELIEF, "--torques t.csv"),
         "--json": less(RELIEF, "--json"),
+    },
+    "wear": {
+        "SET": swap(WEAR, "SET", "OTHER"),
+        "--mesh": plus(WEAR, "--mesh 2", TRAIN),
+        "--torque": plus(WEAR, "--torque 30"),
+        "--cycles": plus(WEAR, "--cycles 1e7"),
+        "--wear-coefficient": plus(WEAR, "--wear-coefficient 1e-17"),
+        "--depth-step-um": plus(WEAR, "--depth-step-um 0.001"),
+        "--steps": plus(WEAR, "--steps 5"),
+        "--friction": plus(WEAR, "--friction 0.1"),
+        "--positions": swap(WEAR, "--positions 8", "--positions 12"),
+        "--plane": plus(WEAR, "--plane strain"),
+        "--resolution": less(WEAR, COARSE),
+        "--corner-contact": plus(WEAR, "--no-corner-contact"),
+        "--set": plus(WEAR, "--set gear.1.young_modulus_GPa=150"),
+        "--output": plus(WEAR, "-o w.csv"),
+        "--plot": plus(WEAR, "--plot p.png"),
+        "--gears": plus(WEAR, "--gears w.toml"),
+        "--json": less(WEAR, "--json"),
     },
     "tolerances": {
         "SET": swap(TOLERANCES, "SET", "OTHER"),

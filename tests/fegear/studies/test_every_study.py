@@ -344,6 +344,13 @@ EXAMPLES = {
         "starts": 1,
         "elements": fegear.StaticsSettings(resolution="coarse", positions=16),
     },
+    "wear": {
+        "torque": 100.0 + 1.0 / 3.0,
+        "cycles": 1e8 / 3.0,
+        "wear_coefficient": 1e-17 / 3.0,
+        "steps": 4,
+        "elements": fegear.StaticsSettings(resolution="coarse", positions=16),
+    },
     "tolerances": {
         "torque": 100.0 + 1.0 / 3.0,
         "samples": 600,
