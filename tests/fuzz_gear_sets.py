@@ -6,7 +6,7 @@ while, as a user would, and must then end by itself.
 
 As a script: `PYTHONPATH=. python tests/fuzz_gear_sets.py 3000 --seed 1`; it prints what
 failed with the arguments and the file that did it; `--kind planetary` has such sets
-alone. Tests run a few of the same cases.
+alone, and `--faults` shows gears with random faults. Tests run a few of the same cases.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
+from fuzz_faults import meshing_pair, show_command, with_faults
 
 from fegear.cli import app, run
 from fegear.files.printable import HARMFUL
@@ -411,7 +412,17 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--tolerance": ["1e-3", "1e-13", "0.1", "nan"],
     "--max-periods": ["50", "0", "-1"],
     "--table": ["set.toml", "none.csv", "table.csv"],
-    "--over": ["torque_Nm=10,20", "mesh.1.phase=0:1:2", "gear.1.teeth=20:22:3", "a=1"],
+    "--random": ["3", "0", "x"],
+    "--random-seed": ["1", "-1"],
+    "--tooth": ["2", "0", "999"],
+    "--labels": FILES,
+    "--over": [
+        "torque_Nm=10,20",
+        "pitch_error=1,9",
+        "mesh.1.phase=0:1:2",
+        "gear.1.teeth=20:22:3",
+        "a=1",
+    ],
     "--at": ["900", "0", "nan"],
     "--sections": ["7", "0", "100000"],
     "--period-multiple": ["2", "65"],
@@ -507,6 +518,10 @@ BASE = {
     "sweep": ("SET --excitation rectangular --speeds 1500", 10),
     "motion": ("SET --excitation rectangular --speed 1500", 8),
     "signals": ("SET --excitation rectangular --speed 1500 --turns 2", 5),
+    "faults": (
+        "SET --excitation rectangular --rpm 900 --over pitch_error=0,2 --turns 2",
+        4,
+    ),
     "theory": ("SET --excitation rectangular", 6),
     "map": ("SET --excitation rectangular --at 1500 --over mesh.1.phase=0", 6),
     "stability": (
@@ -645,13 +660,23 @@ class Case:
         return self.files["set.toml"]
 
 
-def cases(count: int, seed: int, kind: str = "") -> Iterator[Case]:
-    """Cases of one kind of gear set, or of all, most of them trains."""
+def cases(
+    count: int, seed: int, kind: str = "", faults: bool = False
+) -> Iterator[Case]:
+    """Cases of one kind of gear set, or of all, most of them trains.
+
+    faults : whether all are of gears with faults that are shown, else a few are
+    """
     options = option_lists()
     for number in range(count):
         r = random.Random(f"{seed} {number}")
         drawn = r.choices(list(KINDS), [8, 1, 1])[0]
         tables = KINDS[kind or drawn](r)
+        of_faults = random.Random(f"faults {seed} {number}")
+        if faults and of_faults.random() < 0.7:
+            tables = meshing_pair(of_faults)
+        if faults or of_faults.random() < 0.04:
+            tables = with_faults(of_faults, tables)
         if r.random() < 0.2:
             tables = broken(r, tables)
         comparison = validation_case(r)
@@ -677,7 +702,8 @@ def cases(count: int, seed: int, kind: str = "") -> Iterator[Case]:
                 [[10.0 * i, 3000.0 * math.exp(-0.1 * i)] for i in range(8)],
             ),
         }
-        yield Case(command(r, options), files)
+        arguments = command(r, options)
+        yield Case(show_command(of_faults) if faults else arguments, files)
 
 
 @contextlib.contextmanager
@@ -744,12 +770,14 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", type=int, help="number of the one case to run")
     parser.add_argument("--kind", choices=list(KINDS), default="")
+    parser.add_argument("--faults", action="store_true", help="gears with faults")
     options = parser.parse_args()
+    drawn = cases(options.count, options.seed, options.kind, options.faults)
     # a shell starts what runs in the background with Ctrl-C switched off
     signal.signal(signal.SIGINT, signal.default_int_handler)
     codes: Counter[tuple[str, int]] = Counter()
     slowest, failed = (0.0, ""), 0
-    for number, case in enumerate(cases(options.count, options.seed, options.kind)):
+    for number, case in enumerate(drawn):
         if options.only not in (None, number):
             continue
         sys.stderr.write(f"\r{number} {shlex.join(case.arguments)[:70]!a:<74}")

@@ -31,7 +31,7 @@ COMMANDS = {  # in the order of the help
     ),
     "Vibration": (
         *("modes", "theory", "sweep", "motion", "branches", "bifurcations", "map"),
-        *("stability", "signals", "campbell", "dynamics", "export"),
+        *("stability", "signals", "faults", "campbell", "dynamics", "export"),
     ),
     "Machines": ("clatter", "rattle"),
     "Evidence and upkeep": (

@@ -357,7 +357,7 @@ def solve_pair_alone(
     """Contact at a torque on the driver [N m] with one pair carrying all of it.
 
     The other pairs are left out of the problem, and their loads do not deflect this
-    one. Pitch errors are those of the pair's teeth.
+    one. Pitch errors and faults are those of the pair's teeth; centres stay in place.
 
     position : base pitches from the pitch point of the reference pair
     pair : base pitches by which it is ahead of the reference pair
@@ -370,7 +370,10 @@ def solve_pair_alone(
     teeth = np.array([pair], np.int64)
     gaps = pair_gaps(problem, teeth[None, :])
     per_width = problem.pair.driver.sign * torques[:, None] / problem.face_width
-    solved = solve_pairs(problem, teeth, gaps, positions, TORQUE, per_width)
+    different = different_teeth(problem, teeth)
+    solved = solve_pairs(
+        problem, teeth, gaps, positions, TORQUE, per_width, Conditions(different)
+    )
     _require_solved(solved.rows, torques, positions)
     return _collect(problem, torques, positions, solved)
 

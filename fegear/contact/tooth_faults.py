@@ -22,7 +22,7 @@ Indices = NDArray[np.int64]
 MISSING_GAP = 1.0  # [m] of a tooth that is not there, see `flanks.NO_FLANK_GAP`
 
 
-class ComplianceChange(Protocol):
+class ChangedCompliance(Protocol):
     """What damage adds to the compliance of flanks, teeth counted clockwise."""
 
     def block(self, receiver: int, source: int) -> Array:
@@ -57,7 +57,7 @@ class ToothFaults:
     """
 
     teeth: int
-    change: ComplianceChange | None = None
+    change: ChangedCompliance | None = None
     clockwise: int = 1
     cracked: Mapping[int, Crack] = field(default_factory=dict)
     damaged: frozenset[int] = frozenset()

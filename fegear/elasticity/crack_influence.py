@@ -44,7 +44,7 @@ class CrackInfluence:
     arcs : (n,) array
         Points of load from the tip corner [m].
     intensity : (tips, 2, 2 MAX_TOOTH_OFFSET + 1, n, 2, 2) array
-        By crack (that of the right fillet first), loaded flank (RIGHT, LEFT), tooth
+        By crack (that of the right fillet first), loaded flank (right, left), tooth
         clockwise from the cracked one, point of load, its direction (normal, rootward)
         and mode: K_I and K_II per unit line load [1/m^0.5]. K_II is positive where the
         face to the left of the crack, looking from its mouth to its tip, moves toward
@@ -173,7 +173,7 @@ def crack_influence(
 def _coarser(ring: DamagedRing) -> DamagedRing:
     size = ring.healthy.size.refined(COARSER)
     cracked = {t: replace(sector, size=size) for t, sector in ring.cracked.items()}
-    return DamagedRing(replace(ring.healthy, size=size), cracked, ring.split)
+    return replace(ring, healthy=replace(ring.healthy, size=size), cracked=cracked)
 
 
 def _intensities(ring: DamagedRing, tooth: int) -> tuple[Array, Array]:

@@ -59,7 +59,7 @@ class ComplianceChange:
     damaged : (d,) array
         Teeth that are cracked, counted clockwise from 0.
     affected : (T,) array
-        Teeth up to MAX_TOOTH_OFFSET from a damaged one, whose deflection changes.
+        Teeth near a damaged one, whose deflection changes: see `DamagedRing.reach`.
     normal : (2, T, T, n, n) array
         By flank, RIGHT or LEFT, receiving tooth and loaded tooth: what is added to the
         inward normal displacement at point i of one under a unit inward normal load at
@@ -156,11 +156,15 @@ class DamagedRing:
     healthy : the sector of all other teeth
     cracked : sectors by tooth, clockwise
     split : whether the half-plane part is taken out of loads
+    reach : teeth on either side of a cracked one whose deflection changes,
+        MAX_TOOTH_OFFSET or more; four teeth away a crack of 0.4 modules changed the
+        compliance of a solid gear of 12 teeth by 1.4e-4 of it
     """
 
     healthy: CyclicSector
     cracked: dict[int, CyclicSector]
     split: bool = True
+    reach: int = MAX_TOOTH_OFFSET
 
     @property
     def teeth(self) -> int:
@@ -168,7 +172,7 @@ class DamagedRing:
 
     @cached_property
     def affected(self) -> NDArray[np.int64]:
-        offsets = np.arange(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
+        offsets = np.arange(-self.reach, self.reach + 1)
         near = np.array(sorted(self.cracked))[:, None] + offsets
         return np.unique(near % self.teeth)
 
@@ -212,7 +216,7 @@ class DamagedRing:
         return ring_response(superelement, nothing, unit, self.teeth, apart)
 
     def compliance(self, rows: Iterable[int], columns: Iterable[int]) -> Array:
-        """Of cuts of the healthy ring; cut c lies between teeth c and c + 1."""
+        """Compliance of the healthy ring at cuts; c is between teeth c and c + 1."""
         return np.block(
             [[self._between(row - column) for column in columns] for row in rows]
         )

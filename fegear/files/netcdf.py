@@ -28,10 +28,13 @@ DIGEST = "content_sha256"
 
 @dataclass(frozen=True)
 class Variable:
-    """An array (n,), n > 0, with the name of its dimension and descriptions."""
+    """An array that is not empty, with names of its dimensions and descriptions.
+
+    dimensions : a name for each, or the one of an array (n,)
+    """
 
     values: NDArray[Any]
-    dimension: str
+    dimensions: str | tuple[str, ...]
     attributes: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -46,9 +49,12 @@ def write_netcdf(
     with netcdf_file(out, "w", version=2) as file:
         for name, variable in variables.items():
             stored = _stored(variable.values)
-            if variable.dimension not in file.dimensions:
-                file.createDimension(variable.dimension, stored.size)
-            target = file.createVariable(name, stored.dtype, (variable.dimension,))
+            names = variable.dimensions
+            names = (names,) if isinstance(names, str) else names
+            for dimension, size in zip(names, stored.shape, strict=True):
+                if dimension not in file.dimensions:
+                    file.createDimension(dimension, size)
+            target = file.createVariable(name, stored.dtype, names)
             target[:] = stored
             for key, text in {
                 **variable.attributes,

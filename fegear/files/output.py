@@ -37,6 +37,8 @@ TABLE_FORMATS = (".csv", ".mat", ".nc", SPREADSHEET)
 TABLES = (*TABLE_FORMATS, ".txt", "")  # endings of names, as CSV where they say nothing
 SINGLE_TABLES = tuple(kind for kind in TABLES if kind != ".nc")  # of a whole result
 EXCEL_NEEDED = "a spreadsheet needs openpyxl: pip install 'fegear[excel]'"
+HDF5 = ".h5"
+HDF5_NEEDED = "HDF5 needs h5py: pip install 'fegear[hdf5]'"
 FMU_NEEDED = "an FMU needs pythonfmu: pip install 'fegear[fmu]'"
 PLOTLY_NEEDED = "an interactive figure needs plotly: pip install 'fegear[interactive]'"
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
@@ -123,6 +125,8 @@ def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
         raise InputError(f"{path}: {EXCEL_NEEDED}")
     if kind == FMU and not has_package("pythonfmu"):
         raise InputError(f"{path}: {FMU_NEEDED}")
+    if kind == HDF5 and not has_package("h5py"):
+        raise InputError(f"{path}: {HDF5_NEEDED}")
 
 
 def has_plotly() -> bool:

@@ -41,7 +41,10 @@ def _key(key: str) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """A text, number, truth value or list of them as TOML."""
+    """A text, number, truth value, list or inline table of them as TOML."""
+    if isinstance(value, Mapping):
+        entries = (f"{_key(key)} = {toml_value(entry)}" for key, entry in value.items())
+        return f"{{ {', '.join(entries)} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, float) and not math.isfinite(value):

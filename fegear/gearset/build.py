@@ -113,16 +113,18 @@ def _inferences(blanks: list[Blank]) -> list[str]:
 def _material(entry: GearEntry) -> tuple[str, NamedMaterial]:
     """Name with what differs from it, and the values."""
     named = materials()[entry.material]
-    own = {
+    stated = {
         key: getattr(entry, key)
         for key in MATERIAL_KEYS
         if getattr(entry, key) not in (None, getattr(named, key))
     }
-    if not own:
+    if not stated:
         return entry.material, named
     is_named = "material" in entry.model_fields_set
-    name = f"{entry.material}, {' and '.join(own)} as given" if is_named else "as given"
-    return name, replace(named, **own)
+    name = (
+        f"{entry.material}, {' and '.join(stated)} as given" if is_named else "as given"
+    )
+    return name, replace(named, **stated)
 
 
 def _gear(blank: Blank, teeth: SpurGear) -> Gear:

@@ -67,7 +67,7 @@ def _is_there(tables: dict[str, Any], name: str) -> bool:
     """Whether a name leads to a table of no list or to an entry of one."""
     require_known_key(name)
     kind, *path = name.split(".")
-    return kind not in LISTS or _find(tables, kind, path[0]) is not None
+    return kind not in LISTS or find_entry(tables, kind, path[0]) is not None
 
 
 def _is_single_value(name: str) -> bool:
@@ -166,7 +166,7 @@ def _numbered(entries: list[Any], number: int, name: str) -> Any:
 
 
 def _entry(tables: dict[str, Any], kind: str, which: str, name: str) -> dict[str, Any]:
-    entry = _find(tables, kind, which)
+    entry = find_entry(tables, kind, which)
     if entry is not None:
         return entry
     entries = _tables_of(tables, kind)
@@ -175,7 +175,9 @@ def _entry(tables: dict[str, Any], kind: str, which: str, name: str) -> dict[str
     raise InputError(f"{name}: no {kind} {which}{hint}")
 
 
-def _find(tables: dict[str, Any], kind: str, which: str) -> dict[str, Any] | None:
+def find_entry(
+    tables: Mapping[str, Any], kind: str, which: str
+) -> dict[str, Any] | None:
     """An entry of a list by its number or name, None if there is none."""
     entries = _tables_of(tables, kind)
     numbered = [entry for i, entry in enumerate(entries, 1) if which == str(i)]
@@ -183,7 +185,7 @@ def _find(tables: dict[str, Any], kind: str, which: str) -> dict[str, Any] | Non
     return next(iter(numbered + named), None)
 
 
-def _tables_of(tables: dict[str, Any], kind: str) -> list[dict[str, Any]]:
+def _tables_of(tables: Mapping[str, Any], kind: str) -> list[dict[str, Any]]:
     """The tables of a list such as [[mesh]]; what is none is refused later."""
     entries = tables.get(kind)
     listed = entries if isinstance(entries, list) else []

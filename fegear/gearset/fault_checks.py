@@ -24,18 +24,18 @@ KEYS: dict[FaultKind, str] = {
 
 
 def require_no_faults(
-    gear_set: GearSet, kinds: Collection[FaultKind], what: str
+    gear_set: GearSet, kinds: Collection[FaultKind], model: str
 ) -> None:
     """Raise InputError where a gear has a fault of a kind that a model leaves out.
 
-    what : the model, such as "statics", in words
+    model : such as "statics", in words
     """
     for gear in gear_set.gears:
         for kind in gear.faults.kinds:
             if kind in kinds:
                 raise InputError(
                     f'{gear_set.name}: gear "{gear.name}": {KEYS[kind]}; not modelled '
-                    f"by {what}, which would leave it out"
+                    f"by {model}, which would leave it out"
                 )
 
 

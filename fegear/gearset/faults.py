@@ -12,6 +12,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
+from fegear.files.errors import InputError
 from fegear.gearset.field_checks import (
     require_fields,
     require_positive,
@@ -60,6 +61,15 @@ class Spall:
     def __post_init__(self) -> None:
         require_fields(self)
         require_positive(self, "width_share")
+        if not self.width_share <= MAX_WIDTH_SHARE:
+            raise InputError(
+                f"width_share = {self.width_share:g}; at most {MAX_WIDTH_SHARE:g}"
+            )
+        if not self.start_roll_length < self.end_roll_length:
+            raise InputError(
+                f"end_roll_length = {self.end_roll_length:g}; must be above "
+                f"start_roll_length, {self.start_roll_length:g}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -63,6 +63,9 @@ class Gear:
         teeth, errors = self.geometry.teeth, len(self.pitch_errors)
         if errors not in (0, teeth):
             raise InputError(f"pitch_errors = {errors} values; {teeth} teeth need each")
+        for tooth in self.faults.teeth:
+            if not 0 <= tooth < teeth:
+                raise InputError(f"faults of tooth {tooth}; allowed 0 to {teeth - 1}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class CrackTip:
+class CrackIntensities:
     """Tip of a crack over torques (t,) and positions (n,) of a mesh.
 
     Attributes
@@ -47,7 +47,7 @@ class CrackTip:
 
 def crack_tips(
     gear_set: GearSet, solved: StaticsResult, settings: StaticsSettings
-) -> tuple[CrackTip, ...]:
+) -> tuple[CrackIntensities, ...]:
     """Tips of all cracks that open in a mesh.
 
     Parameters
@@ -61,7 +61,7 @@ def crack_tips(
 
     Returns
     -------
-    tuple of CrackTip
+    tuple of CrackIntensities
         Cracks of the driver, then of the driven gear, by their teeth.
     """
     problem, cycle = solved.problem, solved.cycle
@@ -84,7 +84,9 @@ def crack_tips(
                 problem, cycle, side, (faults, number, influence)
             )
             tooth = tooth_in_cycles(gear_set, solved.mesh, gear, np.array([number]))
-            tips.append(CrackTip(body.name, int(tooth[0]) + 1, intensity, rate, error))
+            tips.append(
+                CrackIntensities(body.name, int(tooth[0]) + 1, intensity, rate, error)
+            )
     return tuple(tips)
 
 

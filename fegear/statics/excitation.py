@@ -18,6 +18,7 @@ from fegear.files.printable import printable
 from fegear.gearset.fault_checks import require_no_faults, without_faults
 from fegear.gearset.faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
+from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import (
     mesh_errors,
     pair_periods,
@@ -54,6 +55,7 @@ Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
 STIFFNESS = "stiffness_N_per_m"
 MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
+MAX_TABLES = 128  # solved ones that are kept for further use
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 # faults that move flanks apart and leave tooth pairs as stiff as they are
 GAP_FAULTS: tuple[FaultKind, ...] = ("worn", "eccentricity")
@@ -334,9 +336,15 @@ def has_faults(
     )
 
 
+def _place(gear_set: GearSet, mesh: int) -> tuple[object, ...]:
+    """On what it depends in a set which faulty teeth meet, and where centres are."""
+    phases = (phase.value for phase in mesh_phases(gear_set))
+    return mesh, tuple(phases), tuple(one.direction for one in gear_set.meshes)
+
+
 @dataclass(frozen=True)
 class Excitations:
-    """Excitations of a gear set's meshes; tables are solved once each."""
+    """Excitations of gear sets' meshes; the tables used last are solved once each."""
 
     source: StiffnessSource = field(default_factory=StiffnessSource)
     _results: dict[tuple[object, ...], StaticsResult] = field(default_factory=dict)
@@ -379,12 +387,14 @@ class Excitations:
         flanks = tuple(getattr(spec, name) for name in MODIFICATIONS)
         settings = self.source.statics_of(gear_set, mesh)
         settings = replace(settings, positions=positions or settings.positions)
-        # the teeth that meet, and where centres are, depend on the place in the set
-        place = mesh if has_faults(gear_set, mesh) else None
+        place = _place(gear_set, mesh) if has_faults(gear_set, mesh) else None
         key = (spec.pair, gears, flanks, errors, torque, settings.positions, place)
-        if key not in self._results:
-            self._results[key] = self._solved(gear_set, mesh, torque, settings)
-        return self._results[key]
+        result = self._results.pop(key, None)
+        result = result or self._solved(gear_set, mesh, torque, settings)
+        self._results[key] = result  # the one used last is the last to be dropped
+        while len(self._results) > MAX_TABLES:
+            del self._results[next(iter(self._results))]
+        return result
 
     def _solved(
         self, gear_set: GearSet, mesh: int, torque: float, settings: StaticsSettings

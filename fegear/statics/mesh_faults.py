@@ -17,7 +17,7 @@ import numpy as np
 
 from fegear.contact.offset_centers import CenterOffset
 from fegear.contact.profiles import profile_depth
-from fegear.contact.tooth_faults import ComplianceChange, FlankSpall, ToothFaults
+from fegear.contact.tooth_faults import ChangedCompliance, FlankSpall, ToothFaults
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET
 from fegear.gearset.fault_building import roll_length_below_tip
 from fegear.gearset.model import Gear, GearSet
@@ -27,7 +27,7 @@ from fegear.gearset.pitch_errors import tooth_in_cycles
 from fegear.gearset.zones import Zones, zones
 from meshes.crack import Crack
 
-Change = Callable[[Gear, dict[int, Crack]], ComplianceChange]
+Change = Callable[[Gear, dict[int, Crack]], ChangedCompliance]
 
 
 class FaultySide(NamedTuple):

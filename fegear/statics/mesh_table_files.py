@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError, file_error
-from fegear.files.output import has_package, listed, read_text
+from fegear.files.output import HDF5_NEEDED, has_package, listed, read_text
 from lumped.common.csv_text import TableError
 from lumped.train.table import (
     REQUIRED_COLUMNS,
@@ -29,7 +29,6 @@ from lumped.train.table import (
 Tree = Mapping[str, Any]  # of arrays, texts and further trees
 HDF5_START = b"\x89HDF\r\n\x1a\n"
 MAT_73_START = b"MATLAB 7.3"
-HDF5_NEEDED = "HDF5 needs h5py: pip install 'fegear[hdf5]'"
 
 
 def read_mesh_table(path: str) -> MeshTable:

@@ -30,7 +30,7 @@ from fegear.contact.problem import (
     corner_positions,
     solve_cycle,
 )
-from fegear.contact.tooth_faults import ComplianceChange
+from fegear.contact.tooth_faults import ChangedCompliance
 from fegear.contact.virtual_work import largest_deflection, work_on_gaps
 from fegear.elasticity.cache import (
     cached_compliance_change,
@@ -607,7 +607,7 @@ def contact_problem(
 
 def _compliance_change(
     settings: StaticsSettings, size: MeshSize, gear: Gear, cracks: dict[int, Crack]
-) -> ComplianceChange:
+) -> ChangedCompliance:
     """What cracks add to the compliance of a gear, by tooth, counted clockwise."""
     if settings.body == "free":
         raise InputError(

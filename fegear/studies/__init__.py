@@ -91,6 +91,11 @@ STUDIES = {
         "Signals",
         "Signals of sensors, their averages over turns and sidebands.",
     ),
+    "faults": (
+        "faults",
+        "FaultSignals",
+        "Labelled data sets of signals of gears with faults.",
+    ),
     "campbell": (
         "campbell",
         "CampbellDiagram",

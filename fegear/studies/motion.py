@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
+from fegear.statics.excitation import ExcitationSource
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.headings import friction_of_summary
 from fegear.studies.page import (
@@ -160,15 +161,21 @@ class Motion(
 
 @dataclass(frozen=True, eq=False)
 class MotionProblem(TrainProblem):
-    """A train at one torque and speed."""
+    """A train at one torque and speed.
+
+    excitations : source of the meshes' excitations whose solved tables are shared with
+        other problems; one of this problem where it is None
+    """
 
     study: Motion
+    excitations: ExcitationSource | None = field(default=None, kw_only=True)
 
     @cached_property
     def system(self) -> LumpedSystem:
         """The train at the torque."""
         require_method(self.model, self.integration, self.gears)
-        return lumped_system(self.gears, self.single_torque, self.model)
+        arguments = self.gears, self.single_torque, self.model
+        return lumped_system(*arguments, self.excitations)
 
     @property
     def integration(self) -> Settings:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -17,6 +17,7 @@ from fegear.files.output import TO_SINGLE_TABLE
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_in_cycles
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
+from fegear.statics.excitation import ExcitationSource
 from fegear.studies.columns import unit_of_column
 from fegear.studies.motion import Motion, MotionProblem
 from fegear.studies.page import Columns, Page, RowTable, number
@@ -27,8 +28,8 @@ from fegear.studies.trains import SPRINGS, lumped_model, with_frequencies
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.options import Range
 from lumped.figures.turn_averages import AverageCurves, draw_turn_averages
-from lumped.signals.averages import TurnAverage, synchronous_average
-from lumped.signals.sensors import CoordinateMotion, sensor_signals, with_noise
+from lumped.signals.averages import TurnAverage
+from lumped.signals.sampling import Sampling, residual_indicators, sample_signals
 from lumped.steady.settings import Settings
 
 Array = NDArray[np.float64]
@@ -49,19 +50,8 @@ MORE_TABLES = MappingProxyType(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Signals(
-    Motion,
-    command="signals",
-    example="signals my-pair.toml --rpm 900 --noise-percent 10 --plot s.png",
-):
-    """Signals of sensors, their averages over turns and sidebands.
-
-    Transmission errors, deviations of angular speeds and bearing forces, averaged over
-    the turns of a gear: sidebands of the mesh, and the tooth that differs from others.
-    """
-
-    more_tables = MORE_TABLES
-    has_rolling = False
+class SampledTurns:
+    """Which signals are sampled, and their noise."""
 
     gear_name: str = setting(
         "",
@@ -77,14 +67,53 @@ class Signals(
         Range(0.0, 10_000.0, unit="%"),
     )
     seed: int = setting(0, "Seed of the noise.", Range(0, 2**32 - 1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signals(
+    SampledTurns,
+    Motion,
+    command="signals",
+    example="signals my-pair.toml --rpm 900 --noise-percent 10 --plot s.png",
+):
+    """Signals of sensors, their averages over turns and sidebands.
+
+    Transmission errors, deviations of angular speeds and bearing forces, averaged over
+    the turns of a gear: sidebands of the mesh, and the tooth that differs from others.
+    """
+
+    more_tables = MORE_TABLES
+    has_rolling = False
+
     model: LumpedModel = lumped_model(SPRINGS, 1)
 
     def prepare(self) -> SignalsProblem:
+        return self.prepare_with(None)
+
+    def prepare_with(self, excitations: ExcitationSource | None) -> SignalsProblem:
+        """The problem, with tables that it shares with others.
+
+        Parameters
+        ----------
+        excitations : ExcitationSource or None
+            Source of the tables; one of its own where it is None.
+
+        Returns
+        -------
+        SignalsProblem
+            Problem whose signals are computed.
+
+        Raises
+        ------
+        InputError
+            If the gear is not there, or the model has no signals.
+        """
         speeds = {"speed": self.rpm, "from_speed": self.from_rpm}
         problem = SignalsProblem.of(with_frequencies(self, speeds))
         if problem.model.number == "coupled" or problem.model.friction:
             name = "friction" if self.model.friction else "number"
             raise self.rejection(name, "signals are of models 1 to 3 without friction")
+        problem = replace(problem, excitations=excitations)
         _ = problem.turning  # refuses a gear that is not there
         return problem
 
@@ -166,29 +195,32 @@ class SignalsProblem(MotionProblem):
                 f"the motion at {study.frequency:g} Hz does not repeat; signals are "
                 "those of one that does"
             )
-        per_turn = turning.teeth * study.samples
-        count = study.turns * per_turn
-        turn_time = 1.0 / turning.turn_frequency(study.frequency)
-        time = turn_time * np.arange(count) / per_turn
-        periodic = CoordinateMotion(motion.system, motion.history)
-        clean = sensor_signals(periodic, time)
-        signals = with_noise(clean, 0.01 * study.noise_percent, study.seed)
-        values = np.stack(list(signals.values()), axis=1)
-        average, turns = synchronous_average(values, per_turn, per_turn)
+        sampling, noise = self.sampling, 0.01 * study.noise_percent
+        sampled = sample_signals(
+            motion.system, motion.history, sampling, noise, study.seed
+        )
         return SignalsResult(
             study,
             self.facts(self.single_torque, motion, ()),
             self.single_torque,
             turning,
-            time,
-            tuple(signals),
-            values,
-            TurnAverage(average, turns, turning.orders),
-            self._tooth_at_pitch_point(per_turn),
-            self._turns_of_motion(motion.response.multiple),
+            sampling.time,
+            sampled.names,
+            sampled.values,
+            sampled.average,
+            self.tooth_at_pitch_point,
+            self.turns_of_motion(motion.response.multiple),
         )
 
-    def _turns_of_motion(self, multiple: int) -> int:
+    @property
+    def sampling(self) -> Sampling:
+        """How signals are sampled over the turns of the gear."""
+        study, turning = self.study, self.turning
+        frequency = turning.turn_frequency(study.frequency)
+        per_turn = turning.teeth * study.samples
+        return Sampling(study.turns, per_turn, frequency, turning.orders)
+
+    def turns_of_motion(self, multiple: int) -> int:
         """Turns of the gear after which the motion repeats.
 
         multiple : number of common periods after which it does
@@ -197,12 +229,10 @@ class SignalsProblem(MotionProblem):
         cycles = multiple * self.system.common_period[turning.mesh]
         return Fraction(cycles, turning.teeth).numerator
 
-    def _tooth_at_pitch_point(self, points: int) -> NDArray[np.int64]:
-        """The gear's tooth nearest to the pitch point of its first mesh, from 1.
-
-        points : in a turn
-        """
-        turning = self.turning
+    @property
+    def tooth_at_pitch_point(self) -> NDArray[np.int64]:
+        """The gear's tooth (p,) at the pitch point of its first mesh, from 1."""
+        turning, points = self.turning, self.sampling.points
         position = turning.phase + turning.teeth * np.arange(points) / points
         cycle = np.floor(position + 0.5).astype(np.int64)
         return 1 + tooth_in_cycles(self.gears, turning.mesh, turning.index, cycle)
@@ -269,6 +299,10 @@ class SignalsResult(StudyResult):
     def _turn_frequency(self) -> float:
         return self.gear.turn_frequency(self.study.frequency)
 
+    @cached_property
+    def _indicators(self) -> Mapping[str, Array]:
+        return residual_indicators(self.average, self.tooth)
+
     def _entry(self, c: int) -> dict[str, Any]:
         """What the average of a signal tells, in the unit at the end of its name."""
         average, has_residual = self.average, bool(self.average.has_residual[c])
@@ -276,19 +310,18 @@ class SignalsResult(StudyResult):
         orders = np.arange(amplitude.size)
         of_mesh = np.any([orders % order == 0 for order in average.orders], axis=0)
         sidebands = np.where(of_mesh, 0.0, amplitude)
-        squares = np.bincount(self.tooth, average.residual[:, c] ** 2)
+        indicators = {name: float(v[c]) for name, v in self._indicators.items()}
         return {
             "signal": self.names[c],
             "unit": unit_of_column(self.names[c]),
             "mesh_amplitude": float(amplitude[1:][of_mesh[1:]].max()),
             "sideband_amplitude": float(sidebands.max()),
             "sideband_order": int(sidebands.argmax()) if has_residual else None,
-            "residual_rms": float(np.sqrt((average.residual[:, c] ** 2).mean())),
-            "residual_peak": float(average.peak[c]),
-            "residual_kurtosis": finite_or_none(float(average.kurtosis[c])),
+            "residual_rms": indicators["residual_rms"],
+            "residual_peak": indicators["residual_peak"],
+            "residual_kurtosis": finite_or_none(indicators["residual_kurtosis"]),
             "residual_peak_angle_deg": finite_or_none(360.0 * average.peak_turn[c]),
-            # as many points for every tooth, unlike the peak, which may be at its ends
-            "tooth": int(squares.argmax()) if has_residual else None,
+            "tooth": int(indicators["tooth"]) if has_residual else None,
         }
 
     @property

@@ -20,7 +20,7 @@ from fegear.files.output import INTO_PICTURE
 from fegear.gearset.fault_checks import without_faults
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.statics.crack_tips import CrackTip, crack_tips
+from fegear.statics.crack_tips import CrackIntensities, crack_tips
 from fegear.statics.harmonics import Harmonic
 from fegear.statics.plausibility import (
     MAX_ERROR_ESTIMATE,
@@ -201,7 +201,7 @@ class StiffnessResult(StudyResult):
     solved: StaticsResult
     gear_warnings: tuple[str, ...] = ()
     healthy: MeshTable | None = None
-    crack_tips: tuple[CrackTip, ...] = ()
+    crack_tips: tuple[CrackIntensities, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -357,7 +357,7 @@ def _harmonic(error: Harmonic, stiffness: Harmonic) -> dict[str, float]:
 
 
 def _at_tip(
-    tip: CrackTip, torque: float, position: float, index: tuple[int, int]
+    tip: CrackIntensities, torque: float, position: float, index: tuple[int, int]
 ) -> tuple[Any, ...]:
     """Values of `CRACK_COLUMNS` of a crack at a torque and position, by their index."""
     opening, sliding = (1e-6 * tip.stress_intensity[index]).tolist()

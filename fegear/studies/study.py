@@ -26,6 +26,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from functools import lru_cache
 from itertools import chain
 from math import inf
 from pathlib import Path
@@ -191,6 +192,13 @@ def _parsed_values(member: ExposedField, value: Any) -> tuple[Any, ...]:
     return parsed if gives_several else (parsed,)
 
 
+@lru_cache(maxsize=256)
+def _type_hints(kind: Any) -> dict[str, Any]:
+    """Types of the fields of a class, which take long to resolve."""
+    return get_type_hints(kind)
+
+
+@lru_cache(maxsize=256)
 def declared_fields(kind: Any) -> dict[str, Any]:
     """Declared fields of a dataclass, in the order of its help.
 
@@ -198,7 +206,7 @@ def declared_fields(kind: Any) -> dict[str, Any]:
     dataclass with its own settings.
     """
     declarations = dict[str, Any]()
-    ranks, hints = dict[str, int](), get_type_hints(kind)
+    ranks, hints = dict[str, int](), _type_hints(kind)
     for member in fields(kind):
         declared = member.metadata.get("setting") or member.metadata.get("group")
         inner = is_dataclass(hints[member.name])
@@ -217,7 +225,7 @@ def declared_fields(kind: Any) -> dict[str, Any]:
 
 def exposed_fields(group: SettingsGroup) -> Iterator[ExposedField]:
     """Settings of a group, in order."""
-    hints, by_name = get_type_hints(group.kind), {f.name: f for f in fields(group.kind)}
+    hints, by_name = _type_hints(group.kind), {f.name: f for f in fields(group.kind)}
     options = {
         name: getattr(declared, "option", "") or f"--{name.replace('_', '-')}"
         for name, declared in group.exposed.items()

@@ -21,6 +21,9 @@ The equations of the multi-mesh source are computed in these functions:
     3.45 to 3.50, 4.32 to 4.37  rectangular_indicator, phase_extremes
 
 The docstrings note where the printed equation differs from the derivation.
+
+The stiffness of teeth by beam energies, healthy or cracked, is in `tooth_energy` and
+`tooth_crack`.
 """
 
 from lumped.closed_forms.frequency_response import (

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 OVERLAP = 16  # steps of the periods before and after that a spline takes into account
+PERIOD_RTOL = 1e-9  # of a time that is that of the start, by round-off
 OVERSAMPLING = 4  # equal steps of a period over those of its history, at least
 
 
@@ -57,36 +58,63 @@ class CoordinateMotion:
 
         Rigid rotation of the train is not part of them.
         """
-        place = np.mod(time, self.period)
-        displacement, velocity = self._splines
-        return displacement(place), velocity(place)
+        return self.displacement(time), self.velocity(time)
+
+    def displacement(self, time: Array) -> Array:
+        """Displacements (k, n) of all coordinates at times (k,)."""
+        return np.asarray(self._spline(self._mode_lines)(self._within(time)))
+
+    def velocity(self, time: Array) -> Array:
+        """Velocities (k, n) of all coordinates at times (k,)."""
+        rates = 1j * self._angular * self._mode_lines
+        return np.asarray(self._spline(rates)(self._within(time)))
 
     def deflection(self, time: Array) -> Array:
         """Transmission errors (k, m) of the history at times (k,) [m]."""
         start = self.history.time[0]
-        return resample(self.history, start + np.mod(time, self.period))[0]
+        deflection: Array = resample(self.history, start + self._within(time))[0]
+        return deflection
+
+    def _within(self, time: Array) -> Array:
+        """Times (k,) within the first period, 0 where round-off is short of its end.
+
+        The motion ends where it starts only to the tolerance of the steady state: a
+        sample at the end in one period alone would look like a tooth that differs.
+        """
+        place: Array = np.mod(time, self.period)
+        place[self.period - place < PERIOD_RTOL * self.period] = 0.0
+        return place
+
+    @property
+    def _angular(self) -> Array:
+        """Angular frequencies (l, 1) of the lines [rad/s]."""
+        orders = np.arange(self._equal_steps // 2 + 1)[:, None]
+        return np.asarray(2.0 * math.pi * orders / self.period, float)
 
     @cached_property
-    def _splines(self) -> tuple[CubicSpline, CubicSpline]:
-        from scipy.interpolate import CubicSpline
-
-        steps = self._equal_steps
-        time = np.linspace(0.0, self.period, steps + 1)
-        modes = self.system.modes
+    def _mode_lines(self) -> NDArray[np.complex128]:
+        """Lines (l, v) of the displacements of the modes that vibrate."""
+        modes, angular = self.system.modes, self._angular
         vibrates = modes.frequency_Hz > 0.0
         natural, shapes = modes.angular[vibrates], modes.shapes[:, vibrates]
-        angular = 2.0 * math.pi * np.arange(steps // 2 + 1)[:, None] / self.period
-        lines = self._excess_lines(steps) @ modes.mesh_shapes[:, vibrates]
+        forces = self._excess_lines(self._equal_steps)
+        lines = forces @ modes.mesh_shapes[:, vibrates]
         lines[0] += shapes.T @ modes.coordinates.load
         damping = 2j * self.system.train.damping_ratio * natural * angular
-        lines = lines / (natural**2 - angular**2 + damping)
-        pair = []
-        for values in (lines, 1j * angular * lines):
-            values[-1] = 0.0  # of a line at half the sampling rate the phase is lost
-            wave = steps * np.fft.irfft(values, steps, axis=0) @ shapes.T
-            wave = np.concatenate([wave, wave[:1]])
-            pair.append(CubicSpline(time, wave, bc_type="periodic"))
-        return pair[0], pair[1]
+        return np.asarray(lines / (natural**2 - angular**2 + damping))
+
+    def _spline(self, lines: NDArray[np.complex128]) -> CubicSpline:
+        """Coordinates (n,) over a period, from the lines of the vibrating modes."""
+        from scipy.interpolate import CubicSpline
+
+        modes, steps = self.system.modes, self._equal_steps
+        shapes = modes.shapes[:, modes.frequency_Hz > 0.0]
+        values = lines.copy()
+        values[-1] = 0.0  # of a line at half the sampling rate the phase is lost
+        wave = steps * np.fft.irfft(values, steps, axis=0) @ shapes.T
+        wave = np.concatenate([wave, wave[:1]])
+        time = np.linspace(0.0, self.period, steps + 1)
+        return CubicSpline(time, wave, bc_type="periodic")
 
     @property
     def _equal_steps(self) -> int:
@@ -144,6 +172,34 @@ def _continued(time: Array, values: Array) -> tuple[Array, Array]:
     return np.concatenate(times), np.concatenate(parts)
 
 
+def signal_names(system: LumpedSystem) -> tuple[str, ...]:
+    """Names of the signals of a train, with units at their ends."""
+    train = system.train
+    gears = [train.gears[number].name for number in _turning_gears(system)]
+    borne = [train.gears[number].name for number in _borne_gears(system)]
+    return (
+        *(f"mesh{number}_dte_m" for number in range(1, 1 + len(train.meshes))),
+        *(f"{name}_speed_deviation_rad_per_s" for name in gears),
+        *(f"{name}_bearing_{axis}_N" for name in borne for axis in "xy"),
+    )
+
+
+def _turning_gears(system: LumpedSystem) -> list[int]:
+    indices = system.modes.coordinates.indices
+    numbers = range(len(system.train.gears))
+    return [number for number in numbers if (number, "rotation") in indices]
+
+
+def _borne_gears(system: LumpedSystem) -> list[int]:
+    """Gears on bearings that can move."""
+    indices = system.modes.coordinates.indices
+    return [
+        number
+        for number, gear in enumerate(system.train.gears)
+        if gear.bearing_stiffness is not None and (number, "x") in indices
+    ]
+
+
 def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]:
     """Signals (k,) at times (k,) by name, with units at the ends of the names.
 
@@ -151,24 +207,22 @@ def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]
     can rotate from its nominal one, positive where the gear is faster; forces of gears
     on bearings that can move, along x and y.
     """
-    train, indices = motion.system.train, motion.system.modes.coordinates.indices
-    displacement, velocity = motion.at(time)
-    deflection = motion.deflection(time)
-    signals = {f"mesh{m + 1}_dte_m": deflection[:, m] for m in range(len(train.meshes))}
-    for number, gear in enumerate(train.gears):
-        if (number, "rotation") in indices:
-            deviation = train.sense(number) * velocity[:, indices[number, "rotation"]]
-            signals[f"{gear.name}_speed_deviation_rad_per_s"] = deviation
-    for number, gear in enumerate(train.gears):
-        if gear.bearing_stiffness is None or (number, "x") not in indices:
-            continue
+    system = motion.system
+    train, indices = system.train, system.modes.coordinates.indices
+    signals, velocity = list(motion.deflection(time).T), motion.velocity(time)
+    for number in _turning_gears(system):
+        deviation = velocity[:, indices[number, "rotation"]]
+        signals.append(train.sense(number) * deviation)
+    borne = _borne_gears(system)
+    displacement = motion.displacement(time) if borne else np.empty((len(time), 0))
+    for number in borne:
+        gear = train.gears[number]
         center = displacement[:, [indices[number, axis] for axis in "xy"]]
         cosine, sine = (f(gear.bearing_direction) for f in (math.cos, math.sin))
         axes = np.array([[cosine, -sine], [sine, cosine]])  # columns: directions
         force = (center @ axes * np.array(gear.bearing_stiffness)) @ axes.T
-        for axis, values in zip("xy", force.T, strict=True):
-            signals[f"{gear.name}_bearing_{axis}_N"] = values
-    return signals
+        signals.extend(force.T)
+    return dict(zip(signal_names(system), signals, strict=True))
 
 
 def with_noise(

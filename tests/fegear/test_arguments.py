@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import fegear
+from fegear.gearset.faults import Faults
 
 WRONG = [None, 5, 0.5, True, b"liu-pair", 1 + 2j, (1,), np.array(5.0), object()]
 TABLES = {
@@ -163,6 +164,11 @@ def test_torques_of_a_table_are_given_once():
         ("gear", {"face_width": -1.0}, "face_width = -1; must be above 0"),
         ("gear", {"poisson_ratio": 0.5}, "poisson_ratio = 0.5; allowed 0 to below 0.5"),
         ("gear", {"pitch_errors": (1e-6,)}, "pitch_errors = 1 values; 38 teeth need"),
+        (
+            "gear",
+            {"faults": Faults(missing=(38,))},
+            "faults of tooth 38; allowed 0 to 37",
+        ),
         ("mesh", {"backlash": -1e-6}, "backlash = -1e-06; allowed 0 to below 1e+18"),
         ("mesh", {"torques": (100.0, 0.0)}, "torques = 0; must be above 0"),
     ],

@@ -18,10 +18,11 @@ from fegear.studies import STUDIES, load_study, stability
 from fegear.studies.study import Setting, exposed_fields, group_of
 from lumped.train.table import MeshTable, format_table
 
-NAMES = "branches", "motion", "sharing", "stability", "sweep", "theory"
+NAMES = "branches", "motion", "sharing", "signals", "stability", "sweep", "theory"
 REQUIRED = {
     "branches": {"speeds": (1000.0, 1010.0)},
     "motion": {"speed": 1000.0},
+    "signals": {"speed": 1000.0},
     "stability": {"over": "friction=0:0.1:3", "speeds": "1400:1800:200"},
     "sweep": {"speeds": (1000.0, 1010.0)},
 }

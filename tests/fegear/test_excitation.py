@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -103,6 +105,22 @@ def test_tables_are_solved_once(elements, monkeypatch):
     monkeypatch.setattr(Excitations, "_solved", lambda *_: pytest.fail("again"))
     varied = load_gear_set("liu-idler", {"mesh.2.phase": 0.3})
     assert elements.table(varied, 0, 100.0) is table
+
+
+def test_tables_that_were_used_last_are_kept(monkeypatch):
+    gear_set, solved = load_gear_set("liu-pair"), []
+    result = SimpleNamespace(table="table")
+
+    def solve(source, gear_set, mesh, torque):
+        solved.append(torque)
+        return result
+
+    monkeypatch.setattr(Excitations, "_solved", solve)
+    monkeypatch.setattr("fegear.statics.excitation.MAX_TABLES", 2)
+    source = Excitations()
+    for torque in (1.0, 2.0, 1.0, 3.0, 1.0, 2.0):
+        source.table(gear_set, 0, torque)
+    assert solved == [1.0, 2.0, 3.0, 2.0]
 
 
 def test_printed_figures_win_over_tables():

@@ -111,6 +111,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.NaturalModes(gear_set="liu-pair"),
     fegear.PlanetLoadSharing(gear_set="planetary-24-36-96"),
     fegear.Signals(gear_set="liu-pair", speed=1000.0),
+    fegear.FaultSignals(gear_set="liu-pair", over="pitch_error=0:5:6", rpm=900.0),
     fegear.CampbellDiagram(gear_set="turbo-pair"),
     fegear.ModelExport(gear_set="liu-pair"),
     fegear.ClosedForms(),

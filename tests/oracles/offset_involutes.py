@@ -44,8 +44,8 @@ def driver_lead(pair, rotated, driver=(0.0, 0.0), driven=(0.0, 0.0)) -> float:
         mate_roll = math.sqrt((radius / r2) ** 2 - 1.0)
         # direction of the driven involute's point at that radius
         start = involute(alpha) - turn2
-        own = start - (mate_roll - math.atan(mate_roll))
-        return math.atan2(y, x) - own
+        flank = start - (mate_roll - math.atan(mate_roll))
+        return math.atan2(y, x) - flank
 
     def overlap(lead: float) -> float:
         low, high = 0.3 * math.tan(alpha), 2.0 * math.tan(alpha)

@@ -9,11 +9,12 @@ E' = E / (1 - nu^2) and nu' = nu / (1 - nu); plane stress has E' = E and nu' = n
 Johnson prints plane strain; the plane stress analogue is this replacement.
 """
 
-import math
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from lumped.closed_forms.tooth_energy import ToothMaterial, contact_compliance
 
 Plane = Literal["stress", "strain"]
 Array = NDArray[np.float64]
@@ -122,12 +123,10 @@ def approach(
 def linear_compliance(first: Material, second: Material) -> float:
     """Load-free contact compliance of Yang & Sun (1985), per length [m^2/N].
 
-    4 (1 - nu^2) / (pi E) for equal bodies (their eq. (7)); here the sum over both of
-    2 (1 - nu^2) / (pi E). Plane strain; it has no logarithm and no depth, so it is
-    a rough constant to compare with, not a limit of `approach`.
+    It has no logarithm and no depth, so it is a rough constant to compare with, not a
+    limit of `approach`.
     """
-    bodies = [plane_moduli(body, "strain") for body in (first, second)]
-    return sum(2.0 / (math.pi * body.young_modulus) for body in bodies)
+    return contact_compliance(ToothMaterial(*first), ToothMaterial(*second), width=1.0)
 
 
 def require_positive(name: str, value: ArrayLike) -> None:

@@ -20,11 +20,18 @@ the stiffness is too large in double contact, the more so the smaller the hub.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.closed_forms.tooth_energy import (
+    FlankForce,
+    ToothFoundation,
+    ToothMaterial,
+    ToothSections,
+    beam_compliance,
+)
 from validation.oracles.hertz import (
     Material,
     Plane,
@@ -38,7 +45,6 @@ Array = NDArray[np.float64]
 ContactLaw = Plane | Literal["linear"]
 
 FILLET_RADIUS = 0.38  # over the module, rho_fP of the ISO 53 basic rack, profile A
-SHEAR_CORRECTION = 1.2  # rectangular section
 QUADRATURE_POINTS = 16  # per stretch of profile
 SHARING_TOLERANCE = 1e-12  # of the force, between two rounds of load sharing
 SHARING_ROUNDS = 100  # the Hertz logarithm is weak: about ten are needed
@@ -46,16 +52,28 @@ SHARING_ROUNDS = 100  # the Hertz logarithm is weak: about ten are needed
 BODY_RATIOS = 1.4, 7.0  # root over hub radius for which the body was fitted
 BODY_ANGLES = 0.01, 0.12  # half tooth angle at the root, likewise [rad]
 
-# Columns A-F of X = A/theta^2 + B h^2 + C h/theta + D/theta + E h + F for
-# L*, M*, P*, Q*: Sainsot et al., J. Mech. Design 126 (2004) 748, table 1.
-BODY_COEFFICIENTS = np.array(
-    [
-        [-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045],
-        [60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086],
-        [-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236],
-        [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904],
-    ]
-)
+
+class EnergyTooth(Protocol):
+    """Teeth of one gear, of whatever outline; lengths in metres."""
+
+    @property
+    def base_radius(self) -> float: ...
+
+    @property
+    def base_pitch(self) -> float: ...
+
+    @property
+    def base_half_angle(self) -> float: ...
+
+    @property
+    def tip_roll_length(self) -> float: ...
+
+    @property
+    def material(self) -> Material: ...
+
+    def compliance(self, roll_length: ArrayLike, face_width: float) -> Array:
+        """Tooth and body, without contact, at roll lengths (n,), (n,) [m/N]."""
+        ...
 
 
 class NotApplicableError(ValueError):
@@ -153,13 +171,8 @@ class AnalyticGear:
     def material(self) -> Material:
         return Material(self.young_modulus, self.poisson_ratio)
 
-
-class Sections(NamedTuple):
-    """Sections of the tooth as a beam, each of shape (n, q)."""
-
-    position: Array  # x [m]
-    half_thickness: Array  # h [m]
-    weight: Array  # quadrature weight, length along x [m]
+    def compliance(self, roll_length: ArrayLike, face_width: float) -> Array:
+        return tooth_compliance(self, roll_length, face_width).total
 
 
 class ToothCompliance(NamedTuple):
@@ -183,7 +196,7 @@ def _gauss(start: ArrayLike, end: ArrayLike) -> tuple[Array, Array]:
     return low + half * (1.0 + node), half * weight
 
 
-def _fillet_sections(gear: AnalyticGear) -> Sections:
+def _fillet_sections(gear: AnalyticGear) -> ToothSections:
     """Circular fillet, from the root circle to the flank, shape (1, q)."""
     rho, theta_f = FILLET_RADIUS * gear.module, gear.root_half_angle
     beta = gear.form_roll_length / gear.base_radius - gear.base_half_angle
@@ -191,30 +204,31 @@ def _fillet_sections(gear: AnalyticGear) -> Sections:
     omega, weight = _gauss(theta_f, 0.5 * math.pi - beta)
     x = centre * math.cos(theta_f) - rho * np.cos(omega)
     y = centre * math.sin(theta_f) - rho * np.sin(omega)
-    return Sections(x, y, rho * np.sin(omega) * weight)
+    return ToothSections(x, y, y, rho * np.sin(omega) * weight)
 
 
-def _radial_sections(gear: AnalyticGear) -> Sections:
+def _radial_sections(gear: AnalyticGear) -> ToothSections:
     """Radial flank between fillet and base circle, empty if none, shape (1, q)."""
     if gear.form_roll_length > 0.0:
-        return Sections(*(np.zeros((1, 0)) for _ in range(3)))
+        return ToothSections(*(np.zeros((1, 0)) for _ in range(4)))
     rho, psi_b = FILLET_RADIUS * gear.module, gear.base_half_angle
     form_radius = math.sqrt((gear.root_radius + rho) ** 2 - rho**2)
     r, weight = _gauss(form_radius, gear.base_radius)
-    return Sections(r * math.cos(psi_b), r * math.sin(psi_b), weight * math.cos(psi_b))
+    y = r * math.sin(psi_b)
+    return ToothSections(r * math.cos(psi_b), y, y, weight * math.cos(psi_b))
 
 
-def _involute_sections(gear: AnalyticGear, roll_length: Array) -> Sections:
+def _involute_sections(gear: AnalyticGear, roll_length: Array) -> ToothSections:
     """Involute from the form point to the load at roll_length (n,), shape (n, q)."""
     rb = gear.base_radius
     phi, weight = _gauss(gear.form_roll_length / rb, roll_length / rb)
     beta = phi - gear.base_half_angle
     x = rb * (np.cos(beta) + phi * np.sin(beta))
     y = rb * (phi * np.cos(beta) - np.sin(beta))
-    return Sections(x, y, rb * phi * np.cos(beta) * weight)
+    return ToothSections(x, y, y, rb * phi * np.cos(beta) * weight)
 
 
-def tooth_sections(gear: AnalyticGear, roll_length: Array) -> Sections:
+def tooth_sections(gear: AnalyticGear, roll_length: Array) -> ToothSections:
     """All sections between the root circle and the loaded point, shape (n, q)."""
     parts = (
         _fillet_sections(gear),
@@ -226,7 +240,7 @@ def tooth_sections(gear: AnalyticGear, roll_length: Array) -> Sections:
         np.concatenate([np.broadcast_to(a, (n, a.shape[1])) for a in fields], axis=1)
         for fields in zip(*parts, strict=True)
     ]
-    return Sections(*columns)
+    return ToothSections(*columns)
 
 
 def body_fit_limits(gear: AnalyticGear) -> Iterator[str]:
@@ -243,30 +257,16 @@ def body_fit_limits(gear: AnalyticGear) -> Iterator[str]:
             )
 
 
-def body_factors(radius_ratio: float, root_half_angle: float) -> Array:
-    """L*, M*, P*, Q* of Sainsot et al. (2004) eq. (7), shape (4,).
-
-    radius_ratio : h = root radius / hub radius, fitted over 1.4 to 7
-    root_half_angle : theta_f, fitted over 0.01 to 0.12 [rad]
-    """
-    h, theta = radius_ratio, root_half_angle
-    terms = np.array([1.0 / theta**2, h**2, h / theta, 1.0 / theta, h, 1.0])
-    return np.asarray(BODY_COEFFICIENTS @ terms)
-
-
 def body_compliance(gear: AnalyticGear, roll_length: Array, face_width: float) -> Array:
-    """Body term, Sainsot et al. (2004) eq. (6), shape (n,) [m/N].
-
-    delta = F cos^2(b) / (E w) (L u^2 + M u + P (1 + Q tan^2(b))), where u is the
-    height above the root circle at which the line of action crosses the centre line,
-    over the root arc S_f = 2 theta_f r_f.
-    """
-    rf, theta_f = gear.root_radius, gear.root_half_angle
-    L, M, P, Q = body_factors(rf / gear.hub_radius, theta_f)
+    """Body term where the line of action crosses the centre line, shape (n,) [m/N]."""
+    body = ToothFoundation(
+        root_radius=gear.root_radius,
+        hub_radius=gear.hub_radius,
+        root_half_angle=gear.root_half_angle,
+        young_modulus=gear.young_modulus,
+    )
     beta = roll_length / gear.base_radius - gear.base_half_angle
-    u = (gear.base_radius / np.cos(beta) - rf) / (2.0 * theta_f * rf)
-    shape = L * u**2 + M * u + P * (1.0 + Q * np.tan(beta) ** 2)
-    return np.asarray(np.cos(beta) ** 2 * shape / (gear.young_modulus * face_width))
+    return body.compliance(gear.base_radius / np.cos(beta), beta, face_width)
 
 
 def tooth_compliance(
@@ -274,24 +274,14 @@ def tooth_compliance(
 ) -> ToothCompliance:
     """Compliance of one tooth and its body, without contact, each term (n,) [m/N].
 
-    Castigliano on the load F along the line of action: in the section at x the
-    moment is F (rb - x cos beta), the shear F cos beta, the thrust F sin beta.
-
     roll_length : (n,) s between the form point and the tip [m]; face_width [m]
     """
     require_positive("face_width", face_width)
     s = _require_on_flank(gear, roll_length)
-    x, h, dx = tooth_sections(gear, s)
-    beta = (s / gear.base_radius - gear.base_half_angle)[:, None]
-    E, nu, w = gear.young_modulus, gear.poisson_ratio, face_width
-    G, area, inertia = E / (2.0 * (1.0 + nu)), 2.0 * h * w, 2.0 / 3.0 * h**3 * w
-    arm = gear.base_radius - x * np.cos(beta)
-    return ToothCompliance(
-        bending=np.sum(arm**2 / (E * inertia) * dx, axis=1),
-        shear=np.sum(SHEAR_CORRECTION * np.cos(beta) ** 2 / (G * area) * dx, axis=1),
-        axial=np.sum(np.sin(beta) ** 2 / (E * area) * dx, axis=1),
-        body=body_compliance(gear, s, face_width),
-    )
+    load = FlankForce(gear.base_radius, s / gear.base_radius - gear.base_half_angle)
+    material = ToothMaterial(gear.young_modulus, gear.poisson_ratio)
+    beam = beam_compliance(tooth_sections(gear, s), load, material, face_width)
+    return ToothCompliance(*beam, body=body_compliance(gear, s, face_width))
 
 
 def _require_on_flank(gear: AnalyticGear, roll_length: ArrayLike) -> Array:
@@ -307,7 +297,7 @@ def _require_on_flank(gear: AnalyticGear, roll_length: ArrayLike) -> Array:
 
 
 def nominal_path(
-    driver: AnalyticGear, driven: AnalyticGear, operating_pressure_angle: float
+    driver: EnergyTooth, driven: EnergyTooth, operating_pressure_angle: float
 ) -> tuple[float, float]:
     """Roll lengths of the driver at start and end of contact [m]."""
     if not math.isclose(driver.base_pitch, driven.base_pitch, rel_tol=1e-9):
@@ -319,13 +309,13 @@ def nominal_path(
     return total - driven.tip_roll_length, driver.tip_roll_length
 
 
-def _line_of_action(driver: AnalyticGear, driven: AnalyticGear, angle: float) -> float:
+def _line_of_action(driver: EnergyTooth, driven: EnergyTooth, angle: float) -> float:
     """Length a sin(aw) between the base circles [m]."""
     return (driver.base_radius + driven.base_radius) * math.tan(angle)
 
 
 def _contact_approach(
-    gears: tuple[AnalyticGear, AnalyticGear],
+    gears: tuple[EnergyTooth, EnergyTooth],
     rolls: tuple[Array, Array],
     load: Array,
     law: ContactLaw,
@@ -346,8 +336,8 @@ def _contact_approach(
 
 
 def pair_stiffness(
-    driver: AnalyticGear,
-    driven: AnalyticGear,
+    driver: EnergyTooth,
+    driven: EnergyTooth,
     operating_pressure_angle: float,
     roll_length_of_driver: ArrayLike,
     force: ArrayLike,
@@ -366,15 +356,14 @@ def pair_stiffness(
     s1 = np.atleast_1d(np.asarray(roll_length_of_driver, dtype=float))
     s2 = _line_of_action(driver, driven, operating_pressure_angle) - s1
     F = np.broadcast_to(np.asarray(force, dtype=float), s1.shape)
-    teeth = tooth_compliance(driver, s1, face_width).total
-    teeth = teeth + tooth_compliance(driven, s2, face_width).total
+    teeth = driver.compliance(s1, face_width) + driven.compliance(s2, face_width)
     contact = _contact_approach((driver, driven), (s1, s2), F / face_width, contact_law)
     return np.asarray(F / (F * teeth + contact))
 
 
 def mesh_stiffness(
-    driver: AnalyticGear,
-    driven: AnalyticGear,
+    driver: EnergyTooth,
+    driven: EnergyTooth,
     operating_pressure_angle: float,
     positions: ArrayLike,
     force: float,
@@ -393,7 +382,7 @@ def mesh_stiffness(
     """
     require_positive("force", force)
     gears = (driver, driven, operating_pressure_angle)
-    s1, active = _touching_pairs(*gears, np.atleast_1d(np.asarray(positions, float)))
+    s1, active = touching_pairs(*gears, np.atleast_1d(np.asarray(positions, float)))
     shares = force * active / active.sum(axis=1, keepdims=True)
     for _ in range(SHARING_ROUNDS):
         pairs = np.zeros(s1.shape)
@@ -407,8 +396,8 @@ def mesh_stiffness(
     raise RuntimeError(f"load sharing did not settle in {SHARING_ROUNDS} rounds")
 
 
-def _touching_pairs(
-    driver: AnalyticGear, driven: AnalyticGear, angle: float, positions: Array
+def touching_pairs(
+    driver: EnergyTooth, driven: EnergyTooth, angle: float, positions: Array
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Roll lengths of the driver [m] and which of them touch, both (n, pairs)."""
     start, end = nominal_path(driver, driven, angle)

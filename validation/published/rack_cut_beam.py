@@ -18,47 +18,37 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.gearset.model import Gear
+from lumped.closed_forms.tooth_energy import (
+    FlankForce,
+    ToothFoundation,
+    ToothMaterial,
+    beam_compliance,
+)
 from meshes import SpurGear
-from meshes.profile import fillet_points, flank_points
+from validation.oracles.cut_tooth import contact_position, tooth_outline
 from validation.oracles.hertz import Material, linear_compliance
-from validation.oracles.potential_energy import SHEAR_CORRECTION, body_factors
-
-POINTS = 1000  # of the fillet, and of the flank
 
 
 def tooth_compliance(gear: Gear, pressure_angle: float, width: float) -> float:
     """Compliance of a tooth and its body, loaded at a pressure angle [m/N]."""
-    teeth, E = gear.geometry, gear.young_modulus
-    rb = teeth.base_radius
-    outline = _outline(teeth, rb * math.tan(pressure_angle))
-    h, x = outline.T  # half thickness, place along the tooth
-    beta = math.tan(pressure_angle) - teeth.base_half_angle
-    G = E / (2.0 * (1.0 + gear.poisson_ratio))
-    area, inertia = 2.0 * h * width, 2.0 / 3.0 * h**3 * width
-    density = (rb - x * math.cos(beta)) ** 2 / (E * inertia)
-    density += SHEAR_CORRECTION * math.cos(beta) ** 2 / (G * area)
-    density += math.sin(beta) ** 2 / (E * area)
-    beam = float(np.trapezoid(density, x))
-    return beam + _body_compliance(teeth, beta, float(x[-1])) / (E * width)
-
-
-def _outline(teeth: SpurGear, roll_length: float) -> NDArray[np.float64]:
-    """From the root circle to a roll length of the flank, shape (n, 2)."""
-    cut = np.linspace(0.0, teeth.form_normal_angle, POINTS)
-    rolls = np.linspace(teeth.form_roll_length, roll_length, POINTS)
-    return np.concatenate([fillet_points(teeth, cut), flank_points(teeth, rolls)])
-
-
-def _body_compliance(teeth: SpurGear, beta: float, height: float) -> float:
-    """Times E and the width; height of the contact above the axis [m]."""
-    rf, theta = teeth.root_radius, root_half_angle(teeth)
-    L, M, P, Q = body_factors(rf / teeth.hub_radius, theta)
-    u = (height - rf) / (2.0 * theta * rf)
-    shape = L * u**2 + M * u + P * (1.0 + Q * math.tan(beta) ** 2)
-    return float(math.cos(beta) ** 2 * shape)
+    teeth = gear.geometry
+    roll_length = teeth.base_radius * math.tan(pressure_angle)
+    load = FlankForce(
+        teeth.base_radius, math.tan(pressure_angle) - teeth.base_half_angle
+    )
+    height = contact_position(teeth, roll_length)
+    material = ToothMaterial(gear.young_modulus, gear.poisson_ratio)
+    sections = tooth_outline(teeth).sections(height)
+    body = ToothFoundation(
+        root_radius=teeth.root_radius,
+        hub_radius=teeth.hub_radius,
+        root_half_angle=root_half_angle(teeth),
+        young_modulus=gear.young_modulus,
+    )
+    beam = beam_compliance(sections, load, material, width).total
+    return float(beam + body.compliance(height, load.angle, width))
 
 
 def root_half_angle(teeth: SpurGear) -> float:

@@ -283,6 +283,10 @@ WAVE = "motion SET --speed 2100 --excitation rectangular --json"
 SIGNALS = (
     "signals SET --speed 2100 --excitation rectangular --turns 2 --samples 8 --json"
 )
+FAULTS = (
+    "faults SET --rpm 7000 --over pitch_error=0,1 --excitation rectangular --turns 2 "
+    "--samples 8 --json"
+)
 MAP = "map SET --at 3000 --over gear.a.mass_kg=0.1,0.2 --excitation rectangular --json"
 QUASI = f"dynamics SET {COARSE} --fidelity quasistatic --speeds 3000 --direction up"
 COUPLED_MAP = (
@@ -736,6 +740,29 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus(SIGNALS, "-o s.csv"),
         "--average": plus(SIGNALS, "--average a.csv"),
         "--spectrum": plus(SIGNALS, "--spectrum l.csv"),
+    },
+    "faults": lumped(FAULTS)
+    | {
+        "--max-periods": plus(
+            f"{FAULTS} --damping 1e-4", "--max-periods 40", refused=True
+        ),  # the motion does not repeat
+        "--over": swap(FAULTS, "0,1", "0,2"),
+        "--rpm": swap(FAULTS, "7000", "7100"),
+        "--random": plus(FAULTS, "--random 3"),
+        "--random-seed": plus(f"{FAULTS} --random 3", "--random-seed 1"),
+        "--gear": plus(FAULTS, "--gear b"),
+        "--tooth": plus(f"{FAULTS} -o s.csv", "--tooth 2"),
+        "--turns": swap(FAULTS, "--turns 2", "--turns 3"),
+        "--samples": swap(FAULTS, "--samples 8", "--samples 9"),
+        "--noise-percent": plus(FAULTS, "--noise-percent 1"),
+        "--seed": plus(f"{FAULTS} --noise-percent 1", "--seed 1"),
+        "--averages": plus(f"{FAULTS} -o s.mat", "--averages"),
+        "--output": plus(FAULTS, "-o s.csv"),
+        "--labels": plus(FAULTS, "--labels l.csv"),
+        "--overwrite": plus(FAULTS, "--overwrite", refused=True),
+        "--resume": plus(FAULTS, "--resume", refused=True),
+        "--cluster": plus(FAULTS, "--cluster --scheduler tcp://no:1", refused=True),
+        "--scheduler": plus(FAULTS, "--scheduler nowhere", refused=True),
     },
     "branches": {
         name: case

@@ -377,12 +377,12 @@ def test_drawn_flanks_are_where_the_teeth_touch(name):
         for tooth in (0, 1):
             position = phases[number].value - tooth
             roll = pair.pitch_point + position * pair.base_pitch
-            own = roll if index == mesh.driver else pair.line_of_action - roll
-            if not own * teeth.gear.sign > 0.0:
+            length = roll if index == mesh.driver else pair.line_of_action - roll
+            if not length * teeth.gear.sign > 0.0:
                 continue  # beyond the base circle
-            if abs(own) > abs(teeth.gear.tip_roll_length) and teeth.gear.sign > 0:
+            if abs(length) > abs(teeth.gear.tip_roll_length) and teeth.gear.sign > 0:
                 continue  # beyond the tip
-            point = teeth.flank(tooth, own, own)[:1]
+            point = teeth.flank(tooth, length, length)[:1]
             drawn = 1e3 * at_place(point, teeth.gear, place, teeth.turn(tooth))[0]
             assert drawn == pytest.approx(line.at(roll), abs=1e-6)
 

@@ -404,6 +404,16 @@ EXAMPLES = {
         "noise_percent": 1.0 / 3.0,
         "model": replace(MODEL, translations=True),
     },
+    "faults": {
+        "gear_set": "liu-idler",
+        "over": ("pitch_error=0,1.0333333333333333", "mesh.2.phase=0:0.5:2"),
+        "gear_name": "idler",
+        "rpm": 1000.0 + 1.0 / 3.0,
+        "turns": 2,
+        "samples": 8,
+        "noise_percent": 1.0 / 3.0,
+        "model": replace(MODEL, translations=True),
+    },
     "campbell": {
         "gear_set": "turbo-pair",
         "max_rpm": 9000.0 + 1.0 / 3.0,
@@ -573,6 +583,10 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
 # declared columns that tables of the examples do not have
 NOT_IN_EXAMPLE = {
     "branches": {"{parameter}"},  # in place of the speed
+    "faults": {  # other faults
+        *("crack_mm", "spall_width_share", "broken_tip_mm", "wear_um"),
+        "eccentricity_um",
+    },
     "map": {"lyapunov_per_period"},  # where exponents are asked for
     "modes": {"family", "multiplicity", "whirl"},  # of planetary sets
     "motion": {"mesh{n}_friction_power_W"},  # without friction
@@ -580,6 +594,7 @@ NOT_IN_EXAMPLE = {
     "reproduce": {"number", "title", "missing"},  # of a list
 }
 CHOSEN_PARAMETERS = {
+    "faults": {"mesh.2.phase"},
     "map": {"mesh.2.phase", "torque_Nm"},
     "stability": {"friction"},
     "bifurcations": {"damping_ratio"},
@@ -596,7 +611,10 @@ def require_columns_of_example(result: Any) -> None:
     chosen = CHOSEN_PARAMETERS.get(command, ())
     require_declared(command, result.table.names, "table", missing, chosen)
     for name, table in result.more_tables.items():
-        require_declared(command, table.names, name)
+        if name == "labels":  # the same as the first
+            require_declared(command, table.names, name, missing, chosen)
+        else:
+            require_declared(command, table.names, name)
     for path in Path(getattr(result.study, "directory", "none")).glob("tables/*.csv"):
         text = path.read_text("utf-8")  # empty without rows
         if text and declared(command, path.stem):  # no curves of a picture

@@ -57,6 +57,14 @@ def test_healthy_gears_have_no_sidebands(number):
         assert entry["tooth"] is entry["residual_kurtosis"] is None
 
 
+def test_healthy_gears_have_no_residual_at_the_default_tolerance():
+    """Their motion ends where it starts but for the tolerance, in every cycle alike."""
+    for rpm in (900.0, 877.3):
+        settings = {"speed": None, "rpm": rpm, "integration": Settings(), "turns": 16}
+        for entry in signals(faulty(), **settings).summary["signals"]:
+            assert entry["tooth"] is entry["residual_kurtosis"] is None
+
+
 @pytest.mark.parametrize(
     ("gear", "name", "tooth"),
     [(0, "pinion", 1), (0, "pinion", 12), (0, "pinion", 38), (1, "idler", 55)],

@@ -1,0 +1,386 @@
+"""What a labelled set of signals holds, shows and writes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.files.codes import with_code
+from fegear.files.data_sets import DATA_SETS, DataArray, write_data_set
+from fegear.files.errors import InputError
+from fegear.files.output import path_of, require_ending
+from fegear.files.version import package_version
+from fegear.studies.columns import column_meaning, meaning_and_unit, unit_of_column
+from fegear.studies.page import Columns, Page, RowTable, number, pluralize
+from fegear.studies.study import Draw, StudyResult
+from fegear.studies.table import Table, finite_or_none
+from fegear.studies.train_problem import TrainFacts
+from lumped.common.workers import Arrays
+from lumped.figures.fault_indicators import IndicatorPoints, draw_indicators
+from lumped.signals.averages import residual_of
+from lumped.signals.sampling import Sampling
+
+Array = NDArray[np.float64]
+INDICATORS = ("rms", "residual_rms", "residual_peak", "residual_kurtosis", "tooth")
+UNITLESS = ("residual_kurtosis", "tooth")
+SUFFIXES = ("_rad_per_s", "_m", "_N")  # units of signals
+SCALES = {"m": (1e6, "um"), "rad/s": (1e3, "mrad/s"), "N": (1.0, "N")}
+SHOWN_SIGNALS = 4  # in the picture
+
+
+@dataclass(frozen=True, eq=False)
+class FaultRuns:
+    """Signals of r runs and what their averages tell; NaN where a run has none.
+
+    names : of the c signals, with their units
+    statuses : of the runs, periodic where they have signals
+    sampling : of the run with the speed and the gears of the reference
+    indicators : (r, c) by name, see `INDICATORS`
+    average : (r, c, p) over the turns of the gear
+    values : (r, c, t) samples, or None where they are left out
+    """
+
+    names: tuple[str, ...]
+    statuses: tuple[str, ...]
+    sampling: Sampling
+    indicators: Mapping[str, Array]
+    average: Array
+    values: Array | None
+
+    @classmethod
+    def of(cls, runs: Sequence[Arrays], sampling: Sampling) -> FaultRuns:
+        """The runs of arrays of `evaluate_run`; runs with other signals have none."""
+        finished = [run for run in runs if "names" in run]
+        first = finished[0] if finished else None
+        labels = b"" if first is None else first["names"].tobytes()
+        names = tuple(labels.decode().split("\n")) if labels else ()
+        statuses = []
+        for run in runs:
+            status = run["status"].tobytes().decode()
+            if "names" in run and run["names"].tobytes() != labels:
+                status = "impossible: the gear set has other signals"
+            statuses.append(status)
+
+        def collected(name: str) -> Array:
+            shape = () if first is None else first[name].shape
+            stacked = np.full((len(runs), *shape), np.nan)
+            for row, run, status in zip(stacked, runs, statuses, strict=True):
+                if name in run and not status.startswith("impossible"):
+                    row[...] = run[name]
+            return stacked
+
+        has_values = first is not None and "values" in first
+        return cls(
+            names,
+            tuple(statuses),
+            sampling,
+            {name: collected(name) for name in INDICATORS},
+            collected("average"),
+            collected("values") if has_values else None,
+        )
+
+    @property
+    def settled(self) -> NDArray[np.bool_]:
+        """Whether each run has signals: its motion repeats."""
+        return np.array([status == "periodic" for status in self.statuses])
+
+    @property
+    def residual(self) -> Array:
+        """Averages (r, c, p) without mean and orders of meshes."""
+        points = np.moveaxis(self.average, -1, 0)
+        flat = points.reshape(len(points), -1)
+        residual = residual_of(flat, self.sampling.orders).reshape(points.shape)
+        return np.moveaxis(residual, 0, -1)
+
+
+def run_warnings(runs: FaultRuns) -> Iterator[str]:
+    """A line on runs without signals."""
+    lost = [status for status in runs.statuses if status != "periodic"]
+    if lost:
+        kinds = sorted({status.partition(":")[0] for status in lost})
+        counts = ", ".join(
+            f"{sum(s.startswith(kind) for s in lost)} {kind}" for kind in kinds
+        )
+        yield with_code(
+            "W48",
+            f"{len(lost)} of {pluralize(len(runs.statuses), 'run')} have no signals: "
+            f"{counts}",
+        )
+
+
+def indicator_column(signal: str, indicator: str) -> str:
+    """Name of the column of an indicator of a signal, such as mesh1_dte_rms_m."""
+    unit = next(suffix for suffix in SUFFIXES if signal.endswith(suffix))
+    name = f"{signal.removesuffix(unit)}_{indicator}"
+    return name if indicator in UNITLESS else name + unit
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class FaultSignalsResult(StudyResult):
+    """A labelled set of signals.
+
+    gear : name of the one over whose turns signals are averaged
+    labels : (r,) values of axes and settings by column
+    runs : signals and indicators
+    tooth : (p,) of the gear at the pitch point of its first mesh, from 1
+    """
+
+    study: Any
+    facts: TrainFacts
+    gear: str
+    labels: Mapping[str, NDArray[Any]]
+    runs: FaultRuns
+    tooth: NDArray[np.int64]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        study, runs = self.study, self.runs
+        return {
+            **self.facts.summary,
+            "gear": self.gear,
+            "turns": study.turns,
+            "samples_per_mesh_cycle": study.samples,
+            "axes": [
+                {"axis": name, "column": column, **_range(self.labels[column])}
+                for name, column in self._axes
+            ],
+            "runs": len(runs.statuses),
+            "statuses": {
+                status: runs.statuses.count(status)
+                for status in sorted(set(runs.statuses))
+            },
+            "random_points": study.random is not None,
+            "signals": [self._entry(c) for c in range(len(runs.names))],
+            "warnings": list(self.facts.warnings),
+        }
+
+    @property
+    def _axes(self) -> list[tuple[str, str]]:
+        """Axes and their columns, which are the first after the number of the run."""
+        columns = list(self.labels)[1:]
+        return list(zip(self.study.names, columns, strict=False))
+
+    def _entry(self, c: int) -> dict[str, Any]:
+        """Ranges of the indicators of a signal, in the unit at the end of its name."""
+        name, indicators = self.runs.names[c], self.runs.indicators
+        ranges = {}
+        for key in INDICATORS[:-1]:
+            for end, pick in (("least", np.fmin), ("largest", np.fmax)):
+                value = float(pick.reduce(indicators[key][:, c]))
+                ranges[f"{end}_{key}"] = finite_or_none(value)
+        faulty = self.labels.get("faulty_tooth")
+        named = None if faulty is None else indicators["tooth"][:, c] == faulty
+        return {
+            "signal": name,
+            "unit": unit_of_column(name),
+            **ranges,
+            "runs_with_faulty_tooth": None if named is None else int(named.sum()),
+        }
+
+    @property
+    def _header(self) -> dict[str, str]:
+        study = self.study
+        return {
+            **self.facts.header,
+            "gear": self.gear,
+            "turns": str(study.turns),
+            "samples per mesh cycle": str(study.samples),
+        }
+
+    @property
+    def _columns(self) -> dict[str, NDArray[Any]]:
+        """Labels and indicators (r,) by column."""
+        runs = self.runs
+        indicators = {
+            indicator_column(name, key): runs.indicators[key][:, c]
+            for c, name in enumerate(runs.names)
+            for key in INDICATORS
+        }
+        status = {"settled": runs.settled, "status": np.array(runs.statuses)}
+        return {**self.labels, **status, **indicators}
+
+    @property
+    def table(self) -> Table:
+        """A row for every run."""
+        return Table.of(self._columns, self._header)
+
+    @property
+    def more_tables(self) -> dict[str, Table]:
+        return {"labels": self.table}
+
+    def write(self, path: str | Path) -> None:
+        """Write signals and labels as .h5, .nc or .mat, or labels alone as .csv.
+
+        Parameters
+        ----------
+        path : str or Path
+            File.
+
+        Raises
+        ------
+        InputError
+            If the ending is another one, the file cannot be written, or h5py is
+            missing for .h5.
+        """
+        target = path_of(path)
+        require_ending(target, self.study.endings)
+        if target.suffix.lower() not in DATA_SETS:
+            self.to_csv(target)
+            return
+        attributes = {
+            "made_with": f"fegear {package_version()}",
+            "command": " ".join(["fegear", *self.study.argv]),
+            **{key.replace("/", "_"): text for key, text in self._header.items()},
+        }
+        try:
+            write_data_set(target, attributes, self._groups)
+        except ValueError as error:
+            raise InputError(f"{target}: {error}") from None
+
+    @property
+    def _groups(self) -> dict[str, dict[str, DataArray]]:
+        """Arrays of a file of the set, by group."""
+        runs = self.runs
+        labels = {
+            name: DataArray(values, ("run",), self._attributes(name))
+            for name, values in self._columns.items()
+        }
+        points = len(self.tooth)
+        turn = {
+            "angle_deg": 360.0 * np.arange(points) / points,
+            "tooth": self.tooth,
+        }
+        groups = {
+            "labels": labels,
+            "turn": {
+                name: DataArray(values, ("point",), self._attributes(name))
+                for name, values in turn.items()
+            },
+            "averages": self._by_signal(runs.average, "point"),
+            "residuals": self._by_signal(runs.residual, "point"),
+        }
+        if runs.values is not None:
+            groups["signals"] = self._by_signal(runs.values, "sample")
+        return groups
+
+    def _by_signal(self, values: Array, dimension: str) -> dict[str, DataArray]:
+        """Arrays (r, n) by the names of signals; values : (r, c, n)."""
+        return {
+            name: DataArray(
+                values[:, c], ("run", dimension), _attributes_of_signal(name)
+            )
+            for c, name in enumerate(self.runs.names)
+        }
+
+    def _attributes(self, name: str) -> dict[str, str]:
+        table = "average" if name in ("angle_deg", "tooth") else "table"
+        command = "signals" if table == "average" else self.study.command
+        meaning, unit = meaning_and_unit(command, name, table, {})
+        return {"units": unit or "1", **({"long_name": meaning} if meaning else {})}
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        """Residuals and their kurtosis over the first axis, coloured by the second."""
+        return {"plot": self._picture}
+
+    def _picture(self) -> Any:
+        runs, axes = self.runs, self._axes
+        first, second = axes[0][1], axes[1][1] if len(axes) > 1 else None
+        panels = []
+        for c, name in enumerate(runs.names[:SHOWN_SIGNALS]):
+            scale, unit = SCALES[unit_of_column(name)]
+            panels.append(
+                IndicatorPoints(
+                    name=_label(name),
+                    unit=unit,
+                    residual=scale * runs.indicators["residual_rms"][:, c],
+                    kurtosis=runs.indicators["residual_kurtosis"][:, c],
+                )
+            )
+        groups = None if second is None else (_axis_label(second), self.labels[second])
+        return draw_indicators(
+            panels, (_axis_label(first), self.labels[first]), groups, self._title
+        )
+
+    @property
+    def _title(self) -> str:
+        values = self.summary
+        return (
+            f"{values['gear_set']}, model {values['model']}, {values['excitation']}: "
+            f"{pluralize(values['runs'], 'run')}, averages over "
+            f"{pluralize(values['turns'], 'turn')} of {self.gear}"
+        )
+
+    def page(self) -> Page:
+        values = self.summary
+        yield from self.facts.notes
+        yield self._title
+        for axis in values["axes"]:
+            yield (
+                f"{axis['column']}: {axis['count']} values from {axis['least']:.6g} to "
+                f"{axis['largest']:.6g}"
+            )
+        yield RowTable(values["signals"], INDICATOR_COLUMNS, "indicators of the runs")
+
+
+def _range(values: NDArray[Any]) -> dict[str, Any]:
+    return {
+        "least": float(values.min()),
+        "largest": float(values.max()),
+        "count": len(np.unique(values)),
+    }
+
+
+def _attributes_of_signal(name: str) -> dict[str, str]:
+    meaning, _, _ = column_meaning("signals", name).partition("; in a spectrum")
+    return {"units": unit_of_column(name), "long_name": meaning}
+
+
+def _axis_label(column: str) -> str:
+    """A column in words with its unit."""
+    unit = unit_of_column(column)
+    end = unit.replace(" ", "") if unit else ""
+    for suffix in (f"_{end}", "_percent", "_Nm"):
+        column = column.removesuffix(suffix) if unit else column
+    text = column if "." in column else column.replace("_", " ")
+    return f"{text} [{unit}]" if unit else text
+
+
+def _label(name: str) -> str:
+    """Name of a signal without its unit, in words."""
+    for suffix in SUFFIXES:
+        name = name.removesuffix(suffix)
+    return name.replace("_dte", ": transmission error").replace("_", " ")
+
+
+def _count(number_of_runs: int | None) -> str:
+    return "none" if number_of_runs is None else str(number_of_runs)
+
+
+def _span(key: str) -> Any:
+    """The cell of the range of an indicator in the unit that is shown."""
+
+    def text(row: Mapping[str, Any]) -> str:
+        scale = 1.0 if key in UNITLESS else SCALES[row["unit"]][0]
+        ends = row[f"least_{key}"], row[f"largest_{key}"]
+        shown = ("none" if end is None else number(scale * end, 3) for end in ends)
+        return " to ".join(shown)
+
+    return text
+
+
+INDICATOR_COLUMNS: Columns = {
+    "signal": lambda row: _label(row["signal"]),
+    "unit": lambda row: SCALES[row["unit"]][1],
+    "RMS": _span("rms"),
+    "RMS of\nresidual": _span("residual_rms"),
+    "peak of\nresidual": _span("residual_peak"),
+    "kurtosis of\nresidual": _span("residual_kurtosis"),
+    "runs at the\nfaulty tooth": lambda row: _count(row["runs_with_faulty_tooth"]),
+}

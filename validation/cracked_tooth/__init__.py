@@ -1,0 +1,1 @@
+"""Potential energy beside finite elements: healthy and cracked teeth."""
