@@ -390,7 +390,8 @@ class Excitations:
         place = _place(gear_set, mesh) if has_faults(gear_set, mesh) else None
         key = (spec.pair, gears, flanks, errors, torque, settings.positions, place)
         result = self._results.pop(key, None)
-        result = result or self._solved(gear_set, mesh, torque, settings)
+        if result is None:
+            result = self._solved(gear_set, mesh, torque, settings)
         self._results[key] = result  # the one used last is the last to be dropped
         while len(self._results) > MAX_TABLES:
             del self._results[next(iter(self._results))]
