@@ -78,7 +78,7 @@ def _alike_curves(sides: Sequence[ContactSide]) -> list[Array]:
 
 
 def _different_curves(sides: Sequence[ContactSide]) -> list[Array]:
-    """The same of each two teeth that differ."""
+    """Load curves (k, p, 2, j, 4) of the contacts of each two teeth that differ."""
     return [
         _cubics(side, curves.load)
         for side in sides
@@ -110,8 +110,9 @@ def _differences(sides: Sequence[ContactSide]) -> dict[str, Array]:
             continue
         teeth = side.differences
         number = teeth.number[:, cycles % teeth.number.shape[1]]
-        own = curve + (number - 1) * count + contact
-        curve_rows.append(np.where(number > 0, own, first + contact))
+        different_curve = curve + (number - 1) * count + contact
+        row = np.where(number > 0, different_curve, first + contact)
+        curve_rows.append(row)
         rows, of_cycles = _gap_changes(side, number, cycles % len(teeth.gap))
         gap_rows.append(change + of_cycles)
         changes.append(rows)

@@ -18,6 +18,7 @@ from fegear.files.printable import printable
 from fegear.gearset.fault_checks import require_no_faults, without_faults
 from fegear.gearset.faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
+from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import (
     mesh_errors,
     pair_periods,
@@ -335,6 +336,12 @@ def has_faults(
     )
 
 
+def _place(gear_set: GearSet, mesh: int) -> tuple[object, ...]:
+    """On what it depends in a set which faulty teeth meet, and where centres are."""
+    phases = (phase.value for phase in mesh_phases(gear_set))
+    return mesh, tuple(phases), tuple(one.direction for one in gear_set.meshes)
+
+
 @dataclass(frozen=True)
 class Excitations:
     """Excitations of gear sets' meshes; the tables used last are solved once each."""
@@ -380,8 +387,7 @@ class Excitations:
         flanks = tuple(getattr(spec, name) for name in MODIFICATIONS)
         settings = self.source.statics_of(gear_set, mesh)
         settings = replace(settings, positions=positions or settings.positions)
-        # the teeth that meet, and where centres are, depend on the place in the set
-        place = mesh if has_faults(gear_set, mesh) else None
+        place = _place(gear_set, mesh) if has_faults(gear_set, mesh) else None
         key = (spec.pair, gears, flanks, errors, torque, settings.positions, place)
         result = self._results.pop(key, None)
         if result is None:

@@ -207,7 +207,7 @@ class CoupledContacts:
             column = cycle % contacts.curve_rows.shape[1]
             gap = gap + contacts.gap_changes[contacts.gap_rows[:, column]]
             load_curve = contacts.load_curve[contacts.curve_rows[:, column]]
-        alike = contacts._replace(
+        of_cycle = contacts._replace(
             gap=gap,
             load_curve=load_curve,
             errors=contacts.errors[:, :0],
@@ -215,7 +215,7 @@ class CoupledContacts:
             gap_rows=NO_ROWS,
             gap_changes=NO_CHANGES,
         )
-        return replace(self, contacts=alike)
+        return replace(self, contacts=of_cycle)
 
     def different_cycles(
         self, mesh: int
@@ -714,8 +714,8 @@ def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
 def _contacts_of_curves(contacts: Contacts) -> NDArray[np.int64]:
     """Contact of each load curve (r,)."""
     indices = np.arange(len(contacts.load_curve))
-    own = np.arange(len(contacts.curve_rows))
-    indices[contacts.curve_rows] = own[:, None]
+    contact = np.arange(len(contacts.curve_rows))
+    indices[contacts.curve_rows] = contact[:, None]
     return indices
 
 

@@ -111,7 +111,7 @@ def test_tables_that_were_used_last_are_kept(monkeypatch):
     gear_set, solved = load_gear_set("liu-pair"), []
     result = SimpleNamespace(table="table")
 
-    def solve(source, gear_set, mesh, torque):
+    def solve(source, gear_set, mesh, torque, settings):
         solved.append(torque)
         return result
 

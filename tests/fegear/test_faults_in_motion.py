@@ -278,3 +278,23 @@ def test_planetary_sets_have_no_faults_in_motion():
     load = partial(load_gear_set, "planetary-24-36-96", key)
     with pytest.raises(InputError, match="eccentricity_um; not modelled by motions"):
         lumped_system(load(), TORQUE)
+
+
+def test_tables_of_faulty_teeth_belong_to_a_place_in_the_set(elements):
+    """Another phase turns the centres and pairs other teeth; healthy ones are alike."""
+    one, two, healthy, again = (
+        elements.table(
+            load_gear_set(
+                "liu-idler",
+                {"gear.idler.eccentricity_um": size, "mesh.2.phase": phase},
+            ),
+            *(1, TORQUE),
+        )
+        for size in (15.0, 0.0)
+        for phase in (0.0, 0.3)
+    )
+    # by 0.3 of 55 teeth of a turn
+    expected = 2.0 * 15e-6 * np.sin(np.pi * 0.3 / 55)
+    difference = np.abs(one["ste_m"] - two["ste_m"]).max()
+    assert difference == pytest.approx(expected, rel=0.1)
+    assert again is healthy

@@ -114,7 +114,7 @@ def test_slow_motion_has_the_statics_of_every_pair(elements, fault):
     system = system_of(gear_set, "coupled", elements)
     _, history = respond_with_history(system, slow)
     coupled, whole = over_a_turn(history, slow), over_a_turn(motion, slow)
-    assert (coupled - whole).std() < 0.02 * whole.std()
+    assert (coupled - whole).std() < spread * whole.std()
 
 
 @pytest.mark.parametrize("number", ["coupled", "quasistatic"])
@@ -207,12 +207,12 @@ def test_flank_faults_leave_back_flanks_alone(elements):
 def test_neighbours_of_a_crack_are_hardly_changed(elements):
     problem = contact_problem(gears_with("crack"), 0, SOURCE.statics)
     faults = problem.driver_faults
-    own = {
+    changes = {
         tooth: np.abs(faults.change.block(*[faults.clockwise * tooth % 38] * 2)).max()
         for tooth in faults.damaged
     }
-    largest = own.pop(4)
-    assert max(own.values()) < 0.5 * MIN_CHANGE * largest
+    largest = changes.pop(4)
+    assert max(changes.values()) < 0.5 * MIN_CHANGE * largest
 
 
 def test_centers_open_back_flanks_by_what_they_close(elements):
@@ -330,4 +330,4 @@ def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(elements,
     deflection = np.interp(np.arange(len(expected)) * h, time, motion.deflection[:, 0])
     deviation = deflection - expected
     assert deviation.std() < 0.02 * np.std(expected)
-    assert abs(deviation.mean()) < 0.01 * np.mean(expected)
+    assert abs(deviation.mean()) < 0.01 * np.abs(expected).mean()
