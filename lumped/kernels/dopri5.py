@@ -29,7 +29,7 @@ from lumped.kernels.convergence import (
     update_limits,
 )
 from lumped.kernels.excitation import position, set_excitation, set_pitch, value_at
-from lumped.kernels.mesh_force import record, record_before
+from lumped.kernels.mesh_force import record, record_before, record_state
 
 C = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 A = np.array(
@@ -223,14 +223,15 @@ def locate_contact_change(system, excitation, frequency, work, time, h, y):
 
 
 @compiled_part
-def advance(system, excitation, rules, work, y, span, grid, out):
+def advance(system, excitation, rules, work, y, span, grid, recorded):
     """Integrate y (2, n) over span (from, to); returns (status, time reached, error).
 
     The error is the sum of what the steps' estimates say, in the norm of the energy.
 
-    grid : (g,) times at which to record into out (g, 6, m); may be empty
+    grid : (g,) times at which to record, may be empty; recorded : out (g, 6, m) and
+        states (g, 2, n) or (0, 2, n)
     """
-    frequency, stops = rules.frequency, excitation.stops
+    frequency, stops, (out, states) = rules.frequency, excitation.stops, recorded
     contact, stiffness, gap, s = work.contact, work.stiffness, work.gap, work.deflection
     time, end = span
     stop, row, h, at_corner, total = 0, 0, 1.0 / 64.0, True, 0.0
@@ -274,6 +275,7 @@ def advance(system, excitation, rules, work, y, span, grid, out):
             theta = (grid[row] - time) / h_now
             set_dense_output(work.slopes, y, h_now / frequency, theta, work.trial)
             record_row(system, excitation, work, grid[row], out[row])
+            record_state(states, row, work.trial[0], work.trial[1])
             set_pitch(excitation, time, 1)
             row += 1
         accept_step(work.end, y)
@@ -346,13 +348,13 @@ def make_work(system, excitation, limits):
 
 
 @compiled
-def record_dopri5(system, excitation, rules, span, state, grid, out):
+def record_dopri5(system, excitation, rules, span, state, grid, recorded):
     """Integrate over a span and record at the grid's times; returns (status, time).
 
-    rules : AdaptiveRules
+    rules : AdaptiveRules; recorded : see `advance`
     """
     work = make_work(system, excitation, np.zeros((2, system.shapes.shape[0])))
-    status, time, _ = advance(system, excitation, rules, work, state, span, grid, out)
+    status, time, _ = advance(system, excitation, rules, work, state, span, grid, recorded)
     return status, time
 
 
@@ -371,13 +373,14 @@ def settle_dopri5(
     work = make_work(system, excitation, convergence.limits)
     first = excitation.pitches[:, PITCH].copy()
     no_times, no_rows = np.empty(0), np.empty((0, 6, system.shapes.shape[0]))
+    nowhere = no_rows, np.empty((0, 2, state.shape[1]))
     for _ in range(max_periods):
         begin_period(convergence)
         error = 0.0
         for number in range(count):
             excitation.pitches[:, PITCH] = first + number * pitches
             status, time, part = advance(
-                system, excitation, rules, work, state, (0.0, length), no_times, no_rows
+                system, excitation, rules, work, state, (0.0, length), no_times, nowhere
             )
             error += part
             if status != FINISHED:

@@ -299,9 +299,7 @@ class LoadedState:
 
 def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem:
     """System in the form that the kernels take, without the ingredients left out."""
-    if "body" in coupled.without:
-        zeros = np.zeros_like(coupled.inertia_rows), np.zeros_like(coupled.work)
-        coupled = replace(coupled, inertia_rows=zeros[0], work=zeros[1])
+    coupled = _with_inertia(coupled)
     system, hubs = _in_mean_axes(
         *_with_body_modes(coupled, train), coupled.body_modes.pair_whirl
     )
@@ -312,6 +310,42 @@ def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem
             loaded = loaded_state(system, start)
             system = system._replace(contacts=leave_out(system, loaded))
     return system._replace(damping=_damping(system, hubs, train, coupled.body_modes))
+
+
+@dataclass(frozen=True, eq=False)
+class HubOutputs:
+    """Quantities k of the hubs of a coupled model of n coordinates and c contacts.
+
+    They are offset + rows q + sum over the contacts of their loads times per_load.
+
+    offset : (k,); rows : (k, n); per_load : (c, p + 1, k) [1/N]
+    """
+
+    offset: Array
+    rows: Array
+    per_load: Array
+
+
+def hub_outputs(
+    coupled: CoupledContacts, train: ModalTrain, shapes: Array
+) -> HubOutputs:
+    """Quantities of the hubs, as `coupled_system` has the deflections of the meshes.
+
+    shapes : (k, n) quantities per modal coordinate of the hubs
+    """
+    system, _ = _in_mean_axes(
+        *_with_body_modes(_with_inertia(coupled), replace(train, shapes=shapes)),
+        coupled.body_modes.pair_whirl,
+    )
+    return HubOutputs(system.offset, system.shapes, system.ahead)
+
+
+def _with_inertia(coupled: CoupledContacts) -> CoupledContacts:
+    """The contacts, without the inertia of the bodies where that is left out."""
+    if "body" not in coupled.without:
+        return coupled
+    zeros = np.zeros_like(coupled.inertia_rows), np.zeros_like(coupled.work)
+    return replace(coupled, inertia_rows=zeros[0], work=zeros[1])
 
 
 def _initial_coordinates(train: ModalTrain, system: CoupledSystem) -> Array:

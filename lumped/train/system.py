@@ -27,11 +27,13 @@ from lumped.train.at_rest import (
 )
 from lumped.train.coupled import (
     CoupledContacts,
+    HubOutputs,
     LoadedState,
     ModalTrain,
     contact_grid,
     coupled_steps,
     coupled_system,
+    hub_outputs,
     loaded_state,
     static_transmission_error,
 )
@@ -250,9 +252,21 @@ class LumpedSystem:
         """Coupled model in the form that the kernels take, None for models 1 to 3."""
         if self.contacts is None:
             return None
+        return coupled_system(self.contacts, self._modal_train)
+
+    @cached_property
+    def hub_outputs(self) -> HubOutputs:
+        """Displacements of the hubs of the coupled model in the train's coordinates."""
+        contacts = require_present(self.contacts, COUPLED_MODEL)
+        shapes = self.modes.shapes[:, self.moving]
+        return hub_outputs(contacts, self._modal_train, shapes)
+
+    @property
+    def _modal_train(self) -> ModalTrain:
+        """The train without its meshes, in the modes that take part."""
         modal, shapes = self.arrays, self.arrays.shapes
         meshes = np.einsum("m,mi,mj->ij", modal.mean_stiffness, shapes, shapes)
-        train = ModalTrain(
+        return ModalTrain(
             stiffness=np.diag(modal.rigidity) - meshes,
             damping=modal.damping,
             load=modal.load,
@@ -260,7 +274,6 @@ class LumpedSystem:
             rate=np.array([float(rate) for rate in self.train.mesh_rates]),
             start=modal.load / modal.rigidity,
         )
-        return coupled_system(self.contacts, train)
 
     @cached_property
     def rotating_frame(self) -> RotatingFrame | None:
