@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -13,39 +13,82 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from fegear.files.output import TO_SINGLE_TABLE
+from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_in_cycles
-from fegear.gearset.speeds import SECONDS_PER_MINUTE
-from fegear.studies.columns import unit_of_column
+from fegear.studies.axes import written_limits
 from fegear.studies.motion import Motion, MotionProblem
-from fegear.studies.page import Columns, Page, RowTable, number
-from fegear.studies.study import Draw, Job, StudyResult, Task, display_name, setting
-from fegear.studies.table import Table, finite_or_none
-from fegear.studies.train_problem import TrainFacts
-from fegear.studies.trains import SPRINGS, lumped_model, with_frequencies
+from fegear.studies.signals_result import SignalsResult, TurningGear
+from fegear.studies.study import PLOT, Job, Task, display_name, setting
+from fegear.studies.trains import (
+    COUPLED,
+    FREQUENCY,
+    RPM,
+    RPM_HELP,
+    lumped_model,
+    with_frequencies,
+)
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.options import Range
-from lumped.figures.turn_averages import AverageCurves, draw_turn_averages
 from lumped.signals.averages import TurnAverage, synchronous_average
-from lumped.signals.sensors import CoordinateMotion, sensor_signals, with_noise
+from lumped.signals.coordinate_motion import (
+    CoordinateMotion,
+    coordinate_motion,
+    ramp_pieces,
+)
+from lumped.signals.orders import (
+    MIN_PULSES,
+    order_map,
+    pulse_times,
+    resample_at,
+    times_at_angles,
+)
+from lumped.signals.sensors import signals_of_pieces, with_noise
+from lumped.steady.motion import DivergedError, bounded_response
+from lumped.steady.ramps import SpeedRamp
+from lumped.steady.response import Response
 from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Diverged, Speed
+from lumped.steady.steppers import stepper_of, steps_per_period
+from lumped.steady.truncation_check import check_truncation
 
 Array = NDArray[np.float64]
 # Steps per period of the fastest mesh, unless given: kinks of mesh forces between fewer
 # steps change signals by 0.2 %, between these by 0.01 %
 DEFAULT_STEPS = 256
 MAX_SAMPLES = 5_000_000
-SHOWN_SIGNALS = 4  # in the picture
-SCALES = {"m": (1e6, "um"), "rad/s": (1e3, "mrad/s"), "N": (1.0, "N")}
+MAX_HARMONIC = 8.5  # of the gear's mesh, in order maps
 MORE_TABLES = MappingProxyType(
     {
         "average": "Write the averages over a turn of the gear and their residuals "
         f"{TO_SINGLE_TABLE}.",
         "spectrum": "Write the amplitudes of the averages at the orders of the gear "
         f"{TO_SINGLE_TABLE}.",
+        "orders": "Write the spectra over windows of turns, by orders of the gear, "
+        f"{TO_SINGLE_TABLE}.",
     }
 )
+
+
+def speed_or_ramp(text: str) -> float | tuple[float, float]:
+    """A speed, or two A:B from one to the other."""
+    speeds = [float(part) for part in text.split(":")]
+    if len(speeds) == 1:
+        return speeds[0]
+    if len(speeds) != 2:
+        raise ValueError("must be a speed, or A:B from one to another")
+    return speeds[0], speeds[1]
+
+
+def written_ramp(speed: float | tuple[float, float]) -> str:
+    """Text from which `speed_or_ramp` reads this speed or these."""
+    return written_limits(speed if isinstance(speed, tuple) else (speed,))
+
+
+def ramp_setting(text: str, allowed: Range) -> Any:
+    """A setting of a speed, or of two between which it rises or falls."""
+    how: dict[str, Any] = {"parse": speed_or_ramp, "write": written_ramp}
+    return setting(None, text, allowed, metavar="A|A:B", **how)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,63 +101,114 @@ class Signals(
 
     Transmission errors, deviations of angular speeds and bearing forces, averaged over
     the turns of a gear: sidebands of the mesh, and the tooth that differs from others.
+    At constant speed, or through a ramp of the speed with order tracking.
     """
 
     more_tables = MORE_TABLES
+    pictures = PLOT | {
+        "order_map": f"Draw the spectra over speed and orders {INTO_PICTURE}; with a "
+        "ramp of the speed."
+    }
     has_rolling = False
 
+    speed: float | tuple[float, float] | None = ramp_setting(  # type: ignore[assignment]
+        "Mesh frequency of the first mesh [Hz], or A:B from one to another at a "
+        "constant rate; this or --rpm. [default: none]",
+        FREQUENCY,
+    )
+    rpm: float | tuple[float, float] | None = ramp_setting(  # type: ignore[assignment]
+        RPM_HELP.format("--speed").replace(" [rpm]", " [rpm], or A:B"), RPM
+    )
+    seconds: float | None = setting(
+        None, "Duration of a ramp A:B [s]. [default: none]", Range(1e-6, 1e7, "s")
+    )
     gear_name: str = setting(
         "",
         "Name of the gear over whose turns signals are averaged. [default: driver of "
         "the first mesh]",
         option="--gear",
     )
-    turns: int = setting(16, "Number of turns of the gear.", Range(1, 10_000))
-    samples: int = setting(64, "Number of samples per mesh cycle.", Range(8, 1024))
+    turns: int = setting(
+        16, "Number of turns of the gear at constant speed.", Range(1, 10_000)
+    )
+    samples: int = setting(
+        64,
+        "Number of samples per mesh cycle of the gear, at the highest speed of a ramp.",
+        Range(8, 1024),
+    )
     noise_percent: float = setting(
         0.0,
         "Standard deviation of white noise, over that of each signal [%].",
         Range(0.0, 10_000.0, unit="%"),
     )
     seed: int = setting(0, "Seed of the noise.", Range(0, 2**32 - 1))
-    model: LumpedModel = lumped_model(SPRINGS, 1)
+    pulses: int = setting(
+        0,
+        "Pulses per turn of a tachometer on the gear, from which its angle follows by "
+        "cubic interpolation; 0 takes the angle of the nominal speed.",
+        Range(0, 1024),
+    )
+    window: int = setting(
+        4,
+        "Turns of the gear in a window of the spectra over turns, or all turns if they "
+        "are fewer.",
+        Range(1, 10_000),
+    )
+    model: LumpedModel = lumped_model(COUPLED, 1)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        seconds = display_name(self, "seconds")
+        if self.is_ramp and self.seconds is None:
+            raise InputError(f"{seconds} is missing; a ramp of the speed needs it")
+        if not self.is_ramp and self.seconds is not None:
+            raise InputError(f"{seconds} = {self.seconds:g}; needs a speed A:B")
+        for name in ("speed", "rpm"):
+            ends = getattr(self, name)
+            if isinstance(ends, tuple) and ends[0] == ends[1]:
+                shown = f"{display_name(self, name)} = {written_limits(ends)}"
+                raise InputError(f"{shown}; the speeds of a ramp must differ")
+
+    @property
+    def is_ramp(self) -> bool:
+        """Whether the speed rises or falls."""
+        return isinstance(self.speed, tuple) or isinstance(self.rpm, tuple)
+
+    @property
+    def mesh_frequencies(self) -> tuple[float, float]:
+        """Mesh frequencies of the first mesh at the start and at the end [Hz]."""
+        speed = self.speed
+        return speed if isinstance(speed, tuple) else (self.frequency, self.frequency)
+
+    @property
+    def frequency(self) -> float:
+        """Mesh frequency of the first mesh at the start [Hz]."""
+        if isinstance(self.speed, tuple):
+            return self.speed[0]
+        return super().frequency
+
+    def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        if self.is_ramp:
+            if self.turns != type(self).turns:
+                yield "turns", "a ramp lasts {seconds}"
+            if self.integration.method != "rk4":
+                yield "method", "a ramp takes rk4 only"
+        else:
+            yield "order_map", "needs {speed} A:B"
 
     def prepare(self) -> SignalsProblem:
         speeds = {"speed": self.rpm, "from_speed": self.from_rpm}
         problem = SignalsProblem.of(with_frequencies(self, speeds))
-        if problem.model.number == "coupled" or problem.model.friction:
-            name = "friction" if self.model.friction else "number"
-            raise self.rejection(name, "signals are of models 1 to 3 without friction")
+        if problem.model.friction:
+            raise self.rejection("friction", "signals are without friction")
         _ = problem.turning  # refuses a gear that is not there
         return problem
 
 
-@dataclass(frozen=True)
-class TurningGear:
-    """A gear by its turns.
-
-    index, mesh : of the gear and of its first mesh, from 0
-    rate : cycles of that mesh per cycle of the first mesh
-    phase : of that mesh at the start; where it is whole, a tooth is at the pitch point
-    orders : cycles per turn of the gear whose multiples are those of meshes
-    """
-
-    index: int
-    name: str
-    teeth: int
-    mesh: int
-    rate: Fraction
-    phase: float
-    orders: tuple[int, ...]
-
-    def turn_frequency(self, mesh_frequency: float) -> float:
-        """Turns per second at a frequency of the first mesh [Hz]."""
-        return mesh_frequency * float(self.rate) / self.teeth
-
-
 @dataclass(frozen=True, eq=False)
 class SignalsProblem(MotionProblem):
-    """A train at one torque and speed, with the gear whose turns count."""
+    """A train at one torque, at a speed or through a ramp, with the gear whose turns
+    count."""
 
     study: Signals
 
@@ -122,6 +216,8 @@ class SignalsProblem(MotionProblem):
     def integration(self) -> Settings:
         """Numerical settings of the motion, in enough steps for its signals."""
         settings: Settings = self.study.integration
+        if self.model.number == "coupled":
+            return settings
         return replace(settings, steps=settings.steps or DEFAULT_STEPS)
 
     @cached_property
@@ -131,20 +227,13 @@ class SignalsProblem(MotionProblem):
         if gears.carrier is not None:
             raise InputError(f"{gears.name}: planetary sets have no signals here")
         index = _gear_index(gears, study)
-        teeth = gears.gears[index].geometry.teeth
-        samples = study.turns * teeth * study.samples
-        if samples > MAX_SAMPLES:
-            raise InputError(
-                f"{display_name(study, 'turns')} = {study.turns}; {teeth} teeth and "
-                f"{study.samples} samples per mesh cycle make {samples} samples, at "
-                f"most {MAX_SAMPLES} are allowed"
-            )
         train = self.system.train
         rates = train.mesh_rates
         mesh = next(m for m, one in enumerate(gears.meshes) if index in one.gears)
+        teeth = gears.gears[index].geometry.teeth
         # a multiple that is no whole order is not in an average
         orders = {(teeth * rate / rates[mesh]).numerator for rate in rates}
-        return TurningGear(
+        turning = TurningGear(
             index=index,
             name=gears.gears[index].name,
             teeth=teeth,
@@ -153,6 +242,41 @@ class SignalsProblem(MotionProblem):
             phase=train.meshes[mesh].phase,
             orders=tuple(sorted(orders)),
         )
+        self._require_length(turning)
+        return turning
+
+    def _require_length(self, turning: TurningGear) -> None:
+        """Refuse signals that are too long, or a ramp too short for a turn."""
+        study, ramp = self.study, self.ramp_of(turning)
+        turns = turning.turns(ramp.cycles)
+        needed = max(1, MIN_PULSES / study.pulses if study.pulses else 1)
+        if study.is_ramp and turns < needed:
+            raise InputError(
+                f"{display_name(study, 'seconds')} = {study.seconds:g}; "
+                f"{turning.name} turns {turns:.3g} times, {needed:g} turns are needed"
+            )
+        samples = round(ramp.duration * self._sampling_rate(turning))
+        if samples > MAX_SAMPLES:
+            name, value = "turns", f"{study.turns}"
+            if study.is_ramp:
+                name, value = "seconds", f"{study.seconds:g}"
+            raise InputError(
+                f"{display_name(study, name)} = {value}; {turning.teeth} teeth and "
+                f"{study.samples} samples per mesh cycle make {samples} samples, at "
+                f"most {MAX_SAMPLES} are allowed"
+            )
+
+    def ramp_of(self, turning: TurningGear) -> SpeedRamp:
+        """Speed over the time of the signals, also where it is constant."""
+        study = self.study
+        start, end = study.mesh_frequencies
+        duration = study.seconds or study.turns / turning.turn_frequency(start)
+        return SpeedRamp(start=start, end=end, duration=duration)
+
+    def _sampling_rate(self, turning: TurningGear) -> float:
+        """Samples per second, of the highest speed."""
+        highest = turning.turn_frequency(max(self.study.mesh_frequencies))
+        return highest * turning.teeth * self.study.samples
 
     def tasks(self) -> Iterator[Task]:
         yield Task("signals", self._measured)
@@ -160,33 +284,92 @@ class SignalsProblem(MotionProblem):
     def _measured(self, job: Job) -> SignalsResult:
         """The signals; DivergedError where the motion has no bound."""
         study, turning = self.study, self.turning
-        motion, _ = self.settled_motion(job)
-        if not motion.response.multiple:
+        ramp = self.ramp_of(turning)
+        state, observer = self.start_state(job)
+        response, _, settings = bounded_response(
+            self.system, study.frequency, self.integration, state, observer.callback
+        )
+        checks = check_truncation(
+            self.system, [response], self.integration, observer.callback
+        )
+        time = self._times(ramp)
+        try:
+            pieces = self._pieces(response, settings, ramp)
+            clean, rotation = signals_of_pieces(pieces, time, turning.index)
+        except Diverged as error:
+            raise DivergedError(study.frequency, error.part) from None
+        signals = with_noise(clean, 0.01 * study.noise_percent, study.seed)
+        values = np.stack(list(signals.values()), axis=1)
+        per_turn = turning.teeth * study.samples
+        tracked = self._over_angle(ramp, time, values, rotation)
+        average, turns = synchronous_average(tracked, per_turn, per_turn)
+        window = min(study.window, turns)
+        return SignalsResult(
+            study=study,
+            facts=self.facts(self.single_torque, response, checks),
+            torque=self.single_torque,
+            gear=turning,
+            ramp=ramp,
+            time=time,
+            names=tuple(signals),
+            values=values,
+            average=TurnAverage(average, turns, turning.orders),
+            orders=order_map(tracked, per_turn, window, MAX_HARMONIC * turning.teeth),
+            tooth=self._tooth_at_pitch_point(per_turn),
+            turns_of_motion=self._turns_of_motion(response.multiple or 1),
+        )
+
+    def _times(self, ramp: SpeedRamp) -> Array:
+        """Times of the samples (t,) [s]."""
+        study, turning = self.study, self.turning
+        rate = self._sampling_rate(turning)
+        if study.is_ramp:
+            count = 1 + int(ramp.duration * rate)
+        else:  # with that at the last pulse
+            count = study.turns * turning.teeth * study.samples + bool(study.pulses)
+        return np.arange(count) / rate
+
+    def _pieces(
+        self, response: Response, settings: Settings, ramp: SpeedRamp
+    ) -> Iterable[CoordinateMotion]:
+        """Motion of all coordinates, over the time after which it repeats or a ramp."""
+        study, system = self.study, self.system
+        if study.is_ramp:
+            return ramp_pieces(system, ramp, settings, response.state)
+        if not response.multiple:
             raise InputError(
                 f"the motion at {study.frequency:g} Hz does not repeat; signals are "
                 "those of one that does"
             )
-        per_turn = turning.teeth * study.samples
-        count = study.turns * per_turn
-        turn_time = 1.0 / turning.turn_frequency(study.frequency)
-        time = turn_time * np.arange(count) / per_turn
-        periodic = CoordinateMotion(motion.system, motion.history)
-        clean = sensor_signals(periodic, time)
-        signals = with_noise(clean, 0.01 * study.noise_percent, study.seed)
-        values = np.stack(list(signals.values()), axis=1)
-        average, turns = synchronous_average(values, per_turn, per_turn)
-        return SignalsResult(
-            study,
-            self.facts(self.single_torque, motion, ()),
-            self.single_torque,
-            turning,
-            time,
-            tuple(signals),
-            values,
-            TurnAverage(average, turns, turning.orders),
-            self._tooth_at_pitch_point(per_turn),
-            self._turns_of_motion(motion.response.multiple),
+        speed = Speed(study.frequency, settings)
+        _, history = stepper_of(system, settings).record(
+            response.state, speed, response.multiple, with_states=True
         )
+        steps = steps_per_period(system, study.frequency, settings)
+        return [coordinate_motion(system, history, steps)]
+
+    def _over_angle(
+        self, ramp: SpeedRamp, time: Array, values: Array, rotation: Array
+    ) -> Array:
+        """Signals (k, c) at equal angles over whole turns of the gear.
+
+        rotation : (t,) of the gear by vibration at the times of the samples [rad]
+        """
+        study, turning = self.study, self.turning
+        per_turn = turning.teeth * study.samples
+        if not (study.is_ramp or study.pulses):
+            return values
+        turns = turning.turns(ramp.cycles_at(time))
+        if study.pulses:
+            turns = turns + (rotation - rotation[0]) / (2.0 * np.pi)
+            pulse = pulse_times(time, turns, study.pulses)
+            whole = (pulse.size - 1) // study.pulses
+            angle = np.arange(whole * per_turn) / per_turn
+            at = times_at_angles(pulse, study.pulses, angle)
+        else:
+            angle = np.arange(int(turns[-1]) * per_turn) / per_turn
+            at = ramp.time_at(angle * turning.teeth / float(turning.rate))
+        return resample_at(time, values, np.clip(at, 0.0, time[-1]))
 
     def _turns_of_motion(self, multiple: int) -> int:
         """Turns of the gear after which the motion repeats.
@@ -220,199 +403,3 @@ def _gear_index(gears: GearSet, study: Signals) -> int:
             f"{', '.join(names)}"
         )
     return meshing[names.index(study.gear_name)]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class SignalsResult(StudyResult):
-    """Signals at equal steps of time, and their averages over turns of a gear.
-
-    torque : on the input gear [N m]
-    gear : over whose turns signals are averaged
-    time : (t,) [s]
-    names : of the c signals, with their units
-    values : (t, c) samples
-    average : over the turns
-    tooth : (p,) of the gear at the pitch point of its first mesh, from 1
-    turns_of_motion : of the gear, after which the motion repeats
-    """
-
-    study: Signals
-    facts: TrainFacts
-    torque: float
-    gear: TurningGear
-    time: Array
-    names: tuple[str, ...]
-    values: Array
-    average: TurnAverage
-    tooth: NDArray[np.int64]
-    turns_of_motion: int
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        study, turn_frequency = self.study, self._turn_frequency
-        return {
-            **self.facts.summary,
-            "torque_Nm": self.torque,
-            "speed_Hz": study.frequency,
-            "gear": self.gear.name,
-            "gear_speed_rpm": SECONDS_PER_MINUTE * turn_frequency,
-            "turns": self.average.turns,
-            "motion_repeats_turns": self.turns_of_motion,
-            "sampling_rate_Hz": turn_frequency * self.gear.teeth * study.samples,
-            "noise_percent": study.noise_percent,
-            "mesh_orders": list(self.gear.orders),
-            "signals": [self._entry(c) for c in range(len(self.names))],
-            "warnings": list(self.facts.warnings),
-        }
-
-    @property
-    def _turn_frequency(self) -> float:
-        return self.gear.turn_frequency(self.study.frequency)
-
-    def _entry(self, c: int) -> dict[str, Any]:
-        """What the average of a signal tells, in the unit at the end of its name."""
-        average, has_residual = self.average, bool(self.average.has_residual[c])
-        amplitude = average.amplitude[:, c]
-        orders = np.arange(amplitude.size)
-        of_mesh = np.any([orders % order == 0 for order in average.orders], axis=0)
-        sidebands = np.where(of_mesh, 0.0, amplitude)
-        squares = np.bincount(self.tooth, average.residual[:, c] ** 2)
-        return {
-            "signal": self.names[c],
-            "unit": unit_of_column(self.names[c]),
-            "mesh_amplitude": float(amplitude[1:][of_mesh[1:]].max()),
-            "sideband_amplitude": float(sidebands.max()),
-            "sideband_order": int(sidebands.argmax()) if has_residual else None,
-            "residual_rms": float(np.sqrt((average.residual[:, c] ** 2).mean())),
-            "residual_peak": float(average.peak[c]),
-            "residual_kurtosis": finite_or_none(float(average.kurtosis[c])),
-            "residual_peak_angle_deg": finite_or_none(360.0 * average.peak_turn[c]),
-            # as many points for every tooth, unlike the peak, which may be at its ends
-            "tooth": int(squares.argmax()) if has_residual else None,
-        }
-
-    @property
-    def _header(self) -> dict[str, str]:
-        study = self.study
-        return {
-            **self.facts.header,
-            "gear": self.gear.name,
-            "turns": str(self.average.turns),
-            "noise [%]": f"{study.noise_percent:g}, seed {study.seed}",
-        }
-
-    @property
-    def table(self) -> Table:
-        """A row for every sample."""
-        turns = self.time * self._turn_frequency
-        columns = {"time_s": self.time, "turns_of_gear": turns}
-        return Table.of(columns | self._columns(self.values), self._header)
-
-    def _columns(self, values: Array, prefix: str = "") -> dict[str, Array]:
-        return {f"{prefix}{name}": values[:, c] for c, name in enumerate(self.names)}
-
-    @property
-    def more_tables(self) -> dict[str, Table]:
-        """A row for every angle of the average, and for every order."""
-        average, teeth = self.average, self.gear.teeth
-        points, order = len(average.values), np.arange(len(average.amplitude))
-        harmonic = np.floor(order / teeth + 0.5).astype(int)
-        over_turn = {
-            "angle_deg": 360.0 * np.arange(points) / points,
-            "tooth": self.tooth,
-            **self._columns(average.values),
-            **self._columns(average.residual, "residual_"),
-        }
-        over_order = {
-            "order": order,
-            "frequency_Hz": order * self._turn_frequency,
-            "mesh_harmonic": harmonic,
-            "sideband": order - harmonic * teeth,
-            **self._columns(average.amplitude),
-        }
-        return {
-            "average": Table.of(over_turn, self._header),
-            "spectrum": Table.of(over_order, self._header),
-        }
-
-    @property
-    def figures(self) -> dict[str, Draw]:
-        """Average, residual and spectrum of the first signals."""
-        return {"plot": self._picture}
-
-    def _picture(self) -> Any:
-        curves = [self._curves(c) for c in range(len(self.names))[:SHOWN_SIGNALS]]
-        noise = self.study.noise_percent
-        title = f"{self._title}{f', {noise:g} % noise' if noise else ''}"
-        angle = np.arange(len(self.tooth)) / len(self.tooth)
-        start = 1.0 + self.gear.phase % self.gear.teeth
-        tooth = start + self.gear.teeth * angle
-        return draw_turn_averages(curves, tooth, self.gear.orders, title)
-
-    def _curves(self, c: int) -> AverageCurves:
-        average, name = self.average, self.names[c]
-        scale, unit = SCALES[unit_of_column(name)]
-        values = scale * average.values[:, c]
-        return AverageCurves(
-            name=f"{_label(name)}\n[{unit}]",
-            average=values - values.mean(),
-            residual=scale * average.residual[:, c],
-            amplitude=scale * average.amplitude[:, c],
-            has_residual=bool(average.has_residual[c]),
-        )
-
-    @property
-    def _title(self) -> str:
-        values = self.summary
-        return (
-            f"{values['gear_set']} at {values['speed_Hz']:g} Hz and "
-            f"{self.torque:g} N m, model {values['model']}, {values['excitation']}: "
-            f"{self.average.turns} turns of {self.gear.name} at "
-            f"{values['gear_speed_rpm']:.5g} rpm"
-        )
-
-    def page(self) -> Page:
-        values = self.summary
-        yield from self.facts.notes
-        yield self._title
-        yield RowTable(values["signals"], SIGNAL_COLUMNS, "averages over a turn")
-        if self.average.turns % self.turns_of_motion:
-            yield (
-                f"the motion repeats after {self.turns_of_motion} turns; averages over "
-                "other numbers of turns, but their multiples, contain a part of other "
-                "meshes and gears"
-            )
-
-
-def _label(name: str) -> str:
-    """Name of a signal without its unit, in words."""
-    for suffix in ("_m", "_rad_per_s", "_N"):
-        name = name.removesuffix(suffix)
-    for short, text in (("_dte", ": transmission error"), ("_speed", ": speed")):
-        name = name.replace(short, text)
-    return name.replace("_", " ")
-
-
-def _scaled(name: str) -> Callable[[Any], str]:
-    """The cell of a value in the unit that is shown."""
-    return lambda row: number(SCALES[row["unit"]][0] * row[name], 3)
-
-
-def _tooth_text(row: Any) -> str:
-    return "none" if row["tooth"] is None else str(row["tooth"])
-
-
-def _kurtosis_text(row: Any) -> str:
-    kurtosis = row["residual_kurtosis"]
-    return "none" if kurtosis is None else number(kurtosis, 3)
-
-
-SIGNAL_COLUMNS: Columns = {
-    "signal": lambda row: _label(row["signal"]),
-    "unit": lambda row: SCALES[row["unit"]][1],
-    "at orders\nof meshes": _scaled("mesh_amplitude"),
-    "largest\nsideband": _scaled("sideband_amplitude"),
-    "largest\nresidual": _scaled("residual_peak"),
-    "at tooth": _tooth_text,
-    "kurtosis of\nresidual": _kurtosis_text,
-}

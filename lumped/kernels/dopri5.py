@@ -231,7 +231,7 @@ def advance(system, excitation, rules, work, y, span, grid, recorded):
     grid : (g,) times at which to record, may be empty; recorded : out (g, 6, m) and
         states (g, 2, n) or (0, 2, n)
     """
-    frequency, stops, (out, states) = rules.frequency, excitation.stops, recorded
+    frequency, stops = rules.frequency, excitation.stops
     contact, stiffness, gap, s = work.contact, work.stiffness, work.gap, work.deflection
     time, end = span
     stop, row, h, at_corner, total = 0, 0, 1.0 / 64.0, True, 0.0
@@ -274,8 +274,7 @@ def advance(system, excitation, rules, work, y, span, grid, recorded):
         while row < grid.size and grid[row] <= time + h_now:
             theta = (grid[row] - time) / h_now
             set_dense_output(work.slopes, y, h_now / frequency, theta, work.trial)
-            record_row(system, excitation, work, grid[row], out[row])
-            record_state(states, row, work.trial[0], work.trial[1])
+            record_row(system, excitation, work, grid[row], row, recorded)
             set_pitch(excitation, time, 1)
             row += 1
         accept_step(work.end, y)
@@ -290,9 +289,10 @@ def advance(system, excitation, rules, work, y, span, grid, recorded):
 
 
 @compiled_part
-def record_row(system, excitation, work, time, out):
-    """Record the trial state, see `record`."""
-    q, v = work.trial[0], work.trial[1]
+def record_row(system, excitation, work, time, row, recorded):
+    """Record the trial state as a row, see `record` and `record_state`."""
+    q, v, out = work.trial[0], work.trial[1], recorded[0][row]
+    record_state(recorded[1], row, q, v)
     set_pitch(excitation, time, 1)
     set_excitation(excitation, time, 1, work.stiffness, work.gap)
     record(system, work.stiffness, work.gap, q, v, out)
@@ -354,7 +354,8 @@ def record_dopri5(system, excitation, rules, span, state, grid, recorded):
     rules : AdaptiveRules; recorded : see `advance`
     """
     work = make_work(system, excitation, np.zeros((2, system.shapes.shape[0])))
-    status, time, _ = advance(system, excitation, rules, work, state, span, grid, recorded)
+    arguments = work, state, span, grid, recorded
+    status, time, _ = advance(system, excitation, rules, *arguments)
     return status, time
 
 

@@ -86,7 +86,7 @@ def record(system, stiffness, gap, q, v, out):
 
 @inlined
 def record_state(states, row, q, v):
-    """Displacements and velocities (n,) as a row of states (t, 2, n), if it is there."""
+    """Record displacements and velocities (n,) in a row of states (t, 2, n), if any."""
     if row < states.shape[0]:
         for i in range(q.size):
             states[row, 0, i] = q[i]

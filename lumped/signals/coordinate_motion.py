@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.checks import require_present
+from lumped.steady.ramps import SpeedRamp, ramp_motion
 from lumped.steady.response import History
+from lumped.steady.settings import Settings
 from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
 
 Array = NDArray[np.float64]
+POINTS_PER_PIECE = 4096  # of a ramp, at least, but for the last piece
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +110,56 @@ def coordinate_motion(
         velocity = _rate(history.time, moved, is_periodic)
     displacement = moved + _at_rest(system)
     return CoordinateMotion(system, history.time, displacement, velocity, is_periodic)
+
+
+def ramp_pieces(
+    system: LumpedSystem, ramp: SpeedRamp, settings: Settings, state: Array
+) -> Iterator[CoordinateMotion]:
+    """Motion of all coordinates through a ramp, in successive pieces.
+
+    Parameters
+    ----------
+    system : LumpedSystem
+        Train on linear bearings, without tooth friction.
+    ramp : SpeedRamp
+        Speed over time.
+    settings : Settings
+        Numerical settings; steps are fixed.
+    state : (2, n) array
+        State at the start of a common period, as of a steady state.
+
+    Yields
+    ------
+    CoordinateMotion
+        Motion from the end of the previous piece on.
+
+    Raises
+    ------
+    Diverged
+        If the motion has no bound.
+    """
+    histories: list[History] = []
+    steps = 0
+    for history, steps in ramp_motion(system, ramp, settings, state):
+        histories.append(history)
+        if sum(one.time.size for one in histories) > POINTS_PER_PIECE:
+            yield coordinate_motion(system, _joined(histories), steps, False)
+            histories = []
+    if histories:
+        yield coordinate_motion(system, _joined(histories), steps, False)
+
+
+def _joined(histories: Sequence[History]) -> History:
+    """A history of several, each of which begins where the one before ends."""
+    if len(histories) == 1:
+        return histories[0]
+    values = {}
+    for entry in fields(History):
+        arrays = [getattr(history, entry.name) for history in histories]
+        if arrays[0] is not None:
+            parts = [*(array[:-1] for array in arrays[:-1]), arrays[-1]]
+            values[entry.name] = np.concatenate(parts)
+    return History(**values)
 
 
 def _at_rest(system: LumpedSystem) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lumped.signals.coordinate_motion import CoordinateMotion
 
 Array = NDArray[np.float64]
+ROUND_OFF = 1e-12  # of the time at which a piece ends, relative
 
 
 def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]:
@@ -38,6 +39,38 @@ def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]
         for axis, values in zip("xy", force.T, strict=True):
             signals[f"{gear.name}_bearing_{axis}_N"] = values
     return signals
+
+
+def signals_of_pieces(
+    pieces: Iterable[CoordinateMotion], time: Array, gear: int
+) -> tuple[dict[str, Array], Array]:
+    """Signals (k,) at rising times (k,) of successive pieces of a motion.
+
+    Also the rotation (k,) of a gear by vibration [rad], positive in the sense of its
+    mean rotation; 0 of one that is held.
+
+    gear : index of the gear, from 0
+    """
+    signals: list[Mapping[str, Array]] = []
+    rotations: list[Array] = []
+    begin = 0
+    for piece in pieces:
+        last = np.inf if piece.is_periodic else (1.0 + ROUND_OFF) * piece.time[-1]
+        end = int(np.searchsorted(time, last, "right"))
+        part = time[begin:end]
+        signals.append(sensor_signals(piece, part))
+        rotations.append(_vibration(piece, part, gear))
+        begin = end
+    joined = {n: np.concatenate([one[n] for one in signals]) for n in signals[0]}
+    return joined, np.concatenate(rotations)
+
+
+def _vibration(motion: CoordinateMotion, time: Array, gear: int) -> Array:
+    """Rotation (k,) of a gear at times (k,) beside its mean rotation [rad]."""
+    index = motion.system.modes.coordinates.indices.get((gear, "rotation"))
+    if index is None:
+        return np.zeros(time.size)
+    return motion.system.train.sense(gear) * motion.at(time)[0][:, index]
 
 
 def with_noise(

@@ -177,9 +177,7 @@ def _times(ramp: SpeedRamp, cycles: Array) -> Array:
     return time
 
 
-def _after_cycles(
-    system: CoupledSystem, cycles: NDArray[np.int64]
-) -> CoupledSystem:
+def _after_cycles(system: CoupledSystem, cycles: NDArray[np.int64]) -> CoupledSystem:
     """The coupled model with the pitch errors of teeth after cycles (m,) of meshes."""
     errors = system.contacts.errors
     if not errors.size:
