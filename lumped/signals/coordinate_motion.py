@@ -108,6 +108,8 @@ def coordinate_motion(
     else:
         moved = _hub_displacement(system, history, states[:, 0], steps)
         velocity = _rate(history.time, moved, is_periodic)
+    if is_periodic:  # but for the tolerance of the steady state
+        moved[-1], velocity[-1] = moved[0], velocity[0]
     displacement = moved + _at_rest(system)
     return CoordinateMotion(system, history.time, displacement, velocity, is_periodic)
 
@@ -198,7 +200,6 @@ def _rate(time: Array, values: Array, is_periodic: bool) -> Array:
     from scipy.interpolate import CubicSpline
 
     if is_periodic:
-        values = values.copy()
-        values[-1] = values[0]  # but for the tolerance of the steady state
+        values = np.concatenate([values[:-1], values[:1]])
     ends = "periodic" if is_periodic else "not-a-knot"
     return np.asarray(CubicSpline(time, values, bc_type=ends)(time, 1))
