@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 MIN_PULSES = 4  # through which a cubic passes
+NEWTON_STEPS, ANGLE_TOL = 10, 1e-9  # to an angle [turns]
 TURN_TOL = 1e-9  # turns by which an angle may be short of a pulse or point
 
 
@@ -55,6 +56,9 @@ def pulse_times(time: ArrayLike, turns: ArrayLike, pulses: int = 1) -> Array:
 def times_at_angles(pulse_time: ArrayLike, pulses: int, turns: ArrayLike) -> Array:
     """Times at which a gear is at angles, from the times of pulses.
 
+    A cubic spline through the angles of the pulses over time, which is exact where the
+    speed is linear in time.
+
     Parameters
     ----------
     pulse_time : (p,) array_like
@@ -72,7 +76,8 @@ def times_at_angles(pulse_time: ArrayLike, pulses: int, turns: ArrayLike) -> Arr
     Raises
     ------
     ValueError
-        If there are too few pulses or an angle is not between them.
+        If there are too few pulses, they are too irregular or an angle is not between
+        them.
     """
     from scipy.interpolate import CubicSpline
 
@@ -82,7 +87,15 @@ def times_at_angles(pulse_time: ArrayLike, pulses: int, turns: ArrayLike) -> Arr
     last = (time.size - 1) / pulses
     if angle.min() < -TURN_TOL or angle.max() > last + TURN_TOL:
         raise ValueError(f"turns must be from 0 to {last:g}, between the pulses")
-    return np.asarray(CubicSpline(np.arange(time.size) / pulses, time)(angle))
+    pulse_angle = np.arange(time.size) / pulses
+    rotation = CubicSpline(time, pulse_angle)
+    at = np.asarray(CubicSpline(pulse_angle, time)(angle))
+    for _ in range(NEWTON_STEPS):
+        at = np.clip(at - (rotation(at) - angle) / rotation(at, 1), time[0], time[-1])
+    error = np.abs(rotation(at) - angle)
+    if not (error < ANGLE_TOL).all():
+        raise ValueError("pulse_time must be those of a rotation that rises smoothly")
+    return at
 
 
 def resample_at(time: ArrayLike, values: ArrayLike, at: ArrayLike) -> Array:
