@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -57,6 +58,7 @@ Array = NDArray[np.float64]
 # steps change signals by 0.2 %, between these by 0.01 %
 DEFAULT_STEPS = 256
 MAX_SAMPLES = 5_000_000
+TURN_RTOL = 1e-9  # by which a turn may be short
 MAX_HARMONIC = 8.5  # of the gear's mesh, in order maps
 MORE_TABLES = MappingProxyType(
     {
@@ -72,12 +74,12 @@ MORE_TABLES = MappingProxyType(
 
 def speed_or_ramp(text: str) -> float | tuple[float, float]:
     """A speed, or two A:B from one to the other."""
-    speeds = [float(part) for part in text.split(":")]
-    if len(speeds) == 1:
-        return speeds[0]
-    if len(speeds) != 2:
-        raise ValueError("must be a speed, or A:B from one to another")
-    return speeds[0], speeds[1]
+    try:
+        start, *ends = map(float, text.split(":"))
+        (end,) = ends or [math.nan]
+    except ValueError:
+        raise ValueError("must be a speed, or A:B from one to another") from None
+    return (start, end) if ends else start
 
 
 def written_ramp(speed: float | tuple[float, float]) -> str:
@@ -191,8 +193,6 @@ class Signals(
         if self.is_ramp:
             if self.turns != type(self).turns:
                 yield "turns", "a ramp lasts {seconds}"
-            if self.integration.method != "rk4":
-                yield "method", "a ramp takes rk4 only"
         else:
             yield "order_map", "needs {speed} A:B"
 
@@ -201,6 +201,9 @@ class Signals(
         problem = SignalsProblem.of(with_frequencies(self, speeds))
         if problem.model.friction:
             raise self.rejection("friction", "signals are without friction")
+        method = self.integration.method
+        if self.is_ramp and method != "rk4":
+            raise InputError(f"method = {method}; a ramp of the speed takes rk4 only")
         _ = problem.turning  # refuses a gear that is not there
         return problem
 
@@ -248,20 +251,24 @@ class SignalsProblem(MotionProblem):
     def _require_length(self, turning: TurningGear) -> None:
         """Refuse signals that are too long, or a ramp too short for a turn."""
         study, ramp = self.study, self.ramp_of(turning)
+        name, value = "turns", f"{study.turns}"
+        if study.is_ramp:
+            name, value = "seconds", f"{study.seconds:g}"
+        shown = f"{display_name(study, name)} = {value}"
         turns = turning.turns(ramp.cycles)
-        needed = max(1, MIN_PULSES / study.pulses if study.pulses else 1)
-        if study.is_ramp and turns < needed:
+        if turns < 1.0 - TURN_RTOL:
             raise InputError(
-                f"{display_name(study, 'seconds')} = {study.seconds:g}; "
-                f"{turning.name} turns {turns:.3g} times, {needed:g} turns are needed"
+                f"{shown}; {turning.name} turns {turns:.3g} times, 1 turn is needed"
+            )
+        if study.pulses and turns * study.pulses < MIN_PULSES:
+            raise InputError(
+                f"{shown}; {display_name(study, 'pulses')} = {study.pulses} makes "
+                f"{turns * study.pulses:.3g} pulses, {MIN_PULSES} or more are needed"
             )
         samples = round(ramp.duration * self._sampling_rate(turning))
         if samples > MAX_SAMPLES:
-            name, value = "turns", f"{study.turns}"
-            if study.is_ramp:
-                name, value = "seconds", f"{study.seconds:g}"
             raise InputError(
-                f"{display_name(study, name)} = {value}; {turning.teeth} teeth and "
+                f"{shown}; {turning.teeth} teeth and "
                 f"{study.samples} samples per mesh cycle make {samples} samples, at "
                 f"most {MAX_SAMPLES} are allowed"
             )
@@ -297,7 +304,8 @@ class SignalsProblem(MotionProblem):
             pieces = self._pieces(response, settings, ramp)
             clean, rotation = signals_of_pieces(pieces, time, turning.index)
         except Diverged as error:
-            raise DivergedError(study.frequency, error.part) from None
+            frequency = float(ramp.frequency_at(np.array(error.part)))
+            raise DivergedError(frequency, error.part) from None
         signals = with_noise(clean, 0.01 * study.noise_percent, study.seed)
         values = np.stack(list(signals.values()), axis=1)
         per_turn = turning.teeth * study.samples
@@ -325,8 +333,10 @@ class SignalsProblem(MotionProblem):
         rate = self._sampling_rate(turning)
         if study.is_ramp:
             count = 1 + int(ramp.duration * rate)
-        else:  # with that at the last pulse
-            count = study.turns * turning.teeth * study.samples + bool(study.pulses)
+        else:
+            count = study.turns * turning.teeth * study.samples
+            if study.pulses:  # vibration may delay the last one
+                count += study.samples
         return np.arange(count) / rate
 
     def _pieces(
@@ -364,10 +374,13 @@ class SignalsProblem(MotionProblem):
             turns = turns + (rotation - rotation[0]) / (2.0 * np.pi)
             pulse = pulse_times(time, turns, study.pulses)
             whole = (pulse.size - 1) // study.pulses
-            angle = np.arange(whole * per_turn) / per_turn
+            if not study.is_ramp:
+                whole = min(whole, study.turns)
+            angle = np.arange(max(1, whole) * per_turn) / per_turn
             at = times_at_angles(pulse, study.pulses, angle)
         else:
-            angle = np.arange(int(turns[-1]) * per_turn) / per_turn
+            whole = int(turns[-1] + TURN_RTOL)
+            angle = np.arange(whole * per_turn) / per_turn
             at = ramp.time_at(angle * turning.teeth / float(turning.rate))
         return resample_at(time, values, np.clip(at, 0.0, time[-1]))
 

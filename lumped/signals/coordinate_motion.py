@@ -201,5 +201,5 @@ def _rate(time: Array, values: Array, is_periodic: bool) -> Array:
 
     if is_periodic:
         values = np.concatenate([values[:-1], values[:1]])
-    ends = "periodic" if is_periodic else "not-a-knot"
-    return np.asarray(CubicSpline(time, values, bc_type=ends)(time, 1))
+        return np.asarray(CubicSpline(time, values, bc_type="periodic")(time, 1))
+    return np.asarray(CubicSpline(time, values)(time, 1))

@@ -166,7 +166,7 @@ def _coupled(
         frequency = float(length / (ends[1] - ends[0]))
         piece = system.coupled_steps(steps, frequency)
         piece = piece._replace(h=piece.h[: len(piece.grid.gap)])
-        time = np.linspace(*ends, piece.h.size + 1)
+        time = np.linspace(ends[0], ends[1], piece.h.size + 1)
         yield time, _after_cycles(arrays, number * periods), piece
 
 

@@ -58,8 +58,8 @@ def test_a_chirp_of_known_angle_has_its_orders():
     result = order_map(tracked, POINTS, 4)
     for order in range(60):
         amplitude, _ = LINES.get(order, (0.0, 0.0))
-        found = result.amplitude[:, 4 * order, 0]
-        np.testing.assert_allclose(found, amplitude, atol=2e-6)
+        lines = result.amplitude[:, 4 * order, 0]
+        np.testing.assert_allclose(lines, amplitude, atol=2e-6)
     average, turns = synchronous_average(tracked, POINTS, POINTS)
     assert turns == 40
     np.testing.assert_allclose(average, of_angle(equal_angles(1)), atol=2e-6)
@@ -134,8 +134,8 @@ def test_a_line_has_its_amplitude_in_every_window(window, order, phase):
     result = order_map(values, 64, window)
     expected = 3.0 if order else 3.0 * abs(math.cos(phase))
     assert result.order[window * order] == pytest.approx(order)
-    found = result.amplitude[:, window * order, 0]
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
+    lines = result.amplitude[:, window * order, 0]
+    np.testing.assert_allclose(lines, expected, rtol=1e-9, atol=1e-12)
     assert result.turns[0] == pytest.approx(0.5 * window)
     assert result.turns[-1] <= 12.0 - 0.5 * window + 1e-9
 
