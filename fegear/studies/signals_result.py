@@ -168,9 +168,11 @@ class SignalsResult(StudyResult):
         """A row for every sample."""
         ramp = self.ramp
         turns = self.gear.turns(ramp.cycles_at(self.time))
-        columns = {"time_s": self.time, "turns_of_gear": turns}
-        if self.study.is_ramp:
-            columns["gear_speed_rpm"] = self._rpm(ramp.frequency_at(self.time))
+        columns = {
+            "time_s": self.time,
+            "turns_of_gear": turns,
+            "gear_speed_rpm": self._rpm(ramp.frequency_at(self.time)),
+        }
         return Table.of(columns | self._columns(self.values), self._header)
 
     def _columns(self, values: Array, prefix: str = "") -> dict[str, Array]:
