@@ -71,7 +71,11 @@ class CoordinateMotion:
 
 
 def coordinate_motion(
-    system: LumpedSystem, history: History, steps: int = 0, is_periodic: bool = True
+    system: LumpedSystem,
+    history: History,
+    steps: int = 0,
+    is_periodic: bool = True,
+    first_step: int = 0,
 ) -> CoordinateMotion:
     """Motion of all coordinates of a history with states.
 
@@ -80,11 +84,13 @@ def coordinate_motion(
     system : LumpedSystem
         Train on linear bearings, without tooth friction.
     history : History
-        Motion from the start of a common period on, with states.
+        Motion with states.
     steps : int, optional
         Steps per period of the first mesh, which the coupled model needs.
     is_periodic : bool, optional
         Whether the motion repeats after the history.
+    first_step : int, optional
+        Steps from the start of a common period to the history.
 
     Returns
     -------
@@ -106,7 +112,7 @@ def coordinate_motion(
         shapes = system.modes.shapes[:, system.moving]
         moved, velocity = states[:, 0] @ shapes.T, states[:, 1] @ shapes.T
     else:
-        moved = _hub_displacement(system, history, states[:, 0], steps)
+        moved = _hub_displacement(system, history, first_step, steps)
         velocity = _rate(history.time, moved, is_periodic)
     if is_periodic:  # but for the tolerance of the steady state
         moved[-1], velocity[-1] = moved[0], velocity[0]
@@ -141,14 +147,15 @@ def ramp_pieces(
         If the motion has no bound.
     """
     histories: list[History] = []
-    steps = 0
+    steps, passed = 0, 0
     for history, steps in ramp_motion(system, ramp, settings, state):
         histories.append(history)
         if sum(one.time.size for one in histories) > POINTS_PER_PIECE:
-            yield coordinate_motion(system, _joined(histories), steps, False)
-            histories = []
+            joined, histories = _joined(histories), []
+            yield coordinate_motion(system, joined, steps, False, passed)
+            passed += joined.time.size - 1
     if histories:
-        yield coordinate_motion(system, _joined(histories), steps, False)
+        yield coordinate_motion(system, _joined(histories), steps, False, passed)
 
 
 def _joined(histories: Sequence[History]) -> History:
@@ -175,17 +182,18 @@ def _at_rest(system: LumpedSystem) -> Array:
 
 
 def _hub_displacement(
-    system: LumpedSystem, history: History, coordinates: Array, steps: int
+    system: LumpedSystem, history: History, first_step: int, steps: int
 ) -> Array:
     """Displacements (t, N) of the hubs of the coupled model.
 
     Hubs follow the mean rotations of the bodies, and contact forces at once.
-    coordinates : (t, n) displacements of the model
+    first_step, steps : see `coordinate_motion`
     """
+    coordinates = require_present(history.states, "states")[:, 0]
     outputs, grid = system.hub_outputs, system.contact_grid(steps)
     loads = require_present(history.contacts, "contacts")[:, 0]
     mesh_of = require_present(system.contacts, "contacts").mesh_of
-    rows = np.arange(len(loads)) % len(grid.gap)
+    rows = (first_step + np.arange(len(loads))) % len(grid.gap)
     hubs = outputs.offset + coordinates @ outputs.rows.T
     for contact, table in enumerate(outputs.per_load):
         position = grid.grid_index[rows, mesh_of[contact]]

@@ -9,7 +9,7 @@ that the meshes carry the loads alone.
 Steps are equal in the angle and end on the corners of the excitation at the times at
 which the ramp reaches these angles. Within a step the angle is linear in time, which
 is off by the rate of the frequency times the square of the step over 8 at most, in
-cycles. The coupled model has a constant speed within a common period of the meshes.
+cycles. The coupled model has a constant speed within a cycle of the first mesh.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def ramp_motion(
     ------
     history : History
         Motion with states from the end of the previous piece on; the last piece goes up
-        to a step beyond the ramp, or a period of the meshes with the coupled model.
+        to a step beyond the ramp, or a cycle of the first mesh with the coupled model.
     steps : int
         Steps per period of the first mesh.
 
@@ -157,17 +157,16 @@ def _springs(
 def _coupled(
     system: LumpedSystem, ramp: SpeedRamp, steps: int
 ) -> Iterator[tuple[Array, Any, Any]]:
-    """Times, arrays and steps of each common period of the coupled model's meshes."""
+    """Times, arrays and steps of each cycle of the first mesh of the coupled model."""
     arrays = require_present(system.coupled_arrays, "contacts")
     periods = np.array(system.train.common_period)
-    length, count = int(periods[0]), math.ceil(ramp.cycles / periods[0])
-    for number in range(count):
-        ends = _times(ramp, length * np.array([number, number + 1.0]))
-        frequency = float(length / (ends[1] - ends[0]))
-        piece = system.coupled_steps(steps, frequency)
-        piece = piece._replace(h=piece.h[: len(piece.grid.gap)])
+    for number in range(math.ceil(ramp.cycles)):
+        ends = _times(ramp, np.array([number, number + 1.0]))
+        frequency = float(1.0 / (ends[1] - ends[0]))
+        rounds, cycle = divmod(number, int(periods[0]))
+        piece = system.coupled_cycle(steps, frequency, cycle)
         time = np.linspace(ends[0], ends[1], piece.h.size + 1)
-        yield time, _after_cycles(arrays, number * periods), piece
+        yield time, _after_cycles(arrays, rounds * periods), piece
 
 
 def _times(ramp: SpeedRamp, cycles: Array) -> Array:

@@ -69,6 +69,8 @@ MAX_HALVINGS = 12  # of a step of this method that would overshoot
 ADDED_STIFFNESS = 1e-9
 
 
+# fields of a ContactGrid without a row for each step
+CONSTANT_ON_GRID = "periods", "first_wave", "wave_count"
 MODE_FIELDS = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
 
 
@@ -478,17 +480,56 @@ def coupled_steps(
 
     repetitions : number of repetitions of the grid in a common period
     """
+    steps = len(grid.gap) // int(grid.periods[0])
+    h = np.full(repetitions * len(grid.gap), 1.0 / (frequency * steps))
+    return _steps_on_grid(system, linear, grid, frequency, h)
+
+
+def steps_of_cycle(
+    system: CoupledSystem,
+    linear: LinearPart,
+    grid: ContactGrid,
+    frequency: float,
+    cycle: int,
+) -> CoupledSteps:
+    """Steps of one cycle of the first mesh at its frequency [Hz].
+
+    cycle : number of the cycle in the time after which all meshes repeat
+    """
+    size = len(grid.gap)
+    steps = size // int(grid.periods[0])
+    nodes = cycle * steps + np.arange(steps + 1)  # with that at the end
+    rows, passed = nodes % size, (nodes // size)[:, None] * grid.periods
+    part = ContactGrid(
+        **{
+            name: getattr(grid, name)
+            if name in CONSTANT_ON_GRID
+            else np.ascontiguousarray(getattr(grid, name)[rows])
+            for name in ContactGrid._fields
+        }
+    )
+    part = part._replace(mesh_cycle=part.mesh_cycle + passed)
+    h = np.full(steps, 1.0 / (frequency * steps))
+    return _steps_on_grid(system, linear, part, frequency, h)
+
+
+def _steps_on_grid(
+    system: CoupledSystem,
+    linear: LinearPart,
+    grid: ContactGrid,
+    frequency: float,
+    sizes: Array,
+) -> CoupledSteps:
+    """Steps at the nodes of a grid; sizes : of all steps, which are equal [s]."""
     from lumped.kernels.coupled import add_wave_compliance
 
-    steps = len(grid.gap) // int(grid.periods[0])
-    h = 1.0 / (frequency * steps)
-    propagator = linear.step(frequency, h)
+    propagator = linear.step(frequency, float(sizes[0]))
     a, push = linear.n_standing, propagator.waves[:, 2:4].sum(axis=0)
     standing, newest = grid.rows[..., :a], propagator.force_response[:, :a]
     compliance = standing @ (standing @ newest).transpose(0, 2, 1) + grid.compliance
     add_wave_compliance(grid, push, compliance)
     return CoupledSteps(
-        h=np.full(repetitions * len(grid.gap), h),
+        h=sizes,
         grid=grid,
         propagator=propagator,
         compliance=compliance,

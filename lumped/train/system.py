@@ -36,6 +36,7 @@ from lumped.train.coupled import (
     hub_outputs,
     loaded_state,
     static_transmission_error,
+    steps_of_cycle,
 )
 from lumped.train.excitation import MeshExcitation
 from lumped.train.friction import FrictionRows, ToothFriction, friction_rows
@@ -503,6 +504,34 @@ class LumpedSystem:
             *(arrays, self._linear, self.contact_grid(steps)),
             *(frequency, self.repetitions),
         )
+
+    def coupled_cycle(self, steps: int, frequency: float, cycle: int) -> CoupledSteps:
+        """Steps of the coupled model in one cycle of the first mesh at its frequency.
+
+        Parameters
+        ----------
+        steps : int
+            Least number of steps per period of the first mesh.
+        frequency : float
+            Frequency of the first mesh [Hz].
+        cycle : int
+            Number of the cycle in the time after which all meshes repeat, from 0.
+
+        Returns
+        -------
+        CoupledSteps
+            Contacts and linear part of the model at the steps.
+
+        Raises
+        ------
+        TrainError
+            If a common period exceeds the memory allowed.
+        ValueError
+            If the model is not the coupled one.
+        """
+        arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
+        grid = self.contact_grid(steps)
+        return steps_of_cycle(arrays, self._linear, grid, frequency, cycle)
 
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
     def contact_grid(self, steps: int) -> ContactGrid:
