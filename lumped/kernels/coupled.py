@@ -419,13 +419,19 @@ def next_node(k, grid_steps):
 
 @compiled
 def record_motion(system, steps, periods, state, limit, out, states):
-    """Record the motion as `lumped.kernels.rk4.record_motion` does."""
+    """Record the motion as `lumped.kernels.rk4.record_motion` does.
+
+    The forces at its end are saved for another call.
+    """
     q, v = state[0], state[1]
     motion, changes = new_motion(system), new_changes(system, steps, 0)
     count = steps.h.size
     grid_steps = steps.grid.gap.shape[0]
     set_state(steps, motion, q, v)
-    set_start_forces(system, steps, 0, motion, changes)
+    if steps.continues[0]:
+        restore_forces(steps, motion)
+    else:
+        set_start_forces(system, steps, 0, motion, changes)
     for row in range(periods * count):
         k = row % count
         get_state(steps, motion, q, v)
@@ -439,6 +445,7 @@ def record_motion(system, steps, periods, state, limit, out, states):
         return NOT_FINITE, periods * count
     record_row(system, steps, 0, motion, v, out[-1])
     record_state(states, periods * count, q, v)
+    save_forces(steps, motion)
     return FINISHED, periods * count
 
 

@@ -32,6 +32,8 @@ from lumped.steady.steppers import FixedStepper, steps_per_period
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
+# Fields of CoupledSteps that a cycle takes over from the one before it
+WORKSPACE = "penetration", "ratio", "load", "continues", "force", "problem"
 STEPS_PER_BLOCK = 4096  # of models 1 to 3, or a common period if more
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
 
@@ -160,11 +162,14 @@ def _coupled(
     """Times, arrays and steps of each cycle of the first mesh of the coupled model."""
     arrays = require_present(system.coupled_arrays, "contacts")
     periods = np.array(system.train.common_period)
+    workspace = dict[str, Any]()
     for number in range(math.ceil(ramp.cycles)):
         ends = _times(ramp, np.array([number, number + 1.0]))
         frequency = float(1.0 / (ends[1] - ends[0]))
         rounds, cycle = divmod(number, int(periods[0]))
-        piece = system.coupled_cycle(steps, frequency, cycle)
+        piece = system.coupled_cycle(steps, frequency, cycle)._replace(**workspace)
+        piece.continues[0] = number > 0
+        workspace = {name: getattr(piece, name) for name in WORKSPACE}
         time = np.linspace(ends[0], ends[1], piece.h.size + 1)
         yield time, _after_cycles(arrays, rounds * periods), piece
 

@@ -162,6 +162,8 @@ class FixedStepper(LumpedStepper):
     ) -> tuple[Array, History]:
         now = self._at_speed(state, speed)
         arrays, steps = self.kernel_arguments(speed)
+        if self.system.contacts is not None:
+            steps.continues[0] = 0
         return now, self.record_steps(arrays, steps, periods, now, with_states)
 
     def record_steps(
