@@ -343,7 +343,7 @@ class FaultSignalsProblem(Problem):
         reference, model = self.reference, self.reference.model
         system = reference.system
         ratio, torque = system.train.damping_ratio, reference.single_torque
-        method = integration_in_words(reference.integration)
+        method = integration_in_words(reference.integration, model.number == "coupled")
         systems = {torque: system}
         at_rest = reference.warnings_at_rest(systems, (reference.study.frequency,))
         return TrainFacts(

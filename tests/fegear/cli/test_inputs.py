@@ -287,6 +287,10 @@ FAULTS = (
     "faults SET --rpm 7000 --over pitch_error=0,1 --excitation rectangular --turns 2 "
     "--samples 8 --json"
 )
+COUPLED_FAULTS = (
+    f"faults SET {COARSE} --rpm 7000 --over pitch_error=1 --model coupled --turns 1 "
+    "--samples 8 --json"
+)
 RAMP = (
     "signals SET --speed 1500:2100 --seconds 0.1 --excitation rectangular --samples 8 "
     "--json"
@@ -770,6 +774,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--noise-percent": plus(FAULTS, "--noise-percent 1"),
         "--seed": plus(f"{FAULTS} --noise-percent 1", "--seed 1"),
         "--averages": plus(f"{FAULTS} -o s.mat", "--averages"),
+        "--without": plus(COUPLED_FAULTS, "--without body"),
         "--output": plus(FAULTS, "-o s.csv"),
         "--labels": plus(FAULTS, "--labels l.csv"),
         "--overwrite": plus(FAULTS, "--overwrite", refused=True),

@@ -169,6 +169,20 @@ def test_a_motion_that_does_not_repeat_is_refused():
         signals(faulty(), model=model, integration=Settings(max_periods=40))
 
 
+def test_hdf5_has_all_tables_with_units(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    result = signals(faulty(0, 12, 2.0), turns=2)
+    result.write(tmp_path / "s.h5")
+    with h5py.File(tmp_path / "s.h5") as file:
+        assert set(file) == {"table", "average", "spectrum", "orders"}
+        for column, name in enumerate(result.names):
+            expected = result.values[:, column]
+            np.testing.assert_array_equal(file[f"table/{name}"][()], expected)
+        assert file["table/mesh1_dte_m"].attrs["units"] == "m"
+        assert file["average/tooth"].shape == result.tooth.shape
+        assert file.attrs["gear"] == "pinion"
+
+
 def ramp(gears, **settings):
     defaults = {"speed": (500.0, 900.0), "seconds": 0.4}
     return signals(gears, **defaults | {"turns": 16} | settings)
