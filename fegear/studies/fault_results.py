@@ -95,7 +95,7 @@ class FaultRuns:
         """Averages (r, c, p) without mean and orders of meshes."""
         points = np.moveaxis(self.average, -1, 0)
         flat = points.reshape(len(points), -1)
-        residual = residual_of(flat, self.sampling.orders).reshape(points.shape)
+        residual = residual_of(flat, self.sampling.gear.orders).reshape(points.shape)
         return np.moveaxis(residual, 0, -1)
 
 

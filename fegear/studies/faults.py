@@ -40,8 +40,8 @@ from fegear.studies.study import (
 )
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
+    COUPLED,
     RPM,
-    SPRINGS,
     GearSetRef,
     TrainStudy,
     lumped_integration,
@@ -134,7 +134,7 @@ class FaultSignals(
     averages: bool = setting(
         False, "Leave out the signals, and write their averages over turns alone."
     )
-    model: LumpedModel = lumped_model(SPRINGS, 1)
+    model: LumpedModel = lumped_model(COUPLED, 1)
     integration: Settings = lumped_integration()
 
     def __post_init__(self) -> None:
@@ -325,13 +325,12 @@ class FaultSignalsProblem(Problem):
         for name in {"seed", "faulty_tooth"} & labels.keys():
             labels[name] = labels[name].astype(np.int64)
         seeds = [noise_seed(n, int(s)) for n, s in enumerate(labels["seed"], start=1)]
-        per_rpm = self.reference.sampling.turn_frequency / self._reference_rpm
-        rate = per_rpm * labels["speed_rpm"] * self.reference.sampling.points
+        rate_per_rpm = self.reference.sampling.rate / self._reference_rpm
         return {
             "run": np.arange(1, count + 1),
             **labels,
             "noise_seed": np.array(seeds, np.int64),
-            "sampling_rate_Hz": rate,
+            "sampling_rate_Hz": rate_per_rpm * labels["speed_rpm"],
         }
 
     @property
@@ -344,7 +343,7 @@ class FaultSignalsProblem(Problem):
         reference, model = self.reference, self.reference.model
         system = reference.system
         ratio, torque = system.train.damping_ratio, reference.single_torque
-        method = integration_in_words(reference.integration)
+        method = integration_in_words(reference.integration, model.number == "coupled")
         systems = {torque: system}
         at_rest = reference.warnings_at_rest(systems, (reference.study.frequency,))
         return TrainFacts(
@@ -472,12 +471,12 @@ def evaluate_run(
     tooth : (p,) at the pitch point; averages : whether signals are left out
     """
     try:
-        response, history, _ = respond_confirmed(system, frequency, settings)
+        response, _, settings = respond_confirmed(system, frequency, settings)
     except ValueError as error:
         return without_signals(f"impossible: {error}")
     if not response.multiple:
         return without_signals(str(response.status))
-    sampled = sample_signals(system, history, sampling, noise, seed)
+    sampled = sample_signals(system, response, settings, sampling, noise, seed)
     indicators = {
         "rms": sampled.values.std(axis=0),
         **residual_indicators(sampled.average, tooth),

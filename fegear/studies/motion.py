@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.statics.excitation import ExcitationSource
@@ -78,7 +81,7 @@ from lumped.steady.motion import (
     wave_columns,
 )
 from lumped.steady.pair_motions import CONDITIONS
-from lumped.steady.response import RESPONSE_QUANTITIES
+from lumped.steady.response import RESPONSE_QUANTITIES, Response
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import Observer, reporting_observer
 from lumped.steady.truncation_check import TruncationCheck, check_truncation
@@ -86,6 +89,7 @@ from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import load_sharing
 from lumped.train.system import LumpedSystem
 
+Array = NDArray[np.float64]
 LINES = 5  # largest ones of a spectrum, in the summary
 ROWS = {  # of the screen, with the key of a mesh and its factor
     "RMS of dynamic transmission error [um]": ("dte_rms_m", 1e6),
@@ -188,14 +192,18 @@ class MotionProblem(TrainProblem):
     def _settled(self, job: Job) -> MotionResult:
         """The motion; DivergedError where it has no bound."""
         study, torque = self.study, self.single_torque
-        motion, observer = self.settled_motion(job)
+        state, observer = self.start_state(job)
+        arguments = self.system, study.frequency, self.integration, state
+        motion = time_history(*arguments, callback=observer.callback)
         checks = check_truncation(
             self.system, [motion.response], self.integration, observer.callback
         )
-        return MotionResult(study, self.facts(torque, motion, checks), torque, motion)
+        facts = self.facts(torque, motion.response, checks)
+        return MotionResult(study, facts, torque, motion)
 
-    def settled_motion(self, job: Job) -> tuple[TimeHistory, Observer]:
-        """The motion, and what reports its progress; DivergedError without a bound."""
+    def start_state(self, job: Job) -> tuple[Array | None, Observer]:
+        """State from which the motion settles, None for rest, and what reports its
+        progress; DivergedError without a bound."""
         study, integration = self.study, self.integration
         job.report("stiffness", 0, 1)
         system = self.system
@@ -204,25 +212,24 @@ class MotionProblem(TrainProblem):
             job.report, len(speeds_between(start, study.frequency))
         )
         state = sweep_to_speed(system, start, study.frequency, integration, observer)
-        arguments = system, study.frequency, integration, state
-        return time_history(*arguments, callback=observer.callback), observer
+        return state, observer
 
     def facts(
-        self, torque: float, motion: TimeHistory, checks: tuple[TruncationCheck, ...]
+        self, torque: float, response: Response, checks: tuple[TruncationCheck, ...]
     ) -> TrainFacts:
         """What the result tells of the train.
 
         torque : on the input gear [N m]
         """
-        study, model, response = self.study, self.model, motion.response
-        ratio, systems = motion.system.train.damping_ratio, {torque: motion.system}
-        bodies = truncation_entries(motion.system, checks)
+        study, model, system = self.study, self.model, self.system
+        ratio, systems = system.train.damping_ratio, {torque: system}
+        bodies = truncation_entries(system, checks)
         method = integration_in_words(self.integration, model.number == "coupled")
         return TrainFacts(
             summary=self.summary_head(ratio)
             | {"model_reason": self.reason or None}
             | self.friction_entries()
-            | static_entries(systems, len(motion.pairs))
+            | static_entries(systems, len(self.gears.meshes))
             | bodies_described(bodies)
             | {"body_modes_error": truncation_error(checks)},
             header={
@@ -236,7 +243,7 @@ class MotionProblem(TrainProblem):
             notes=(
                 *((self.reason,) if self.reason else ()),
                 *fault_notes(self.gears),
-                *bearing_notes(motion.system),
+                *bearing_notes(system),
             ),
             warnings=(
                 *self.warnings_at_rest(systems, (study.frequency,)),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -13,40 +14,76 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from fegear.files.output import TO_SINGLE_TABLE
+from fegear.files.output import (
+    HDF5,
+    INTO_PICTURE,
+    TABLE_FORMATS,
+    TABLES,
+    TO_SINGLE_TABLE,
+    listed,
+)
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_in_cycles
-from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.statics.excitation import ExcitationSource
-from fegear.studies.columns import unit_of_column
+from fegear.studies.axes import written_limits
 from fegear.studies.motion import Motion, MotionProblem
-from fegear.studies.page import Columns, Page, RowTable, number
-from fegear.studies.study import Draw, Job, StudyResult, Task, display_name, setting
-from fegear.studies.table import Table, finite_or_none
-from fegear.studies.train_problem import TrainFacts
-from fegear.studies.trains import SPRINGS, lumped_model, with_frequencies
+from fegear.studies.signals_result import SignalsResult
+from fegear.studies.study import PLOT, Job, Task, display_name, setting
+from fegear.studies.trains import (
+    COUPLED,
+    FREQUENCY,
+    RPM,
+    RPM_HELP,
+    lumped_model,
+    with_frequencies,
+)
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.options import Range
-from lumped.figures.turn_averages import AverageCurves, draw_turn_averages
-from lumped.signals.averages import TurnAverage
-from lumped.signals.sampling import Sampling, residual_indicators, sample_signals
+from lumped.signals.orders import MIN_PULSES, order_map
+from lumped.signals.sampling import TURN_RTOL, Sampling, TurningGear, sample_signals
+from lumped.steady.motion import DivergedError, bounded_response
+from lumped.steady.ramps import SpeedRamp
 from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Diverged
+from lumped.steady.truncation_check import check_truncation
 
 Array = NDArray[np.float64]
 # Steps per period of the fastest mesh, unless given: kinks of mesh forces between fewer
 # steps change signals by 0.2 %, between these by 0.01 %
 DEFAULT_STEPS = 256
 MAX_SAMPLES = 5_000_000
-SHOWN_SIGNALS = 4  # in the picture
-SCALES = {"m": (1e6, "um"), "rad/s": (1e3, "mrad/s"), "N": (1.0, "N")}
+MAX_HARMONIC = 8.5  # of the gear's mesh, in order maps
 MORE_TABLES = MappingProxyType(
     {
         "average": "Write the averages over a turn of the gear and their residuals "
         f"{TO_SINGLE_TABLE}.",
         "spectrum": "Write the amplitudes of the averages at the orders of the gear "
         f"{TO_SINGLE_TABLE}.",
+        "orders": "Write the spectra over windows of turns, by orders of the gear, "
+        f"{TO_SINGLE_TABLE}.",
     }
 )
+
+
+def speed_or_ramp(text: str) -> float | tuple[float, float]:
+    """A speed, or two A:B from one to the other."""
+    try:
+        start, *ends = map(float, text.split(":"))
+        (end,) = ends or [math.nan]
+    except ValueError:
+        raise ValueError("must be a speed, or A:B from one to another") from None
+    return (start, end) if ends else start
+
+
+def written_ramp(speed: float | tuple[float, float]) -> str:
+    """Text from which `speed_or_ramp` reads this speed or these."""
+    return written_limits(speed if isinstance(speed, tuple) else (speed,))
+
+
+def ramp_setting(text: str, allowed: Range) -> Any:
+    """A setting of a speed, or of two between which it rises or falls."""
+    how: dict[str, Any] = {"parse": speed_or_ramp, "write": written_ramp}
+    return setting(None, text, allowed, metavar="A|A:B", **how)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,8 +96,12 @@ class SampledTurns:
         "the first mesh]",
         option="--gear",
     )
-    turns: int = setting(16, "Number of turns of the gear.", Range(1, 10_000))
-    samples: int = setting(64, "Number of samples per mesh cycle.", Range(8, 1024))
+    turns: int = setting(
+        16, "Number of turns of the gear at constant speed.", Range(1, 10_000)
+    )
+    samples: int = setting(
+        64, "Number of samples per mesh cycle of the gear.", Range(8, 1024)
+    )
     noise_percent: float = setting(
         0.0,
         "Standard deviation of white noise, over that of each signal [%].",
@@ -80,12 +121,85 @@ class Signals(
 
     Transmission errors, deviations of angular speeds and bearing forces, averaged over
     the turns of a gear: sidebands of the mesh, and the tooth that differs from others.
+    At constant speed, or through a ramp of the speed with order tracking.
     """
 
+    endings = (*TABLES, HDF5)
+    output = f"Write the results to this file, {listed((*TABLE_FORMATS, HDF5))}."
     more_tables = MORE_TABLES
+    pictures = PLOT | {
+        "order_map": f"Draw the spectra over speed and orders {INTO_PICTURE}; with a "
+        "ramp of the speed."
+    }
     has_rolling = False
 
-    model: LumpedModel = lumped_model(SPRINGS, 1)
+    speed: float | tuple[float, float] | None = ramp_setting(  # type: ignore[assignment]
+        "Mesh frequency of the first mesh [Hz], or A:B from one to another at a "
+        "constant rate; this or --rpm. [default: none]",
+        FREQUENCY,
+    )
+    rpm: float | tuple[float, float] | None = ramp_setting(  # type: ignore[assignment]
+        RPM_HELP.format("--speed").replace(" [rpm]", " [rpm], or A:B"), RPM
+    )
+    seconds: float | None = setting(
+        None, "Duration of a ramp A:B [s]. [default: none]", Range(1e-6, 1e7, "s")
+    )
+    samples: int = setting(
+        64,
+        "Number of samples per mesh cycle of the gear, at the highest speed of a ramp.",
+        Range(8, 1024),
+    )
+    pulses: int = setting(
+        0,
+        "Pulses per turn of a tachometer on the gear, from which its angle follows by "
+        "cubic interpolation; 0 takes the angle of the nominal speed.",
+        Range(0, 1024),
+    )
+    window: int = setting(
+        4,
+        "Turns of the gear in a window of the spectra over turns, or all turns if they "
+        "are fewer.",
+        Range(1, 10_000),
+    )
+    model: LumpedModel = lumped_model(COUPLED, 1)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        seconds = display_name(self, "seconds")
+        if self.is_ramp and self.seconds is None:
+            raise InputError(f"{seconds} is missing; a ramp of the speed needs it")
+        if not self.is_ramp and self.seconds is not None:
+            raise InputError(f"{seconds} = {self.seconds:g}; needs a speed A:B")
+        for name in ("speed", "rpm"):
+            ends = getattr(self, name)
+            if isinstance(ends, tuple) and ends[0] == ends[1]:
+                shown = f"{display_name(self, name)} = {written_limits(ends)}"
+                raise InputError(f"{shown}; the speeds of a ramp must differ")
+
+    @property
+    def is_ramp(self) -> bool:
+        """Whether the speed rises or falls."""
+        return isinstance(self.speed, tuple) or isinstance(self.rpm, tuple)
+
+    @property
+    def mesh_frequencies(self) -> tuple[float, float]:
+        """Mesh frequencies of the first mesh at the start and at the end [Hz]."""
+        speed = self.speed
+        return speed if isinstance(speed, tuple) else (self.frequency, self.frequency)
+
+    @property
+    def frequency(self) -> float:
+        """Mesh frequency of the first mesh at the start [Hz]."""
+        if isinstance(self.speed, tuple):
+            return self.speed[0]
+        return super().frequency
+
+    def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        if self.is_ramp:
+            if self.turns != type(self).turns:
+                yield "turns", "a ramp lasts {seconds}"
+        else:
+            yield "order_map", "needs {speed} A:B"
 
     def prepare(self) -> SignalsProblem:
         return self.prepare_with(None)
@@ -106,44 +220,24 @@ class Signals(
         Raises
         ------
         InputError
-            If the gear is not there, or the model has no signals.
+            If the gear is not there, or the model or the method has no signals.
         """
         speeds = {"speed": self.rpm, "from_speed": self.from_rpm}
         problem = SignalsProblem.of(with_frequencies(self, speeds))
-        if problem.model.number == "coupled" or problem.model.friction:
-            name = "friction" if self.model.friction else "number"
-            raise self.rejection(name, "signals are of models 1 to 3 without friction")
+        if problem.model.friction:
+            raise self.rejection("friction", "signals are without friction")
+        method = self.integration.method
+        if self.is_ramp and method != "rk4":
+            raise InputError(f"method = {method}; a ramp of the speed takes rk4 only")
         problem = replace(problem, excitations=excitations)
-        _ = problem.turning  # refuses a gear that is not there
+        _ = problem.sampling  # refuses a gear that is not there
         return problem
-
-
-@dataclass(frozen=True)
-class TurningGear:
-    """A gear by its turns.
-
-    index, mesh : of the gear and of its first mesh, from 0
-    rate : cycles of that mesh per cycle of the first mesh
-    phase : of that mesh at the start; where it is whole, a tooth is at the pitch point
-    orders : cycles per turn of the gear whose multiples are those of meshes
-    """
-
-    index: int
-    name: str
-    teeth: int
-    mesh: int
-    rate: Fraction
-    phase: float
-    orders: tuple[int, ...]
-
-    def turn_frequency(self, mesh_frequency: float) -> float:
-        """Turns per second at a frequency of the first mesh [Hz]."""
-        return mesh_frequency * float(self.rate) / self.teeth
 
 
 @dataclass(frozen=True, eq=False)
 class SignalsProblem(MotionProblem):
-    """A train at one torque and speed, with the gear whose turns count."""
+    """A train at one torque, at a speed or through a ramp, with the gear whose turns
+    count."""
 
     study: Signals
 
@@ -151,26 +245,21 @@ class SignalsProblem(MotionProblem):
     def integration(self) -> Settings:
         """Numerical settings of the motion, in enough steps for its signals."""
         settings: Settings = self.study.integration
+        if self.model.number == "coupled":
+            return settings
         return replace(settings, steps=settings.steps or DEFAULT_STEPS)
 
     @cached_property
     def turning(self) -> TurningGear:
-        """The gear; InputError where it is not there or signals are too long."""
+        """The gear; InputError where it is not there."""
         gears, study = self.gears, self.study
         if gears.carrier is not None:
             raise InputError(f"{gears.name}: planetary sets have no signals here")
         index = _gear_index(gears, study)
-        teeth = gears.gears[index].geometry.teeth
-        samples = study.turns * teeth * study.samples
-        if samples > MAX_SAMPLES:
-            raise InputError(
-                f"{display_name(study, 'turns')} = {study.turns}; {teeth} teeth and "
-                f"{study.samples} samples per mesh cycle make {samples} samples, at "
-                f"most {MAX_SAMPLES} are allowed"
-            )
         train = self.system.train
         rates = train.mesh_rates
         mesh = next(m for m, one in enumerate(gears.meshes) if index in one.gears)
+        teeth = gears.gears[index].geometry.teeth
         # a multiple that is no whole order is not in an average
         orders = {(teeth * rate / rates[mesh]).numerator for rate in rates}
         return TurningGear(
@@ -183,44 +272,86 @@ class SignalsProblem(MotionProblem):
             orders=tuple(sorted(orders)),
         )
 
+    @cached_property
+    def sampling(self) -> Sampling:
+        """How signals are sampled; InputError where they are too long or short."""
+        study, turning = self.study, self.turning
+        start, end = study.mesh_frequencies
+        duration = study.seconds or study.turns / turning.turn_frequency(start)
+        ramp = SpeedRamp(start=start, end=end, duration=duration)
+        sampling = Sampling(turning, ramp, study.turns, study.samples, study.pulses)
+        self._require_length(sampling)
+        return sampling
+
+    def _require_length(self, sampling: Sampling) -> None:
+        """Refuse signals that are too long, or a ramp too short for a turn."""
+        study, turning = self.study, sampling.gear
+        name, value = "turns", f"{study.turns}"
+        if study.is_ramp:
+            name, value = "seconds", f"{study.seconds:g}"
+        shown = f"{display_name(study, name)} = {value}"
+        turns = turning.turns(sampling.ramp.cycles)
+        if turns < 1.0 - TURN_RTOL:
+            raise InputError(
+                f"{shown}; {turning.name} turns {turns:.3g} times, 1 turn is needed"
+            )
+        if study.pulses and turns * study.pulses < MIN_PULSES:
+            raise InputError(
+                f"{shown}; {display_name(study, 'pulses')} = {study.pulses} makes "
+                f"{turns * study.pulses:.3g} pulses, {MIN_PULSES} or more are needed"
+            )
+        samples = round(sampling.ramp.duration * sampling.rate)
+        if samples > MAX_SAMPLES:
+            raise InputError(
+                f"{shown}; {turning.teeth} teeth and "
+                f"{study.samples} samples per mesh cycle make {samples} samples, at "
+                f"most {MAX_SAMPLES} are allowed"
+            )
+
     def tasks(self) -> Iterator[Task]:
         yield Task("signals", self._measured)
 
     def _measured(self, job: Job) -> SignalsResult:
         """The signals; DivergedError where the motion has no bound."""
-        study, turning = self.study, self.turning
-        motion, _ = self.settled_motion(job)
-        if not motion.response.multiple:
+        study, sampling = self.study, self.sampling
+        state, observer = self.start_state(job)
+        response, _, settings = bounded_response(
+            self.system, study.frequency, self.integration, state, observer.callback
+        )
+        if not (study.is_ramp or response.multiple):
             raise InputError(
                 f"the motion at {study.frequency:g} Hz does not repeat; signals are "
                 "those of one that does"
             )
-        sampling, noise = self.sampling, 0.01 * study.noise_percent
-        sampled = sample_signals(
-            motion.system, motion.history, sampling, noise, study.seed
+        checks = check_truncation(
+            self.system, [response], self.integration, observer.callback
         )
+        noise = 0.01 * study.noise_percent
+        try:
+            sampled = sample_signals(
+                self.system, response, settings, sampling, noise, study.seed
+            )
+        except Diverged as error:
+            frequency = float(sampling.ramp.frequency_at(np.array(error.part)))
+            raise DivergedError(frequency, error.part) from None
+        window = min(study.window, sampled.average.turns)
+        highest = MAX_HARMONIC * sampling.gear.teeth
         return SignalsResult(
-            study,
-            self.facts(self.single_torque, motion, ()),
-            self.single_torque,
-            turning,
-            sampling.time,
-            sampled.names,
-            sampled.values,
-            sampled.average,
-            self.tooth_at_pitch_point,
-            self.turns_of_motion(motion.response.multiple),
+            study=study,
+            facts=self.facts(self.single_torque, response, checks),
+            torque=self.single_torque,
+            gear=sampling.gear,
+            ramp=sampling.ramp,
+            time=sampled.time,
+            names=sampled.names,
+            values=sampled.values,
+            average=sampled.average,
+            orders=order_map(sampled.over_angle, sampling.points, window, highest),
+            tooth=self.tooth_at_pitch_point,
+            turns_of_motion=self._turns_of_motion(response.multiple or 1),
         )
 
-    @property
-    def sampling(self) -> Sampling:
-        """How signals are sampled over the turns of the gear."""
-        study, turning = self.study, self.turning
-        frequency = turning.turn_frequency(study.frequency)
-        per_turn = turning.teeth * study.samples
-        return Sampling(study.turns, per_turn, frequency, turning.orders)
-
-    def turns_of_motion(self, multiple: int) -> int:
+    def _turns_of_motion(self, multiple: int) -> int:
         """Turns of the gear after which the motion repeats.
 
         multiple : number of common periods after which it does
@@ -231,7 +362,7 @@ class SignalsProblem(MotionProblem):
 
     @property
     def tooth_at_pitch_point(self) -> NDArray[np.int64]:
-        """The gear's tooth (p,) at the pitch point of its first mesh, from 1."""
+        """The gear's tooth (p,) nearest to its first mesh's pitch point, from 1."""
         turning, points = self.turning, self.sampling.points
         position = turning.phase + turning.teeth * np.arange(points) / points
         cycle = np.floor(position + 0.5).astype(np.int64)
@@ -250,204 +381,3 @@ def _gear_index(gears: GearSet, study: Signals) -> int:
             f"{', '.join(names)}"
         )
     return meshing[names.index(study.gear_name)]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class SignalsResult(StudyResult):
-    """Signals at equal steps of time, and their averages over turns of a gear.
-
-    torque : on the input gear [N m]
-    gear : over whose turns signals are averaged
-    time : (t,) [s]
-    names : of the c signals, with their units
-    values : (t, c) samples
-    average : over the turns
-    tooth : (p,) of the gear at the pitch point of its first mesh, from 1
-    turns_of_motion : of the gear, after which the motion repeats
-    """
-
-    study: Signals
-    facts: TrainFacts
-    torque: float
-    gear: TurningGear
-    time: Array
-    names: tuple[str, ...]
-    values: Array
-    average: TurnAverage
-    tooth: NDArray[np.int64]
-    turns_of_motion: int
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        study, turn_frequency = self.study, self._turn_frequency
-        return {
-            **self.facts.summary,
-            "torque_Nm": self.torque,
-            "speed_Hz": study.frequency,
-            "gear": self.gear.name,
-            "gear_speed_rpm": SECONDS_PER_MINUTE * turn_frequency,
-            "turns": self.average.turns,
-            "motion_repeats_turns": self.turns_of_motion,
-            "sampling_rate_Hz": turn_frequency * self.gear.teeth * study.samples,
-            "noise_percent": study.noise_percent,
-            "mesh_orders": list(self.gear.orders),
-            "signals": [self._entry(c) for c in range(len(self.names))],
-            "warnings": list(self.facts.warnings),
-        }
-
-    @property
-    def _turn_frequency(self) -> float:
-        return self.gear.turn_frequency(self.study.frequency)
-
-    @cached_property
-    def _indicators(self) -> Mapping[str, Array]:
-        return residual_indicators(self.average, self.tooth)
-
-    def _entry(self, c: int) -> dict[str, Any]:
-        """What the average of a signal tells, in the unit at the end of its name."""
-        average, has_residual = self.average, bool(self.average.has_residual[c])
-        amplitude = average.amplitude[:, c]
-        orders = np.arange(amplitude.size)
-        of_mesh = np.any([orders % order == 0 for order in average.orders], axis=0)
-        sidebands = np.where(of_mesh, 0.0, amplitude)
-        indicators = {name: float(v[c]) for name, v in self._indicators.items()}
-        return {
-            "signal": self.names[c],
-            "unit": unit_of_column(self.names[c]),
-            "mesh_amplitude": float(amplitude[1:][of_mesh[1:]].max()),
-            "sideband_amplitude": float(sidebands.max()),
-            "sideband_order": int(sidebands.argmax()) if has_residual else None,
-            "residual_rms": indicators["residual_rms"],
-            "residual_peak": indicators["residual_peak"],
-            "residual_kurtosis": finite_or_none(indicators["residual_kurtosis"]),
-            "residual_peak_angle_deg": finite_or_none(
-                360.0 * float(average.peak_turn[c])
-            ),
-            "tooth": int(indicators["tooth"]) if has_residual else None,
-        }
-
-    @property
-    def _header(self) -> dict[str, str]:
-        study = self.study
-        return {
-            **self.facts.header,
-            "gear": self.gear.name,
-            "turns": str(self.average.turns),
-            "noise [%]": f"{study.noise_percent:g}, seed {study.seed}",
-        }
-
-    @property
-    def table(self) -> Table:
-        """A row for every sample."""
-        turns = self.time * self._turn_frequency
-        columns = {"time_s": self.time, "turns_of_gear": turns}
-        return Table.of(columns | self._columns(self.values), self._header)
-
-    def _columns(self, values: Array, prefix: str = "") -> dict[str, Array]:
-        return {f"{prefix}{name}": values[:, c] for c, name in enumerate(self.names)}
-
-    @property
-    def more_tables(self) -> dict[str, Table]:
-        """A row for every angle of the average, and for every order."""
-        average, teeth = self.average, self.gear.teeth
-        points, order = len(average.values), np.arange(len(average.amplitude))
-        harmonic = np.floor(order / teeth + 0.5).astype(int)
-        over_turn = {
-            "angle_deg": 360.0 * np.arange(points) / points,
-            "tooth": self.tooth,
-            **self._columns(average.values),
-            **self._columns(average.residual, "residual_"),
-        }
-        over_order = {
-            "order": order,
-            "frequency_Hz": order * self._turn_frequency,
-            "mesh_harmonic": harmonic,
-            "sideband": order - harmonic * teeth,
-            **self._columns(average.amplitude),
-        }
-        return {
-            "average": Table.of(over_turn, self._header),
-            "spectrum": Table.of(over_order, self._header),
-        }
-
-    @property
-    def figures(self) -> dict[str, Draw]:
-        """Average, residual and spectrum of the first signals."""
-        return {"plot": self._picture}
-
-    def _picture(self) -> Any:
-        curves = [self._curves(c) for c in range(len(self.names))[:SHOWN_SIGNALS]]
-        noise = self.study.noise_percent
-        title = f"{self._title}{f', {noise:g} % noise' if noise else ''}"
-        angle = np.arange(len(self.tooth)) / len(self.tooth)
-        start = 1.0 + self.gear.phase % self.gear.teeth
-        tooth = start + self.gear.teeth * angle
-        return draw_turn_averages(curves, tooth, self.gear.orders, title)
-
-    def _curves(self, c: int) -> AverageCurves:
-        average, name = self.average, self.names[c]
-        scale, unit = SCALES[unit_of_column(name)]
-        values = scale * average.values[:, c]
-        return AverageCurves(
-            name=f"{_label(name)}\n[{unit}]",
-            average=values - values.mean(),
-            residual=scale * average.residual[:, c],
-            amplitude=scale * average.amplitude[:, c],
-            has_residual=bool(average.has_residual[c]),
-        )
-
-    @property
-    def _title(self) -> str:
-        values = self.summary
-        return (
-            f"{values['gear_set']} at {values['speed_Hz']:g} Hz and "
-            f"{self.torque:g} N m, model {values['model']}, {values['excitation']}: "
-            f"{self.average.turns} turns of {self.gear.name} at "
-            f"{values['gear_speed_rpm']:.5g} rpm"
-        )
-
-    def page(self) -> Page:
-        values = self.summary
-        yield from self.facts.notes
-        yield self._title
-        yield RowTable(values["signals"], SIGNAL_COLUMNS, "averages over a turn")
-        if self.average.turns % self.turns_of_motion:
-            yield (
-                f"the motion repeats after {self.turns_of_motion} turns; averages over "
-                "other numbers of turns, but their multiples, contain a part of other "
-                "meshes and gears"
-            )
-
-
-def _label(name: str) -> str:
-    """Name of a signal without its unit, in words."""
-    for suffix in ("_m", "_rad_per_s", "_N"):
-        name = name.removesuffix(suffix)
-    for short, text in (("_dte", ": transmission error"), ("_speed", ": speed")):
-        name = name.replace(short, text)
-    return name.replace("_", " ")
-
-
-def _scaled(name: str) -> Callable[[Any], str]:
-    """The cell of a value in the unit that is shown."""
-    return lambda row: number(SCALES[row["unit"]][0] * row[name], 3)
-
-
-def _tooth_text(row: Any) -> str:
-    return "none" if row["tooth"] is None else str(row["tooth"])
-
-
-def _kurtosis_text(row: Any) -> str:
-    kurtosis = row["residual_kurtosis"]
-    return "none" if kurtosis is None else number(kurtosis, 3)
-
-
-SIGNAL_COLUMNS: Columns = {
-    "signal": lambda row: _label(row["signal"]),
-    "unit": lambda row: SCALES[row["unit"]][1],
-    "at orders\nof meshes": _scaled("mesh_amplitude"),
-    "largest\nsideband": _scaled("sideband_amplitude"),
-    "largest\nresidual": _scaled("residual_peak"),
-    "at tooth": _tooth_text,
-    "kurtosis of\nresidual": _kurtosis_text,
-}

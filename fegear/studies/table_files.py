@@ -1,7 +1,7 @@
 """Tables of results as files that other programs read, by the ending of the name.
 
-CSV has the table of a result. MAT files and spreadsheets have all of its tables, with
-the unit and the meaning of every column, and NetCDF the whole result.
+CSV has the table of a result. MAT and HDF5 files and spreadsheets have all of its
+tables, with the unit and the meaning of every column, and NetCDF the whole result.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.files.data_sets import DataArray, write_data_set
 from fegear.files.errors import InputError
 from fegear.files.excel import Sheet, wrapped, write_excel
 from fegear.files.matlab import (
@@ -23,7 +24,13 @@ from fegear.files.matlab import (
     text_cells,
     write_matlab,
 )
-from fegear.files.output import SINGLE_TABLES, path_of, require_ending, write_text
+from fegear.files.output import (
+    HDF5,
+    SINGLE_TABLES,
+    path_of,
+    require_ending,
+    write_text,
+)
 from fegear.files.version import package_version
 from fegear.studies.columns import MAIN, meaning_and_unit
 from fegear.studies.saving import save, tables_of
@@ -194,5 +201,25 @@ def _sheet(names: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Sheet:
     return Sheet(dict(zip(names, cells, strict=True)))
 
 
+def _write_hdf5(path: Path, command: str, tables: Mapping[str, DescribedTable]) -> None:
+    """A group of columns for each table."""
+    groups = {}
+    attributes = {"made_with": f"fegear {package_version()}, {command}"}
+    for name, table in tables.items():
+        described = zip(table.columns.items(), table.units, table.meanings, strict=True)
+        groups[name] = {
+            key: DataArray(
+                values, ("row",), {"units": unit or "1", "long_name": meaning}
+            )
+            for (key, values), unit, meaning in described
+        }
+        attributes |= table.entries
+    write_data_set(path, attributes, groups)
+
+
 Writer = Callable[[Path, str, Mapping[str, DescribedTable]], None]
-WRITERS: Mapping[str, Writer] = {".mat": _write_matlab, ".xlsx": _write_excel}
+WRITERS: Mapping[str, Writer] = {
+    ".mat": _write_matlab,
+    ".xlsx": _write_excel,
+    HDF5: _write_hdf5,
+}

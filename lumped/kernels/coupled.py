@@ -55,6 +55,7 @@ from lumped.kernels.coupled_variables import (
     multiply_row,
     set_variables,
 )
+from lumped.kernels.mesh_force import record_state
 
 START_ITERATIONS = 4  # rounds after which the forces before the start are known
 # Steps between looks at the range of deflection while it settles
@@ -432,25 +433,34 @@ def next_node(k, grid_steps):
 
 
 @compiled
-def record_motion(system, steps, periods, state, limit, out):
-    """Record the motion as `lumped.kernels.rk4.record_motion` does."""
+def record_motion(system, steps, periods, state, limit, out, states):
+    """Record the motion as `lumped.kernels.rk4.record_motion` does.
+
+    The forces at its end are saved for another call.
+    """
     q, v = state[0], state[1]
     motion, changes = new_motion(system), new_changes(system, steps, 0)
     count = steps.h.size
     grid_steps = steps.grid.gap.shape[0]
     set_state(steps, motion, q, v)
-    set_start_forces(system, steps, 0, motion, changes)
+    if steps.continues[0]:
+        restore_forces(steps, motion)
+    else:
+        set_start_forces(system, steps, 0, motion, changes)
     for row in range(periods * count):
         k = row % count
         get_state(steps, motion, q, v)
         if not is_bounded(q, v, limit):
             return NOT_FINITE, row + 1
         record_row(system, steps, k % grid_steps, motion, v, out[row])
+        record_state(states, row, q, v)
         advance(system, steps, next_node(k, grid_steps), motion)
     get_state(steps, motion, q, v)
     if not is_bounded(q, v, limit):
         return NOT_FINITE, periods * count
     record_row(system, steps, 0, motion, v, out[-1])
+    record_state(states, periods * count, q, v)
+    save_forces(steps, motion)
     return FINISHED, periods * count
 
 

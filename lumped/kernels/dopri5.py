@@ -29,7 +29,7 @@ from lumped.kernels.convergence import (
     update_limits,
 )
 from lumped.kernels.excitation import position, set_excitation, set_pitch, value_at
-from lumped.kernels.mesh_force import record, record_before
+from lumped.kernels.mesh_force import record, record_before, record_state
 
 C = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 A = np.array(
@@ -223,12 +223,13 @@ def locate_contact_change(system, excitation, frequency, work, time, h, y):
 
 
 @compiled_part
-def advance(system, excitation, rules, work, y, span, grid, out):
+def advance(system, excitation, rules, work, y, span, grid, recorded):
     """Integrate y (2, n) over span (from, to); returns (status, time reached, error).
 
     The error is the sum of what the steps' estimates say, in the norm of the energy.
 
-    grid : (g,) times at which to record into out (g, 6, m); may be empty
+    grid : (g,) times at which to record, may be empty; recorded : out (g, 6, m) and
+        states (g, 2, n) or (0, 2, n)
     """
     frequency, stops = rules.frequency, excitation.stops
     contact, stiffness, gap, s = work.contact, work.stiffness, work.gap, work.deflection
@@ -273,7 +274,7 @@ def advance(system, excitation, rules, work, y, span, grid, out):
         while row < grid.size and grid[row] <= time + h_now:
             theta = (grid[row] - time) / h_now
             set_dense_output(work.slopes, y, h_now / frequency, theta, work.trial)
-            record_row(system, excitation, work, grid[row], out[row])
+            record_row(system, excitation, work, grid[row], row, recorded)
             set_pitch(excitation, time, 1)
             row += 1
         accept_step(work.end, y)
@@ -288,9 +289,10 @@ def advance(system, excitation, rules, work, y, span, grid, out):
 
 
 @compiled_part
-def record_row(system, excitation, work, time, out):
-    """Record the trial state, see `record`."""
-    q, v = work.trial[0], work.trial[1]
+def record_row(system, excitation, work, time, row, recorded):
+    """Record the trial state as a row, see `record` and `record_state`."""
+    q, v, out = work.trial[0], work.trial[1], recorded[0][row]
+    record_state(recorded[1], row, q, v)
     set_pitch(excitation, time, 1)
     set_excitation(excitation, time, 1, work.stiffness, work.gap)
     record(system, work.stiffness, work.gap, q, v, out)
@@ -346,13 +348,14 @@ def make_work(system, excitation, limits):
 
 
 @compiled
-def record_dopri5(system, excitation, rules, span, state, grid, out):
+def record_dopri5(system, excitation, rules, span, state, grid, recorded):
     """Integrate over a span and record at the grid's times; returns (status, time).
 
-    rules : AdaptiveRules
+    rules : AdaptiveRules; recorded : see `advance`
     """
     work = make_work(system, excitation, np.zeros((2, system.shapes.shape[0])))
-    status, time, _ = advance(system, excitation, rules, work, state, span, grid, out)
+    arguments = work, state, span, grid, recorded
+    status, time, _ = advance(system, excitation, rules, *arguments)
     return status, time
 
 
@@ -371,13 +374,14 @@ def settle_dopri5(
     work = make_work(system, excitation, convergence.limits)
     first = excitation.pitches[:, PITCH].copy()
     no_times, no_rows = np.empty(0), np.empty((0, 6, system.shapes.shape[0]))
+    nowhere = no_rows, np.empty((0, 2, state.shape[1]))
     for _ in range(max_periods):
         begin_period(convergence)
         error = 0.0
         for number in range(count):
             excitation.pitches[:, PITCH] = first + number * pitches
             status, time, part = advance(
-                system, excitation, rules, work, state, (0.0, length), no_times, no_rows
+                system, excitation, rules, work, state, (0.0, length), no_times, nowhere
             )
             error += part
             if status != FINISHED:

@@ -85,6 +85,15 @@ def record(system, stiffness, gap, q, v, out):
 
 
 @inlined
+def record_state(states, row, q, v):
+    """Record displacements and velocities (n,) in a row of states (t, 2, n), if any."""
+    if row < states.shape[0]:
+        for i in range(q.size):
+            states[row, 0, i] = q[i]
+            states[row, 1, i] = v[i]
+
+
+@inlined
 def record_before(system, stiffness, gap, q, out):
     """The last row of a record: forces [N] with limits of the excitation from below."""
     shapes, backlash = system.shapes, system.backlash

@@ -28,7 +28,12 @@ from lumped.kernels.convergence import (
     update_limits,
 )
 from lumped.kernels.friction import record_friction, set_friction_acceleration
-from lumped.kernels.mesh_force import record, record_before, set_spring_acceleration
+from lumped.kernels.mesh_force import (
+    record,
+    record_before,
+    record_state,
+    set_spring_acceleration,
+)
 from lumped.kernels.tangent import normalise_perturbations, set_varied_acceleration
 
 STEPS_PER_RESCALING = 64  # steps after which small changes are brought back to length 1
@@ -124,12 +129,13 @@ def rk4_step(system, samples, k, q, v, work, s, scratch):
 
 
 @compiled
-def record_motion(system, samples, periods, state, limit, out):
+def record_motion(system, samples, periods, state, limit, out, states):
     """Integrate over whole common periods and record the motion.
 
     system : ModalSystem; samples : Samples, h in [s]
     state : (2, n) modal displacements and velocities, advanced in place
     out : (periods * steps + 1, 6, m), see `record`
+    states : (periods * steps + 1, 2, n) records the states, or (0, 2, n)
     Returns (status, steps done).
     """
     q, v = state[0], state[1]
@@ -139,10 +145,12 @@ def record_motion(system, samples, periods, state, limit, out):
     for row in range(periods * steps):
         k = row % steps
         record_row(system, samples, k, q, v, out[row])
+        record_state(states, row, q, v)
         rk4_step(system, samples, k, q, v, work, s, scratch)
         if not is_bounded(q, v, limit):
             return NOT_FINITE, row + 1
     record_row(system, samples, 0, q, v, out[-1])
+    record_state(states, periods * steps, q, v)
     return FINISHED, periods * steps
 
 

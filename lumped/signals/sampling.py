@@ -2,74 +2,189 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.signals.averages import TurnAverage, synchronous_average
-from lumped.signals.sensors import CoordinateMotion, sensor_signals, with_noise
-from lumped.steady.response import History
+from lumped.signals.coordinate_motion import (
+    CoordinateMotion,
+    coordinate_motion,
+    ramp_pieces,
+)
+from lumped.signals.orders import pulse_times, resample_at, times_at_angles
+from lumped.signals.sensors import signals_of_pieces, with_noise
+from lumped.steady.ramps import SpeedRamp
+from lumped.steady.response import Response
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import stepper_of, steps_per_period
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
+TURN_RTOL = 1e-9  # by which a turn may be short
 
 
-class Sampling(NamedTuple):
-    """How signals are sampled over the turns of a gear.
+@dataclass(frozen=True)
+class TurningGear:
+    """A gear by its turns.
 
-    turns : of the gear
-    points : samples in a turn
-    turn_frequency : turns per second
+    index, mesh : of the gear and of its first mesh, from 0
+    rate : cycles of that mesh per cycle of the first mesh
+    phase : of that mesh at the start; where it is whole, a tooth is at the pitch point
     orders : cycles per turn of the gear whose multiples are those of meshes
     """
 
-    turns: int
-    points: int
-    turn_frequency: float
+    index: int
+    name: str
+    teeth: int
+    mesh: int
+    rate: Fraction
+    phase: float
     orders: tuple[int, ...]
+
+    def turn_frequency(self, mesh_frequency: float) -> float:
+        """Turns per second at a frequency of the first mesh [Hz]."""
+        return mesh_frequency * float(self.rate) / self.teeth
+
+    def turns(self, cycles: Any) -> Any:
+        """Turns of the gear after cycles of the first mesh."""
+        return cycles * float(self.rate) / self.teeth
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How signals are sampled over the turns of a gear.
+
+    gear : over whose turns signals are averaged
+    ramp : speed over time, constant or not
+    turns : of the gear, at constant speed
+    samples : in a cycle of its first mesh, at the highest speed of a ramp
+    pulses : per turn of a tachometer that gives the angle of the gear; 0 where it is
+        that of the nominal speed
+    """
+
+    gear: TurningGear
+    ramp: SpeedRamp
+    turns: int
+    samples: int
+    pulses: int = 0
+
+    @property
+    def points(self) -> int:
+        """Samples in a turn of the gear."""
+        return self.gear.teeth * self.samples
+
+    @property
+    def rate(self) -> float:
+        """Samples per second, of the highest speed [Hz]."""
+        highest = max(self.ramp.start, self.ramp.end)
+        return self.gear.turn_frequency(highest) * self.points
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether the speed is constant."""
+        return self.ramp.start == self.ramp.end
 
     @property
     def time(self) -> Array:
         """Times (t,) of the samples [s]."""
-        turn_time = 1.0 / self.turn_frequency
-        return turn_time * np.arange(self.turns * self.points) / self.points
+        if self.is_constant:
+            count = self.turns * self.points
+            if self.pulses:  # vibration may delay the last one
+                count += self.samples
+        else:
+            count = 1 + int(self.ramp.duration * self.rate)
+        return np.arange(count) / self.rate
+
+    def over_angle(self, time: Array, values: Array, rotation: Array) -> Array:
+        """Signals (k, c) at equal angles over whole turns of the gear.
+
+        time, values : (t,) and (t, c) of the samples
+        rotation : (t,) of the gear by vibration at these times [rad]
+        """
+        if self.is_constant and not self.pulses:
+            return values
+        turns = self.gear.turns(self.ramp.cycles_at(time))
+        if self.pulses:
+            turns = turns + (rotation - rotation[0]) / (2.0 * np.pi)
+            pulse = pulse_times(time, turns, self.pulses)
+            whole = (pulse.size - 1) // self.pulses
+            if self.is_constant:
+                whole = min(whole, self.turns)
+            at = times_at_angles(pulse, self.pulses, self._angle(max(1, whole)))
+        else:
+            angle = self._angle(int(turns[-1] + TURN_RTOL))
+            at = self.ramp.time_at(angle / self.gear.turns(1.0))
+        return resample_at(time, values, np.clip(at, 0.0, time[-1]))
+
+    def _angle(self, turns: int) -> Array:
+        """Equal angles (k,) over some turns [turns]."""
+        return np.arange(turns * self.points) / self.points
 
 
 @dataclass(frozen=True, eq=False)
 class SampledSignals:
     """Signals of sensors at equal steps of time, and their averages.
 
+    time : (t,) [s]
     names : of the c signals, with their units
     values : (t, c) samples
-    average : over the turns
+    over_angle : (k, c) at equal angles over whole turns
+    average : over these turns
     """
 
+    time: Array
     names: tuple[str, ...]
     values: Array
+    over_angle: Array
     average: TurnAverage
 
 
 def sample_signals(
     system: LumpedSystem,
-    history: History,
+    response: Response,
+    settings: Settings,
     sampling: Sampling,
     noise: float = 0.0,
     seed: int = 0,
 ) -> SampledSignals:
-    """Signals of a motion that repeats.
+    """Signals of a motion that repeats, or of a ramp that begins with it.
 
-    history : motion over the time after which it repeats
+    response : steady state at the speed, or at the start of the ramp
+    settings : with which it settled
     noise : standard deviation of white noise over that of each signal; seed : of it
+    Raises Diverged if the motion through a ramp has no bound.
     """
-    clean = sensor_signals(CoordinateMotion(system, history), sampling.time)
+    time = sampling.time
+    pieces = _pieces(system, response, settings, sampling)
+    clean, rotation = signals_of_pieces(pieces, time, sampling.gear.index)
     signals = with_noise(clean, noise, seed)
     values = np.stack(list(signals.values()), axis=1)
-    average, turns = synchronous_average(values, sampling.points, sampling.points)
-    average_over_turns = TurnAverage(average, turns, sampling.orders)
-    return SampledSignals(tuple(signals), values, average_over_turns)
+    over_angle = sampling.over_angle(time, values, rotation)
+    average, turns = synchronous_average(over_angle, sampling.points, sampling.points)
+    average_over_turns = TurnAverage(average, turns, sampling.gear.orders)
+    return SampledSignals(time, tuple(signals), values, over_angle, average_over_turns)
+
+
+def _pieces(
+    system: LumpedSystem, response: Response, settings: Settings, sampling: Sampling
+) -> Iterable[CoordinateMotion]:
+    """Motion of all coordinates, over the time after which it repeats or a ramp."""
+    if not sampling.is_constant:
+        return ramp_pieces(system, sampling.ramp, settings, response.state)
+    frequency = sampling.ramp.start
+    if not response.multiple:
+        raise ValueError(f"the motion at {frequency:g} Hz must repeat")
+    _, history = stepper_of(system, settings).record(
+        response.state, Speed(frequency, settings), response.multiple, with_states=True
+    )
+    steps = steps_per_period(system, frequency, settings)
+    return [coordinate_motion(system, history, steps)]
 
 
 def residual_indicators(

@@ -84,10 +84,9 @@ def time_history(
     callback : function called while the motion settles, see `steady_state`
     Raises DivergedError, which names the speed and the time.
     """
-    response, history, settings = respond_confirmed(
-        system, frequency, settings, state, callback=callback
+    response, history, settings = bounded_response(
+        system, frequency, settings, state, callback
     )
-    _require_bounded(response)
     section_history = history
     if not response.multiple:
         section_settings = replace(
@@ -109,6 +108,22 @@ def time_history(
         friction_power(system, history),
         _transmitted_power(system, frequency, settings, history),
     )
+
+
+def bounded_response(
+    system: LumpedSystem,
+    frequency: float,
+    settings: Settings | None = None,
+    state: Array | None = None,
+    callback: Callback = lambda frequency, period: None,
+) -> tuple[Response, History, Settings]:
+    """Response, motion and settings of `respond_confirmed`.
+
+    Raises DivergedError, which names the speed and the time.
+    """
+    result = respond_confirmed(system, frequency, settings, state, callback=callback)
+    _require_bounded(result[0])
+    return result
 
 
 def _transmitted_power(

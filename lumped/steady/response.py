@@ -55,6 +55,8 @@ class History:
     bearings : (t, b, 4) array or None
         Displacement along x and y [m] of the rings of b rolling bearings, and the force
         of the ring on its rolling elements along x and y [N].
+    states : (t, 2, n) array or None
+        Displacements and velocities of the n coordinates that are integrated.
     """
 
     time: Array
@@ -67,6 +69,7 @@ class History:
     contacts: Array | None = field(default=None, kw_only=True)
     friction: Array | None = field(default=None, kw_only=True)
     bearings: Array | None = field(default=None, kw_only=True)
+    states: Array | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)

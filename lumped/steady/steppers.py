@@ -157,16 +157,34 @@ class FixedStepper(LumpedStepper):
                 return settled
             speed.callback(convergence.period - first_period)
 
-    def record(self, state: Array, speed: Speed, periods: int) -> tuple[Array, History]:
-        system, now = self.system, self._at_speed(state, speed)
+    def record(
+        self, state: Array, speed: Speed, periods: int, with_states: bool = False
+    ) -> tuple[Array, History]:
+        now = self._at_speed(state, speed)
         arrays, steps = self.kernel_arguments(speed)
+        if self.system.contacts is not None:
+            steps.continues[0] = 0
+        return now, self.record_steps(arrays, steps, periods, now, with_states)
+
+    def record_steps(
+        self, arrays: Any, steps: Any, periods: int, state: Array, with_states: bool
+    ) -> History:
+        """Motion over some rounds of steps; Diverged without a bound.
+
+        arrays, steps : see `kernel_arguments`
+        state : (2, n) at the start, advanced in place
+        with_states : whether the history has the states
+        """
+        system = self.system
         time, out = _allocate_motion(system, steps.h, periods)
+        states = np.empty((time.size if with_states else 0, *state.shape))
         status, _ = self._kernels.record_motion(
-            arrays, steps, periods, now, system.limit, out
+            arrays, steps, periods, state, system.limit, out, states
         )
         if status:
             raise Diverged(0.0)
-        return now, history_of(time, out, system)
+        history = history_of(time, out, system)
+        return replace(history, states=states) if with_states else history
 
     def integrate_variations(
         self, state: Array, speed: Speed, sections: Array, growth: Array
@@ -291,18 +309,22 @@ class AdaptiveStepper(LumpedStepper):
             raise Diverged(part)
         return now, settled
 
-    def record(self, state: Array, speed: Speed, periods: int) -> tuple[Array, History]:
+    def record(
+        self, state: Array, speed: Speed, periods: int, with_states: bool = False
+    ) -> tuple[Array, History]:
         """Record the motion on the grid of fixed steps."""
         from lumped.kernels import dopri5
 
         system, now = self.system, np.array(state)
         h = system.samples(steps_per_period(system, speed.frequency, speed.settings)).h
         time, out = _allocate_motion(system, h, periods)
+        states = np.empty((time.size if with_states else 0, *now.shape))
         rules, length = self._rules(speed), system.train.common_period[0]
         steps = h.size // system.repetitions
         grid = np.concatenate([[0.0], np.cumsum(h[:steps])])
         grid[-1] = length
         for number, start in enumerate(range(0, time.size - 1, steps)):
+            rows = slice(start, start + steps + 1)
             status, _ = dopri5.record_dopri5(
                 system.arrays,
                 system.excitation.pieces_in(number % system.repetitions),
@@ -310,11 +332,12 @@ class AdaptiveStepper(LumpedStepper):
                 (0.0, float(length)),
                 now,
                 grid,
-                out[start : start + steps + 1],
+                (out[rows], states[rows]),
             )
             if status:
                 raise Diverged(0.0)
-        return now, History(time / speed.frequency, *out.transpose(1, 0, 2))
+        history = History(time / speed.frequency, *out.transpose(1, 0, 2))
+        return now, replace(history, states=states) if with_states else history
 
     def monodromy(
         self, state: Array, speed: Speed, periods: int

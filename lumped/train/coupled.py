@@ -75,6 +75,8 @@ ADDED_STIFFNESS = 1e-9
 REST_ATTEMPTS = (0.0, False), (ADDED_STIFFNESS, False), (0.0, True)
 
 
+# fields of a ContactGrid without a row for each step
+CONSTANT_ON_GRID = "periods", "first_wave", "wave_count"
 MODE_FIELDS = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
 
 
@@ -341,9 +343,7 @@ class LoadedState:
 
 def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem:
     """System in the form that the kernels take, without the ingredients left out."""
-    if "body" in coupled.without:
-        zeros = np.zeros_like(coupled.inertia_rows), np.zeros_like(coupled.work)
-        coupled = replace(coupled, inertia_rows=zeros[0], work=zeros[1])
+    coupled = _with_inertia(coupled)
     system, hubs = _in_mean_axes(
         *_with_body_modes(coupled, train), coupled.body_modes.pair_whirl
     )
@@ -354,6 +354,42 @@ def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem
             loaded = loaded_state(system, start)
             system = system._replace(contacts=leave_out(system, loaded))
     return system._replace(damping=_damping(system, hubs, train, coupled.body_modes))
+
+
+@dataclass(frozen=True, eq=False)
+class HubOutputs:
+    """Quantities k of the hubs of a coupled model of n coordinates and c contacts.
+
+    They are offset + rows q + sum over the contacts of their loads times per_load.
+
+    offset : (k,); rows : (k, n); per_load : (c, p + 1, k) [1/N]
+    """
+
+    offset: Array
+    rows: Array
+    per_load: Array
+
+
+def hub_outputs(
+    coupled: CoupledContacts, train: ModalTrain, shapes: Array
+) -> HubOutputs:
+    """Quantities of the hubs, as `coupled_system` has the deflections of the meshes.
+
+    shapes : (k, n) quantities per modal coordinate of the hubs
+    """
+    system, _ = _in_mean_axes(
+        *_with_body_modes(_with_inertia(coupled), replace(train, shapes=shapes)),
+        coupled.body_modes.pair_whirl,
+    )
+    return HubOutputs(system.offset, system.shapes, system.ahead)
+
+
+def _with_inertia(coupled: CoupledContacts) -> CoupledContacts:
+    """The contacts, without the inertia of the bodies where that is left out."""
+    if "body" not in coupled.without:
+        return coupled
+    zeros = np.zeros_like(coupled.inertia_rows), np.zeros_like(coupled.work)
+    return replace(coupled, inertia_rows=zeros[0], work=zeros[1])
 
 
 def _initial_coordinates(train: ModalTrain, system: CoupledSystem) -> Array:
@@ -486,17 +522,56 @@ def coupled_steps(
 
     repetitions : number of repetitions of the grid in a common period
     """
+    steps = len(grid.gap) // int(grid.periods[0])
+    h = np.full(repetitions * len(grid.gap), 1.0 / (frequency * steps))
+    return _steps_on_grid(system, linear, grid, frequency, h)
+
+
+def steps_of_cycle(
+    system: CoupledSystem,
+    linear: LinearPart,
+    grid: ContactGrid,
+    frequency: float,
+    cycle: int,
+) -> CoupledSteps:
+    """Steps of one cycle of the first mesh at its frequency [Hz].
+
+    cycle : number of the cycle in the time after which all meshes repeat
+    """
+    size = len(grid.gap)
+    steps = size // int(grid.periods[0])
+    nodes = cycle * steps + np.arange(steps + 1)  # with that at the end
+    rows, passed = nodes % size, (nodes // size)[:, None] * grid.periods
+    part = ContactGrid(
+        **{
+            name: getattr(grid, name)
+            if name in CONSTANT_ON_GRID
+            else np.ascontiguousarray(getattr(grid, name)[rows])
+            for name in ContactGrid._fields
+        }
+    )
+    part = part._replace(mesh_cycle=part.mesh_cycle + passed)
+    h = np.full(steps, 1.0 / (frequency * steps))
+    return _steps_on_grid(system, linear, part, frequency, h)
+
+
+def _steps_on_grid(
+    system: CoupledSystem,
+    linear: LinearPart,
+    grid: ContactGrid,
+    frequency: float,
+    sizes: Array,
+) -> CoupledSteps:
+    """Steps at the nodes of a grid; sizes : of all steps, which are equal [s]."""
     from lumped.kernels.coupled import add_wave_compliance
 
-    steps = len(grid.gap) // int(grid.periods[0])
-    h = 1.0 / (frequency * steps)
-    propagator = linear.step(frequency, h)
+    propagator = linear.step(frequency, float(sizes[0]))
     a, push = linear.n_standing, propagator.waves[:, 2:4].sum(axis=0)
     standing, newest = grid.rows[..., :a], propagator.force_response[:, :a]
     compliance = standing @ (standing @ newest).transpose(0, 2, 1) + grid.compliance
     add_wave_compliance(grid, push, compliance)
     return CoupledSteps(
-        h=np.full(repetitions * len(grid.gap), h),
+        h=sizes,
         grid=grid,
         propagator=propagator,
         compliance=compliance,

@@ -27,13 +27,16 @@ from lumped.train.at_rest import (
 )
 from lumped.train.coupled import (
     CoupledContacts,
+    HubOutputs,
     LoadedState,
     ModalTrain,
     contact_grid,
     coupled_steps,
     coupled_system,
+    hub_outputs,
     loaded_state,
     static_errors,
+    steps_of_cycle,
 )
 from lumped.train.excitation import MeshExcitation
 from lumped.train.friction import FrictionRows, ToothFriction, friction_rows
@@ -250,9 +253,21 @@ class LumpedSystem:
         """Coupled model in the form that the kernels take, None for models 1 to 3."""
         if self.contacts is None:
             return None
+        return coupled_system(self.contacts, self._modal_train)
+
+    @cached_property
+    def hub_outputs(self) -> HubOutputs:
+        """Displacements of the hubs of the coupled model in the train's coordinates."""
+        contacts = require_present(self.contacts, COUPLED_MODEL)
+        shapes = self.modes.shapes[:, self.moving]
+        return hub_outputs(contacts, self._modal_train, shapes)
+
+    @property
+    def _modal_train(self) -> ModalTrain:
+        """The train without its meshes, in the modes that take part."""
         modal, shapes = self.arrays, self.arrays.shapes
         meshes = np.einsum("m,mi,mj->ij", modal.mean_stiffness, shapes, shapes)
-        train = ModalTrain(
+        return ModalTrain(
             stiffness=np.diag(modal.rigidity) - meshes,
             damping=modal.damping,
             load=modal.load,
@@ -260,7 +275,6 @@ class LumpedSystem:
             rate=np.array([float(rate) for rate in self.train.mesh_rates]),
             start=modal.load / modal.rigidity,
         )
-        return coupled_system(self.contacts, train)
 
     @cached_property
     def rotating_frame(self) -> RotatingFrame | None:
@@ -489,6 +503,34 @@ class LumpedSystem:
             *(arrays, self._linear, self.contact_grid(steps)),
             *(frequency, self.repetitions),
         )
+
+    def coupled_cycle(self, steps: int, frequency: float, cycle: int) -> CoupledSteps:
+        """Steps of the coupled model in one cycle of the first mesh at its frequency.
+
+        Parameters
+        ----------
+        steps : int
+            Least number of steps per period of the first mesh.
+        frequency : float
+            Frequency of the first mesh [Hz].
+        cycle : int
+            Number of the cycle in the time after which all meshes repeat, from 0.
+
+        Returns
+        -------
+        CoupledSteps
+            Contacts and linear part of the model at the steps.
+
+        Raises
+        ------
+        TrainError
+            If a common period exceeds the memory allowed.
+        ValueError
+            If the model is not the coupled one.
+        """
+        arrays = require_present(self.coupled_arrays, COUPLED_MODEL)
+        grid = self.contact_grid(steps)
+        return steps_of_cycle(arrays, self._linear, grid, frequency, cycle)
 
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
     def contact_grid(self, steps: int) -> ContactGrid:

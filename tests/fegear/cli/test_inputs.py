@@ -288,6 +288,17 @@ FAULTS = (
     "faults SET --rpm 7000 --over pitch_error=0,1 --excitation rectangular --turns 2 "
     "--samples 8 --json"
 )
+COUPLED_FAULTS = (
+    f"faults SET {COARSE} --rpm 7000 --over pitch_error=1 --model coupled --turns 1 "
+    "--samples 8 --json"
+)
+RAMP = (
+    "signals SET --speed 1500:2100 --seconds 0.1 --excitation rectangular --samples 8 "
+    "--json"
+)
+COUPLED_SIGNALS = (
+    f"signals SET {COARSE} --speed 2000 --turns 1 --samples 8 --model coupled --json"
+)
 MAP = "map SET --at 3000 --over gear.a.mass_kg=0.1,0.2 --excitation rectangular --json"
 QUASI = f"dynamics SET {COARSE} --fidelity quasistatic --speeds 3000 --direction up"
 COUPLED_MAP = (
@@ -760,6 +771,12 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus(SIGNALS, "-o s.csv"),
         "--average": plus(SIGNALS, "--average a.csv"),
         "--spectrum": plus(SIGNALS, "--spectrum l.csv"),
+        "--seconds": swap(RAMP, "--seconds 0.1", "--seconds 0.2"),
+        "--pulses": plus(SIGNALS, "--pulses 8"),
+        "--window": plus(SIGNALS, "--window 1"),
+        "--orders": plus(SIGNALS, "--orders o.csv"),
+        "--order-map": plus(RAMP, "--order-map o.png"),
+        "--without": plus(COUPLED_SIGNALS, "--without body"),
     },
     "faults": lumped(FAULTS)
     | {
@@ -777,6 +794,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--noise-percent": plus(FAULTS, "--noise-percent 1"),
         "--seed": plus(f"{FAULTS} --noise-percent 1", "--seed 1"),
         "--averages": plus(f"{FAULTS} -o s.mat", "--averages"),
+        "--without": plus(COUPLED_FAULTS, "--without body"),
         "--output": plus(FAULTS, "-o s.csv"),
         "--labels": plus(FAULTS, "--labels l.csv"),
         "--overwrite": plus(FAULTS, "--overwrite", refused=True),

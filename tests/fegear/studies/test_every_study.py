@@ -409,6 +409,8 @@ EXAMPLES = {
         "turns": 2,
         "samples": 8,
         "noise_percent": 1.0 / 3.0,
+        "pulses": 3,
+        "window": 1,
         "model": replace(MODEL, translations=True),
     },
     "faults": {

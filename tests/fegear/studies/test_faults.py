@@ -54,9 +54,7 @@ def signals_of_run(result, run, **settings):
             torque=float(labels["torque_Nm"]),
             turns=2,
             samples=8,
-            model=MODEL,
-            integration=FINE,
-            **settings,
+            **{"model": MODEL, "integration": FINE} | settings,
         )
     )
 
@@ -109,6 +107,18 @@ def test_runs_without_noise_are_those_of_signals_too(result):
         np.testing.assert_array_equal(clean.runs.values[run].T, single.values)
     assert np.isnan(clean.runs.indicators["tooth"][:2]).all()
     assert (clean.runs.indicators["tooth"][2:, 0] == 12).all()
+
+
+@pytest.mark.slow
+def test_a_run_of_the_coupled_model_is_that_of_signals_to_the_bit():
+    source = fegear.StiffnessSource(resolution="coarse")
+    model = fegear.LumpedModel(number="coupled", stiffness=source)
+    settings = {"model": model, "integration": Settings()}
+    runs = fegear.run(study("pitch_error=0,3", **settings))
+    assert runs.runs.settled.all()
+    single = signals_of_run(runs, 1, **settings)
+    np.testing.assert_array_equal(runs.runs.values[1].T, single.values)
+    assert runs.runs.indicators["tooth"][1, 0] == 12
 
 
 def test_noise_differs_from_run_to_run_and_not_with_workers(noisy, result):

@@ -167,3 +167,111 @@ def test_a_motion_that_does_not_repeat_is_refused():
     model = replace(MODEL, damping_ratio=1e-4)
     with pytest.raises(InputError, match="500 Hz does not repeat"):
         signals(faulty(), model=model, integration=Settings(max_periods=40))
+
+
+def test_hdf5_has_all_tables_with_units(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    result = signals(faulty(0, 12, 2.0), turns=2)
+    result.write(tmp_path / "s.h5")
+    with h5py.File(tmp_path / "s.h5") as file:
+        assert set(file) == {"table", "average", "spectrum", "orders"}
+        for column, name in enumerate(result.names):
+            expected = result.values[:, column]
+            np.testing.assert_array_equal(file[f"table/{name}"][()], expected)
+        assert file["table/mesh1_dte_m"].attrs["units"] == "m"
+        assert file["average/tooth"].shape == result.tooth.shape
+        assert file.attrs["gear"] == "pinion"
+
+
+def ramp(gears, **settings):
+    defaults = {"speed": (500.0, 900.0), "seconds": 0.4}
+    return signals(gears, **defaults | {"turns": 16} | settings)
+
+
+@pytest.mark.parametrize("speed", [(500.0, 900.0), (900.0, 500.0)])
+def test_a_ramp_has_the_tooth_that_differs(speed):
+    result = ramp(faulty(0, 12, 2.0), speed=speed)
+    assert entries(result, "tooth").tolist() == [12] * 3
+    assert (entries(result, "residual_kurtosis") > 5.0).all()  # 3 of noise
+    values = result.summary
+    assert values["turns"] == int(700.0 * 0.4 / 38)
+    assert values["sampling_rate_Hz"] == pytest.approx(16 * 900.0)
+    assert (values["speed_Hz"], values["end_speed_Hz"]) == speed
+    first, *_, last = result.table.rows()
+    assert first[:3] == (0.0, 0.0, pytest.approx(60.0 * speed[0] / 38))
+    assert last[0] == pytest.approx(0.4, abs=1.0 / (16 * 900.0))
+    assert last[1] == pytest.approx(280.0 / 38, rel=1e-3)
+    assert last[2] == pytest.approx(60.0 * speed[1] / 38, rel=1e-3)
+
+
+def test_healthy_gears_have_lines_of_the_mesh_alone_through_a_ramp():
+    """But for the change of the amplitudes with speed, which smears them."""
+    result = ramp(faulty(), seconds=2.0)
+    orders = result.orders
+    amplitude = orders.amplitude[:, :, 0]
+    near = np.abs(orders.order - 38.0 * np.round(orders.order / 38.0)) <= 2.0
+    mesh = amplitude[:, orders.order == 38.0].min()
+    assert amplitude[:, ~near].max() < 0.01 * mesh
+    assert orders.turns[0] == 2.0
+    rows = list(result.more_tables["orders"].rows())
+    assert len(rows) == orders.amplitude.shape[0] * orders.order.size
+    assert rows[0][:3] == (2.0, pytest.approx(result._window_rpm[0]), 0.0)
+    names = result.more_tables["spectrum"].names
+    assert "frequency_Hz" not in names
+
+
+@pytest.mark.parametrize("speed", [(500.0, 900.0), 500.0])
+def test_pulses_of_a_tachometer_follow_the_gear(speed):
+    """Vibration moves them by a part of the sampling step."""
+    settings = {"speed": speed, "seconds": 0.4 if speed != 500.0 else None}
+    by_speed, by_pulses = (
+        signals(faulty(0, 12, 2.0), turns=5, pulses=pulses, **settings)
+        for pulses in (0, 4)
+    )
+    turns = by_pulses.average.turns
+    assert by_speed.average.turns - turns in (0, 1)
+    assert entries(by_pulses, "tooth").tolist() == [12] * 3
+    peaks = [entries(result, "residual_peak") for result in (by_speed, by_pulses)]
+    np.testing.assert_allclose(peaks[1], peaks[0], rtol=0.1)
+    assert by_pulses.summary["pulses_per_turn"] == 4
+
+
+def test_a_ramp_of_a_set_with_bearings_says_what_turns_it():
+    result = ramp(load_gear_set("liu-idler"), model=replace(MODEL, translations=True))
+    assert len(result.names) == 2 + 3 + 6
+    lines = [part for part in result.page() if isinstance(part, str)]
+    assert any("inertial forces of the mean acceleration" in line for line in lines)
+    assert "ramp" in result.table.header
+    assert set(result.figures) == {"plot", "order_map"}
+    assert set(signals(faulty()).figures) == {"plot"}
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"seconds": None}, "seconds is missing; a ramp"),
+        ({"speed": 500.0}, "seconds = 0.4; needs a speed A:B"),
+        ({"speed": (500.0, 500.0)}, "speeds of a ramp must differ"),
+        ({"seconds": 0.05}, "pinion turns 0.921 times, 1 turn is needed"),
+        ({"pulses": 1, "seconds": 0.2}, "makes 3.68 pulses, 4 or more are needed"),
+        ({"integration": Settings(method="dopri5")}, "takes rk4 only"),
+    ],
+)
+def test_a_ramp_that_gives_no_signals_is_refused(settings, message):
+    with pytest.raises(InputError, match=message):
+        ramp(faulty(), **settings)
+
+
+@pytest.mark.slow
+def test_signals_of_the_coupled_model_have_the_tooth():
+    """At constant speed, and through a ramp."""
+    source = fegear.StiffnessSource(resolution="coarse")
+    model = fegear.LumpedModel(number="coupled", stiffness=source)
+    settings = {"model": model, "integration": Settings(), "samples": 64}
+    for at in ({"speed": 570.0}, {"speed": (560.0, 580.0), "seconds": 0.25}):
+        result = signals(faulty(0, 12, 3.0), turns=2, **settings | at)
+        assert entries(result, "tooth").tolist() == [12] * 3
+        assert (entries(result, "residual_kurtosis") > 10.0).all()
+        # 4.08 um of finite elements of fidelity reduced at 570 Hz
+        peak = result.summary["signals"][0]["residual_peak"]
+        assert peak == pytest.approx(4.08e-6, rel=0.03)

@@ -66,6 +66,8 @@ rattle periodic roots-scaled --max-liftoffs 2
 clatter seed-five-speed --seconds 1
 stability liu-pair --over friction=0:0.1:3 --speeds 1400:1800:100
 sweep liu-pair --speeds 1000 --excitation rectangular --translations --set {BEARING}
+signals liu-pair --speed 900:1000 --seconds 0.2 --excitation rectangular
+signals liu-pair --speed 900:1000 --seconds 0.2 --model coupled
 map liu-pair --over damping_ratio=0.03,0.04 --at 1000
 bifurcations liu-pair --over damping_ratio=0.03,0.04 --at 1000
 """

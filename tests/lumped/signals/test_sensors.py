@@ -12,13 +12,19 @@ from fegear.gearset import load_gear_set
 from fegear.statics.excitation import StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped import Settings
-from lumped.signals.sensors import CoordinateMotion, sensor_signals, with_noise
-from lumped.steady.motion import time_history
+from lumped.signals.coordinate_motion import coordinate_motion
+from lumped.signals.sensors import sensor_signals, with_noise
+from lumped.steady.motion import bounded_response
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import stepper_of
+from tests.oracles.mode_motion import LinearModeMotion
 
 FREQUENCY = 900.0
 
 
-def idler_motion(steps, *, kind="rectangular", errors=True, direction=None):
+def idler_motion(
+    steps, *, kind="rectangular", errors=True, direction=None, method="rk4"
+):
     """The built-in train on bearings, one tooth of whose pinion is set back."""
     gears = load_gear_set("liu-idler")
     if errors:
@@ -33,35 +39,66 @@ def idler_motion(steps, *, kind="rectangular", errors=True, direction=None):
             for gear in system.train.gears
         )
         system = replace(system, train=replace(system.train, gears=parts))
-    settings = Settings(tolerance=1e-9, steps=steps)
-    return CoordinateMotion(system, time_history(system, FREQUENCY, settings).history)
+    steps = None if method == "dopri5" else steps
+    settings = Settings(tolerance=1e-9, steps=steps, method=method)
+    response, _, settings = bounded_response(system, FREQUENCY, settings)
+    at = response.state, Speed(FREQUENCY, settings), response.multiple
+    _, history = stepper_of(system, settings).record(*at, with_states=True)
+    return coordinate_motion(system, history), history
 
 
-def errors_of(motion):
-    """Largest errors of deflection and rate of all meshes, relative to their range."""
-    rows = motion.system.modes.coordinates.mesh_rows
-    history, moved = motion.history, motion.at(motion.history.time)
-    pairs = zip(moved, (history.deflection, history.rate), strict=True)
-    return [np.abs(x @ rows.T - y).max() / np.ptp(y) for x, y in pairs]
+def largest_errors(moved, expected):
+    """Largest errors of displacement and velocity, relative to their ranges."""
+    return [
+        np.abs(x - y).max() / np.ptp(y, axis=0).max()
+        for x, y in zip(moved, expected, strict=True)
+    ]
 
 
 @pytest.mark.parametrize("kind", ["rectangular", "trapezoid"])
-def test_modes_move_as_the_integration_says(kind):
-    errors = [errors_of(idler_motion(steps, kind=kind)) for steps in (128, 512)]
+def test_modes_move_as_their_mesh_forces_make_them(kind):
+    """Beside each mode as an oscillator under the recorded forces, line by line."""
+    errors = []
+    for steps in (128, 512):
+        motion, history = idler_motion(steps, kind=kind)
+        moved = motion.at(history.time)
+        expected = LinearModeMotion(motion.system, history).at(history.time)
+        errors.append(largest_errors(moved, expected))
     assert errors[1][0] < 5e-5
     assert errors[1][1] < 1e-3
-    # twice of half the steps, with kinks of second order, jumps of the rate of first
+    assert errors[0][0] > 4.0 * errors[1][0]
+
+
+@pytest.mark.parametrize("method", ["rk4", "dopri5"])
+def test_displacements_have_the_deflections_of_the_history(method):
+    motion, history = idler_motion(64, method=method)
+    rows = motion.system.modes.coordinates.mesh_rows.T
+    moved = [x @ rows for x in motion.at(history.time[:-1])]
+    recorded = history.deflection[:-1], history.rate[:-1]
+    assert max(largest_errors(moved, recorded)) < 1e-12
+
+
+def test_between_steps_motions_are_as_of_finer_steps():
+    """A velocity without jumps is of third order between the steps."""
+    fine, history = idler_motion(2048, kind="trapezoid")
+    expected = fine.at(history.time)
+    errors = []
+    for steps in (128, 256):
+        motion, _ = idler_motion(steps, kind="trapezoid")
+        errors.append(largest_errors(motion.at(history.time), expected))
+    assert errors[1][0] < 5e-6
+    assert errors[1][1] < 1e-4
     assert errors[0][0] > 8.0 * errors[1][0]
-    assert errors[0][1] > 2.5 * errors[1][1]
+    assert errors[0][1] > 4.0 * errors[1][1]
 
 
 def test_bearings_carry_the_mesh_forces_at_rest():
     """The mean of the bearing force balances those of the meshes of the gear."""
-    motion = idler_motion(256, direction=0.3)
+    motion, history = idler_motion(256, direction=0.3)
     time = np.arange(4096) * motion.period / 4096
     signals = sensor_signals(motion, time)
     coordinates = motion.system.modes.coordinates
-    force = np.trapezoid(motion.history.force, motion.history.time, axis=0)
+    force = np.trapezoid(history.force, history.time, axis=0)
     load = -coordinates.mesh_rows.T @ (force / motion.period)
     for number, gear in enumerate(motion.system.train.gears):
         for axis in "xy":
@@ -73,8 +110,8 @@ def test_bearings_carry_the_mesh_forces_at_rest():
 
 def test_speeds_follow_from_their_torques():
     """Euler's equation with the mesh forces that the integration gives."""
-    motion = idler_motion(512, kind="trapezoid")
-    train, history = motion.system.train, motion.history
+    motion, history = idler_motion(512, kind="trapezoid")
+    train = motion.system.train
     modes, coordinates = motion.system.modes, motion.system.modes.coordinates
     time = history.time
     displacement, velocity = motion.at(time)
@@ -108,10 +145,7 @@ def test_noise_has_its_part_and_its_seed():
     assert with_noise(signals, 0.0, 5) == signals
 
 
-def test_only_models_of_springs_have_signals():
-    motion = idler_motion(64, errors=False)
-    with pytest.raises(ValueError, match="models 1 to 3"):
-        CoordinateMotion(
-            type("Coupled", (), {"contacts": 1, "has_friction": False})(),  # type: ignore[arg-type]
-            motion.history,
-        )
+def test_a_history_without_states_gives_no_signals():
+    motion, history = idler_motion(64, errors=False)
+    with pytest.raises(ValueError, match="states is missing"):
+        coordinate_motion(motion.system, replace(history, states=None))
