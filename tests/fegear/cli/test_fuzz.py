@@ -26,7 +26,7 @@ def test_the_fuzzer_knows_every_option():
     flags |= {"--overwrite", "--whole", "--corner-contact", "--no-bending"}
     flags |= {"--varying-bending"}
     flags |= {"--all"}  # takes minutes
-    flags |= {"--chaos", "--exponents", "--root"}
+    flags |= {"--chaos", "--exponents", "--root", "--averages"}
     for name, options in option_lists().items():
         assert name in BASE
         for option in options:
