@@ -225,8 +225,9 @@ def _join(
     """One mesh of the layers of a healthy sector and of a region with cracks."""
     points, row = [region.points], np.full(len(healthy.points), -1)
     for column in range(2):
-        known = loop.nodes[:, column] >= 0
-        row[loop.nodes[known, column]] = region.loop[known, 2 * column]
+        healthy_node = loop.nodes[:, column]
+        exists = healthy_node >= 0
+        row[healthy_node[exists]] = region.loop[exists, 2 * column]
     below = np.setdiff1d(healthy.triangles[stored], np.flatnonzero(row >= 0))
     row[below] = len(region.points) + np.arange(len(below))
     points.append(healthy.points[below])

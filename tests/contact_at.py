@@ -10,10 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fegear.contact.kernel_constants import Conditions, PairTeeth
+from fegear.contact.offset_centers import moved_lines
 from fegear.contact.problem import (
     ContactProblem,
     back_side_position,
     candidate_pairs,
+    different_teeth,
     pair_gaps,
     solve_drive_side,
 )
@@ -79,7 +82,29 @@ def _one_side(
     teeth = candidate_pairs(problem.pair, position - whole)
     passed = teeth - whole.astype(np.int64)[:, None]
     gaps = pair_gaps(problem, passed, back == 1)
-    rows, cells = solve_drive_side(problem, teeth, gaps, position - whole, approach)
+    place, lines, offset = moved_lines(
+        problem, position - whole, whole.astype(np.int64), back == 1
+    )
+    gaps = gaps + offset[:, None]
+    different = different_teeth(problem, passed, back == 1)
+    if different is None:
+        arguments = problem, teeth, gaps, place, approach
+        rows, cells = solve_drive_side(*arguments, Conditions(lines=lines))
+    else:
+        solved = [
+            solve_drive_side(
+                *(problem, teeth, gaps[[i]], place[[i]], approach[[i]]),
+                Conditions(
+                    PairTeeth(different.driver[i], different.driven[i]),
+                    lines[i : i + 1],
+                ),
+            )
+            for i in range(position.size)
+        ]
+        rows, cells = (
+            np.concatenate(parts).view(np.recarray)
+            for parts in zip(*solved, strict=True)
+        )
     width = problem.face_width
     mu = problem.friction * cells.sliding_sign
     arm = cells.moment_arms[..., 0] - mu * cells.moment_arms[..., 2]

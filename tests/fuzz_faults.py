@@ -138,6 +138,21 @@ EDITS = (
 )
 
 
+def fault_command(r: random.Random, name: str) -> list[str]:
+    """A command on a gear set with faults: `show`, `stiffness` or `signals`."""
+    if name == "show":
+        return show_command(r)
+    arguments = [name, "set.toml", "--resolution", "coarse"]
+    if name == "stiffness":
+        arguments += ["--positions", "8"]
+        arguments += r.choice([[], ["--json"], ["--friction", "0.1"], ["-o", "t.csv"]])
+        arguments += r.choice([[], ["--cracks", "c.csv"], ["--plot", "p.png"]])
+    else:
+        arguments += ["--rpm", str(r.randint(100, 6000)), "--turns", "2"]
+        arguments += r.choice([[], ["--json"], ["--model", "3"], ["--plot", "p.png"]])
+    return arguments
+
+
 def show_command(r: random.Random) -> list[str]:
     """`show` with one of its outputs, now and then with faults that are set."""
     arguments = ["show", "set.toml"]

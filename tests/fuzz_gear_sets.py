@@ -6,7 +6,8 @@ while, as a user would, and must then end by itself.
 
 As a script: `PYTHONPATH=. python tests/fuzz_gear_sets.py 3000 --seed 1`; it prints what
 failed with the arguments and the file that did it; `--kind planetary` has such sets
-alone, and `--faults` shows gears with random faults. Tests run a few of the same cases.
+alone, `--faults show` shows gears with random faults, and `--faults stiffness` solves
+them. Tests run a few of the same cases.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from fuzz_faults import meshing_pair, show_command, with_faults
+from fuzz_faults import fault_command, meshing_pair, with_faults
 
 from fegear.cli import app, run
 from fegear.files.printable import HARMFUL
@@ -660,12 +661,11 @@ class Case:
         return self.files["set.toml"]
 
 
-def cases(
-    count: int, seed: int, kind: str = "", faults: bool = False
-) -> Iterator[Case]:
+def cases(count: int, seed: int, kind: str = "", faults: str = "") -> Iterator[Case]:
     """Cases of one kind of gear set, or of all, most of them trains.
 
-    faults : whether all are of gears with faults that are shown, else a few are
+    faults : command, of `fault_command`, that all run on gears with faults; a few gears
+        have faults without it
     """
     options = option_lists()
     for number in range(count):
@@ -703,7 +703,9 @@ def cases(
             ),
         }
         arguments = command(r, options)
-        yield Case(show_command(of_faults) if faults else arguments, files)
+        if faults:
+            arguments = fault_command(of_faults, faults)
+        yield Case(arguments, files)
 
 
 @contextlib.contextmanager
@@ -770,7 +772,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", type=int, help="number of the one case to run")
     parser.add_argument("--kind", choices=list(KINDS), default="")
-    parser.add_argument("--faults", action="store_true", help="gears with faults")
+    parser.add_argument(
+        "--faults",
+        choices=("show", "stiffness", "signals"),
+        default="",
+        help="run this command on gears with faults",
+    )
     options = parser.parse_args()
     drawn = cases(options.count, options.seed, options.kind, options.faults)
     # a shell starts what runs in the background with Ctrl-C switched off

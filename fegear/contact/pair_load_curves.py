@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.kernel_constants import kernel_inputs
+from fegear.contact.kernel_constants import Conditions, PairTeeth, kernel_inputs
 from fegear.contact.problem import (
     ContactProblem,
     back_side_position,
@@ -73,52 +73,28 @@ def pair_load_curves(
     """
     side_position = back_side_position(problem.pair, position) if back else position
     candidates = candidate_pairs(problem.pair, side_position)
-    no_pitch_errors = np.zeros((side_position.size, candidates.size))
-    _, pair_solutions = solve_drive_side(
-        problem,
-        candidates,
-        no_pitch_errors,
-        side_position,
-        np.zeros(side_position.size),
-    )
+    closest = _closest(problem, candidates, side_position)
     penetration = max_penetration * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
-    closing_rate = (
-        pair_solutions.moment_arms[..., 0] / problem.pair.driver.base_radius
-    )  # penetration / ste
-    facing = pair_solutions.gap < OPEN_GAP
-    gap = np.where(facing, pair_solutions.gap * closing_rate, OPEN_GAP)
+    gap = closest.gap
     selected = np.flatnonzero(gap.min(axis=0) < PAIR_RANGE_FACTOR * max_penetration)
-    teeth, arc = candidates[selected], pair_solutions.arc[:, selected]
+    teeth, arc = candidates[selected], closest.cells.arc[:, selected]
     load = np.zeros((side_position.size, selected.size, 2, penetration.size))
     pressure = np.zeros((side_position.size, selected.size, penetration.size))
     for column, k in enumerate(selected):
-        facing_positions = np.flatnonzero(facing[:, k])
-        ste = (
-            pair_solutions.gap[facing_positions, k, None]
-            + penetration[1:] / closing_rate[facing_positions, k, None]
+        facing, solutions = _pressed(
+            problem, teeth[column], side_position, closest.pair(int(k)), penetration
         )
-        solution = _solve_pair(
-            problem, teeth[column], side_position[facing_positions], ste
+        load[:, column], pressure[:, column] = _loads(
+            problem, facing, solutions, side_position.size
         )
-        load[facing_positions, column, :, 1:] = (solution.load * problem.face_width)[
-            :, None
-        ]
-        pressure[facing_positions, column, 1:] = solution.pressure
-        arc[facing_positions, column] = solution.arc[:, REPRESENTATIVE_INDEX]
-        if problem.friction > 0.0:
-            solution = _solve_pair(
-                problem, teeth[column], side_position[facing_positions], ste, True
-            )
-            load[facing_positions, column, REVERSED, 1:] = (
-                solution.load * problem.face_width
-            )
+        arc[facing, column] = solutions[0].arc[:, REPRESENTATIVE_INDEX]
     normal, tangential = pair_coupling(problem, teeth, arc)
     return PairLoadCurves(
         pair_offsets=-teeth if back else teeth,
         gap=gap[:, selected],
-        moment_arms=pair_solutions.moment_arms[:, selected],
+        moment_arms=closest.cells.moment_arms[:, selected],
         arc=arc,
-        sliding_sign=pair_solutions.sliding_sign[:, selected],
+        sliding_sign=closest.cells.sliding_sign[:, selected],
         penetration=penetration,
         load=load,
         pressure=pressure,
@@ -127,23 +103,155 @@ def pair_load_curves(
     )
 
 
+@dataclass(frozen=True)
+class ToothLoadCurves:
+    """Load curves of k pairs of the same two teeth, which differ from the others.
+
+    gap (n, k), load (n, k, 2, j), pressure (n, k, j) as in `PairLoadCurves`
+    """
+
+    gap: Array
+    load: Array
+    pressure: Array
+
+
+def tooth_load_curves(
+    problem: ContactProblem,
+    position: Array,
+    alike: PairLoadCurves,
+    teeth: tuple[int, int],
+    back: bool = False,
+) -> ToothLoadCurves:
+    """Load curves of pairs of two teeth, at the positions (n,) of those of the others.
+
+    teeth : of driver and driven gear, as in `PairTeeth`
+    alike : of the other teeth, whose pairs and penetrations are taken
+    """
+    side_position = back_side_position(problem.pair, position) if back else position
+    pairs = -alike.pair_offsets if back else alike.pair_offsets
+    closest = _closest(problem, pairs, side_position, teeth)
+    load, pressure = np.zeros_like(alike.load), np.zeros_like(alike.pressure)
+    for column, pair in enumerate(pairs):
+        facing, solutions = _pressed(
+            *(problem, pair, side_position, closest.pair(column), alike.penetration),
+            teeth,
+        )
+        load[:, column], pressure[:, column] = _loads(
+            problem, facing, solutions, side_position.size
+        )
+    return ToothLoadCurves(closest.gap, load, pressure)
+
+
+def _conditions(
+    pairs: int, teeth: tuple[int, int] | None, friction_reversed: bool = False
+) -> Conditions:
+    """Conditions of some number of pairs of the same teeth."""
+    if teeth is None:
+        return Conditions(friction_reversed=friction_reversed)
+    of_pairs = PairTeeth(*(np.full(pairs, tooth, np.int64) for tooth in teeth))
+    return Conditions(of_pairs, friction_reversed=friction_reversed)
+
+
+@dataclass(frozen=True)
+class _Closest:
+    """Flanks of k pairs that do not touch, at n positions.
+
+    cells : (n, k) of the kernel
+    closing_rate : (n, k) penetration per transmission error
+    """
+
+    cells: np.recarray
+    closing_rate: Array
+
+    @property
+    def facing(self) -> NDArray[np.bool_]:
+        """Whether flanks face each other (n, k)."""
+        return np.asarray(self.cells.gap < OPEN_GAP)
+
+    @property
+    def gap(self) -> Array:
+        """Gap as in `PairLoadCurves`."""
+        return np.where(self.facing, self.cells.gap * self.closing_rate, OPEN_GAP)
+
+    def pair(self, k: int) -> _Closest:
+        """One of the pairs."""
+        cells = self.cells[:, k].view(np.recarray)
+        return _Closest(cells, self.closing_rate[:, k])
+
+
+def _closest(
+    problem: ContactProblem,
+    pairs: NDArray[np.int64],
+    side_position: Array,
+    teeth: tuple[int, int] | None = None,
+) -> _Closest:
+    no_pitch_errors = np.zeros((side_position.size, pairs.size))
+    _, cells = solve_drive_side(
+        *(problem, pairs, no_pitch_errors, side_position),
+        np.zeros(side_position.size),
+        _conditions(pairs.size, teeth),
+    )
+    rate = cells.moment_arms[..., 0] / problem.pair.driver.base_radius
+    return _Closest(cells, rate)
+
+
+def _pressed(
+    problem: ContactProblem,
+    pair: np.int64,
+    side_position: Array,
+    closest: _Closest,
+    penetration: Array,
+    teeth: tuple[int, int] | None = None,
+) -> tuple[NDArray[np.intp], tuple[np.recarray, ...]]:
+    """Positions where a pair's flanks face each other, and cells (n, j) there.
+
+    With friction as is nominal and, where there is any, reversed.
+    """
+    facing = np.flatnonzero(closest.facing)
+    ste = closest.cells.gap[facing, None]
+    ste = ste + penetration[1:] / closest.closing_rate[facing, None]
+    directions = (False, True) if problem.friction > 0.0 else (False,)
+    solutions = (
+        _solve_pair(
+            problem, pair, side_position[facing], ste, _conditions(1, teeth, reversed_)
+        )
+        for reversed_ in directions
+    )
+    return facing, tuple(solutions)
+
+
+def _loads(
+    problem: ContactProblem,
+    facing: NDArray[np.intp],
+    solutions: tuple[np.recarray, ...],
+    positions: int,
+) -> tuple[Array, Array]:
+    """Loads (n, 2, j) [N] and pressures (n, j) [Pa] of a pair, from 0 on."""
+    count = solutions[0].shape[1] + 1
+    load, pressure = np.zeros((positions, 2, count)), np.zeros((positions, count))
+    load[facing, :, 1:] = (solutions[NOMINAL].load * problem.face_width)[:, None]
+    load[facing, REVERSED, 1:] = solutions[-1].load * problem.face_width
+    pressure[facing, 1:] = solutions[NOMINAL].pressure
+    return load, pressure
+
+
 def _solve_pair(
     problem: ContactProblem,
-    tooth: np.int64,
+    pair: np.int64,
     position: Array,
     ste: Array,
-    friction_reversed: bool = False,
+    conditions: Conditions,
 ) -> np.recarray:
     """Cells (n, j) of one pair alone at positions (n,), transmission errors (n, j)."""
     side_position = np.repeat(position, ste.shape[1])
     no_pitch_errors = np.zeros((side_position.size, 1))
     _, cells = solve_drive_side(
         problem,
-        np.array([tooth]),
+        np.array([pair]),
         no_pitch_errors,
         side_position,
         ste.ravel(),
-        friction_reversed,
+        conditions,
     )
     return cells.reshape(ste.shape).view(np.recarray)
 

@@ -438,17 +438,16 @@ def solve_drive_side(
     gaps: Array,
     position: Array,
     ste: Array,
-    friction_reversed: bool = False,
+    conditions: Conditions = NOMINAL,
 ) -> tuple[np.recarray, np.recarray]:
     """Rows (n,) and cells (n, k) of chosen tooth pairs (k,) at transmission errors.
 
     gaps : (n, k) extra gap of each pair [m]; ste : (n,) [m]
-    friction_reversed : friction acts against the nominal sliding direction
+    conditions : teeth that differ, centres that move, friction
     """
     from fegear.contact.cycle import STE
 
     targets = np.ascontiguousarray(ste[None, :])
-    conditions = Conditions(friction_reversed=friction_reversed)
     solved = solve_pairs(problem, teeth, gaps, position, STE, targets, conditions)
     rows, cells = solved.rows[0], solved.cells[0]
     failed = np.flatnonzero(rows.status != 0)

@@ -132,7 +132,7 @@ def prepare(
     excitations : of that system, whose tables are used again; plane state, resolution
         and corner contact of its source hold for all finite elements
     """
-    require_no_faults(gear_set, FAULT_KINDS, "finite-element dynamics")
+    _require_known_faults(gear_set, elements.fidelity)
     if elements.fidelity != "quasistatic":
         otherwise = "fidelity quasistatic has no elastic body"
         require_inertia_of_bodies(gear_set, otherwise)
@@ -190,6 +190,14 @@ def prepare(
     elastic = _elastic(gear_set, truncated, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, load_curves, elastic, cross_mesh_pair)
     return _reduced_choice(model, settings, "reduced", reason, truncated)
+
+
+def _require_known_faults(gear_set: GearSet, fidelity: Fidelity) -> None:
+    if gear_set.carrier is not None:
+        require_no_faults(gear_set, FAULT_KINDS, "motions of planetary sets")
+    if fidelity == "full":
+        # cracks change the body, of which sectors are equal
+        require_no_faults(gear_set, ["cracks"], "finite elements of fidelity full")
 
 
 def _prepare_full(

@@ -8,7 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.pair_load_curves import NOMINAL
+from fegear.contact.pair_load_curves import (
+    NOMINAL,
+    PairLoadCurves,
+    ToothLoadCurves,
+)
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.dynamics.stepper import FeHistory
@@ -28,6 +32,7 @@ class ContactHistory:
     load : (t,) [N]
     friction : (t,) friction toward the roots over the load, negative toward the tips
     grid_indices, weights : (t, 2) points of the laws' grid between which it is
+    number : (t,) of the pair's teeth in `DifferentTeeth`, 0 for those like the others
     """
 
     side: ContactSide
@@ -36,6 +41,7 @@ class ContactHistory:
     friction: Array
     grid_indices: Indices
     weights: Array
+    number: Indices
 
     @property
     def pair_offset(self) -> int:
@@ -68,11 +74,21 @@ class ContactHistory:
     @property
     def pressure(self) -> Array:
         """Largest contact pressure (t,), linear in the root of the load as Hertz's."""
-        loads = self.side.load_curves.load[:, self.pair_index, NOMINAL]
-        pressures = self.side.load_curves.pressure[:, self.pair_index]
+        pressure = self._pressure_where(self.number == 0, self.side.load_curves)
+        differences = self.side.differences
+        for number, curves in enumerate(differences.curves if differences else (), 1):
+            pressure += self._pressure_where(self.number == number, curves)
+        return pressure
+
+    def _pressure_where(
+        self, chosen: NDArray[np.bool_], curves: PairLoadCurves | ToothLoadCurves
+    ) -> Array:
+        """Pressure (t,) at chosen times by the curves of the teeth, 0 elsewhere."""
+        loads = curves.load[:, self.pair_index, NOMINAL]
+        pressures = curves.pressure[:, self.pair_index]
         pressure = np.zeros(self.load.size)
         for end, weight in zip(self.grid_indices.T, self.weights.T, strict=True):
-            touching = (self.load > 0.0) & (weight > 0.0)
+            touching = chosen & (self.load > 0.0) & (weight > 0.0)
             for p in np.unique(end[touching]):
                 in_cell = touching & (end == p)
                 root = np.sqrt(self.load[in_cell] / loads[p, -1])
@@ -111,12 +127,13 @@ def contact_histories(
         fraction = position * cells - low
         fraction = np.where(np.abs(fraction) < GRID_ATOL, 0.0, fraction)
         grid_indices = np.stack([low, low + 1], axis=1)
-        for pair_index in range(side.load_curves.pair_offsets.size):
+        numbers = _numbers(
+            side, model.kinematics.rate[side.mesh], position, steps_per_cycle
+        )
+        for pair_index, number in enumerate(numbers):
             # flanks that do not face each other have no law
-            facing = side.load_curves.load[:, pair_index, NOMINAL, -1] > 0.0
-            weights = (
-                np.stack([1.0 - fraction, fraction], axis=1) * facing[grid_indices]
-            )
+            facing = _facing(side, pair_index)[number[:, None], grid_indices]
+            weights = np.stack([1.0 - fraction, fraction], axis=1) * facing
             total = weights.sum(axis=1, keepdims=True)
             weights = weights / np.where(total > 0.0, total, 1.0)
             index = len(histories)
@@ -124,10 +141,33 @@ def contact_histories(
                 model, index, rotation[:, side.gears], grid_indices, weights
             )
             load = motion.pair_load[:, index] + 0.0  # no negative zeros
-            histories.append(
-                ContactHistory(side, pair_index, load, friction, grid_indices, weights)
-            )
+            places = grid_indices, weights, number
+            histories.append(ContactHistory(side, pair_index, load, friction, *places))
     return histories
+
+
+def _numbers(
+    side: ContactSide, rate: float, position: Array, steps_per_cycle: int
+) -> Indices:
+    """Numbers (k, t) of the teeth of each contact, see `DifferentTeeth`.
+
+    position : (t,) part of the cycle of the mesh
+    """
+    shape = side.load_curves.pair_offsets.size, position.size
+    if side.differences is None:
+        return np.zeros(shape, np.int64)
+    passed = rate * np.arange(position.size) / steps_per_cycle
+    cycle = np.rint(passed - position).astype(np.int64)
+    number = side.differences.number
+    return number[:, cycle % number.shape[1]]
+
+
+def _facing(side: ContactSide, pair_index: int) -> NDArray[np.bool_]:
+    """Whether flanks of a contact face each other (v + 1, p), by their number."""
+    loads = [side.load_curves.load]
+    if side.differences is not None:
+        loads += [curves.load for curves in side.differences.curves]
+    return np.stack([load[:, pair_index, NOMINAL, -1] for load in loads]) > 0.0
 
 
 def _rotation(model: DynamicModel, motion: FeHistory, steps_per_cycle: int) -> Array:

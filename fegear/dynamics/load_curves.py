@@ -12,6 +12,7 @@ from scipy.interpolate import PchipInterpolator
 from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.gearset.pitch_errors import pair_periods
+from lumped.common.checks import require_present
 from lumped.kernels.arrays import Contacts
 
 Array = NDArray[np.float64]
@@ -56,12 +57,11 @@ def assemble_contacts(
         sliding=np.ascontiguousarray(sliding),
         arms=np.ascontiguousarray(arms),
         knots=np.array(list(penetrations.values())),
-        load_curve=np.concatenate(
-            [_cubics(s.load_curves.penetration, _loads(s)) for s in sides]
-        ),
+        load_curve=np.concatenate([*_alike_curves(sides), *_different_curves(sides)]),
         normal_compliance=normal,
         tangential_compliance=tangential,
         errors=_errors(sides),
+        **_differences(sides),
     )
 
 
@@ -72,17 +72,84 @@ def _errors(sides: Sequence[ContactSide]) -> Array:
     return gaps if gaps.any() else gaps[:, :0]
 
 
-def _loads(side: ContactSide) -> Array:
-    """Loads (p, k, 2, j) with friction as is nominal on this side, then reversed."""
-    return (
-        side.load_curves.load
-        if side.flank_sign == DRIVE
-        else side.load_curves.load[:, :, ::-1]
+def _alike_curves(sides: Sequence[ContactSide]) -> list[Array]:
+    """Load curves (k, p, 2, j, 4) of the contacts of teeth that are alike, by side."""
+    return [_cubics(side, side.load_curves.load) for side in sides]
+
+
+def _different_curves(sides: Sequence[ContactSide]) -> list[Array]:
+    """The same of each two teeth that differ."""
+    return [
+        _cubics(side, curves.load)
+        for side in sides
+        if side.differences is not None
+        for curves in side.differences.curves
+    ]
+
+
+def _differences(sides: Sequence[ContactSide]) -> dict[str, Array]:
+    """Which load curves and gaps contacts have in which cycles, see `Contacts`."""
+    different = [side.differences for side in sides if side.differences is not None]
+    if not different:
+        return {}
+    cycles = np.arange(math.lcm(*(teeth.cycles for teeth in different)))
+    counts = [side.load_curves.pair_offsets.size for side in sides]
+    curve, change = sum(counts), 1
+    curve_rows, gap_rows, changes = (
+        [],
+        [],
+        [np.zeros((1, len(sides[0].load_curves.gap)))],
     )
+    for side, first, count in zip(
+        sides, np.cumsum([0, *counts[:-1]]), counts, strict=True
+    ):
+        contact = np.arange(count)[:, None]
+        if side.differences is None:
+            curve_rows.append(np.broadcast_to(first + contact, (count, cycles.size)))
+            gap_rows.append(np.zeros((count, cycles.size), np.int64))
+            continue
+        teeth = side.differences
+        number = teeth.number[:, cycles % teeth.number.shape[1]]
+        own = curve + (number - 1) * count + contact
+        curve_rows.append(np.where(number > 0, own, first + contact))
+        rows, of_cycles = _gap_changes(side, number, cycles % len(teeth.gap))
+        gap_rows.append(change + of_cycles)
+        changes.append(rows)
+        curve, change = curve + count * len(teeth.curves), change + len(rows)
+    return {
+        "curve_rows": np.concatenate(curve_rows),
+        "gap_rows": np.concatenate(gap_rows),
+        "gap_changes": np.concatenate(changes),
+    }
 
 
-def _cubics(penetration: Array, load: Array) -> Array:
-    """Monotone cubics (k, p, 2, j, 4) of loads (p, k, 2, j + 1), by rising power."""
+def _gap_changes(
+    side: ContactSide, number: Indices, turn: Indices
+) -> tuple[Array, Indices]:
+    """Different changes (r, p) of the gaps of a side [m], and which (k, n) have which.
+
+    number : (k, n) of the teeth in the cycles; turn : (n,) row of the centres' gaps
+    """
+    teeth = require_present(side.differences, "differences")
+    contact = np.where(number > 0, np.arange(len(number))[:, None], 0)
+    turns, numbers = len(teeth.gap), 1 + len(teeth.curves)
+    code = (contact * numbers + number) * turns + turn
+    codes, rows = np.unique(code, return_inverse=True)
+    changes = teeth.gap[codes % turns].copy()
+    of_contact, of_teeth = np.divmod(codes // turns, numbers)
+    for row, (k, v) in enumerate(zip(of_contact, of_teeth, strict=True)):
+        if v > 0:
+            changes[row] += teeth.curves[v - 1].gap[:, k] - side.load_curves.gap[:, k]
+    return changes, rows.reshape(code.shape)
+
+
+def _cubics(side: ContactSide, load: Array) -> Array:
+    """Monotone cubics (k, p, 2, j, 4) of loads (p, k, 2, j + 1), by rising power.
+
+    With friction as is nominal on this side, then reversed.
+    """
+    penetration = side.load_curves.penetration
+    load = load if side.flank_sign == DRIVE else load[:, :, ::-1]
     pieces = PchipInterpolator(penetration, load, axis=3).c  # (4, j, p, k, 2)
     return np.ascontiguousarray(pieces[::-1].transpose(3, 2, 4, 1, 0))
 

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from fegear.contact.pair_load_curves import pair_load_curves
+from fegear.dynamics.different_teeth import side_differences
 from fegear.dynamics.sides import MeshLoadCurves
+from fegear.gearset.fault_checks import with_equal_teeth
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
@@ -35,11 +37,13 @@ def pitch_point(gear_set: GearSet, mesh: int, positions: int) -> tuple[int, int]
 def equal_tables(
     gear_set: GearSet, torque: float, excitations: Excitations
 ) -> list[MeshTable]:
-    """Mesh tables without pitch errors, which are offsets of the laws.
+    """Mesh tables of teeth that are all alike, without pitch errors and other faults.
+
+    Those are offsets of the laws, and laws of their own.
 
     torque : on the input gear [N m]
     """
-    equal = without_pitch_errors(gear_set)
+    equal = with_equal_teeth(without_pitch_errors(gear_set))
     return [
         excitations.table(equal, mesh, on_mesh)
         for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque))
@@ -61,28 +65,50 @@ def mesh_load_curves(
 ) -> MeshLoadCurves:
     """Load curves of a mesh (index from 0).
 
-    static_deflection : largest of equal teeth [m]; pitch errors press some pairs on by
-        as much again
+    static_deflection : largest of equal teeth [m]; pitch errors and wear of single
+        teeth press some pairs on by as much again
     """
     problem = contact_problem(gear_set, mesh, settings)
     phase = mesh_phases(gear_set)[mesh].value
     position = phase + np.arange(POSITIONS_PER_CYCLE + 1) / POSITIONS_PER_CYCLE
     static_deflection += float(np.ptp([0.0, *tooth_pair_errors(gear_set, mesh)]))
+    static_deflection += _depth_of_wear(gear_set, mesh)
     max_penetration = PENETRATION_FACTOR * static_deflection
+    drive = pair_load_curves(problem, position, max_penetration)
+    back, back_differences = None, None
+    if has_back_side(gear_set, mesh, static_deflection):
+        back = pair_load_curves(problem, position, max_penetration, back=True)
+        back_differences = side_differences(problem, position, back, back=True)
     return MeshLoadCurves(
-        drive=pair_load_curves(problem, position, max_penetration),
-        back=pair_load_curves(problem, position, max_penetration, back=True)
-        if has_back_side(gear_set, mesh, static_deflection)
-        else None,
+        drive=drive,
+        back=back,
         backlash=gear_set.meshes[mesh].backlash,
         friction=problem.friction,
+        drive_differences=side_differences(problem, position, drive),
+        back_differences=back_differences,
+    )
+
+
+def _depth_of_wear(gear_set: GearSet, mesh: int) -> float:
+    """Largest depth of wear of single teeth of both gears together [m]."""
+    return sum(
+        -min(
+            (
+                min(w.profile.deviations)
+                for w in gear.faults.worn
+                if w.tooth is not None
+            ),
+            default=0.0,
+        )
+        for gear in (gear_set.gears[index] for index in gear_set.meshes[mesh].gears)
     )
 
 
 def has_back_side(gear_set: GearSet, mesh: int, static_deflection: float) -> bool:
     """Whether back flanks of a mesh (index from 0) are within reach.
 
-    A position error of a planet takes up backlash in both of its meshes.
+    A position error of a planet takes up backlash in both of its meshes, and so does
+    the eccentricity of a gear.
 
     static_deflection : largest of equal teeth [m]
     """
@@ -90,4 +116,6 @@ def has_back_side(gear_set: GearSet, mesh: int, static_deflection: float) -> boo
     errors = carrier.position_errors if carrier else ()
     reach = MAX_BACKLASH_FACTOR * static_deflection
     reach += 2.0 * float(np.ptp([0.0, *errors]))
+    gears = gear_set.meshes[mesh].gears
+    reach += 2.0 * sum(gear_set.gears[gear].faults.eccentricity for gear in gears)
     return gear_set.meshes[mesh].backlash < reach

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.pair_load_curves import PairLoadCurves
+from fegear.dynamics.different_teeth import DifferentTeeth
 from fegear.elasticity.sector import LEFT, RIGHT
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import first_teeth, rolling_senses
@@ -25,12 +26,15 @@ class MeshLoadCurves:
 
     backlash : [m]; friction : Coulomb coefficient
     back : None where the backlash is out of reach
+    drive_differences, back_differences : of teeth that differ, None without
     """
 
     drive: PairLoadCurves
     back: PairLoadCurves | None
     backlash: float
     friction: float
+    drive_differences: DifferentTeeth | None = None
+    back_differences: DifferentTeeth | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +42,7 @@ class ContactSide:
     """The contacts on one side of a mesh.
 
     flank_sign : DRIVE or BACK
+    differences : of teeth that differ, None without
     """
 
     gear_set: GearSet
@@ -45,6 +50,7 @@ class ContactSide:
     flank_sign: int
     load_curves: PairLoadCurves
     backlash: float
+    differences: DifferentTeeth | None = None
 
     @property
     def sense(self) -> int:
@@ -100,7 +106,9 @@ def contact_sides(
     """Mesh by mesh, the drive side before the back; contacts are in this order."""
     sides = []
     for m, curves in enumerate(load_curves):
-        sides.append(ContactSide(gear_set, m, DRIVE, curves.drive, 0.0))
+        differences = curves.drive_differences
+        sides.append(ContactSide(gear_set, m, DRIVE, curves.drive, 0.0, differences))
         if curves.back is not None:
-            sides.append(ContactSide(gear_set, m, BACK, curves.back, curves.backlash))
+            back = curves.back, curves.backlash, curves.back_differences
+            sides.append(ContactSide(gear_set, m, BACK, *back))
     return sides

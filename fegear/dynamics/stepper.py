@@ -374,7 +374,8 @@ def _require_memory(model: DynamicModel, cycle: int) -> None:
     if model.reference.repetitions > 1 and needed > MAX_BYTES:
         raise InputError(
             f"{length} cycles of the first mesh, after which all meshes and tooth "
-            f"pairs with pitch errors repeat, of {cycle} steps each: "
+            f"pairs with pitch errors or faults repeat, of {cycle} steps each: "
             f"{needed / 1e9:.3g} GB of motion, more than a run should hold in memory; "
-            "allowed are pitch errors of fewer gears or that repeat sooner, fewer steps"
+            "allowed are pitch errors or faults of fewer gears or that repeat sooner, "
+            "fewer steps"
         )

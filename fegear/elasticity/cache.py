@@ -150,7 +150,11 @@ def cached_root_influence(
 
 
 def cached_compliance_change(
-    gear: SpurGear, material: PlaneMaterial, size: MeshSize, cracks: ToothCracks
+    gear: SpurGear,
+    material: PlaneMaterial,
+    size: MeshSize,
+    cracks: ToothCracks,
+    closing: bool = False,
 ) -> ComplianceChange:
     """`compliance_change`, read from disk where it was computed before.
 
@@ -162,6 +166,8 @@ def cached_compliance_change(
         As of `cached_flank_compliance`.
     cracks : mapping of int to Crack or sequence of Crack
         Cracks by tooth, counted clockwise from 0; at least one.
+    closing : bool
+        As of `compliance_change`.
 
     Returns
     -------
@@ -173,9 +179,9 @@ def cached_compliance_change(
     turned = _counted_from(cracks, first, gear.teeth)
 
     def compute() -> ComplianceChange:
-        return compliance_change(damaged_ring(sector, turned))
+        return compliance_change(damaged_ring(sector, turned), closing)
 
-    inputs = {"cracks": _plain_cracks(turned)}
+    inputs = {"cracks": _plain_cracks(turned), "closing": closing}
     change = cached_body("cracks", sector, inputs, compute, ComplianceChange)
     return change.shifted(first)
 

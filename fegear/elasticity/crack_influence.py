@@ -44,11 +44,11 @@ class CrackInfluence:
     arcs : (n,) array
         Points of load from the tip corner [m].
     intensity : (tips, 2, 2 MAX_TOOTH_OFFSET + 1, n, 2, 2) array
-        By crack (that of the right fillet first), loaded flank (right, left), tooth
-        clockwise from the cracked one, point of load, its direction (normal, rootward)
-        and mode: K_I and K_II per unit line load [1/m^0.5]. K_II is positive where the
-        face to the left of the crack, looking from its mouth to its tip, moves toward
-        the tip.
+        By crack (that of the right fillet first), loaded flank (the right one first),
+        tooth clockwise from the cracked one, point of load, its direction (normal,
+        rootward) and mode: K_I and K_II per unit line load [1/m^0.5]. K_II is positive
+        where the face to the left of the crack, looking from its mouth to its tip,
+        moves toward the tip.
     error : array of the same shape
         Change from a coarser mesh.
     correlated : array of the same shape
@@ -192,12 +192,11 @@ def _intensities(ring: DamagedRing, tooth: int) -> tuple[Array, Array]:
     for side in SIDES:
         for row, offset in enumerate(offsets):
             source = (tooth + offset) % ring.teeth
-            loads = ring.loads[source]
-            ends = ring.displacement(tooth, source, loads.on_cuts[side])
+            ends = ring.displacement(tooth, source, ring.on_cuts(source, side))
             values = by_cuts @ ends
             if source == tooth:
-                values -= by_cuts @ loads.loads[side].jump
-                values += _of_held(sector, adjoint, loads.loads[side])
+                loads = ring.loads(tooth, side).loads
+                values += _of_held(sector, adjoint, loads) - by_cuts @ loads.jump
                 if ring.split:
                     values += _of_half_plane(sector, tips, side)
             tables[:, :, :, side, row] = values.reshape(len(tips), 2, 2, 2, n)

@@ -11,9 +11,9 @@ What a load on a tooth does to the cuts of its own sector, held or moved, is all
 others see of it. By Maxwell's theorem the same forces give the displacement of its
 flank under loads elsewhere.
 
-Cracks are open: their faces carry no traction and do not touch. All per unit face
-width, as in `fegear.elasticity.sector`. Teeth count clockwise, as in
-`fegear.elasticity.flank.ring_fields`.
+Cracks are open: their faces carry no traction and do not touch, or else are closed for
+all loads on one flank. All per unit face width, as in `fegear.elasticity.sector`. Teeth
+count clockwise, as in `fegear.elasticity.flank.ring_fields`.
 """
 
 from __future__ import annotations
@@ -112,24 +112,21 @@ class ComplianceChange:
 
 @dataclass(frozen=True, eq=False)
 class ToothLoads:
-    """Unit loads on both flanks of a tooth, and what its cuts feel of them.
+    """Unit loads on a flank of a tooth, and what its cuts feel of them.
 
-    loads : by flank, n normal loads and then n toward the root
-    on_cuts : by flank, (cut, 2 n) polar forces that the ring feels
+    loads : n normal loads and then n toward the root
+    on_cuts : (cut, 2 n) polar forces that the ring feels
     """
 
-    loads: tuple[SectorLoads, ...]
-    on_cuts: tuple[Array, ...]
+    loads: SectorLoads
+    on_cuts: Array
 
 
-def tooth_loads(sector: CyclicSector, split: bool = True) -> ToothLoads:
-    """Loads on both flanks of a sector; no system is solved but for its cuts."""
+def tooth_loads(sector: CyclicSector, side: int, split: bool = True) -> ToothLoads:
+    """Loads on a flank of a sector; no system is solved but for its cuts."""
     make_loads = flamant_loads if split else nodal_loads
-    loads = tuple(
-        join_loads([make_loads(sector, angle, side) for angle in load_angles(side)])
-        for side in SIDES
-    )
-    return ToothLoads(loads, tuple(_cut_load(sector, part) for part in loads))
+    loads = join_loads([make_loads(sector, angle, side) for angle in load_angles(side)])
+    return ToothLoads(loads, _cut_load(sector, loads))
 
 
 def load_angles(side: int) -> tuple[float, float]:
@@ -158,7 +155,8 @@ class DamagedRing:
     split : whether the half-plane part is taken out of loads
     reach : teeth on either side of a cracked one whose deflection changes,
         MAX_TOOTH_OFFSET or more; four teeth away a crack of 0.4 modules changed the
-        compliance of a solid gear of 12 teeth by 1.4e-4 of it
+        compliance of a solid gear of 12 teeth by 1.4e-4 of it, and a deep one that of a
+        ring on soft springs by 4e-3
     """
 
     healthy: CyclicSector
@@ -176,9 +174,37 @@ class DamagedRing:
         near = np.array(sorted(self.cracked))[:, None] + offsets
         return np.unique(near % self.teeth)
 
+    def sector(self, tooth: int) -> CyclicSector:
+        return self.cracked.get(tooth % self.teeth, self.healthy)
+
+    def loads(self, tooth: int, side: int) -> ToothLoads:
+        """Loads on a flank of a tooth; equal sectors share them."""
+        return self._loads_of(self.sector(tooth), side)
+
+    def on_cuts(self, tooth: int, side: int) -> Array:
+        """Polar forces (cut, 2 n) that the ring feels of loads on a flank."""
+        if tooth % self.teeth not in self.cracked:
+            return self.healthy_on_cuts(side)
+        return self.loads(tooth, side).on_cuts
+
+    def healthy_on_cuts(self, side: int) -> Array:
+        """Forces of loads on a healthy tooth, a mirror image on its left flank."""
+        right = self._loads_of(self.healthy, RIGHT).on_cuts
+        if side == RIGHT:
+            return right
+        left = np.roll(right, len(right) // 2, axis=0)  # the cuts change places
+        left[1::2] *= -1.0  # clockwise components
+        return left
+
+    def _loads_of(self, sector: CyclicSector, side: int) -> ToothLoads:
+        if (sector, side) not in self._stored_loads:
+            unit = tooth_loads(sector, side, self.split)
+            self._stored_loads[sector, side] = unit
+        return self._stored_loads[sector, side]
+
     @cached_property
-    def healthy_loads(self) -> ToothLoads:
-        return tooth_loads(self.healthy, self.split)
+    def _stored_loads(self) -> dict[tuple[CyclicSector, int], ToothLoads]:
+        return {}
 
     @cached_property
     def healthy_flank(self) -> tuple[Array, Array]:
@@ -186,21 +212,28 @@ class DamagedRing:
 
         That of the left one is its mirror image.
         """
-        loads, n = self.healthy_loads, len(self.healthy.flanks[RIGHT].arcs)
-        ends = self.between(0, 0) @ loads.on_cuts[RIGHT][:, :n]
-        return _flank_of_itself(self.healthy, loads.loads[RIGHT], ends, RIGHT)
+        unit, n = (
+            self._loads_of(self.healthy, RIGHT),
+            len(self.healthy.flanks[RIGHT].arcs),
+        )
+        ends = self.between(0, 0) @ unit.on_cuts[:, :n]
+        return _flank_of_itself(self.healthy, unit.loads, ends, RIGHT)
 
-    @cached_property
-    def loads(self) -> dict[int, ToothLoads]:
-        """Loads by affected tooth; equal sectors share them."""
-        different = set(self.cracked.values())
-        of_sector = {sector: tooth_loads(sector, self.split) for sector in different}
-        return {
-            tooth: of_sector[self.cracked[tooth]]
-            if tooth in self.cracked
-            else self.healthy_loads
-            for tooth in self.affected.tolist()
-        }
+    def without_closed(self, side: int) -> DamagedRing | None:
+        """The ring with those cracks alone that loads on a flank open; None if none.
+
+        They are at the fillet of the same side, which bending of the tooth stretches.
+        """
+        cracked = {}
+        for tooth, sector in self.cracked.items():
+            opened = tuple(c for c in sector.cracks if c.left == (side == LEFT))
+            if opened == sector.cracks:
+                cracked[tooth] = sector
+            elif opened:
+                cracked[tooth] = replace(sector, cracks=opened)
+        if not cracked:
+            return None
+        return self if cracked == self.cracked else replace(self, cracked=cracked)
 
     @cached_property
     def cut_compliance(self) -> dict[int, Array]:
@@ -216,7 +249,7 @@ class DamagedRing:
         return ring_response(superelement, nothing, unit, self.teeth, apart)
 
     def compliance(self, rows: Iterable[int], columns: Iterable[int]) -> Array:
-        """Compliance of the healthy ring at cuts; c is between teeth c and c + 1."""
+        """Compliance of the healthy ring; cut c lies between teeth c and c + 1."""
         return np.block(
             [[self._between(row - column) for column in columns] for row in rows]
         )
@@ -305,13 +338,17 @@ def require_teeth(gear: SpurGear, cracks: ToothCracks) -> None:
             raise ValueError(f"tooth = {tooth}; allowed 0 to {gear.teeth - 1}")
 
 
-def compliance_change(ring: DamagedRing) -> ComplianceChange:
+def compliance_change(ring: DamagedRing, closing: bool = False) -> ComplianceChange:
     """Compute what cracks add to the flank compliance of a gear.
 
     Parameters
     ----------
     ring : DamagedRing
         The gear with its cracks.
+    closing : bool
+        Whether a crack closes under loads on the flank of the other side, which press
+        its faces onto each other: it then neither opens nor slides. By default it is
+        open under all loads, and its faces may overlap.
 
     Returns
     -------
@@ -324,54 +361,52 @@ def compliance_change(ring: DamagedRing) -> ComplianceChange:
     normal, tangential = np.zeros(shape), np.zeros(shape)
     with stage("cracks"):
         for side in SIDES:
-            changes = _changes_between(ring, side)
-            for (i, j), change in changes.items():
-                normal[side, i, j], tangential[side, i, j] = change[:n], change[n:]
-            for tooth in ring.cracked:
-                i = affected.index(tooth)
-                normal[side, i, i], tangential[side, i, i] = _change_of_itself(
-                    ring, tooth, side
-                )
+            open_ring = ring.without_closed(side) if closing else ring
+            if open_ring is None:
+                continue
+            for teeth, (along, across) in _changes(open_ring, side).items():
+                i, j = map(affected.index, teeth)
+                normal[side, i, j], tangential[side, i, j] = along, across
     damaged = np.array(sorted(ring.cracked))
     return ComplianceChange(ring.teeth, damaged, ring.affected, normal, tangential)
 
 
-def _changes_between(ring: DamagedRing, side: int) -> dict[tuple[int, int], Array]:
-    """Changes (2 n, n) by rows of receiver and source among the affected teeth.
-
-    Without those of damaged teeth on themselves.
-    """
+def _changes(
+    ring: DamagedRing, side: int
+) -> dict[tuple[int, int], tuple[Array, Array]]:
+    """Changes (n, n), normal and tangential, by receiving and loaded tooth."""
     affected, teeth = ring.affected.tolist(), ring.teeth
     n = len(ring.healthy.flanks[side].arcs)
-    loads = {t: ring.loads[t].on_cuts[side] for t in affected}
+    loads = {t: ring.on_cuts(t, side) for t in affected}
     at_changed = {
         t: ring.compliance(ring.changed_cuts, (t - 1, t)) @ loads[t] for t in affected
     }
-    healthy = ring.healthy_loads.on_cuts[side]
+    healthy = ring.healthy_on_cuts(side)
     changes = {}
-    for j, source in enumerate(affected):
+    for source in affected:
         corrected = ring.correction @ at_changed[source][:, :n]
-        for i, receiver in enumerate(affected):
+        for receiver in affected:
             offset = (receiver - source) % teeth
             if min(offset, teeth - offset) > MAX_TOOTH_OFFSET:
                 continue
-            if i == j and source in ring.cracked:
+            if receiver == source and source in ring.cracked:
+                changes[receiver, source] = _change_of_itself(ring, source, side)
                 continue
             change = -at_changed[receiver].T @ corrected
             if {receiver, source} & set(ring.cracked):
                 between = ring.between(receiver, source)
                 change += loads[receiver].T @ between @ loads[source][:, :n]
                 change -= healthy.T @ between @ healthy[:, :n]
-            changes[i, j] = change
+            changes[receiver, source] = change[:n], change[n:]
     return changes
 
 
 def _change_of_itself(ring: DamagedRing, tooth: int, side: int) -> tuple[Array, Array]:
     """Changes (n, n), normal and tangential, of a damaged tooth that is loaded."""
-    loads, sector = ring.loads[tooth], ring.cracked[tooth]
+    unit, sector = ring.loads(tooth, side), ring.cracked[tooth]
     n = len(sector.flanks[side].arcs)
-    ends = ring.displacement(tooth, tooth, loads.on_cuts[side][:, :n])
-    cracked = _flank_of_itself(sector, loads.loads[side], ends, side)
+    ends = ring.displacement(tooth, tooth, unit.on_cuts[:, :n])
+    cracked = _flank_of_itself(sector, unit.loads, ends, side)
     normal, tangential = (
         a - b for a, b in zip(cracked, ring.healthy_flank, strict=True)
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from fegear.files.errors import InputError
 from fegear.gearset.fault_building import roll_length_below_tip
-from fegear.gearset.faults import FAULT_KINDS, FaultKind
+from fegear.gearset.faults import FAULT_KINDS, FaultKind, Faults, Wear
 from fegear.gearset.model import Gear, GearSet, Mesh
 from meshes import GearPair, GeometryError
 from meshes.gear import ceiled, floored
@@ -48,6 +48,21 @@ def without_faults(
         for gear in gear_set.gears
     )
     return replace(gear_set, gears=tuple(gears))
+
+
+def with_equal_teeth(gear_set: GearSet) -> GearSet:
+    """The gear set without faults but wear that all teeth of a gear have alike."""
+    gears = (
+        replace(gear, faults=Faults(worn=_common_wear(gear.faults)))
+        if gear.faults.any
+        else gear
+        for gear in gear_set.gears
+    )
+    return replace(gear_set, gears=tuple(gears))
+
+
+def _common_wear(faults: Faults) -> tuple[Wear, ...]:
+    return tuple(wear for wear in faults.worn if wear.tooth is None)
 
 
 def require_running(gear_set: GearSet) -> None:

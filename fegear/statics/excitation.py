@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
@@ -15,9 +15,12 @@ from fegear.boundary import public
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.printable import printable
+from fegear.gearset.fault_checks import require_no_faults, without_faults
+from fegear.gearset.faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import (
     mesh_errors,
+    pair_periods,
     tooth_pair_errors,
     without_pitch_errors,
 )
@@ -33,6 +36,7 @@ from lumped.train.excitation import (
     MeshExcitation,
     ReliefStiffness,
     excitation_from_table,
+    repeat_table,
     table_pitches,
 )
 from lumped.train.table import (
@@ -52,6 +56,8 @@ STIFFNESS = "stiffness_N_per_m"
 MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
 MAX_TABLES = 128  # solved ones that are kept for further use
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
+# faults that move flanks apart and leave tooth pairs as stiff as they are
+GAP_FAULTS: tuple[FaultKind, ...] = ("worn", "eccentricity")
 
 
 @documented
@@ -161,7 +167,7 @@ class StiffnessSource:
             Settings for `fegear.solve_mesh`.
         """
         fewer = min(self.positions, LONG_POSITIONS)
-        long = tooth_pair_errors(gear_set, mesh).size > 1
+        long = pair_periods(gear_set)[mesh] > 1
         return replace(self.statics, positions=fewer) if long else self.statics
 
 
@@ -303,14 +309,30 @@ def _require_own_table(
 
 
 def _require_all_pairs(gear_set: GearSet, mesh: int, table: MeshTable) -> None:
-    """A table describes the teeth as they are, with their pitch errors."""
-    pairs, covered = tooth_pair_errors(gear_set, mesh).size, table_pitches(table)
-    if pairs and covered != pairs:
+    """A table describes the teeth as they are, with their pitch errors and faults."""
+    covered, faulty = table_pitches(table), has_faults(gear_set, mesh)
+    if not (faulty or tooth_pair_errors(gear_set, mesh).size):
+        return
+    pairs = pair_periods(gear_set)[mesh]
+    if covered != pairs:
+        cause, keys = "pitch errors", "pitch_errors_um"
+        if faulty:
+            cause, keys = "faults", "faults"
         raise ValueError(
             f"base pitches = {covered}; tooth pairs of mesh {mesh + 1} repeat after "
-            f"{pairs} for their pitch errors, a table over all of them is needed, or a "
-            "gear set without pitch_errors_um"
+            f"{pairs} for their {cause}, a table over all of them is needed, or a "
+            f"gear set without {keys}"
         )
+
+
+def has_faults(
+    gear_set: GearSet, mesh: int, kinds: Collection[FaultKind] = FAULT_KINDS
+) -> bool:
+    """Whether a gear of a mesh has faults of some kinds."""
+    gears = gear_set.meshes[mesh].gears
+    return any(
+        kind in kinds for gear in gears for kind in gear_set.gears[gear].faults.kinds
+    )
 
 
 @dataclass(frozen=True)
@@ -344,23 +366,34 @@ class Excitations:
     def table(self, gear_set: GearSet, mesh: int, torque: float) -> MeshTable:
         """The mesh table at one torque on the driver [N m].
 
-        With pitch errors it continues until the tooth pairs repeat.
+        With pitch errors or faults it continues until the tooth pairs repeat.
         """
         return self._statics_of(gear_set, mesh, torque).table
 
-    def _statics_of(self, gear_set: GearSet, mesh: int, torque: float) -> StaticsResult:
+    def _statics_of(
+        self, gear_set: GearSet, mesh: int, torque: float, positions: int | None = None
+    ) -> StaticsResult:
+        """Statics of a mesh; positions : of a base pitch, if not as usual."""
         spec = gear_set.meshes[mesh]
         errors = mesh_errors(gear_set, mesh)
         gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
         flanks = tuple(getattr(spec, name) for name in MODIFICATIONS)
-        key = (spec.pair, gears, flanks, errors, torque)
-        result = self._results.pop(key, None) or self._solved(gear_set, mesh, torque)
+        settings = self.source.statics_of(gear_set, mesh)
+        settings = replace(settings, positions=positions or settings.positions)
+        # the teeth that meet, and where centres are, depend on the place in the set
+        place = mesh if has_faults(gear_set, mesh) else None
+        key = (spec.pair, gears, flanks, errors, torque, settings.positions, place)
+        result = self._results.pop(key, None)
+        if result is None:
+            result = self._solved(gear_set, mesh, torque, settings)
         self._results[key] = result  # the one used last is the last to be dropped
         while len(self._results) > MAX_TABLES:
             del self._results[next(iter(self._results))]
         return result
 
-    def _solved(self, gear_set: GearSet, mesh: int, torque: float) -> StaticsResult:
+    def _solved(
+        self, gear_set: GearSet, mesh: int, torque: float, settings: StaticsSettings
+    ) -> StaticsResult:
         from fegear.statics.solving import solve_mesh
 
         if not torque > 0.0:
@@ -368,7 +401,6 @@ class Excitations:
                 f"torque = {torque:g} N m on mesh {mesh + 1}; finite-element tables "
                 "need a load; rectangular stiffness of a sweep does not"
             )
-        settings = self.source.statics_of(gear_set, mesh)
         return solve_mesh(gear_set, mesh, [torque], settings)
 
     def _from_tables(
@@ -383,32 +415,41 @@ class Excitations:
         return excitation_from_table(table, torque, model, stiffness)
 
     def _of_pairs(self, gear_set: GearSet, mesh: int, torque: float) -> MeshExcitation:
-        """Model-1 from tables of equal teeth, with and without relief.
+        """Model-1 from tables without pitch errors, with and without relief.
 
         With pitch errors, a pair that protrudes touches earlier and later than equal
         teeth would, as they do at a torque that presses them on by as much.
         """
-        equal, plain = without_pitch_errors(gear_set), unmodified(gear_set, mesh)
-        stiffness, errors = (
-            self.table(plain, mesh, torque),
-            tooth_pair_errors(gear_set, mesh),
-        )
+        equal = without_pitch_errors(gear_set)
+        plain = without_faults(without_relief(equal, mesh), GAP_FAULTS)
+        solved = self._statics_of(equal, mesh, torque)
+        stiffness = self._repeated(plain, mesh, torque, solved)
+        errors = tooth_pair_errors(gear_set, mesh)
         if errors.size:
             arm = gear_set.meshes[mesh].pair.driver_arm
             mean = stiffness[STIFFNESS].mean()
             press = 0.5 * arm * float(mean * np.ptp(errors))
-            wide = self.table(plain, mesh, torque + press)
+            wide = self._repeated(plain, mesh, torque + press, solved)
             stiffness = _widened(stiffness, wide)
         # unmodified teeth may touch where those with relief carry no load
-        solved = self._statics_of(equal, mesh, torque)
         table = _with_gaps(solved, pair_teeth(stiffness))
         relieved = any(getattr(gear_set.meshes[mesh], name) for name in MODIFICATIONS)
+        relieved |= has_faults(gear_set, mesh, GAP_FAULTS)
         how = self.source.relief_stiffness if relieved else "unmodified"
         return excitation_from_table(table, torque, 1, stiffness, errors, how)
+
+    def _repeated(
+        self, plain: GearSet, mesh: int, torque: float, like: StaticsResult
+    ) -> MeshTable:
+        """Table at the positions of another, whose tooth pairs repeat later."""
+        positions = like.table.position.size // like.pitches
+        table = self._statics_of(plain, mesh, torque, positions).table
+        return repeat_table(table, like.table.position)
 
     def _from_figures(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
+        require_no_faults(gear_set, FAULT_KINDS, f"{self.source.kind} stiffness")
         spec = gear_set.meshes[mesh]
         figures = self.figures(gear_set, mesh, torque)
         force = torque / spec.pair.driver_arm
@@ -495,13 +536,23 @@ def _widened(nominal: MeshTable, wide: MeshTable) -> MeshTable:
 
 
 def unmodified(gear_set: GearSet, mesh: int) -> GearSet:
-    """The gear set with one mesh's teeth left without relief and pitch errors."""
-    return without_relief(without_pitch_errors(gear_set), mesh)
+    """The gear set without faults and pitch errors, and a mesh's teeth unrelieved."""
+    equal = without_faults(without_pitch_errors(gear_set))
+    return without_relief(equal, mesh)
 
 
 def without_relief(gear_set: GearSet, mesh: int) -> GearSet:
-    """The gear set with one mesh's teeth left without profile modification."""
-    meshes = list(gear_set.meshes)
+    """The gear set with one mesh's teeth left without profile modification.
+
+    Wear of all teeth alike is one.
+    """
+    meshes, gears = list(gear_set.meshes), list(gear_set.gears)
     none: dict[str, Any] = dict.fromkeys(MODIFICATIONS)
     meshes[mesh] = replace(meshes[mesh], **none)
-    return replace(gear_set, meshes=tuple(meshes))
+    for index in meshes[mesh].gears:
+        faults = gears[index].faults
+        if any(wear.tooth is None for wear in faults.worn):
+            single = tuple(wear for wear in faults.worn if wear.tooth is not None)
+            faults = replace(faults, worn=single)
+            gears[index] = replace(gears[index], faults=faults)
+    return replace(gear_set, meshes=tuple(meshes), gears=tuple(gears))

@@ -35,7 +35,12 @@ from fegear.studies.study import (
     setting_of,
 )
 from fegear.studies.sweep import SweptSpeeds, unbegun
-from fegear.studies.train_problem import TrainFacts, refuse_edits
+from fegear.studies.train_problem import (
+    TrainFacts,
+    fault_entries,
+    fault_notes,
+    refuse_edits,
+)
 from fegear.studies.trains import (
     SETTLING,
     GearSetRef,
@@ -353,9 +358,11 @@ class DynamicsProblem(Problem):
                     "translations": study.translations,
                     "body_modes": None,
                     "body_modes_left_out": None,
+                    **fault_entries(self.gears),
                 },
                 header=self.header,
                 cycles_per_turn=cycles_per_turn(self.gears),
+                notes=tuple(fault_notes(self.gears)),
                 warnings=(
                     *gear_set_warnings(self.gears),
                     *self._frame_warnings(),

@@ -40,6 +40,7 @@ from fegear.studies.train_problem import (
     TrainProblem,
     bearing_notes,
     bodies_described,
+    fault_notes,
 )
 from fegear.studies.trains import (
     AUTO,
@@ -241,6 +242,7 @@ class MotionProblem(TrainProblem):
             },
             notes=(
                 *((self.reason,) if self.reason else ()),
+                *fault_notes(self.gears),
                 *bearing_notes(system),
             ),
             warnings=(

@@ -113,7 +113,9 @@ class SignalsResult(StudyResult):
             "residual_rms": indicators["residual_rms"],
             "residual_peak": indicators["residual_peak"],
             "residual_kurtosis": finite_or_none(indicators["residual_kurtosis"]),
-            "residual_peak_angle_deg": finite_or_none(360.0 * average.peak_turn[c]),
+            "residual_peak_angle_deg": finite_or_none(
+                360.0 * float(average.peak_turn[c])
+            ),
             "tooth": int(indicators["tooth"]) if has_residual else None,
         }
 

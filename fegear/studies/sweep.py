@@ -30,6 +30,7 @@ from fegear.studies.train_problem import (
     TrainProblem,
     bearing_notes,
     bodies_described,
+    fault_notes,
 )
 from fegear.studies.trains import (
     AUTO,
@@ -210,6 +211,7 @@ class SweepProblem(TrainProblem):
             cycles_per_turn=cycles_per_turn(self.gears),
             notes=(
                 *((self.reason,) if self.reason else ()),
+                *fault_notes(self.gears),
                 *bearing_notes(system),
             ),
             warnings=(

@@ -11,6 +11,7 @@ from typing import Any, Self
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
 from fegear.studies.driver_speed import with_driver_speed
@@ -103,8 +104,9 @@ class TrainProblem(Problem):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Line that says what the model leaves out, if it does."""
-        return (self.model.leaves_out,) if self.model.leaves_out else ()
+        """Lines that say what the model leaves out, and when faults come round."""
+        left_out = (self.model.leaves_out,) if self.model.leaves_out else ()
+        return (*left_out, *fault_notes(self.gears))
 
     def summary_head(self, damping_ratio: float | None) -> dict[str, Any]:
         """First entries of a summary."""
@@ -113,6 +115,7 @@ class TrainProblem(Problem):
             "model": self.model.name,
             "excitation": self.model.stiffness.header["excitation"],
             "damping_ratio": damping_ratio,
+            **fault_entries(self.gears),
         }
 
     def friction_entries(self) -> dict[str, Any]:
@@ -140,6 +143,22 @@ class TrainProblem(Problem):
         for torque in systems:
             yield from table_warnings(self.model.stiffness, self.gears, torque)
         yield from static_warnings(systems)
+
+
+def fault_entries(gears: GearSet) -> dict[str, Any]:
+    """Summary entry of gears with faults: base pitches until each mesh repeats."""
+    if not any(gear.faults.any for gear in gears.gears):
+        return {}
+    return {"faults_repeat_pitches": list(pair_periods(gears))}
+
+
+def fault_notes(gears: GearSet) -> Iterator[str]:
+    """A line on how long faulty teeth take until they meet again."""
+    periods = fault_entries(gears).get("faults_repeat_pitches", [])
+    if periods:
+        repeats = ", ".join(f"{n} of mesh {m}" for m, n in enumerate(periods, start=1))
+        line = f"faulty teeth: tooth pairs repeat after base pitches: {repeats}"
+        yield with_code("E29", line)
 
 
 def bearing_notes(system: LumpedSystem) -> Iterator[str]:

@@ -252,7 +252,8 @@ def lumped_system(
         If the gear set gives no train, the train would accelerate, or the model does
         not fit the gear set.
     """
-    require_no_faults(gear_set, FAULT_KINDS, "lumped models")
+    if gear_set.carrier is not None:
+        require_no_faults(gear_set, FAULT_KINDS, "motions of planetary sets")
     model, _ = resolve_model(model or LumpedModel(), gear_set)
     source = excitations or model.excitations
     contact_source = None
@@ -562,8 +563,10 @@ def _known_contacts(
     """What gives the contacts of the coupled model; what it leaves out is there."""
     if isinstance(source, GivenTables):
         if max(pair_periods(gear_set)) > 1:
+            faulty = any(gear.faults.any for gear in gear_set.gears)
+            keys = "faults" if faulty else "pitch_errors_um"
             raise InputError(
-                f"pitch_errors_um of {gear_set.name}; the coupled model of mesh tables "
+                f"{keys} of {gear_set.name}; the coupled model of mesh tables "
                 "is that of equal teeth, allowed are none or finite elements"
             )
     elif not isinstance(source, Excitations) or source.source.kind != "fe":
@@ -835,7 +838,8 @@ def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
     if max(periods) == 1:
         return {}
     repeats = ", ".join(f"{n} of mesh {m}" for m, n in enumerate(periods, start=1))
-    return {"pitch errors": f"tooth pairs repeat after base pitches: {repeats}"}
+    name = "faults" if any(g.faults.any for g in gear_set.gears) else "pitch errors"
+    return {name: f"tooth pairs repeat after base pitches: {repeats}"}
 
 
 def integration_in_words(settings: Settings, coupled: bool = False) -> str:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 R = TypeVar("R", bound=tuple[Any, ...])
+NO_ROWS = np.empty((0, 0), np.int64)
+NO_CHANGES = np.empty((0, 0))
 PHASE, RATE, OFFSET = 0, 1, 2  # columns of Pieces.pair_positions
 FIRST_ROW, SHAPES, FIRST_OFFSET, OFFSETS, PITCH, ROW = range(6)  # of Pieces.pitches
 # columns of BearingSamples.parameters and of its waves
@@ -231,6 +233,10 @@ class Contacts(NamedTuple):
         coordinates [m/N]
     errors (c, n) additional gap of each contact by pitch errors in successive cycles
         of its mesh [m]; (c, 0) without pitch errors
+    curve_rows (c, n) row of load_curve that a contact has in successive cycles of its
+        mesh, where curves of teeth that differ follow those of the c contacts
+    gap_rows (c, n) row of gap_changes (r, p + 1), by which its gap then differs [m];
+        all three of no size where teeth are alike and centres on their axes
     """
 
     first: Array
@@ -243,6 +249,9 @@ class Contacts(NamedTuple):
     normal_compliance: Array
     tangential_compliance: Array
     errors: Array
+    curve_rows: Array = NO_ROWS
+    gap_rows: Array = NO_ROWS
+    gap_changes: Array = NO_CHANGES
 
 
 class Position(NamedTuple):
@@ -250,20 +259,22 @@ class Position(NamedTuple):
 
     grid_index, fraction : grid point, and fraction of the cell beyond it
     cycle : number of the mesh cycle
-    gap : (c, p + 1) gaps of the contacts with the pitch errors of these cycles [m]
+    gap : (c, p + 1) gaps of the contacts' teeth in these cycles [m]
+    curve : (c,) rows of their load curves
     """
 
     grid_index: Array
     fraction: Array
     cycle: Array
     gap: Array
+    curve: Array
 
 
 class PenetrationProblem(NamedTuple):
     """Equations for the penetrations of the active contacts, of all c.
 
     knots, load_curve : as in Contacts
-    grid_index, fraction : as in Position; mesh_of : (c,)
+    grid_index, fraction, curve : as in Position; mesh_of : (c,)
     friction_reversed : (c,) whether a contact slides against its nominal direction
     free : (c,) penetrations without contact forces [m]; guess : (c,) initial guess
     cell : (c,) interval of the load curve that was evaluated last
@@ -275,6 +286,7 @@ class PenetrationProblem(NamedTuple):
     load_curve: Array
     grid_index: Array
     fraction: Array
+    curve: Array
     mesh_of: Array
     friction_reversed: Array
     free: Array

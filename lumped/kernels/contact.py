@@ -51,6 +51,7 @@ def load_at(problem, c, penetration):
         problem.grid_index[m],
         problem.fraction[m],
     )
+    row = problem.curve[c]
     while cell < cells - 1 and penetration >= knots[m, cell + 1]:
         cell += 1
     while penetration < knots[m, cell]:
@@ -59,9 +60,9 @@ def load_at(problem, c, penetration):
     x = min(penetration, max_penetration) - knots[m, cell]
     load, slope = 0.0, 0.0
     for power in range(3, -1, -1):
-        coefficient = load_curve[c, index, side, cell, power]
+        coefficient = load_curve[row, index, side, cell, power]
         if fraction > 0.0:
-            next_coefficient = load_curve[c, index + 1, side, cell, power]
+            next_coefficient = load_curve[row, index + 1, side, cell, power]
             coefficient += fraction * (next_coefficient - coefficient)
         slope = slope * x + load
         load = load * x + coefficient
@@ -82,7 +83,7 @@ def interpolate(values, c, index, fraction):
 @inlined
 def set_position(rate, contacts, cycle, number, position):
     """Set the meshes to step `number`, `cycle` steps per cycle of the first mesh."""
-    positions, errors = contacts.gap.shape[1] - 1, contacts.errors
+    positions, cycles_differ = contacts.gap.shape[1] - 1, has_different_cycles(contacts)
     for m in range(rate.size):
         cycles = rate[m] * number / cycle
         mesh_cycle = math.floor(cycles + 1e-9)
@@ -91,22 +92,49 @@ def set_position(rate, contacts, cycle, number, position):
         position.fraction[m] = table_position - position.grid_index[m]
         if abs(position.fraction[m]) < GRID_TOL:
             position.fraction[m] = 0.0
-        if errors.shape[1] == 0 or mesh_cycle == position.cycle[m]:
-            continue
-        position.cycle[m] = mesh_cycle
-        for c in range(contacts.first[m], contacts.first[m + 1]):
-            error = errors[c, mesh_cycle % errors.shape[1]]
-            for p in range(positions + 1):
-                position.gap[c, p] = contacts.gap[c, p] + error
+        if cycles_differ and mesh_cycle != position.cycle[m]:
+            position.cycle[m] = mesh_cycle
+            for c in range(contacts.first[m], contacts.first[m + 1]):
+                set_teeth(contacts, c, mesh_cycle, position)
+
+
+@inlined
+def has_different_cycles(contacts):
+    """Whether the teeth that meet differ from cycle to cycle, or centres move."""
+    return contacts.errors.shape[1] > 0 or contacts.curve_rows.shape[1] > 0
+
+
+@compiled_part
+def set_teeth(contacts, c, mesh_cycle, position):
+    """Gap and load curve of contact c by the teeth that it has in a cycle."""
+    errors, rows, positions = (
+        contacts.errors,
+        contacts.curve_rows,
+        contacts.gap.shape[1],
+    )
+    error = errors[c, mesh_cycle % errors.shape[1]] if errors.shape[1] > 0 else 0.0
+    for p in range(positions):
+        position.gap[c, p] = contacts.gap[c, p] + error
+    if rows.shape[1] == 0:
+        return
+    cycle = mesh_cycle % rows.shape[1]
+    position.curve[c] = rows[c, cycle]
+    change = contacts.gap_rows[c, cycle]
+    for p in range(positions):
+        position.gap[c, p] += contacts.gap_changes[change, p]
 
 
 @allocating
 def new_position(contacts):
-    """Allocate the position of the meshes; gaps change with pitch errors only."""
+    """Allocate the position of the meshes; gaps change where teeth differ only."""
     meshes = contacts.first.size - 1
-    gap = contacts.gap.copy() if contacts.errors.shape[1] > 0 else contacts.gap
+    gap = contacts.gap.copy() if has_different_cycles(contacts) else contacts.gap
     return Position(
-        np.zeros(meshes, np.int64), np.zeros(meshes), np.full(meshes, -1), gap
+        np.zeros(meshes, np.int64),
+        np.zeros(meshes),
+        np.full(meshes, -1),
+        gap,
+        np.arange(contacts.side.size),
     )
 
 
@@ -147,6 +175,7 @@ def contact_problem(contacts, mesh_of, position):
             contacts.load_curve,
             position.grid_index,
             position.fraction,
+            position.curve,
             mesh_of,
         ),
         *(np.zeros(count, np.int64), np.empty(count), np.zeros(count)),

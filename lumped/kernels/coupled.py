@@ -24,6 +24,7 @@ from lumped.kernels.contact import (
     CONVERGED,
     LOADS_ROW,
     PENETRATIONS_ROW,
+    interpolate,
     may_touch,
     solve_penetrations,
 )
@@ -186,6 +187,10 @@ def find_free_penetrations(system, steps, node, motion):
             m = problem.mesh_of[c]
             cycle = grid.mesh_cycle[i, m] + repetition * grid.periods[m]
             x -= system.contacts.errors[c, cycle % system.contacts.errors.shape[1]]
+        if system.contacts.curve_rows.shape[1] > 0:
+            m = problem.mesh_of[c]
+            cycle = grid.mesh_cycle[i, m] + repetition * grid.periods[m]
+            x -= set_teeth(system.contacts, c, cycle, problem)
         x += multiply_row(grid.rows[i, c], grid.first_wave[c], q, a, w)
         before, last_free = steps.penetration[c], problem.free[c]
         problem.guess[c] = x
@@ -204,6 +209,16 @@ def find_free_penetrations(system, steps, node, motion):
             problem.active[n_active] = c
             n_active += 1
     return n_active
+
+
+@compiled_part
+def set_teeth(contacts, c, mesh_cycle, problem):
+    """Set the load curve of contact c in a cycle; by how much its gap is larger."""
+    m, cycle = problem.mesh_of[c], mesh_cycle % contacts.curve_rows.shape[1]
+    problem.curve[c] = contacts.curve_rows[c, cycle]
+    index, fraction = problem.grid_index[m], problem.fraction[m]
+    row = contacts.gap_rows[c, cycle]
+    return interpolate(contacts.gap_changes, row, index, fraction)
 
 
 @inlined

@@ -39,6 +39,7 @@ the pattern rotates relative to the gear.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -47,6 +48,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.kernels.arrays import (
+    NO_CHANGES,
+    NO_ROWS,
     ContactGrid,
     Contacts,
     CoupledSteps,
@@ -67,6 +70,9 @@ MAX_HALVINGS = 12  # of a step of this method that would overshoot
 # Stiffness over the typical one that is added where there may be none, as of a planet
 # that has lost contact
 ADDED_STIFFNESS = 1e-9
+# Added stiffness, and whether a step must not end where no contact is left, which
+# curves that do not stiffen all along can lead to
+REST_ATTEMPTS = (0.0, False), (ADDED_STIFFNESS, False), (0.0, True)
 
 
 # fields of a ContactGrid without a row for each step
@@ -192,6 +198,42 @@ class CoupledContacts:
         """The contacts without pitch errors."""
         errors = self.contacts.errors[:, :0]
         return replace(self, contacts=self.contacts._replace(errors=errors))
+
+    def in_cycle(self, cycle: int) -> CoupledContacts:
+        """The contacts, in all cycles of the meshes, of the teeth that meet in one."""
+        contacts, count = self.contacts, self.mesh_of.size
+        gap, load_curve = contacts.gap, contacts.load_curve[:count]
+        if contacts.errors.size:
+            gap = gap + contacts.errors[:, [cycle % contacts.errors.shape[1]]]
+        if contacts.curve_rows.size:
+            column = cycle % contacts.curve_rows.shape[1]
+            gap = gap + contacts.gap_changes[contacts.gap_rows[:, column]]
+            load_curve = contacts.load_curve[contacts.curve_rows[:, column]]
+        alike = contacts._replace(
+            gap=gap,
+            load_curve=load_curve,
+            errors=contacts.errors[:, :0],
+            curve_rows=NO_ROWS,
+            gap_rows=NO_ROWS,
+            gap_changes=NO_CHANGES,
+        )
+        return replace(self, contacts=alike)
+
+    def different_cycles(
+        self, mesh: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Cycles (u,) of a mesh that differ, and which of them each (n,) is like."""
+        contacts, of_mesh = self.contacts, self.mesh_of == mesh
+        tables = contacts.errors, contacts.curve_rows, contacts.gap_rows
+        there = [table[of_mesh] for table in tables if table.shape[1]]
+        if not there:
+            return np.zeros(1, np.int64), np.zeros(1, np.int64)
+        cycles = np.arange(math.lcm(*(table.shape[1] for table in there)))
+        columns = [table[:, cycles % table.shape[1]] for table in there]
+        _, first, like = np.unique(
+            np.concatenate(columns), axis=1, return_index=True, return_inverse=True
+        )
+        return first.astype(np.int64), like.ravel().astype(np.int64)
 
     @property
     def body_modes(self) -> BodyModes:
@@ -544,6 +586,7 @@ def _allocate_workspace(system: CoupledSystem) -> dict[str, Any]:
         load_curve=system.contacts.load_curve,
         grid_index=np.zeros(system.rate.size, np.int64),
         fraction=np.zeros(system.rate.size),
+        curve=np.arange(count),
         mesh_of=system.mesh_of,
         friction_reversed=np.zeros(count, np.int64),
         free=np.zeros(count),
@@ -589,12 +632,9 @@ def static_transmission_error(
     """
     mesh_contacts = np.flatnonzero(coupled.mesh_of == mesh)
     contacts, none = (
-        coupled.contacts,
+        coupled.in_cycle(cycle).contacts,
         np.zeros((mesh_contacts.size, len(coupled.rows[0]), 1)),
     )
-    gap, errors = contacts.gap[mesh_contacts], contacts.errors[mesh_contacts]
-    if errors.size:
-        gap = gap + errors[:, [cycle % errors.shape[1]]]
     single_mesh = replace(
         coupled,
         mesh_of=np.zeros(mesh_contacts.size, np.int64),
@@ -604,7 +644,7 @@ def static_transmission_error(
         modes=None,
         contacts=contacts._replace(
             first=np.array([0, mesh_contacts.size]),
-            gap=gap,
+            gap=contacts.gap[mesh_contacts],
             knots=contacts.knots[[mesh]],
             load_curve=contacts.load_curve[mesh_contacts],
             normal_compliance=contacts.normal_compliance[:, mesh_contacts][
@@ -624,6 +664,19 @@ def static_transmission_error(
     return loaded_state(coupled_system(single_mesh, train), train.start).deflection[
         :, 0
     ]
+
+
+def static_errors(coupled: CoupledContacts, mesh: int, force: float) -> Array:
+    """Transmission error of `static_transmission_error` over all different cycles [m].
+
+    (n p,) of n cycles, after which the teeth that meet repeat.
+    """
+    first, like = coupled.different_cycles(mesh)
+    errors = [
+        static_transmission_error(coupled, mesh, force, int(cycle))[:-1]
+        for cycle in first
+    ]
+    return np.stack(errors)[like].ravel()
 
 
 def _in_mean_axes(
@@ -719,16 +772,26 @@ def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
 
 def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     """Contacts with the secant stiffness at the largest load that each has at rest."""
-    contacts = system.contacts
+    contacts, contact = system.contacts, _contacts_of_curves(system.contacts)
     max_penetration = np.maximum(
         loaded.penetration.max(axis=0), 1e-3 * contacts.knots[0, -1]
-    )
-    load, _ = contact_loads(system, np.tile(max_penetration, (len(loaded.load), 1)))
+    )[contact]
+    mesh_of = system.mesh_of[contact]
+    curves = system._replace(mesh_of=mesh_of)
+    load, _ = contact_loads(curves, np.tile(max_penetration, (len(loaded.load), 1)))
     load_curve = np.zeros_like(contacts.load_curve)
     secant = (load / max_penetration).T[:, :, None, None]
     load_curve[..., 1] = secant
-    load_curve[..., 0] = secant * contacts.knots[system.mesh_of][:, None, None, :-1]
+    load_curve[..., 0] = secant * contacts.knots[mesh_of][:, None, None, :-1]
     return contacts._replace(load_curve=load_curve)
+
+
+def _contacts_of_curves(contacts: Contacts) -> NDArray[np.int64]:
+    """Contact of each load curve (r,)."""
+    indices = np.arange(len(contacts.load_curve))
+    own = np.arange(len(contacts.curve_rows))
+    indices[contacts.curve_rows] = own[:, None]
+    return indices
 
 
 LEAVE_OUT = {  # in this order, in addition to the body
@@ -748,8 +811,8 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
     problem = _RestProblem(system, *_without_pairs_of_modes(system))
     a = problem.stiffness.shape[0]
     q = (start + _touching_coordinates(system, start))[:, :a]
-    for added in (0.0, ADDED_STIFFNESS):
-        equilibrium = problem.solve(q, added)
+    for added, keeps_contact in REST_ATTEMPTS:
+        equilibrium = problem.solve(q, added, keeps_contact)
         if equilibrium is not None:
             return _linearise(system, *equilibrium)
     raise ArithmeticError("no static equilibrium of the contacts was found")
@@ -798,21 +861,31 @@ class _RestProblem:
         errors[:, x.shape[1] :] /= np.abs(self.system.load).max()
         return np.asarray(errors.max(axis=1))
 
-    def step_lengths(self, x: Array, q: Array, x_step: Array, q_step: Array) -> Array:
-        """Part (p + 1, 1) of the steps by which the residual falls."""
+    def step_lengths(
+        self, x: Array, q: Array, x_step: Array, q_step: Array, keeps_contact: bool
+    ) -> Array:
+        """Part (p + 1, 1) of the steps by which the residual falls.
+
+        keeps_contact : and by which a contact is left
+        """
         length, before = np.ones((len(x), 1)), self.error(x, q)
         for _ in range(MAX_HALVINGS):
             rises = self.error(x - length * x_step, q - length * q_step) > before
+            if keeps_contact:
+                rises |= (x - length * x_step <= 0.0).all(axis=1)
             if not rises.any():
                 break
             length[rises] *= 0.5
         return length
 
-    def solve(self, q: Array, added: float) -> tuple[Array, Array] | None:
+    def solve(
+        self, q: Array, added: float, keeps_contact: bool
+    ) -> tuple[Array, Array] | None:
         """Penetrations and coordinates at rest, None where they are not found.
 
         added : stiffness that steps see in addition, over the largest of the train;
             contacts that do not touch may then be anywhere
+        keeps_contact : whether steps are as short as leaves some contact
         """
         x = _multiply(self.rows, q) - self.gap
         tolerance = EQUILIBRIUM_RTOL * self.system.contacts.knots[:, -1].max()
@@ -823,7 +896,9 @@ class _RestProblem:
             except np.linalg.LinAlgError:
                 return None
             touching = (x > 0.0) | (x - x_step > 0.0) | (added == 0.0)
-            length = self.step_lengths(x, q, x_step, q_step) if added else 1.0
+            steps = x, q, x_step, q_step
+            shortened = added or keeps_contact
+            length = self.step_lengths(*steps, keeps_contact) if shortened else 1.0
             x, q = x - length * x_step, q - length * q_step
             if not (np.isfinite(x_step).all() and np.isfinite(q_step).all()):
                 return None

@@ -15,7 +15,8 @@ With pitch errors the tooth pairs differ. In Model-1 an error is a constant adde
 gap of its pair, which is exact on the nominal path and accurate to about a per cent of
 the error in corner contact. Stiffnesses are those of the teeth without errors, and a
 pair carries no load where these are zero. Models 2 and 3 use the transmission errors of
-the whole period, after which the pairs repeat.
+the whole period, after which the pairs repeat. So do all models where teeth are
+damaged: the stiffness of a pair then is that of its teeth.
 """
 
 from __future__ import annotations
@@ -324,6 +325,18 @@ def table_pitches(table: MeshTable) -> int:
             "and as many in each further base pitch"
         )
     return size // per_pitch
+
+
+def repeat_table(table: MeshTable, position: Array) -> MeshTable:
+    """Table at positions (n,) over more base pitches, after which its pairs repeat."""
+    times, rest = divmod(position.size, table.position.size)
+    if rest:
+        raise ValueError(
+            f"{position.size} positions are no whole number of times the "
+            f"{table.position.size} of the table"
+        )
+    columns = {name: np.tile(values, times) for name, values in table.columns.items()}
+    return MeshTable(table.torque_Nm, position, columns, table.header)
 
 
 def _pair_excitations(

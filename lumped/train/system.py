@@ -35,7 +35,7 @@ from lumped.train.coupled import (
     coupled_system,
     hub_outputs,
     loaded_state,
-    static_transmission_error,
+    static_errors,
     steps_of_cycle,
 )
 from lumped.train.excitation import MeshExcitation
@@ -324,8 +324,7 @@ class LumpedSystem:
             else:
                 contacts = self.contacts.of_equal_teeth
                 force = reference.force
-                error = static_transmission_error(contacts, mesh, force)[:-1]
-                error = error - reference.gap
+                error = static_errors(contacts, mesh, force) - reference.gap
                 check = compare_at_rest(mesh, error, reference.transmission_error)
             if check is not None:
                 checks.append(check)
@@ -618,11 +617,9 @@ class LumpedSystem:
         quantity, teeth = "excitation", ""
         remedies = "higher speeds or simpler tooth ratios"
         if self.repetitions > 1:
-            quantity, teeth = "motion", " and tooth pairs with pitch errors"
-            remedies = (
-                "pitch errors of fewer gears or that repeat sooner, higher speeds"
-            )
-            remedies += " or fewer steps"
+            quantity, teeth = "motion", " and tooth pairs with pitch errors or faults"
+            remedies = "pitch errors or faults of fewer gears or that repeat sooner, "
+            remedies += "higher speeds or fewer steps"
         raise TrainError(
             f"{self.common_period[0]} periods of the first mesh, after which all "
             f"meshes{teeth} repeat, of {steps:.3g} steps each: "

@@ -9,7 +9,11 @@ from fuzz_gear_sets import BASE, WORDS, cases, option_lists, tried
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
-    [*cases(100, seed=0), *cases(40, seed=0, faults=True)],
+    [
+        *cases(100, seed=0),
+        *cases(40, seed=0, faults="show"),
+        *cases(6, seed=0, faults="stiffness"),
+    ],
     ids=lambda case: case.arguments[0],
 )
 def test_a_random_case_ends_as_it_should(tmp_path, case):
