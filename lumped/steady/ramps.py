@@ -34,6 +34,8 @@ from lumped.train.system import LumpedSystem
 Array = NDArray[np.float64]
 # Fields of CoupledSteps that a cycle takes over from the one before it
 WORKSPACE = "penetration", "ratio", "load", "continues", "force", "problem"
+# Fields of Contacts with a column for each of the cycles after which teeth repeat
+BY_CYCLE = "errors", "curve_rows", "gap_rows"
 STEPS_PER_BLOCK = 4096  # of models 1 to 3, or a common period if more
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
 
@@ -182,10 +184,12 @@ def _times(ramp: SpeedRamp, cycles: Array) -> Array:
 
 
 def _after_cycles(system: CoupledSystem, cycles: NDArray[np.int64]) -> CoupledSystem:
-    """The coupled model with the pitch errors of teeth after cycles (m,) of meshes."""
-    errors = system.contacts.errors
-    if not errors.size:
-        return system
-    of_contact = cycles[system.mesh_of]
-    later = [np.roll(row, -n) for row, n in zip(errors, of_contact, strict=True)]
-    return system._replace(contacts=system.contacts._replace(errors=np.array(later)))
+    """The coupled model with the teeth that meet after cycles (m,) of meshes."""
+    contacts, of_contact = system.contacts, cycles[system.mesh_of]
+    later = {}
+    for name in BY_CYCLE:
+        table = getattr(contacts, name)
+        if table.size:
+            rows = zip(table, of_contact, strict=True)
+            later[name] = np.array([np.roll(row, -n) for row, n in rows])
+    return system._replace(contacts=contacts._replace(**later))

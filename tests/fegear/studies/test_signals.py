@@ -12,6 +12,7 @@ import fegear
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.studies.signals import MAX_SAMPLES
+from fegear.studies.trains import GearSetRef
 from lumped import Settings
 
 MODEL = fegear.LumpedModel(
@@ -275,3 +276,21 @@ def test_signals_of_the_coupled_model_have_the_tooth():
         # 4.08 um of finite elements of fidelity reduced at 570 Hz
         peak = result.summary["signals"][0]["residual_peak"]
         assert peak == pytest.approx(4.08e-6, rel=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [1, "coupled"])
+def test_a_ramp_of_hardly_any_rate_has_the_cracked_tooth(number):
+    """As at constant speed."""
+    cracked = "gear.1.cracks=[{ tooth = 12, depth_mm = 1.5 }]"
+    gears = GearSetRef(name="liu-pair", edits=(cracked,))
+    source = fegear.StiffnessSource(resolution="coarse")
+    model = fegear.LumpedModel(number=number, stiffness=source)
+    settings = {"model": model, "integration": Settings(tolerance=1e-8)}
+    steady = signals(gears, speed=570.0, turns=2, **settings)
+    speed, seconds = (570.0, 570.0001), 2 * 38 / 570.0
+    slow = ramp(gears, speed=speed, seconds=seconds, **settings)
+    count = min(len(steady.values), len(slow.values))
+    error = np.abs(slow.values[:count] - steady.values[:count]).max(axis=0)
+    assert (error < 2e-3 * np.ptp(steady.values, axis=0)).all()
+    assert steady.summary["signals"][0]["tooth"] == 12
