@@ -190,24 +190,38 @@ def fill_compliance(C, constants, patches, all_nodes, active_pairs, teeth):
 
 @compiled_part
 def fill_local(C, first_row, constants, k, patch, nodes, mu):
-    """Fill the compliance of the half-planes under one pair's own nodes.
-
-    Where a spall takes part of the width, all of the load is on the rest, whose
-    half-planes yield as much more.
-    """
+    """Fill the compliance of the half-planes under one pair's own nodes."""
     flanks, grid = constants.flanks[k], constants.grid
     for i in range(nodes.size):
         for j in range(nodes.size):
             local = local_normal(flanks, grid, patch.step, i, j)
             local += mu * local_tangential(flanks, grid, patch.master, i, j)
-            local *= on_less_width(nodes, i, j)
+            more = on_less_width(nodes, i, j)
+            if more > 0.0:
+                local += more * concentrated(flanks, grid, patch, mu, i, j)
             C[first_row + i, first_row + j] = local
 
 
 @compiled_part
 def on_less_width(nodes, i, j):
-    """Factor on a local compliance of two nodes, 1 without spall."""
-    return 1.0 / math.sqrt(nodes[i].width_share * nodes[j].width_share)
+    """How much more load a width has that a spall leaves, as a part; 0 without."""
+    return 1.0 / math.sqrt(nodes[i].width_share * nodes[j].width_share) - 1.0
+
+
+@compiled_part
+def concentrated(flanks, grid, patch, mu, i, j):
+    """Local compliance against the centre lines of both teeth, under a unit load.
+
+    A load that a spall leaves on a part of the width has spread over all of it before
+    it reaches them, so that what yields more is the flank against its tooth's centre
+    line: Johnson (1985) eq. (5.57), whose depth is half of the tooth's thickness.
+    """
+    relative = local_normal(flanks, grid, patch.step, i, j)
+    for gear in range(2):
+        flank = flanks[gear]
+        at_center_line = 1.0 + flank.poisson - 2.0 * math.log(flank.half_thickness)
+        relative -= flank.has_half_plane * at_center_line / (math.pi * flank.modulus)
+    return relative + mu * local_tangential(flanks, grid, patch.master, i, j)
 
 
 @compiled_part
@@ -235,9 +249,14 @@ def friction_bending(constants, patches, k, nodes, q):
         for j in range(q.size):
             load = q[i] * q[j]
             if load != 0.0:
-                load *= on_less_width(nodes, i, j)
                 normal += load * local_normal(flanks, grid, patch.step, i, j)
                 tangential += load * local_tangential(flanks, grid, patch.master, i, j)
+                more = load * on_less_width(nodes, i, j)
+                if more > 0.0:
+                    normal += more * concentrated(flanks, grid, patch, 0.0, i, j)
+                    tangential += more * local_tangential(
+                        flanks, grid, patch.master, i, j
+                    )
     block = np.empty((SUPPORT, SUPPORT))
     teeth_apart = np.int64(0)  # a literal would be compiled for separately
     pair = k, k

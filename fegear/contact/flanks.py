@@ -47,15 +47,17 @@ PROFILE = np.dtype(
 SPALL = np.dtype([("start", "f8"), ("end", "f8"), ("share", "f8")], align=True)
 # One flank; length and grading as in FlankCompliance. The tip corner is at the arc
 # tip_arc and the roll length corner_roll, 0 and tip_roll unless it is broken off.
-# has_half_plane is 1 where the half-plane kernel is to be added to the flank's table,
-# else 0. undercut_roll is the roll length at which an undercut cuts the flank off, 0
-# where there is none.
+# half_thickness is half that of the tooth on its operating pitch circle. has_half_plane
+# is 1 where the half-plane kernel is to be added to the flank's table, else 0.
+# undercut_roll is the roll length at which an undercut cuts the flank off, 0 where none
+# does.
 FLANK = np.dtype(
     [
         ("base_radius", "f8"),
         ("tip_roll", "f8"),
         ("tip_arc", "f8"),
         ("corner_roll", "f8"),
+        ("half_thickness", "f8"),
         ("length", "f8"),
         ("grading", "f8"),
         ("modulus", "f8"),

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fegear.gearset.model import Relief
+from meshes import SpurGear
 
 if TYPE_CHECKING:
     from fegear.contact.cycle import Constants
@@ -99,6 +101,7 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
             gear.tip_roll_length,
             0.0,
             gear.tip_roll_length,
+            _half_thickness(gear, pair.operating_pressure_angle),
             c.flank_length,
             c.grading,
             c.modulus,
@@ -112,6 +115,12 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
         )
     tables = np.array([[c.normal, c.tangential] for c in compliances])
     return mesh[0], flanks, tables
+
+
+def _half_thickness(gear: SpurGear, pressure_angle: float) -> float:
+    """Half of a tooth's thickness on its operating pitch circle [m]."""
+    radius = abs(gear.base_radius) / math.cos(pressure_angle)
+    return abs(radius * gear.half_angle(radius))
 
 
 def lowest_rolls(problem: ContactProblem) -> tuple[float, float]:

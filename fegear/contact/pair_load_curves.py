@@ -18,6 +18,7 @@ from fegear.contact.problem import (
     ContactProblem,
     back_side_position,
     candidate_pairs,
+    missing_pairs,
     solve_drive_side,
 )
 from fegear.elasticity.flank_grid import flank_stencils
@@ -127,10 +128,13 @@ def tooth_load_curves(
     teeth : of driver and driven gear, as in `PairTeeth`
     alike : of the other teeth, whose pairs and penetrations are taken
     """
+    load, pressure = np.zeros_like(alike.load), np.zeros_like(alike.pressure)
+    meeting = PairTeeth(*(np.array([tooth]) for tooth in teeth))
+    if missing_pairs(problem, meeting).any():
+        return ToothLoadCurves(np.full_like(alike.gap, OPEN_GAP), load, pressure)
     side_position = back_side_position(problem.pair, position) if back else position
     pairs = -alike.pair_offsets if back else alike.pair_offsets
     closest = _closest(problem, pairs, side_position, teeth)
-    load, pressure = np.zeros_like(alike.load), np.zeros_like(alike.pressure)
     for column, pair in enumerate(pairs):
         facing, solutions = _pressed(
             *(problem, pair, side_position, closest.pair(column), alike.penetration),

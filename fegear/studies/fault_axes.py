@@ -89,6 +89,8 @@ def _require_axis(study: Any, axis: Axis, over: str) -> None:
             raise InputError(f"{over} {name}; replaces {shown}, leave that out")
         return
     if name in FAULTS:
+        if name != "pitch_error" and min(axis.values) < 0.0:
+            raise InputError(f"{over} {name} = {min(axis.values):g}; allowed 0 or more")
         return
     if "." not in name:
         allowed = [*SETTINGS, *FAULTS]

@@ -419,7 +419,8 @@ def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
     """Means and ranges over the mesh cycle at one of the torques, by its index.
 
     Pressures are None where an edge is in contact, see `fegear.contact.edges`: at the
-    pitch point, or at all positions.
+    pitch point, or at all positions. Where tooth pairs differ, that at the pitch point
+    is the largest of all pairs.
     """
     names = "stiffness_N_per_m", "local_stiffness_N_per_m", "friction_bending_ratio"
     k, local, bending = (solved.table[name][t] for name in names)
@@ -428,9 +429,10 @@ def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
     )
     smooth = ~edge_positions(solved.problem, solved.cycle, t)
     largest = pressure[smooth].max(initial=0.0)
-    pitch = solved.cycle.teeth == 0  # the reference pair, at the pitch point at 0
-    sharp_pitch = bool(edge_pairs(solved.problem, solved.cycle, t)[0, pitch][0])
-    at_pitch_point = float(solved.cycle.pressure[t, 0, pitch][0])
+    # reference pairs are at the pitch point at the start of each base pitch
+    pitch = slice(None, None, k.size // solved.pitches), solved.cycle.teeth == 0
+    is_sharp = edge_pairs(solved.problem, solved.cycle, t)[pitch]
+    at_pitch_point = solved.cycle.pressure[t][pitch][~is_sharp].max(initial=0.0)
     return {
         "torque_Nm": float(solved.cycle.torque[t]),
         "mean_stiffness_N_per_m": float(k.mean()),
@@ -439,7 +441,9 @@ def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
         "ste_mean_um": 1e6 * float(ste.mean()),
         "ste_peak_to_peak_um": 1e6 * float(np.ptp(ste)),
         "nlte_peak_to_peak_um": 1e6 * float(np.ptp(no_load)),
-        "pressure_at_pitch_point_MPa": None if sharp_pitch else 1e-6 * at_pitch_point,
+        "pressure_at_pitch_point_MPa": (
+            None if is_sharp.all() else 1e-6 * float(at_pitch_point)
+        ),
         "max_pressure_MPa": 1e-6 * float(largest) if smooth.any() else None,
         "positions_with_edge_contact": int((~smooth).sum()),
         "friction_bending_ratio_mean": float(bending.mean()),

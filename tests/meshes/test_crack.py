@@ -98,6 +98,7 @@ def test_cracks_that_mean_nothing_are_refused(keys, message):
     ("crack", "message"),
     [
         (Crack(depth=6e-3, direction=math.pi / 2), r"at most 5\.\d* mm .* left fillet"),
+        (Crack(depth=2e-6), r"depth = 0.002 mm; at least 0.00\d+ mm"),
         (Crack(depth=6e-3, direction=1.9), r"at most 5\.\d* mm .* left flank"),
         (Crack(depth=9e-3, direction=0.0), r"at most \d\.\d* mm .* right edge of the"),
         (Crack(depth=30e-3, direction=0.24), r"at most 1[01]\.\d* mm .* the hub"),

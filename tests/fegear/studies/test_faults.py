@@ -436,3 +436,9 @@ def test_the_command_writes_the_table_beside_the_signals(tmp_path):
     lines = (tmp_path / "s.csv").read_text("utf-8").splitlines()
     assert len([line for line in lines if not line.startswith("#")]) == 3
     assert (tmp_path / "s.h5").read_bytes().startswith(b"\x89HDF")
+
+
+@pytest.mark.parametrize("name", [name for name in FAULTS if name != "pitch_error"])
+def test_sizes_of_faults_are_not_negative(name):
+    with pytest.raises(InputError, match=f"{name} = -1; allowed 0 or more"):
+        fegear.FaultSignals(gear_set="liu-pair", over=f"{name}=-1,2", rpm=900.0)
