@@ -107,10 +107,12 @@ def run_warnings(runs: FaultRuns) -> Iterator[str]:
         counts = ", ".join(
             f"{sum(s.startswith(kind) for s in lost)} {kind}" for kind in kinds
         )
+        reason = next((text for text in lost if ":" in text), "").partition(": ")[2]
+        first = f"; the first, {reason}" if reason else ""
         yield with_code(
             "W48",
             f"{len(lost)} of {pluralize(len(runs.statuses), 'run')} have no signals: "
-            f"{counts}",
+            f"{counts}{first}",
         )
 
 

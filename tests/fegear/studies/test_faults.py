@@ -289,7 +289,10 @@ def test_runs_without_signals_keep_their_labels():
     assert np.isnan(jammed.runs.average[1]).all()
     assert jammed.labels["pitch_error_um"].tolist() == [0.0, 900.0]
     (warning,) = jammed.summary["warnings"]
-    assert warning == "1 of 2 runs have no signals: 1 impossible [W48]"
+    begin, reason = warning.split("; the first, ")
+    assert begin == "1 of 2 runs have no signals: 1 impossible"
+    cause = reason.removesuffix(" [W48]")
+    assert jammed.runs.statuses[1] == f"impossible: {cause}"
     with pytest.raises(InputError, match=r"no run has signals: impossible: .* jam"):
         fegear.run(study("pitch_error=900"))
 
