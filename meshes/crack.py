@@ -19,7 +19,7 @@ from meshes.gear import SpurGear, floored
 from meshes.outline import MeshSize, half_sector_outline
 from meshes.profile import Points, fillet_points, polar
 
-LEAST_DEPTH = 1e-3  # modules
+MIN_DEPTH = 1e-3  # modules
 CLEARANCE = 0.1  # least distance of a crack from the outline of its sector, in modules
 CLEARANCE_PER_LENGTH = 0.15  # the same near the mouth, per length along the crack
 MIN_CHORD = 0.7  # least distance of two points of a path, per length between them
@@ -120,7 +120,7 @@ def crack_points(gear: SpurGear, crack: Crack) -> Points:
     """
     if crack.left:
         return crack_points(gear, crack.mirrored) * [-1.0, 1.0]
-    least = LEAST_DEPTH * gear.module
+    least = MIN_DEPTH * gear.module
     if crack.depth < least:
         raise ValueError(
             f"depth = {1e3 * crack.depth:g} mm; at least {1e3 * least:g} mm, which "

@@ -569,6 +569,9 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--body": plus(STIFF, "--body free"),
         "--harmonic-count": plus(STIFF, "--harmonic-count 2"),
         "--harmonics": plus(STIFF, "--harmonics h.csv"),
+        "--cracks": plus(
+            f"{STIFF} --set gear.1.cracks=[{{tooth=2,depth_mm=0.5}}]", "--cracks c.csv"
+        ),
         "--path": plus(STIFF, "--path p.png"),
         "--harris": plus(f"{STIFF} --torque 20:40:20", "--harris p.png"),
         "--set": plus(STIFF, "--set gear.1.young_modulus_GPa=150"),

@@ -142,7 +142,8 @@ def test_root_stress_is_of_the_load_over_the_common_width(idler):
     for gear_set in (idler, wide):
         side = prepared(gear_set, STRESS, "quasistatic").model.sides[0]
         ends, weights = np.zeros((1, 2), np.int64), np.array([[1.0, 0.0]])
-        contact = ContactHistory(side, 0, np.array([1e3]), np.zeros(1), ends, weights)
+        places = ends, weights, np.zeros(1, np.int64)
+        contact = ContactHistory(side, 0, np.array([1e3]), np.zeros(1), *places)
         loads.append(contact.flank_load(0, 0, slice(None)).normal)
     assert loads[1] == pytest.approx(0.5 * loads[0])
 
