@@ -171,9 +171,8 @@ class MeshStiffness(
         return self.gear_set.loaded
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        if "cracks" in outputs:
-            if not any(gear.faults.cracks for gear in self.gears.gears):
-                yield "cracks", "needs a gear with cracks"
+        if "cracks" in outputs and not any(g.faults.cracks for g in self.gears.gears):
+            yield "cracks", "needs a gear with cracks"
         if "harris" in outputs:
             torques = chosen_torques(self.gears, self.torque, self.mesh)
             if len(torques) < 2:
