@@ -123,8 +123,9 @@ def tooth_load_curves(
     teeth: tuple[int, int],
     back: bool = False,
 ) -> ToothLoadCurves:
-    """Load curves of pairs of two teeth, at the positions (n,) of those of the others.
+    """Load curves of the pairs that two teeth form while they pass the mesh.
 
+    position : (n,) of the drive side, as of the curves of the other teeth
     teeth : of driver and driven gear, as in `PairTeeth`
     alike : of the other teeth, whose pairs and penetrations are taken
     """

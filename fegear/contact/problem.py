@@ -225,8 +225,9 @@ def _solve_back_side(
     problem: ContactProblem, torque: Array, position: Array, pitch: Indices
 ) -> ContactCycle:
     mirrored = back_side_position(problem.pair, position)
-    solved = run_kernel(problem, -torque, mirrored, -pitch, back=True)
-    cycle = _collect(problem, -torque, mirrored, solved)
+    of_back = with_back_flanks(problem)
+    solved = run_kernel(of_back, -torque, mirrored, -pitch, back=True)
+    cycle = _collect(of_back, -torque, mirrored, solved)
     backlash = problem.pair.backlash
     return replace(
         cycle,
@@ -283,6 +284,15 @@ def run_kernel(
         solved = _solve_groups(problem, teeth, gaps, where, targets, different)
     _require_solved(solved.rows, torque, position)
     return solved
+
+
+def with_back_flanks(problem: ContactProblem) -> ContactProblem:
+    """The problem with the faults that back flanks have."""
+    driver, driven = (
+        None if faults is None else faults.on_back_flanks
+        for faults in (problem.driver_faults, problem.driven_faults)
+    )
+    return replace(problem, driver_faults=driver, driven_faults=driven)
 
 
 def different_teeth(

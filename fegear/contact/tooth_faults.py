@@ -7,7 +7,7 @@ reference pair, as pitch errors do.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -65,6 +65,15 @@ class ToothFaults:
     profiles: Mapping[int, FlankProfile] = field(default_factory=dict)
     corners: Mapping[int, float] = field(default_factory=dict)
     missing: frozenset[int] = frozenset()
+
+    @property
+    def on_back_flanks(self) -> ToothFaults:
+        """What differs on back flanks: spalls and wear are on the others, and a crack
+        is closed where its root is in compression.
+        """
+        return replace(
+            self, change=None, cracked={}, damaged=frozenset(), spalls={}, profiles={}
+        )
 
     def clockwise_tooth(self, tooth: int) -> int:
         """A tooth as it counts clockwise."""

@@ -10,7 +10,7 @@ the points of contact and the ends of the path is of higher order.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from fegear.contact.problem import (
     ContactProblem,
     back_side_position,
     different_teeth,
+    with_back_flanks,
 )
 from fegear.contact.tooth_faults import ToothFaults
 
@@ -62,7 +63,7 @@ def side_differences(
     position : (n,) of the drive side over a cycle; alike : curves of the other teeth
     """
     if back:
-        problem = _with_back_flanks(problem)
+        problem = with_back_flanks(problem)
     gap = _gap_of_centers(problem, position, back)
     number, teeth = _numbered_teeth(problem, alike.pair_offsets, back)
     if not (teeth or gap.any()):
@@ -71,21 +72,6 @@ def side_differences(
         tooth_load_curves(problem, position, alike, of_pair, back) for of_pair in teeth
     )
     return DifferentTeeth(tuple(curves), number, gap)
-
-
-def _with_back_flanks(problem: ContactProblem) -> ContactProblem:
-    """The problem of back flanks, which spalls, wear and open cracks leave alone."""
-    return replace(
-        problem,
-        driver_faults=_of_back_flanks(problem.driver_faults),
-        driven_faults=_of_back_flanks(problem.driven_faults),
-    )
-
-
-def _of_back_flanks(faults: ToothFaults | None) -> ToothFaults | None:
-    if faults is None:
-        return None
-    return replace(faults, change=None, damaged=frozenset(), spalls={}, profiles={})
 
 
 def _gap_of_centers(problem: ContactProblem, position: Array, back: bool) -> Array:
@@ -140,7 +126,7 @@ def _hardly_changed(faults: ToothFaults | None) -> list[int]:
     other |= faults.corners.keys()
     changes = {}
     for tooth in faults.damaged:
-        index = faults.clockwise * tooth % faults.teeth
+        index = faults.clockwise_tooth(tooth)
         changes[tooth] = float(np.abs(faults.change.block(index, index)[0]).max())
     least = MIN_CHANGE * max(changes.values(), default=0.0)
     return [tooth for tooth in changes if changes[tooth] < least and tooth not in other]

@@ -282,6 +282,27 @@ def test_wear_of_one_tooth_is_the_profile_of_all_where_it_touches(problem):
     require_equal(one, of_all)
 
 
+def test_back_flanks_have_neither_spalls_nor_open_cracks(problem):
+    teeth = problem.pair.driver.teeth
+    everywhere = range(teeth)
+    faults = ToothFaults(
+        teeth=teeth,
+        change=ShareOfAll(problem.driver, 0.25, teeth),
+        clockwise=-1,
+        damaged=frozenset(everywhere),
+        spalls=dict.fromkeys(everywhere, FlankSpall(0.0, 1.0, 0.5)),
+    )
+    torques = [-torque for torque in TORQUES]
+    healthy = solve_cycle(problem, torques, POSITIONS)
+    faulty = solve_cycle(replace(problem, driver_faults=faults), torques, POSITIONS)
+    require_equal(faulty, healthy)
+    roll = problem.pair.driver.tip_roll_length - 0.25 * problem.pair.base_pitch
+    faults = replace(faults, corners=dict.fromkeys(everywhere, roll))
+    broken = solve_cycle(replace(problem, driver_faults=faults), torques, POSITIONS)
+    largest, whole = (np.ptp(cycle.ste, axis=1) for cycle in (broken, healthy))
+    assert (largest > 1.05 * whole).all()
+
+
 @pytest.mark.parametrize("back", [False, True])
 @pytest.mark.parametrize("side", ["driver", "driven"])
 def test_offset_centers_transmit_as_rigid_involutes(problem, side, back):
