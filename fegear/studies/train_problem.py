@@ -25,7 +25,12 @@ from fegear.studies.study import (
 )
 from fegear.studies.table import Table
 from fegear.studies.trains import SOURCE, TrainStudy, chosen_torque
-from fegear.train.lumped_models import LumpedModel, resolve_model, static_warnings
+from fegear.train.lumped_models import (
+    LumpedModel,
+    has_rolling_bearings,
+    resolve_model,
+    static_warnings,
+)
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.bearings.kinematics import ball_pass_over_shaft
 from lumped.steady.settings import Settings
@@ -92,7 +97,7 @@ class TrainProblem(Problem):
         integration = getattr(study, "integration", None)
         method = integration.method if isinstance(integration, Settings) else "rk4"
         model = _with_tables(study, gears)
-        if not study.has_rolling:
+        if not study.has_rolling and has_rolling_bearings(model, gears):
             model = replace(model, bearings="linear")
         model, reason = resolve_model(model, gears, method)
         return cls(study, gears=gears, model=model, reason=reason)

@@ -122,7 +122,6 @@ class Scene:
         return LumpedModel(
             number=self.number,
             translations=self.translations,
-            bearings="linear",
             stiffness=self.source if self.stored is None else self._few_harmonics(),
             friction=self.friction,
             bending=self.bending,

@@ -113,7 +113,7 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
     values: PartValues = dict.fromkeys(NAMES.values(), ())
     for branch in result.branches:
         for point in branch.bifurcations:
-            values[NAMES[point.kind]] += (point.place / unit,)
+            values[NAMES[point.kind]] += (point.best_parameter / unit,)
     values |= _largest(result.branches, scene, "")
     for multiple in {branch.multiple for branch in result.branches}:
         same_period = [
