@@ -1,9 +1,10 @@
 """Compliance between nodes of contact patches: half-plane part and remainder.
 
-tables : (gear, kind, offset, n, n) smooth flank compliances of driver and driven,
-    kind 0 normal and 1 toward the root, as in FlankCompliance
-changes : (gear, kind, pairs, pairs, n, n) what damaged teeth add, by the pair where
-    displacement is read and the one with the load; of no size without damage
+tables : (gear, kind, offset, n, n) smooth flank compliances of driver and driven, as in
+    FlankCompliance: kind 0 normal and 1 toward the root under normal loads, and where
+    it is needed 2 toward the root under loads toward the root
+changes : (gear, kind, pairs * pairs, n, n) what damaged teeth add, by the pair where
+    displacement is read and then the one with the load; of no size without damage
 flanks : (pairs, 2) records of driver and driven of each pair
 """
 
@@ -17,10 +18,11 @@ from fegear.contact.grid import SUPPORT
 from fegear.elasticity.flank_grid import STENCIL
 from lumped.common.compiled import allocating, compiled_part
 
-NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
+NORMAL, TANGENTIAL, ROOTWARD = np.int64(0), np.int64(1), np.int64(2)
 
 # Contact patch of one pair.
 #   present : whether its flanks face each other
+#   is_fitted : whether the patch of a corner has the width of its own load
 #   master : gear whose flank carries the nodes, 0 driver or 1 driven
 #   crossings : roll lengths where unmodified flanks of the master and of its mate
 #       would cross the line of action [m], the driver turned ahead on its base circle
@@ -31,10 +33,15 @@ NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 #   sliding_sign : +1 before the pitch point, -1 behind it, 0 on it
 #   moment_arms : arms of the normal force about driver and driven centre, then of the
 #       friction force [m]
+#   tilt : cosine and sine of the angle by which the force on the master is turned from
+#       the inward normal of its flank toward its root: that of a corner whose force is
+#       normal to the mate's flank, else 1 and 0
 #   first, weights : table stencils at the support points, by gear
+#   beyond : how far these are before the first point, as from `beyond_first`
 PATCH = np.dtype(
     [
         ("present", "?"),
+        ("is_fitted", "?"),
         ("master", "i8"),
         ("crossings", "f8", (2,)),
         ("driver_advance", "f8"),
@@ -45,8 +52,10 @@ PATCH = np.dtype(
         ("closing_ste", "f8"),
         ("sliding_sign", "f8"),
         ("moment_arms", "f8", (4,)),
+        ("tilt", "f8", (2,)),
         ("first", "i8", (2, SUPPORT)),
         ("weights", "f8", (2, SUPPORT, STENCIL)),
+        ("beyond", "f8", (2, SUPPORT)),
     ],
     align=True,
 )
@@ -61,6 +70,10 @@ def interpolate(table, gear, row_patch, a, column_patch, b):
         for j in range(STENCIL):
             line += column_patch.weights[gear, b, j] * table[row + i, column + j]
         total += row_patch.weights[gear, a, i] * line
+    # a wedge has no length: nearer its corner, compliance grows with the logarithm
+    beyond = min(row_patch.beyond[gear, a], column_patch.beyond[gear, b])
+    if beyond > 0.0:
+        total += beyond * (table[0, 0] - table[1, 1])
     return total
 
 
@@ -87,6 +100,27 @@ def add_rootward(block, factor, table, gear, receiver, source):
 
 
 @compiled_part
+def add_flank(block, factors, tables, ahead, behind, gear, receiver, source):
+    """Add what one gear yields at the support points of two patches.
+
+    factors : of the displacement along the normal under loads along it and toward the
+        root, and of that toward the root
+    tables : as those of the module; ahead, behind : places of the receiver from the
+        source, and of the source from the receiver
+    """
+    nn, nt, tn, tt = factors
+    if nn != 0.0:
+        add_normal(block, nn, tables[gear, NORMAL, ahead], gear, receiver, source)
+    if nt != 0.0:
+        table = tables[gear, TANGENTIAL, behind]
+        add_rootward(block, nt, table, gear, receiver, source)
+    if tn != 0.0:
+        add_normal(block, tn, tables[gear, TANGENTIAL, ahead], gear, receiver, source)
+    if tt != 0.0 and tables.shape[1] > ROOTWARD:
+        add_normal(block, tt, tables[gear, ROOTWARD, ahead], gear, receiver, source)
+
+
+@compiled_part
 def smooth_compliance_block(
     constants, patches, pairs, teeth_apart, normal, rootward, block
 ):
@@ -95,6 +129,9 @@ def smooth_compliance_block(
     pairs : indices of the patches where displacement is read and where load acts
     teeth_apart : teeth by which the first one is ahead of the second
     normal, rootward : parts of the unit load
+
+    Load and displacement are those along the normal that both flanks have, and across
+    it; a corner's gear has another normal. Half-planes have none, see `local_normal`.
     """
     tables, changes = constants.tables, constants.changes
     max_tooth_offset, (p, q) = tables.shape[2] // 2, pairs
@@ -102,22 +139,26 @@ def smooth_compliance_block(
     if abs(teeth_apart) > max_tooth_offset:
         return
     receiver, source = patches[p], patches[q]
-    is_damaged = changes.shape[2] > 0
     for gear in range(2):
         # ahead is to the right on the driver and to the left on the driven gear
         tooth_offset = teeth_apart if gear == 0 else -teeth_apart
-        if normal != 0.0:
-            table = tables[gear, NORMAL, max_tooth_offset + tooth_offset]
-            add_normal(block, normal, table, gear, receiver, source)
-            if is_damaged:
-                table = changes[gear, NORMAL, p, q]
-                add_normal(block, normal, table, gear, receiver, source)
-        if rootward != 0.0:
-            table = tables[gear, TANGENTIAL, max_tooth_offset - tooth_offset]
-            add_rootward(block, rootward, table, gear, receiver, source)
-            if is_damaged:
-                table = changes[gear, TANGENTIAL, q, p]
-                add_rootward(block, rootward, table, gear, receiver, source)
+        along, across = normal, rootward
+        if source.master == gear:
+            c, sn = source.tilt[0], source.tilt[1]
+            along, across = c * normal - sn * rootward, sn * normal + c * rootward
+        c, sn = 1.0, 0.0
+        if receiver.master == gear:
+            c, sn = receiver.tilt[0], receiver.tilt[1]
+        factors = c * along, c * across, sn * along, sn * across
+        add_flank(
+            block, factors, tables, max_tooth_offset + tooth_offset,
+            max_tooth_offset - tooth_offset, gear, receiver, source,
+        )  # fmt: skip
+        if changes.shape[2] > 0:
+            add_flank(
+                block, factors, changes, p * patches.size + q, q * patches.size + p,
+                gear, receiver, source,
+            )  # fmt: skip
 
 
 @compiled_part

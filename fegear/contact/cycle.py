@@ -22,6 +22,7 @@ from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import NO_FLANK_GAP
 from fegear.contact.grid import PatchTables
 from fegear.contact.patches import (
+    corner_width,
     ends_at_edge,
     hertz_half_width,
     lay_nodes,
@@ -58,6 +59,7 @@ ROW = np.dtype(
 #   slope : d(load)/d(ste) of the pair, all pairs moving together [Pa]
 #   pressure : largest nodal pressure [Pa];  bending : friction-bending ratio
 #   sliding_sign, moment_arms : as in `compliance.PATCH`
+#   turn : sine of the angle of `compliance.PATCH.tilt`, on driver and driven
 #   arc : of the load's centre, or of the closest point, on driver and driven [m]
 #   relief_rate : the pair's part of the derivatives of the transmission error times
 #       the slope of the load, by magnitude and start of tip and root relief of driver
@@ -73,6 +75,7 @@ CELL = np.dtype(
         ("bending", "f8"),
         ("sliding_sign", "f8"),
         ("moment_arms", "f8", (4,)),
+        ("turn", "f8", (2,)),
         ("arc", "f8", (2,)),
         ("relief_rate", "f8", (2, 2, 2)),
         ("profile_rate", "f8", (2, 2)),
@@ -196,12 +199,12 @@ def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
         solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row)
         if row.status != 0:
             return
-        any_widened = widen_patches(constants, work, active_pairs)
+        any_resized = resize_patches(constants, work, active_pairs)
         for k in range(teeth.size):
             if patches[k].present and limit <= patches[k].closing_ste < row.ste:
-                any_widened = True
+                any_resized = True
         limit = max(limit, row.ste)
-        if not any_widened:
+        if not any_resized:
             break
     store_cells(constants, work, active_pairs, row.ste, cells)
 
@@ -226,24 +229,35 @@ def choose_pairs(constants, work, gaps, limit):
 
 
 @compiled_part
-def widen_patches(constants, work, active_pairs):
-    """Widen patches that pressure reaches an end of; whether there were any."""
-    size, any_widened = work.nodes.shape[1], False
+def resize_patches(constants, work, active_pairs):
+    """Widen patches that pressure reaches an end of, and fit those of corners to their
+    load; whether there were any.
+    """
+    size, any_resized = work.nodes.shape[1], False
     for p in range(active_pairs.size):
         k = active_pairs[p]
         q = work.q[p * size : (p + 1) * size]
+        patch, half_width = work.patches[k], work.half_width[k]
         # the far end is cut short where the flank ends at its tip
-        reaches_far_end = work.patches[k].step * (size - 1) > 2.0 * work.half_width[
-            k
-        ] * (1.0 - 1e-9)
+        reaches_far_end = patch.step * (size - 1) > 2.0 * half_width * (1.0 - 1e-9)
         # and the near end where an undercut ends the flank
-        is_cut = ends_at_edge(constants.flanks[k], work.patches[k])
+        is_cut = ends_at_edge(constants.flanks[k], patch)
         reaches_far_end = reaches_far_end or is_cut
         if (q[0] > 0.0 and not is_cut) or (reaches_far_end and q[-1] > 0.0):
-            work.half_width[k] *= PATCH_GROWTH
-            work.has_nodes[k], any_widened = False, True
+            half_width *= PATCH_GROWTH
+        elif patch.tilt[1] != 0.0 and not patch.is_fitted:
+            load = 0.0
+            for force in q:
+                load += force
+            width = corner_width(constants.mesh, constants.flanks[k], patch, load)
+            if load > 0.0:
+                half_width = min(half_width, PATCH_MARGIN * width)
+            patch.is_fitted = True
+        if half_width != work.half_width[k]:
+            work.half_width[k] = half_width
+            work.has_nodes[k], any_resized = False, True
             work.in_contact[k, :] = False
-    return any_widened
+    return any_resized
 
 
 @allocating
@@ -295,6 +309,7 @@ def store_cells(constants, work, active_pairs, ste, cells):
             work.nodes[k, i].force = 0.0
         cells[k].gap = patch.closing_ste
         cells[k].sliding_sign = patch.sliding_sign
+        cells[k].turn[patch.master] = patch.tilt[1]
         for a in range(4):
             cells[k].moment_arms[a] = patch.moment_arms[a]
         cells[k].arc[patch.master] = patch.arc

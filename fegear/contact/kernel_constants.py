@@ -45,16 +45,28 @@ NOMINAL = Conditions()
 
 
 def kernel_constants(
-    problem: ContactProblem, pairs: int, conditions: Conditions = NOMINAL
+    problem: ContactProblem,
+    pairs: int,
+    conditions: Conditions = NOMINAL,
+    has_rootward: bool = False,
 ) -> Constants:
-    """Constants of some number of tooth pairs."""
+    """Constants of some number of tooth pairs.
+
+    has_rootward : whether the tables have the third kind of `compliance`
+    """
     from fegear.contact.cycle import Constants
     from fegear.contact.grid import contact_grid
 
     mesh, flanks, tables = kernel_inputs(problem)
+    if has_rootward:
+        from fegear.elasticity.cache import cached_rootward_compliance
+
+        gears = problem.driver.origin, problem.driven.origin
+        rootward = np.array([[cached_rootward_compliance(o)] for o in gears if o])
+        tables = np.concatenate([tables, rootward], axis=1)
     of_pairs = np.tile(flanks, (pairs, 1)).view(np.recarray)
     count = tables.shape[3]
-    changes = np.zeros((2, 2, 0, 0, count, count))
+    changes = np.zeros((2, 2, 0, count, count))
     faults = problem.driver_faults, problem.driven_faults
     for gear, teeth in enumerate(conditions.teeth or ()):
         of_gear = faults[gear]
@@ -65,8 +77,8 @@ def kernel_constants(
         change = of_gear.changes(teeth.tolist())
         if change is not None:
             if changes.size == 0:
-                changes = np.zeros((2, *change.shape))
-            changes[gear] = change
+                changes = np.zeros((2, 2, pairs * pairs, count, count))
+            changes[gear] = change.reshape(changes[gear].shape)
     grid = contact_grid(problem.nodes)
     return Constants(mesh, of_pairs, tables, changes, conditions.lines, grid)
 

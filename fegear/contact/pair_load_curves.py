@@ -89,7 +89,8 @@ def pair_load_curves(
             problem, facing, solutions, side_position.size
         )
         arc[facing, column] = solutions[0].arc[:, REPRESENTATIVE_INDEX]
-    normal, tangential = pair_coupling(problem, teeth, arc)
+    turn = closest.cells.turn[:, selected]
+    normal, tangential = pair_coupling(problem, teeth, arc, turn)
     return PairLoadCurves(
         pair_offsets=-teeth if back else teeth,
         gap=gap[:, selected],
@@ -262,12 +263,14 @@ def _solve_pair(
 
 
 def pair_coupling(
-    problem: ContactProblem, teeth: NDArray[np.int64], arc: Array
+    problem: ContactProblem, teeth: NDArray[np.int64], arc: Array, turn: Array
 ) -> tuple[Array, Array]:
     """Smooth compliance between the points of contact of different pairs.
 
     teeth : (k,) base pitches ahead; arc : (n, k, 2) of the points from the tip corners
-    Normal and tangential (n, k, k) [m/N], see `PairLoadCurves`.
+    turn : (n, k, 2) of corners, as in `ContactCycle`
+    Normal and tangential (n, k, k) [m/N], see `PairLoadCurves`. What teeth yield toward
+    the root under the small part of a corner's load toward it is left out.
     """
     _, flanks, tables = kernel_inputs(problem)
     positions, pairs = arc.shape[:2]
@@ -280,6 +283,7 @@ def pair_coupling(
     ]
     normal, tangential = (np.zeros((positions, pairs, pairs)) for _ in range(2))
     max_tooth_offset = tables.shape[2] // 2
+    cosine = np.sqrt(1.0 - turn**2)
     for receiver, source in np.ndindex(pairs, pairs):
         tooth_offset = int(teeth[receiver] - teeth[source])
         if receiver == source or abs(tooth_offset) > max_tooth_offset:
@@ -287,15 +291,18 @@ def pair_coupling(
         for g, (first, weight) in enumerate(stencils):
             # ahead is to the right on the driver, to the left on the driven gear
             offset = tooth_offset if g == 0 else -tooth_offset
-            pair_stencils = [(first[:, p], weight[:, p]) for p in (receiver, source)]
+            here, there = ((first[:, p], weight[:, p]) for p in (receiver, source))
+            ahead, behind = max_tooth_offset + offset, max_tooth_offset - offset
+            by_normal = _interpolate_table(tables[g, 0, ahead], here, there)
+            rootward = _interpolate_table(tables[g, 1, ahead], here, there)
+            # normal displacement under loads toward the root, by Maxwell's theorem
+            by_rootward = _interpolate_table(tables[g, 1, behind], there, here)
+            c, s = cosine[:, receiver, g], turn[:, receiver, g]
+            read_normal, read_rootward = c * by_normal + s * rootward, c * by_rootward
+            c, s = cosine[:, source, g], turn[:, source, g]
             entry = slice(None), receiver, source
-            normal[entry] += _interpolate_table(
-                tables[g, 0, max_tooth_offset + offset], *pair_stencils
-            )
-            # normal displacement under friction, by Maxwell's theorem
-            tangential[entry] += _interpolate_table(
-                tables[g, 1, max_tooth_offset - offset], *pair_stencils[::-1]
-            )
+            normal[entry] += c * read_normal + s * read_rootward
+            tangential[entry] += c * read_rootward - s * read_normal
     return normal / problem.face_width, tangential / problem.face_width
 
 

@@ -17,16 +17,18 @@ from fegear.contact.flanks import (
     closest_arc,
     common_normal,
     is_relieved,
+    normal_angle,
     roll_of_arc,
     separation,
 )
 from fegear.contact.grid import SUPPORT
-from fegear.elasticity.flank_grid import place_stencil
+from fegear.elasticity.flank_grid import beyond_first, place_stencil
 from lumped.common.compiled import compiled_part
 
 CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
 CORNER_OVERLAP = 2e-3  # of a flank's length, beyond the tip where an edge still touches
 COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
+CORNER_WIDTH = 1.5  # of a corner's contact, over load times compliance over angle
 MIN_ROLL = 0.02  # of the line of action, least radius of curvature
 MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
@@ -49,6 +51,21 @@ def hertz_half_width(mesh, flanks, s1, load):
 
 
 @compiled_part
+def corner_width(mesh, flanks, patch, load):
+    """Width of the contact of a corner under a line load [N/m].
+
+    A corner whose flank is at an angle to its mate's touches over a width in proportion
+    to the load, as a wedge does (Johnson (1985) eq. (5.42)), up to that of the flanks.
+    """
+    s1 = patch.crossings[patch.master]  # the driver's, of master or mate
+    half_width = hertz_half_width(mesh, flanks, s1, load)
+    compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    of_wedge = CORNER_WIDTH * compliance * load / abs(patch.tilt[1])
+    ratio = 0.5 * half_width / of_wedge
+    return half_width * (math.sqrt(1.0 + ratio * ratio) - ratio)
+
+
+@compiled_part
 def curvature_radius(flank, line, s):
     """Radius of curvature at a roll length, not too small; negative where concave."""
     return s if flank.base_radius < 0.0 else max(s, MIN_ROLL * abs(line))
@@ -59,6 +76,7 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     """Find one pair's closest point; s1 is the driver's nominal roll length."""
     patch.master = 0 if s1 >= mesh.pitch_point else 1
     patch.present, patch.closing_ste = False, NO_FLANK_GAP
+    patch.is_fitted = False
     patch.sliding_sign = np.sign(mesh.pitch_point - s1)
     if abs(mesh.pitch_point - s1) < 1e-12 * abs(mesh.line_of_action):
         patch.sliding_sign = 0.0
@@ -207,6 +225,10 @@ def set_contact(mesh, flanks, patch, off_path, extra_gap):
         )
     elif not off_path:
         s, tangent_angle, normal_direction = patch.crossings[0], 0.0, 0.0
+    tilt = 0.0
+    if off_path and (is_edge or patch.arc == master.tip_arc):
+        tilt = normal_direction - tangent_angle - normal_angle(master, s)
+    patch.tilt[0], patch.tilt[1] = math.cos(tilt), math.sin(tilt)
     set_levers(mesh, flanks, patch, s, tangent_angle, normal_direction)
     gap = normal_gap(flanks, patch, gap)
     patch.closing_ste = patch.driver_advance + (gap + extra_gap) / closing_rate(
@@ -321,4 +343,7 @@ def set_stencil(patch, gear, a, arc, flank, count):
     both_ends = flank.undercut_roll > 0.0
     patch.first[gear, a] = place_stencil(
         arc, flank.length, flank.grading, both_ends, count, weights
+    )
+    patch.beyond[gear, a] = beyond_first(
+        arc, flank.length, flank.grading, both_ends, count
     )

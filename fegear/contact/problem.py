@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+# of the sine by which a corner's force is turned from its flank's normal: up to there
+# what teeth yield toward the root under loads toward it is 1e-4 of their deflection
+MAX_TURN_SQUARED = 1e-3
 
 
 class ContactFailure(ArithmeticError):
@@ -112,6 +115,8 @@ class ContactCycle:
         normal force; NaN where the pair carries no load
     arc : (t, n, k, 2) of the load's centre, or of the closest point, from the tip
         corners of driver and driven [m]
+    turn : (t, n, k, 2) sine of the angle by which a corner's force is turned from the
+        normal of its flank toward its root, on driver and driven; else 0
     closing : (t, n, k) penetration per transmission error, 1 on the nominal path of
         flanks without relief
     driven_torque : (t, n) reaction of the driven gear [N m]
@@ -133,6 +138,7 @@ class ContactCycle:
     pressure: Array
     friction_bending: Array
     arc: Array
+    turn: Array
     closing: Array
     driven_torque: Array
     residual: Array
@@ -402,6 +408,46 @@ def solve_pairs(
     gaps : (n, k) extra gap of each pair [m]
     kind, targets : cycle.TORQUE per width [N] or cycle.STE [m], (t, n)
     conditions : teeth that differ, centres that move, friction
+
+    Positions at which a corner bears on its mate at an angle that matters are solved
+    again with the compliance that only these need.
+    """
+    solved = _run(problem, teeth, gaps, position, kind, targets, conditions)
+    cells = solved.cells
+    turned = (cells.load > 0.0) & (cells.turn**2 > MAX_TURN_SQUARED).any(axis=-1)
+    places = np.flatnonzero(turned.any(axis=(0, 2)))
+    if not places.size or None in (problem.driver.origin, problem.driven.origin):
+        return solved
+    lines = conditions.lines
+    again = _run(
+        problem,
+        teeth,
+        np.ascontiguousarray(gaps[places]),
+        position[places],
+        kind,
+        np.ascontiguousarray(targets[:, places]),
+        conditions._replace(lines=lines[places] if lines.size else lines),
+        has_rootward=True,
+    )
+    solved.rows[:, places], cells[:, places] = again.rows, again.cells
+    if places[-1] == position.size - 1:
+        return again._replace(rows=solved.rows, cells=cells)
+    return solved
+
+
+def _run(
+    problem: ContactProblem,
+    teeth: Indices,
+    gaps: Array,
+    position: Array,
+    kind: np.int64,
+    targets: Array,
+    conditions: Conditions,
+    has_rootward: bool = False,
+) -> KernelResult:
+    """Run the kernel once, as `solve_pairs`.
+
+    has_rootward : with what teeth yield toward the root under loads toward it
     """
     from fegear.contact import cycle
 
@@ -409,7 +455,7 @@ def solve_pairs(
     rows = np.zeros(targets.shape, cycle.ROW).view(np.recarray)
     cells = np.zeros((*targets.shape, pairs), cycle.CELL).view(np.recarray)
     work = workspace(pairs, size)
-    constants = kernel_constants(problem, pairs, conditions)
+    constants = kernel_constants(problem, pairs, conditions, has_rootward)
     if conditions.friction_reversed:
         constants.mesh.friction = -constants.mesh.friction
     if conditions.teeth is not None:
@@ -535,6 +581,7 @@ def _collect(
         pressure=cells.pressure,
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),
         arc=cells.arc,
+        turn=cells.turn,
         closing=closing,
         driven_torque=problem.pair.driven.sign * (load * arm).sum(axis=2),
         residual=rows.residual,

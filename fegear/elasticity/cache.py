@@ -21,7 +21,12 @@ from fegear.elasticity.damaged_ring import (
     damaged_ring,
     require_teeth,
 )
-from fegear.elasticity.flank import FlankCompliance, flank_compliance
+from fegear.elasticity.flank import (
+    FlankCompliance,
+    FlankOrigin,
+    flank_compliance,
+    rootward_compliance,
+)
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.root_stress import RootInfluence, root_influence
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
@@ -123,15 +128,25 @@ def cached_flank_compliance(
     key = cache_key(gear, material, size, order, split)
     path = _path("flank", key)
     arrays = load_arrays(path, key)
-    if arrays is not None:
-        plain: Any = {n: v if v.ndim else v.item() for n, v in arrays.items()}
-        return FlankCompliance(**plain)
-    compliance = flank_compliance(cyclic_sector(gear, material, size, order), split)
-    values = {
-        field.name: getattr(compliance, field.name) for field in fields(compliance)
-    }
-    save_arrays(path, key, {name: np.asarray(v) for name, v in values.items()})
-    return compliance
+    if arrays is None:
+        computed = flank_compliance(cyclic_sector(gear, material, size, order), split)
+        names = [f.name for f in fields(computed) if f.name != "origin"]
+        arrays = {name: np.asarray(getattr(computed, name)) for name in names}
+        save_arrays(path, key, arrays)
+    plain: Any = {n: v if v.ndim else v.item() for n, v in arrays.items()}
+    has_origin = split and order == 2
+    origin = FlankOrigin(gear, material, size) if has_origin else None
+    return FlankCompliance(**plain, origin=origin)
+
+
+def cached_rootward_compliance(origin: FlankOrigin) -> NDArray[np.float64]:
+    """`rootward_compliance`, read from disk where it was computed before."""
+    sector = cyclic_sector(origin.gear, origin.material, origin.size)
+
+    def compute() -> Arrays:
+        return {"rootward": rootward_compliance(sector)}
+
+    return cached_arrays("rootward", sector, {}, compute)["rootward"]
 
 
 def cached_root_influence(

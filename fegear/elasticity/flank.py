@@ -20,13 +20,24 @@ from scipy.sparse import csr_array
 
 from fegear.elasticity import halfplane
 from fegear.elasticity.boundary import boundary_quadrature
+from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import RIGHT, CyclicSector, FlankPoints
 from fegear.files.timing import stage
+from meshes import MeshSize, SpurGear
 
 Array = NDArray[np.float64]
 MAX_TOOTH_OFFSET = 3  # teeth on either side of the loaded one whose deflection is kept
 FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut", "crack")
+
+
+@dataclass(frozen=True)
+class FlankOrigin:
+    """What the finite elements of a flank compliance were made from."""
+
+    gear: SpurGear
+    material: PlaneMaterial
+    size: MeshSize
 
 
 @dataclass(frozen=True)
@@ -43,6 +54,7 @@ class FlankCompliance:
         `fegear.elasticity.flank_grid`
     modulus, poisson : E' [Pa] and nu' of the plane state
     split : whether the half-plane kernel was taken out of the loaded tooth
+    origin : of a gear that is held, from which `rootward_compliance` follows, or None
     """
 
     normal: Array
@@ -52,6 +64,7 @@ class FlankCompliance:
     modulus: float
     poisson: float
     split: bool = True
+    origin: FlankOrigin | None = None
 
     @property
     def reciprocity_error(self) -> float:
@@ -82,13 +95,7 @@ def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankComplianc
     be compared with, and its diagonal depends on the mesh.
     """
     flank, material = sector.flanks[RIGHT], sector.material
-    rows, teeth = flank.dofs.ravel(), range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
-    loads = flamant_loads(sector) if split else nodal_loads(sector)
-    fields = ring_fields(sector, loads, teeth)
-    u = np.stack([fields[tooth][rows] for tooth in teeth])
-    if split:
-        u[MAX_TOOTH_OFFSET] += flamant_displacement(sector, rows)
-    normal, tangential = resolve_on_flank(flank, u)
+    normal, tangential = resolve_on_flank(flank, _flank_fields(sector, 0.0, split))
     if split:
         for table, kernel in zip(
             (normal, tangential), half_plane_kernels(sector), strict=True
@@ -103,6 +110,39 @@ def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankComplianc
         material.poisson,
         split,
     )
+
+
+def rootward_compliance(sector: CyclicSector, split: bool = True) -> Array:
+    """Displacement toward the root under unit loads toward the root, hub held.
+
+    Returns an array like `FlankCompliance.normal`, to be used with the same half-plane
+    kernel. split : as in `flank_compliance`
+    """
+    flank = sector.flanks[RIGHT]
+    inward, rootward = flank.inward[0], flank.rootward[0]
+    turn = inward[0] * rootward[1] - inward[1] * rootward[0]
+    u = _flank_fields(sector, math.copysign(0.5 * math.pi, turn), split)
+    _, rootward_table = resolve_on_flank(flank, u)
+    if split:
+        of_loaded = rootward_table[MAX_TOOTH_OFFSET]
+        of_loaded -= half_plane_kernels(sector)[0]
+        # the half-plane's surface is displaced by (1 + nu') / (pi E') more along a load
+        # on it, of which Flamant's field has nothing in the loaded point itself
+        E, nu = sector.material.modulus, sector.material.poisson
+        np.einsum("ii->i", of_loaded)[:] += (1.0 + nu) / (math.pi * E)
+    return rootward_table
+
+
+def _flank_fields(sector: CyclicSector, load_angle: float, split: bool) -> Array:
+    """Displacement (teeth, 2 n, loads) of flanks under loads on that of one tooth."""
+    rows = sector.flanks[RIGHT].dofs.ravel()
+    teeth = range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
+    load = flamant_loads if split else nodal_loads
+    fields = ring_fields(sector, load(sector, load_angle), teeth)
+    u = np.stack([fields[tooth][rows] for tooth in teeth])
+    if split:
+        u[MAX_TOOTH_OFFSET] += flamant_displacement(sector, rows, load_angle)
+    return u
 
 
 def resolve_on_flank(flank: FlankPoints, u: Array) -> tuple[Array, Array]:

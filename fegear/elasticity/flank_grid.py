@@ -16,6 +16,7 @@ import numpy as np
 from lumped.common.compiled import compiled, compiled_part
 
 STENCIL = 4  # points that an interpolated value is made of
+MIN_ARC_RATIO = 1e-2  # of an arc over that of the first point
 
 
 @compiled_part
@@ -40,6 +41,32 @@ def place_stencil(arc, length, grading, both_ends, count, weights):
     weights[2] = -u * (u - 1.0) * (u - 3.0) / 2.0
     weights[3] = u * (u - 1.0) * (u - 2.0) / 6.0
     return first
+
+
+@compiled_part
+def beyond_first(arc, length, grading, both_ends, count):
+    """How far an arc [m] is before the first point, over that of the second behind it.
+
+    Both distances are logarithmic, ln(l_0 / arc) / ln(l_1 / l_0); 0 of arcs behind the
+    first point. Nothing is told apart at a MIN_ARC_RATIO of its arc.
+    """
+    first = point_arc(0, length, grading, both_ends, count)
+    if arc >= first:
+        return 0.0
+    second = point_arc(1, length, grading, both_ends, count)
+    return math.log(first / max(arc, MIN_ARC_RATIO * first)) / math.log(second / first)
+
+
+@compiled_part
+def point_arc(i, length, grading, both_ends, count):
+    """Arc length l_i of a point from the tip corner [m]."""
+    t = (i + 1.0) / (count + 1.0 if both_ends else count)
+    if grading == 0.0:
+        return length * t
+    if both_ends:
+        part = math.tanh(grading * (t - 0.5)) / math.tanh(0.5 * grading)
+        return 0.5 * length * (1.0 + part)
+    return length * math.sinh(grading * t) / math.sinh(grading)
 
 
 @compiled

@@ -90,4 +90,5 @@ def in_mean_axes(
         held,
         normal=held.normal - freed(p, a),
         tangential=held.tangential - freed(relief.rootward, relief.rootward_arm),
+        origin=None,
     )

@@ -649,7 +649,7 @@ def _joined(cycles: list[ContactCycle]) -> ContactCycle:
         "gap": np.inf,
         "friction_bending": np.nan,
     }
-    empty |= {"arc": 0.0, "closing": 1.0}
+    empty |= {"arc": 0.0, "turn": 0.0, "closing": 1.0}
 
     def by_pair(cycle: ContactCycle, name: str) -> Array:
         values = getattr(cycle, name)
@@ -832,8 +832,10 @@ def pair_compliances(problem: ContactProblem, cycle: ContactCycle) -> dict[str, 
     Empty where one of them faces no flank.
     """
     used = _used_pairs(cycle)
-    arc = cycle.arc[:, :, used].reshape(-1, used.size, 2)
-    normal, _ = pair_coupling(problem, cycle.teeth[used], arc)
+    arc, turn = (
+        a[:, :, used].reshape(-1, used.size, 2) for a in (cycle.arc, cycle.turn)
+    )
+    normal, _ = pair_coupling(problem, cycle.teeth[used], arc, turn)
     compliance = normal.reshape(*cycle.ste.shape, used.size, used.size)
     facing = np.isfinite(cycle.gap[..., used])
     closing = np.where(facing, cycle.closing[..., used], np.nan)

@@ -25,7 +25,11 @@ from fegear.elasticity.cyclic_gear import (
     sector_array,
     solve_triangular,
 )
-from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
+from fegear.elasticity.flank import (
+    MAX_TOOTH_OFFSET,
+    flank_compliance,
+    rootward_compliance,
+)
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import gear_modes
@@ -269,6 +273,34 @@ def test_point_loads_give_the_compliance_of_the_flank(gear, explicit, side):
             root = np.einsum("ic,ic->i", u[:, :, tooth], points.rootward)
             close(normal, compliance.normal[MAX_TOOTH_OFFSET + offset][:, j], 1e-9)
             close(root, compliance.tangential[MAX_TOOTH_OFFSET + offset][:, j], 1e-9)
+
+
+def test_loads_toward_the_root_give_the_rootward_compliance(gear, explicit):
+    """By Maxwell's theorem also its normal displacement is that of the flank."""
+    static, sector = gear.factorised(0.0, 1.0), CyclicSector(explicit.gear, STEEL, SIZE)
+    rootward = rootward_compliance(sector, split=False)
+    reverse = flank_compliance(sector, split=False).tangential[::-1]
+    points = gear.flanks[RIGHT]
+    for j in (1, 4):
+        load = np.zeros((gear.unknowns, gear.teeth))
+        load[points.dofs[j], 5] = points.rootward[j]
+        u = static.solve(load)[points.dofs]
+        for offset in range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1):
+            normal = np.einsum("ic,ic->i", u[:, :, 5 + offset], points.inward)
+            root = np.einsum("ic,ic->i", u[:, :, 5 + offset], points.rootward)
+            close(root, rootward[MAX_TOOTH_OFFSET + offset][:, j], 1e-9)
+            close(normal, reverse[MAX_TOOTH_OFFSET + offset][j], 1e-9)
+
+
+def test_rootward_compliance_is_smooth_under_its_load():
+    """Without the half-plane's kernel, as the table of normal loads is."""
+    sector = CyclicSector(make_gear(24, 15e-3), STEEL)
+    table = rootward_compliance(sector)[MAX_TOOTH_OFFSET]
+    middle = range(len(table) // 2, len(table) - 3)
+    beside = [0.5 * (table[i, i - 1] + table[i, i + 1]) for i in middle]
+    at_load = [table[i, i] for i in middle]
+    np.testing.assert_allclose(at_load, beside, rtol=3e-3)
+    assert np.abs(table - table.T).max() < 1e-2 * np.abs(table).max()
 
 
 def normal_at(points, length, grading, u, arcs):
