@@ -299,7 +299,10 @@ def test_rootward_compliance_is_smooth_under_its_load():
     middle = range(len(table) // 2, len(table) - 3)
     beside = [0.5 * (table[i, i - 1] + table[i, i + 1]) for i in middle]
     at_load = [table[i, i] for i in middle]
-    np.testing.assert_allclose(at_load, beside, rtol=3e-3)
+    # of the 1.3 / (pi E') by which the half-plane's surface moves there
+    np.testing.assert_allclose(
+        at_load, beside, atol=0.1 * 1.3 / (np.pi * STEEL.modulus)
+    )
     assert np.abs(table - table.T).max() < 1e-2 * np.abs(table).max()
 
 
