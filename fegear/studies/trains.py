@@ -18,6 +18,7 @@ from fegear.gearset.fault_checks import require_no_faults
 from fegear.gearset.faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
+from fegear.gearset.read import files_of_gear_set
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation import StiffnessSource
 from fegear.statics.mesh_table_files import TABLE_FILE
@@ -133,6 +134,17 @@ class GearSetRef:
     def inputs(self) -> str:
         """All that a checkpoint must agree with."""
         return exact_repr(self.loaded)
+
+    @property
+    def named_files(self) -> list[str]:
+        """Files that the gear-set file names."""
+        return self.files_with({})
+
+    def files_with(self, values: Mapping[str, Any]) -> list[str]:
+        """Files that the gear-set file names, with other values of keys as well."""
+        if self.preloaded is not None:
+            return []
+        return files_of_gear_set(self.name, {**self.overrides, **values})
 
 
 DEFAULT_PAIR = GearSetRef(name="liu-pair")
