@@ -44,6 +44,7 @@ from fegear.train.lumped_models import (
     Number,
 )
 from lumped.common.options import Range
+from lumped.steady.maps import Axis
 from lumped.steady.settings import Settings
 
 Study = TypeVar("Study", bound=Any)
@@ -271,8 +272,7 @@ def chosen_torques(
     """
     free = mesh is None  # gears without load can be integrated, not solved at rest
     for value in torques:
-        if not (MIN_TORQUE <= value < 1e9 or (free and value == 0.0)):
-            raise InputError(f"torque = {value:.12g}; {LOAD if free else DRIVER_LOAD}")
+        _require_load(value, "torque", free)
         if torques.count(value) > 1:
             raise InputError(f"torque = {value:.12g}; is given more than once")
     load_cases = (
@@ -282,6 +282,18 @@ def chosen_torques(
         where = "" if free else f" for mesh {mesh}"
         raise InputError(f"torque is missing; {gears.name} has no load case{where}")
     return torques or load_cases
+
+
+def _require_load(value: float, name: str, free: bool) -> None:
+    """Refuse a torque that is no load; free : whether it may be 0."""
+    if not (MIN_TORQUE <= value < 1e9 or (free and value == 0.0)):
+        raise InputError(f"{name} = {value:.12g}; {LOAD if free else DRIVER_LOAD}")
+
+
+def require_torque_axis(axis: Axis, over: str) -> None:
+    """Refuse an axis of torques on the input gear of which one is no load."""
+    for value in axis.values:
+        _require_load(value, f"{over} {axis.name}", free=True)
 
 
 def chosen_torque(
