@@ -449,7 +449,7 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
         except ValueError as error:
             return partial(without_signals, f"impossible: {error}")
         noise = 0.01 * run.study.noise_percent
-        tooth = run.tooth_at_pitch_point
+        tooth = run.teeth_of_intervals
         frequency = run.study.frequency
         options = noise, run.study.seed, tooth, self.problem.study.averages
         settings = run.integration
@@ -497,7 +497,8 @@ def evaluate_run(
 
     frequency : of the first mesh [Hz]
     noise : standard deviation over that of each signal; seed : of it
-    tooth : (p,) at the pitch point; averages : whether signals are left out
+    tooth : (2, p) of intervals, see `residual_indicators`
+    averages : whether signals are left out
     """
     try:
         response, _, settings = respond_confirmed(system, frequency, settings)
