@@ -55,7 +55,7 @@ DEFAULT_STEPS = 256
 # the pitch point]. A driving tooth ends its contact at its tip, where a broken one
 # differs and a cracked one bends most, and vibration lasts longer; a driven one starts
 # it there. Of random pairs these intervals name most teeth.
-DRIVING_TOOTH, DRIVEN_TOOTH = (-0.25, 1.25), (-0.825, 0.925)
+DRIVING_TOOTH, DRIVEN_TOOTH = (-0.25, 1.25), (-0.875, 0.875)
 MAX_SAMPLES = 5_000_000
 MAX_HARMONIC = 8.5  # of the gear's mesh, in order maps
 MORE_TABLES = MappingProxyType(
