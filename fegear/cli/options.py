@@ -14,7 +14,15 @@ from fegear.cli.groups import option
 from fegear.cli.progress import progress_lines
 from fegear.cli.screen import print_error, print_json, print_warnings
 from fegear.files.errors import InputError
-from fegear.files.output import TABLES, require_ending
+from fegear.files.output import (
+    TABLES,
+    file_identity,
+    require_ending,
+    require_no_input,
+    require_picture,
+    require_writable,
+    taken_error,
+)
 
 if TYPE_CHECKING:
     from fegear.files.store import CheckpointOptions
@@ -37,12 +45,11 @@ class Outputs:
     endings: ClassVar[Sequence[str]] = TABLES
     folder: ClassVar[bool] = False
 
-    def require(self, *inputs: Path | str) -> None:
-        """Files can be written, have names that say what they are, and replace no
-        input."""
+    def require(self) -> None:
+        """Files can be written, and have names that say what they are."""
         if not self.folder:
             require_ending(self.output, self.endings)
-        require_outputs([None if self.folder else self.output], inputs, self.plot)
+        require_outputs([None if self.folder else self.output], plot=self.plot)
 
     def show(
         self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]
@@ -110,6 +117,11 @@ class ResumedOutputs(Outputs):
             refuse_unused_options(
                 "--resume keeps what --overwrite drops", overwrite=self.overwrite
             )
+
+    def require(self) -> None:
+        super().require()
+        if self.checkpoint is not None:
+            require_no_input(self.checkpoint)
 
     @property
     def checkpoint_options(self) -> CheckpointOptions:
@@ -185,23 +197,21 @@ def progress_bar(enabled: bool) -> Iterator[Progress]:
 
 def require_outputs(
     outputs: Sequence[Path | None],
-    inputs: Sequence[Path | str] = (),
+    others: Sequence[Path] = (),
     plot: Path | None = None,
 ) -> None:
-    """Files can be written, differ from each other, and replace no input.
+    """Files can be written, and differ from each other and from other outputs.
 
     plot : one more output, a picture by its ending
     """
-    from fegear.files.output import require_picture, require_writable
-
     if plot is not None:
         require_picture(plot)
-    taken = {Path(path).resolve() for path in inputs}
+    taken = {file_identity(path) for path in others}
     for path in (*outputs, plot):
         if path is None:
             continue
         require_writable(path)
-        place = path.resolve()
-        if place in taken and not str(path).startswith("/dev/"):
-            raise InputError(f"{path}: is read or written already by this command")
-        taken.add(place)
+        identity = file_identity(path)
+        if identity in taken and not str(path).startswith("/dev/"):
+            raise taken_error(path)
+        taken.add(identity)

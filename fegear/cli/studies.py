@@ -26,7 +26,12 @@ from fegear.cli.screen import (
     ruled_table,
     screen,
 )
-from fegear.files.output import SINGLE_TABLES, make_directory, require_ending
+from fegear.files.output import (
+    SINGLE_TABLES,
+    make_directory,
+    protected_inputs,
+    require_ending,
+)
 from fegear.studies.page import ColumnTable, RowTable
 from fegear.studies.study import (
     Study,
@@ -41,9 +46,10 @@ def command_of(study_class: type[Study]) -> Callable[..., None]:
 
     def command(*, study: Any, workers: Any, outputs: Any) -> None:
         begin = time.perf_counter()
-        _check_outputs(study, outputs)
-        outputs = _make_directory(study, outputs)
-        result, summary = _run_study(study, workers.chosen, outputs)
+        with protected_inputs(files_read(study)):
+            _check_outputs(study, outputs)
+            outputs = _make_directory(study, outputs)
+            result, summary = _run_study(study, workers.chosen, outputs)
         seconds = time.perf_counter() - begin
         values = {**summary, "wall_time_s": round(seconds, 3)}
         with named_as_options(group_of(study)):
@@ -107,16 +113,15 @@ def _check_outputs(study: Study, outputs: Any) -> None:
     for name, reason in study.unused_options(written):
         value = written.get(name, getattr(study, name, None))
         refuse_unused_options(reason.format_map(names), **{name: value})
-    used_paths = list(files_read(study))
-    outputs.require(*used_paths)
-    used_paths += map(str, filter(None, (outputs.output, files.pop("plot", None))))
+    outputs.require()
+    others = [*filter(None, (outputs.output, files.pop("plot", None)))]
     for name, path in files.items():
         if name in study.pictures:
-            require_outputs([], used_paths, path)
+            require_outputs([], others, path)
         else:
             require_ending(path, study.more_files.get(name, ("", SINGLE_TABLES))[1])
-            require_outputs([path], used_paths)
-        used_paths += [str(path)] if path is not None else []
+            require_outputs([path], others)
+        others += [path] if path is not None else []
 
 
 def _make_directory(study: Study, outputs: Any) -> Any:

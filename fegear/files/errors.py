@@ -23,6 +23,16 @@ class InputError(ValueError):
         super().__init__(one_line(message))
 
 
+class NoResultError(InputError):
+    """What was computed gives no result, so that resuming would not help either.
+
+    Parameters
+    ----------
+    message : str
+        Message, as of an `InputError`.
+    """
+
+
 def one_line(message: str) -> str:
     """A message for a reader: one line, without the middle of what is very long."""
     words = (_shortened(word, LONGEST_WORD) for word in message.split())

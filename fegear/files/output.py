@@ -14,7 +14,8 @@ import math
 import os
 import re
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,8 @@ HDF5_NEEDED = "HDF5 needs h5py: pip install 'fegear[hdf5]'"
 FMU_NEEDED = "an FMU needs pythonfmu: pip install 'fegear[fmu]'"
 PLOTLY_NEEDED = "an interactive figure needs plotly: pip install 'fegear[interactive]'"
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
+# Files that a command reads, which nothing it writes may replace
+INPUTS: ContextVar[frozenset[Any]] = ContextVar("INPUTS", default=frozenset())
 
 
 def listed(endings: Sequence[str]) -> str:
@@ -69,6 +72,36 @@ def read_text(path: str | os.PathLike[str]) -> str:
         raise file_error(path, "read", error) from None
 
 
+@contextlib.contextmanager
+def protected_inputs(paths: Iterable[str | os.PathLike[str]]) -> Iterator[None]:
+    """Refuse to replace these files, by whatever path, while the context lasts."""
+    token = INPUTS.set(INPUTS.get() | {file_identity(path) for path in paths})
+    try:
+        yield
+    finally:
+        INPUTS.reset(token)
+
+
+def require_no_input(path: str | os.PathLike[str]) -> None:
+    """Raise InputError for a file that the command reads."""
+    if file_identity(path) in INPUTS.get():
+        raise taken_error(path)
+
+
+def taken_error(path: str | os.PathLike[str]) -> InputError:
+    """Why a file is not written."""
+    return InputError(f"{path}: is read or written already by this command")
+
+
+def file_identity(path: str | os.PathLike[str]) -> Any:
+    """A value that all paths of a file share, those of links to it among them."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return os.path.realpath(path)
+    return status.st_dev, status.st_ino
+
+
 def require_writable(path: str | os.PathLike[str]) -> Path:
     """The path, if a file can be written there; nothing is left behind.
 
@@ -79,6 +112,7 @@ def require_writable(path: str | os.PathLike[str]) -> Path:
         raise InputError(f"{target}: is a directory, a file name is needed")
     if is_device(target):
         return target
+    require_no_input(target)
     try:
         with contextlib.suppress(FileNotFoundError):
             os.lstat(target)  # raises for a name that is too long
@@ -161,6 +195,7 @@ def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) 
         if is_device(target):
             writer(target)
         else:
+            require_no_input(target)
             _fill_and_replace(target, writer)
     except OSError as error:
         raise file_error(target, "written", error) from None

@@ -349,8 +349,10 @@ def _require_inputs(
     connection: sqlite3.Connection, path: Path, inputs: Mapping[str, str]
 ) -> None:
     """Require the inputs of the speeds that the checkpoint holds, if any."""
+    if not connection.execute("select * from speeds").fetchone():
+        return
     stored = dict(connection.execute("select name, value from inputs"))
-    for name in {**inputs, **stored} if stored else ():
+    for name in {**inputs, **stored}:
         before, now = stored.get(name), inputs.get(name)
         if before != now:
             pairs = zip(before or "", now or "", strict=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -78,6 +78,11 @@ def load_tables(name_or_path: str, edits: Mapping[str, Any]) -> dict[str, Any]:
     return _with_files(tables, lambda file: os.path.abspath(folder / file))
 
 
+def files_of_gear_set(name_or_path: str, edits: Mapping[str, Any]) -> list[str]:
+    """Paths of the files that a gear set names, with some values set."""
+    return [p["file"] for p in _measured_profiles(load_tables(name_or_path, edits))]
+
+
 def relative_tables(tables: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Tables for a gear-set file at a path: files beside or below it by relative paths.
 
@@ -94,12 +99,19 @@ def relative_tables(tables: Mapping[str, Any], path: Path) -> dict[str, Any]:
 
 def _with_files(tables: dict[str, Any], change: Callable[[str], str]) -> dict[str, Any]:
     """Change the names of the files with measured profiles in tables."""
-    for mesh in tables.get("mesh", ()):
-        for key in PROFILES:
-            profile = mesh.get(key)
-            if isinstance(profile, dict) and "file" in profile:
-                profile["file"] = change(profile["file"])
+    for profile in _measured_profiles(tables):
+        profile["file"] = change(profile["file"])
     return tables
+
+
+def _measured_profiles(tables: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Profiles that name a file, also in tables that are not checked yet."""
+    meshes = tables.get("mesh")
+    for mesh in meshes if isinstance(meshes, list) else ():
+        for key in PROFILES if isinstance(mesh, dict) else ():
+            profile = mesh.get(key)
+            if isinstance(profile, dict) and isinstance(profile.get("file"), str):
+                yield profile
 
 
 def _folder_of(name: str) -> Path:

@@ -9,6 +9,7 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.studies.study import setting
+from lumped.common.options import Range
 from lumped.steady.maps import Axis
 
 MAX_POINTS = 1_000_000
@@ -91,6 +92,13 @@ def axes_setting(text: str) -> Any:
     """A setting of one or two axes that must be given."""
     how: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
     return setting(MISSING, text, metavar="KEY=A:B:N", several=True, **how)
+
+
+def require_within(axis: Axis, allowed: Range, over: str) -> None:
+    """Refuse an axis with a value outside a range; over : name of the setting."""
+    for value in axis.values:
+        if value not in allowed:
+            raise InputError(f"{over} {axis.name} = {value:.12g}; allowed {allowed}")
 
 
 def require_axes(axes: tuple[Axis, ...]) -> None:

@@ -15,7 +15,9 @@ from fegear.files.errors import InputError
 from fegear.files.toml import toml_value
 from fegear.gearset.edit import find_entry, require_known_key
 from fegear.gearset.problems import nearest
+from fegear.studies.axes import require_within
 from fegear.studies.study import display_name
+from fegear.studies.trains import require_torque_axis
 from lumped.steady.maps import Axis
 
 
@@ -78,15 +80,19 @@ def require_fault_axes(study: Any) -> None:
 
 
 def _require_axis(study: Any, axis: Axis, over: str) -> None:
-    name = axis.name
+    name, fields_of_study = axis.name, type(study).__dataclass_fields__
     if name in WHOLE_NUMBERS and not all(v.is_integer() for v in axis.values):
         raise InputError(f"{over} {name}; allowed whole numbers")
     if name in SETTINGS:
         field = SETTINGS[name][0]
-        default = type(study).__dataclass_fields__[field].default
-        if getattr(study, field) != default:
+        if getattr(study, field) != fields_of_study[field].default:
             shown = display_name(study, field)
             raise InputError(f"{over} {name}; replaces {shown}, leave that out")
+        allowed = fields_of_study[field].metadata["setting"].allowed
+        if allowed is not None:
+            require_within(axis, allowed, over)
+        else:
+            require_torque_axis(axis, over)
         return
     if name in FAULTS:
         if name != "pitch_error" and min(axis.values) < 0.0:

@@ -32,6 +32,7 @@ UNITLESS = ("residual_kurtosis", "tooth")
 SUFFIXES = ("_rad_per_s", "_m", "_N")  # units of signals
 SCALES = {"m": (1e6, "um"), "rad/s": (1e3, "mrad/s"), "N": (1.0, "N")}
 SHOWN_SIGNALS = 4  # in the picture
+NO_TOOTH = 0  # label of a run without a faulty tooth; teeth count from 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,14 +177,21 @@ class FaultSignalsResult(StudyResult):
             for end, pick in (("least", np.fmin), ("largest", np.fmax)):
                 value = float(pick.reduce(indicators[key][:, c]))
                 ranges[f"{end}_{key}"] = finite_or_none(value)
-        faulty = self.labels.get("faulty_tooth")
-        named = None if faulty is None else indicators["tooth"][:, c] == faulty
+        tooth, has_tooth = self.labels.get("faulty_tooth"), self._has_faulty_tooth
+        named = None if tooth is None else indicators["tooth"][:, c] == tooth
         return {
             "signal": name,
             "unit": unit_of_column(name),
             **ranges,
+            "faulty_runs": None if tooth is None else int(has_tooth.sum()),
             "runs_with_faulty_tooth": None if named is None else int(named.sum()),
         }
+
+    @property
+    def _has_faulty_tooth(self) -> NDArray[np.bool_]:
+        """Whether each run has signals of a gear with a faulty tooth."""
+        tooth = self.labels.get("faulty_tooth", np.array(NO_TOOTH))
+        return np.asarray(self.runs.settled & (tooth != NO_TOOTH))
 
     @property
     def _header(self) -> dict[str, str]:
@@ -361,8 +369,10 @@ def _label(name: str) -> str:
     return name.replace("_dte", ": transmission error").replace("_", " ")
 
 
-def _count(number_of_runs: int | None) -> str:
-    return "none" if number_of_runs is None else str(number_of_runs)
+def _share(row: Mapping[str, Any]) -> str:
+    """Runs whose residual names the faulty tooth, of those that have one."""
+    runs, named = row["faulty_runs"], row["runs_with_faulty_tooth"]
+    return "none" if named is None else f"{named} of {runs}"
 
 
 def _span(key: str) -> Any:
@@ -384,5 +394,5 @@ INDICATOR_COLUMNS: Columns = {
     "RMS of\nresidual": _span("residual_rms"),
     "peak of\nresidual": _span("residual_peak"),
     "kurtosis of\nresidual": _span("residual_kurtosis"),
-    "runs at the\nfaulty tooth": lambda row: _count(row["runs_with_faulty_tooth"]),
+    "runs at the\nfaulty tooth": _share,
 }

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.data_sets import DATA_SETS
-from fegear.files.errors import InputError
+from fegear.files.errors import InputError, NoResultError
 from fegear.files.output import TO_SINGLE_TABLE, listed
 from fegear.gearset.read import load_tables
 from fegear.studies.axes import MAX_POINTS, parsed_axis, written_axis
@@ -26,7 +26,12 @@ from fegear.studies.fault_axes import (
     column_of,
     require_fault_axes,
 )
-from fegear.studies.fault_results import FaultRuns, FaultSignalsResult, run_warnings
+from fegear.studies.fault_results import (
+    NO_TOOTH,
+    FaultRuns,
+    FaultSignalsResult,
+    run_warnings,
+)
 from fegear.studies.signals import SampledTurns, Signals, SignalsProblem
 from fegear.studies.study import (
     MISSING,
@@ -247,17 +252,17 @@ class FaultSignalsProblem(Problem):
         reference = signals.prepare_with(study.model.excitations)
         index = reference.turning.index
         teeth = reference.gears.gears[index].geometry.teeth
-        for tooth in _teeth(study):
+        for setting_name, tooth in _teeth(study):
             if tooth > teeth:
                 name = reference.gears.gears[index].name
                 raise InputError(
-                    f"{display_name(study, 'tooth')} = {tooth}; gear {name} has "
-                    f"{teeth} teeth"
+                    f"{setting_name} = {tooth}; gear {name} has {teeth} teeth"
                 )
         ref, tables = study.gear_set, dict[str, Any]()
         if ref.preloaded is None:
             tables = load_tables(ref.name, ref.overrides)
         edits = GearSetEdits(tables, ref.overrides, 1 + index, teeth)
+        _require_changes(study, edits)
         return cls(study, reference=reference, edits=edits)
 
     @property
@@ -291,7 +296,7 @@ class FaultSignalsProblem(Problem):
         study = self.study
         if not collected.settled.any():
             reason = min(set(collected.statuses))
-            raise InputError(f"no run has signals: {reason}")
+            raise NoResultError(f"no run has signals: {reason}")
         warnings = run_warnings(collected)
         return FaultSignalsResult(
             study=study,
@@ -324,6 +329,8 @@ class FaultSignalsProblem(Problem):
             labels.setdefault(name, np.full(count, value, float))
         for name in {"seed", "faulty_tooth"} & labels.keys():
             labels[name] = labels[name].astype(np.int64)
+        if study.has_faulty_tooth:
+            labels["faulty_tooth"][~self._is_faulty] = NO_TOOTH
         seeds = [noise_seed(n, int(s)) for n, s in enumerate(labels["seed"], start=1)]
         rate_per_rpm = self.reference.sampling.rate / self._reference_rpm
         return {
@@ -332,6 +339,15 @@ class FaultSignalsProblem(Problem):
             "noise_seed": np.array(seeds, np.int64),
             "sampling_rate_Hz": rate_per_rpm * labels["speed_rpm"],
         }
+
+    @property
+    def _is_faulty(self) -> NDArray[np.bool_]:
+        """Whether each run has a tooth with a fault by the axes."""
+        of_tooth = [
+            name in FAULTS and not FAULTS[name].is_of_gear for name in self.study.names
+        ]
+        sizes = np.array(self.points)[:, of_tooth]
+        return np.asarray((sizes != 0.0).any(axis=1))
 
     @property
     def _reference_rpm(self) -> float:
@@ -377,10 +393,23 @@ def split_point(
     return settings, changes
 
 
-def _teeth(study: FaultSignals) -> Iterator[int]:
-    """Teeth that have faults in some run."""
-    yield study.tooth
-    yield from (int(v) for a in study.over if a.name == "tooth" for v in a.values)
+def _teeth(study: FaultSignals) -> Iterator[tuple[str, int]]:
+    """Teeth that have faults in some run, and the setting that says so."""
+    axes = [axis for axis in study.over if axis.name == "tooth"]
+    for axis in axes:
+        over = f"{display_name(study, 'over')} tooth"
+        yield from ((over, int(value)) for value in axis.values)
+    if not axes:
+        yield display_name(study, "tooth"), study.tooth
+
+
+def _require_changes(study: FaultSignals, edits: GearSetEdits) -> None:
+    """Refuse an axis of which a value has no place in the gear-set file."""
+    for axis in study.over:
+        if axis.name in SETTINGS:
+            continue
+        for (_, tooth), value in product(_teeth(study), axis.values):
+            edits.texts({axis.name: value}, tooth)
 
 
 def signals_of(
@@ -420,7 +449,7 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
         except ValueError as error:
             return partial(without_signals, f"impossible: {error}")
         noise = 0.01 * run.study.noise_percent
-        tooth = run.tooth_at_pitch_point
+        tooth = run.teeth_of_intervals
         frequency = run.study.frequency
         options = noise, run.study.seed, tooth, self.problem.study.averages
         settings = run.integration
@@ -468,7 +497,8 @@ def evaluate_run(
 
     frequency : of the first mesh [Hz]
     noise : standard deviation over that of each signal; seed : of it
-    tooth : (p,) at the pitch point; averages : whether signals are left out
+    tooth : (2, p) of intervals, see `residual_indicators`
+    averages : whether signals are left out
     """
     try:
         response, _, settings = respond_confirmed(system, frequency, settings)

@@ -26,7 +26,12 @@ from fegear.rendering.pictures import (
     draw_contact,
     require_drawable_file,
 )
-from fegear.rendering.recorded import RecordedMotion, mesh_motion, read_history
+from fegear.rendering.recorded import (
+    HistoryFile,
+    RecordedMotion,
+    mesh_motion,
+    read_history,
+)
 from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Page
 from fegear.studies.study import (
@@ -135,6 +140,14 @@ class ContactPictures(
         refuse_edits(self, {"torque": self.torque}, translations=False)
         return self.gear_set.healthy("pictures of contact")
 
+    @property
+    def named_files(self) -> list[str]:
+        """Files that the gear set names with the changes of a recorded run."""
+        if self.time_history is None:
+            return []
+        file = read_history(Path(self.time_history))
+        return self.gear_set.files_with(_edits_of(file))
+
     def tasks(self) -> Iterator[Task]:
         self._require_file()
         if self.picture.zoom == "set":
@@ -184,8 +197,7 @@ class ContactPictures(
         that run.
         """
         file = read_history(Path(self.time_history or ""))
-        edits = {key: parsed_value(value) for key, value in file.edits.items()}
-        gears = self.gear_set.changed(edits)
+        gears = self.gear_set.changed(_edits_of(file))
         require_no_faults(gears, FAULT_KINDS, "pictures of contact")
         index = mesh_index(gears, self.mesh)
         motion = mesh_motion(file, gears, index)
@@ -213,6 +225,11 @@ class ContactPictures(
         place = contact, Path(self.file), self.picture
         peaks = draw_contact(*place, job.report)
         return ContactPicturesResult(self, contact.title, peaks)
+
+
+def _edits_of(file: HistoryFile) -> dict[str, Any]:
+    """Changes of the gear set of a recorded run, by key."""
+    return {key: parsed_value(value) for key, value in file.edits.items()}
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -11,7 +11,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from fegear.boundary import public
-from fegear.files.errors import InputError
+from fegear.files.errors import InputError, NoResultError
 from fegear.files.store import (
     NO_CHECKPOINT,
     RECORDS_FORMAT,
@@ -108,6 +108,9 @@ def run(
         if deliver is not None:
             deliver(result)
         done = result.complete
+    except NoResultError:
+        done = True  # another command with the same output is not held up
+        raise
     except NoClusterError as error:
         raise InputError(str(error)) from None
     finally:

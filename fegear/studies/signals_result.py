@@ -42,6 +42,8 @@ class SignalsResult(StudyResult):
     average : over the turns
     orders : spectra over windows of turns
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
+    teeth_of_intervals : (2, p) in whose interval each point is, see
+        `residual_indicators`
     turns_of_motion : of the gear, after which the motion repeats
     """
 
@@ -56,6 +58,7 @@ class SignalsResult(StudyResult):
     average: TurnAverage
     orders: OrderMap
     tooth: NDArray[np.int64]
+    teeth_of_intervals: NDArray[np.int64]
     turns_of_motion: int
 
     @cached_property
@@ -94,7 +97,7 @@ class SignalsResult(StudyResult):
 
     @cached_property
     def _indicators(self) -> Mapping[str, Array]:
-        return residual_indicators(self.average, self.tooth)
+        return residual_indicators(self.average, self.teeth_of_intervals)
 
     def _entry(self, c: int) -> dict[str, Any]:
         """What the average of a signal tells, in the unit at the end of its name."""
@@ -116,6 +119,7 @@ class SignalsResult(StudyResult):
             "residual_peak_angle_deg": finite_or_none(
                 360.0 * float(average.peak_turn[c])
             ),
+            "residual_tooth_rms": indicators["tooth_rms"],
             "tooth": int(indicators["tooth"]) if has_residual else None,
         }
 
@@ -309,7 +313,7 @@ SIGNAL_COLUMNS: Columns = {
     "unit": lambda row: SCALES[row["unit"]][1],
     "at orders\nof meshes": _scaled("mesh_amplitude"),
     "largest\nsideband": _scaled("sideband_amplitude"),
-    "largest\nresidual": _scaled("residual_peak"),
+    "largest RMS\nof a tooth": _scaled("residual_tooth_rms"),
     "at tooth": _tooth_text,
     "kurtosis of\nresidual": _kurtosis_text,
 }

@@ -639,8 +639,12 @@ def files_read(
 ) -> Iterator[str]:
     """Names of files that settings declare; also of what comes with the program.
 
-    whole : also those of groups that tell by `inputs` what they have read
+    whole : also those of groups that tell by `inputs` what they have read, and files
+        that are named in other files, by `named_files` of the settings
     """
+    if whole:
+        with suppress(InputError):  # the study refuses what it cannot read
+            yield from getattr(settings, "named_files", ())
     for member in exposed_fields(group or group_of(settings)):
         value = getattr(settings, member.name)
         if member.group is not None:

@@ -18,6 +18,7 @@ from fegear.gearset.fault_checks import require_no_faults
 from fegear.gearset.faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
+from fegear.gearset.read import files_of_gear_set
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation import StiffnessSource
 from fegear.statics.mesh_table_files import TABLE_FILE
@@ -43,6 +44,7 @@ from fegear.train.lumped_models import (
     Number,
 )
 from lumped.common.options import Range
+from lumped.steady.maps import Axis
 from lumped.steady.settings import Settings
 
 Study = TypeVar("Study", bound=Any)
@@ -133,6 +135,17 @@ class GearSetRef:
     def inputs(self) -> str:
         """All that a checkpoint must agree with."""
         return exact_repr(self.loaded)
+
+    @property
+    def named_files(self) -> list[str]:
+        """Files that the gear-set file names."""
+        return self.files_with({})
+
+    def files_with(self, values: Mapping[str, Any]) -> list[str]:
+        """Files that the gear-set file names, with other values of keys as well."""
+        if self.preloaded is not None:
+            return []
+        return files_of_gear_set(self.name, {**self.overrides, **values})
 
 
 DEFAULT_PAIR = GearSetRef(name="liu-pair")
@@ -259,8 +272,7 @@ def chosen_torques(
     """
     free = mesh is None  # gears without load can be integrated, not solved at rest
     for value in torques:
-        if not (MIN_TORQUE <= value < 1e9 or (free and value == 0.0)):
-            raise InputError(f"torque = {value:.12g}; {LOAD if free else DRIVER_LOAD}")
+        _require_load(value, "torque", free)
         if torques.count(value) > 1:
             raise InputError(f"torque = {value:.12g}; is given more than once")
     load_cases = (
@@ -270,6 +282,18 @@ def chosen_torques(
         where = "" if free else f" for mesh {mesh}"
         raise InputError(f"torque is missing; {gears.name} has no load case{where}")
     return torques or load_cases
+
+
+def _require_load(value: float, name: str, free: bool) -> None:
+    """Refuse a torque that is no load; free : whether it may be 0."""
+    if not (MIN_TORQUE <= value < 1e9 or (free and value == 0.0)):
+        raise InputError(f"{name} = {value:.12g}; {LOAD if free else DRIVER_LOAD}")
+
+
+def require_torque_axis(axis: Axis, over: str) -> None:
+    """Refuse an axis of torques on the input gear of which one is no load."""
+    for value in axis.values:
+        _require_load(value, f"{over} {axis.name}", free=True)
 
 
 def chosen_torque(

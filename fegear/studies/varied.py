@@ -14,16 +14,18 @@ from fegear.gearset.edit import require_known_key
 from fegear.gearset.model import GearSet
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import ExcitationSource
-from fegear.studies.axes import require_axes
+from fegear.studies.axes import require_axes, require_within
 from fegear.studies.study import display_name, refusal
 from fegear.studies.train_problem import TrainFacts, TrainProblem
-from fegear.studies.trains import TrainStudy
+from fegear.studies.trains import TrainStudy, require_torque_axis
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
     file_header,
     lumped_system,
 )
+from lumped.common.checks import require_present
+from lumped.common.options import Range, allowed_of
 from lumped.steady.maps import Axis
 from lumped.train.system import LumpedSystem
 
@@ -32,6 +34,9 @@ TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gea
 FRICTION, BENDING = "friction", "friction_bending"  # of teeth, the same of all meshes
 ENTRIES = {FRICTION: "friction coefficient", BENDING: "friction-bending ratio"}
 OF_TEETH = {FRICTION: "friction", BENDING: "bending"}  # fields of a lumped model
+DAMPING_RATIO = require_present(
+    allowed_of(LumpedModel.__dataclass_fields__["damping_ratio"]), "allowed"
+)
 KEY_OF_AXIS = {DAMPING: "dynamics.damping_ratio"}
 FIELD_OF_AXIS = {
     TORQUE: "torque",
@@ -89,11 +94,12 @@ class ParametricStudy(TrainStudy):
             raise InputError(
                 f"{over} {BENDING}; needs {display_name(self, 'friction')} above 0"
             )
-        for value in axis.values if axis.name in OF_TEETH else ():
-            if not 0.0 <= value < 1.0:
-                raise InputError(
-                    f"{over} {axis.name} = {value:g}; allowed 0 to below 1"
-                )
+        if name == "torque":
+            require_torque_axis(axis, over)
+        elif axis.name in OF_TEETH:
+            require_within(axis, Range(0.0, below=1.0), over)
+        elif name == "damping_ratio":
+            require_within(axis, DAMPING_RATIO, over)
         key = KEY_OF_AXIS.get(axis.name, axis.name)
         if key in self.gear_set.overrides:
             raise self.gear_set.rejection(key, f"{over} varies it, leave it out")

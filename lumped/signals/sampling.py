@@ -192,15 +192,21 @@ def residual_indicators(
 ) -> Mapping[str, Array]:
     """Indicators (c,) of the residuals of averages by name.
 
-    tooth : (p,) at the pitch point, from 1; `tooth` is the one during whose pitch the
-        residual has the largest mean square: as many points belong to every tooth,
-        unlike the peak, which may be at its ends. NaN where the residual is round-off
+    tooth : (2, p) from 1, of each point by the first and by the last pitch of the
+        interval of that tooth, which overlap. `tooth` is the one over whose interval
+        the residual has the largest root mean square, `tooth_rms`; NaN where the
+        residual is round-off
     """
     squares = average.residual**2
-    by_tooth = [np.bincount(tooth, column).argmax() for column in squares.T]
+    first, last = tooth
+    outside = first != last  # points of the last pitch alone
+    count = np.bincount(first) + np.bincount(last, outside)
+    sums = [np.bincount(first, c) + np.bincount(last, c * outside) for c in squares.T]
+    by_tooth = np.array(sums) / np.maximum(count, 1.0)
     return {
         "residual_rms": np.sqrt(squares.mean(axis=0)),
         "residual_peak": average.peak,
         "residual_kurtosis": average.kurtosis,
-        "tooth": np.where(average.has_residual, np.array(by_tooth, float), np.nan),
+        "tooth_rms": np.sqrt(by_tooth.max(axis=1)),
+        "tooth": np.where(average.has_residual, by_tooth.argmax(axis=1), np.nan),
     }

@@ -205,14 +205,23 @@ def test_order_of_inputs_does_not_matter(place):
     ],
 )
 def test_missing_and_new_inputs_are_named(place, inputs, part):
-    open_checkpoint(place, INPUTS, resume=True).close(keep=True)
+    with opened(place) as checkpoint:
+        fill(checkpoint, UP, 1)
     with pytest.raises(InputError, match=part):
         open_checkpoint(place, inputs, resume=True)
 
 
+@pytest.mark.parametrize("resume", [True, False])
+def test_a_checkpoint_with_nothing_finished_takes_other_inputs(place, resume):
+    open_checkpoint(place, INPUTS, resume=True).close(keep=True)
+    other = INPUTS | {"torque_Nm": "120.0"}
+    open_checkpoint(place, other, resume).close(keep=False)
+
+
 def test_long_inputs_are_shown_where_they_differ(place):
     long = "\n".join(f"line {i}" for i in range(1000))
-    open_checkpoint(place, {"file": long}, resume=True).close(keep=True)
+    with opened(place, inputs={"file": long}) as checkpoint:
+        fill(checkpoint, UP, 1)
     with pytest.raises(InputError) as caught:
         open_checkpoint(place, {"file": long.replace("500", "5OO")}, resume=True)
     message = str(caught.value)

@@ -12,6 +12,7 @@ from typing import Any
 from fegear.files.output import strict_json, write_text
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
+from fegear.gearset.read import files_of_gear_set
 from fegear.studies.page import Columns, Page, RowTable
 from fegear.studies.study import (
     NO_PICTURES,
@@ -93,6 +94,12 @@ class OneBenchmark:
     def files(self) -> Sequence[str]:
         """Names of the files in the directory that is written."""
         return [path.name for path in files_of(self.subject, Path())]
+
+    @property
+    def named_files(self) -> Sequence[str]:
+        """Files that the gear-set file names, of a benchmark that has one."""
+        name = getattr(self, "name", None)
+        return () if name is None else files_of_gear_set(name, {})
 
     def measured(self, report: Progress) -> Benchmark:
         """Run the benchmark.

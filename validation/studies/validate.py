@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, require_writable
+from fegear.gearset.read import files_of_gear_set
 from fegear.studies.page import Columns, Page, RowTable
 from fegear.studies.study import (
     NO_PICTURES,
@@ -119,6 +120,14 @@ class Validation(
     def names(self) -> tuple[str, ...]:
         """Names and paths of the cases that were asked for."""
         return tuple(name for name in self.cases if name != RANDOM_SETS)
+
+    @property
+    def named_files(self) -> Iterator[str]:
+        """Gear sets of the cases, and files that these name."""
+        for case in map(load_case, self.names):
+            yield case.gear_set
+            for model in (None, *case.model):
+                yield from files_of_gear_set(case.gear_set, case.edits_of(model))
 
     @property
     def random(self) -> bool:

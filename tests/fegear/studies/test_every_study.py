@@ -37,6 +37,9 @@ from fegear.files.codes import require_warning_code, with_code
 from fegear.files.errors import InputError
 from fegear.files.output import strict_json
 from fegear.files.store import NO_CHECKPOINT, CheckpointOptions
+from fegear.files.templates import template_text
+from fegear.files.toml import toml_text
+from fegear.gearset.read import load_tables
 from fegear.studies import STUDIES, load_study
 from fegear.studies.page import Page, RowTable, cell
 from fegear.studies.running import Job as RunningJob
@@ -629,6 +632,123 @@ def require_columns_of_example(result: Any) -> None:
         if text and declared(command, path.stem):  # no curves of a picture
             names = parse_csv(text, path.name).names
             require_declared(command, names, path.stem)
+
+
+def settings_that_read(group: SettingsGroup) -> Iterator[str]:
+    """Names of settings of a study that name a file to read."""
+    for member in exposed_fields(group):
+        if member.group is not None:
+            yield from settings_that_read(member.group)
+        elif member.declared.reads:
+            yield member.name
+
+
+def written_options(study: Study) -> Iterator[tuple[list[str], str]]:
+    """Words that name an output, each that a study can write, and the file."""
+    if study.folder:
+        yield from ((["-o", "."], name) for name in study.files)
+        return
+    endings = dict.fromkeys(study.more_tables, ".csv")
+    endings |= {name: ends[0] for name, (_, ends) in study.more_files.items()}
+    endings |= dict.fromkeys(study.pictures, ".png")
+    for name, ending in endings.items():
+        file = f"taken{ending}"
+        if name not in dict(study.unused_options({name: file})):
+            yield [f"--{name.replace('_', '-')}", file], file
+    if study.output_names:
+        yield ["-o", f"taken{study.endings[0]}"], f"taken{study.endings[0]}"
+    elif study.command == "render":  # files that are settings
+        yield [], study.file
+    elif study.command == "validate":
+        yield [], f"{study.directory}/report.md"
+
+
+def files_of_example(command: str, name: str) -> Iterator[tuple[list[str], bytes]]:
+    """Words of an example that reads the file `name`, for each setting that reads,
+    and content of the file."""
+    study: Any = example_study(command)
+    for setting_name in settings_that_read(group_of(study)):
+        if "machine" in vars(study):
+            machine = type(study.machine)(name=name)
+            text = template_text("machine")
+            yield replace(study, machine=machine).argv, text.encode()
+        elif setting_name == "name":
+            yield from _gear_sets_of_example(study, name)
+        elif setting_name in ("table", "time_history"):
+            option = f"--{setting_name.replace('_', '-')}"
+            yield [*study.argv, option, name], b"position\n"
+        else:
+            value, text = READ_BY_EXAMPLE[setting_name](name)
+            yield replace(study, **{setting_name: value}).argv, text.encode()
+
+
+READ_BY_EXAMPLE: dict[str, Callable[[str], tuple[Any, str]]] = {
+    "cases": lambda name: ((name,), case_text()),
+    "file": lambda name: (name, MEASURED),
+    "gearbox": lambda name: (name, template_text("gearbox")),
+}
+
+
+def _gear_sets_of_example(study: Any, name: str) -> Iterator[tuple[list[str], bytes]]:
+    """A profile that a gear-set file names, and the gear-set file itself."""
+    has_edits = "gear_set" in vars(study)
+    source = study.gear_set.name if has_edits else study.name
+    gear = fegear.load_gear_set(source).gears[0].geometry
+    ends = 2.04e3 * gear.base_radius, 1.98e3 * gear.tip_radius
+    profile = "diameter_mm,deviation_um\n{:.3f},0\n{:.3f},-5\n".format(*ends)
+    key = "mesh.1.driver_profile.file"
+    if source.startswith("planetary"):  # whose file has no profiles
+        edited = replace(study.gear_set, edits=(f"{key}={name}",))
+        yield replace(study, gear_set=edited).argv, profile.encode()
+        return
+    Path("g.toml").write_text(toml_text(load_tables(source, {key: name})))
+    for file, content in (("g.toml", profile.encode()), (name, b"")):
+        named = replace(study.gear_set, name=file) if has_edits else file
+        changed = {"gear_set" if has_edits else "name": named}
+        text = content or Path("g.toml").read_bytes()
+        yield replace(study, **changed).argv, text
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_no_output_replaces_a_file_that_is_read(command, capsys):
+    """Given itself or named in another file."""
+    study = example_study(command)
+    if command == "new":  # reads other files than it writes
+        return
+    for words, name in written_options(study):
+        others = ["-o", f"x{study.endings[0]}"] * study.must_write
+        written = words if "-o" in words else [*others, *words]
+        Path(name).parent.mkdir(exist_ok=True)
+        for argv, content in files_of_example(command, name):
+            Path(name).write_bytes(content)
+            assert run([*argv, *written]) == 2, argv
+            (line,) = capsys.readouterr().err.splitlines()
+            assert line.startswith(f"fegear: {name}: "), argv
+            assert Path(name).read_bytes() == content
+            Path(name).unlink()
+
+
+@pytest.mark.parametrize("link", ["relative", "symbolic", "hard"])
+def test_no_path_of_a_file_that_is_read_is_written(link, tmp_path, capsys):
+    gear = fegear.load_gear_set("liu-pair").gears[0].geometry
+    ends = 2.04e3 * gear.base_radius, 1.98e3 * gear.tip_radius
+    (tmp_path / "sub").mkdir()
+    profile, other = tmp_path / "p.csv", tmp_path / "other.csv"
+    profile.write_text("diameter_mm,deviation_um\n{:.3f},0\n{:.3f},-5\n".format(*ends))
+    before = profile.read_bytes()
+    if link == "relative":
+        other = Path("sub/../p.csv")
+    elif link == "symbolic":
+        other.symlink_to("p.csv")
+    else:
+        os.link(profile, other)
+    edit = f"mesh.1.driver_profile.file={profile}"
+    for option in ("-o", "--spectra"):
+        words = ["sweep", "liu-pair", "--set", edit, option, str(other)]
+        assert run(words) == 2
+        taken = f"fegear: {other}: is read or written already by this command\n"
+        assert capsys.readouterr().err == taken
+    assert profile.read_bytes() == other.read_bytes() == before
 
 
 @pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])

@@ -20,6 +20,7 @@ from fegear.files.store import CheckpointOptions
 from fegear.gearset.read import load_tables
 from fegear.studies.fault_axes import FAULTS, GearSetEdits
 from fegear.studies.faults import MAX_VALUES, Runs, noise_seed, random_points
+from fegear.studies.page import RowTable
 from fegear.studies.trains import GearSetRef
 from lumped import Settings
 from lumped.common.workers import Cluster
@@ -77,7 +78,8 @@ def test_labels_are_the_inputs(result):
     for name, expected in zip(columns, points.T, strict=True):
         np.testing.assert_array_equal(result.labels[name], expected)
     assert result.labels["run"].tolist() == [*range(1, 9)]
-    assert set(result.labels["faulty_tooth"]) == {12}
+    faulty = points[:, 0] != 0.0
+    assert result.labels["faulty_tooth"].tolist() == [12 * has for has in faulty]
     assert set(result.labels["torque_Nm"]) == {100.0}
     assert set(result.labels["noise_percent"]) == {20.0}
     rate = result.labels["speed_rpm"] / 60.0 * 38 * 8
@@ -311,6 +313,21 @@ def test_runs_without_signals_keep_their_labels():
         (("pitch_error=1",), {"tooth": 39}, "tooth = 39; gear pinion has 38 teeth"),
         (("pitch_error=1", "tooth=39"), {"tooth": 1}, "tooth = 39; gear pinion has"),
         (("pitch_error=1", "tooth=1.5"), {"tooth": 1}, "tooth; allowed whole numbers"),
+        (("pitch_error=1", "tooth=2,-3"), {"tooth": 1}, "over tooth = -3; allowed 1"),
+        (("pitch_error=1", "tooth=2,0"), {"tooth": 1}, "over tooth = 0; allowed 1 to"),
+        (("pitch_error=1", "noise_percent=1,-5"), {}, "noise_percent = -5; allowed 0"),
+        (
+            ("noise_percent=1", "seed=1,-5"),
+            {"tooth": 1},
+            "over seed = -5; allowed 0 to 4294967295",
+        ),
+        (("noise_percent=1", "seed=1e19"), {"tooth": 1}, "over seed = 1e+19; allowed"),
+        (("speed=900,-1",), {"tooth": 1, "rpm": None}, "over speed = -1; allowed"),
+        (
+            ("torque_Nm=50,-1",),
+            {"tooth": 1, "torque": None},
+            "over torque_Nm = -1; must be 0, or at least 1e-6",
+        ),
         (("torque_Nm=50,100",), {"tooth": 1}, "torque_Nm; replaces torque"),
         (("torque_Nm=50,100",), {"torque": None}, "tooth = 12; needs a fault"),
         (("speed=900", "tooth=1"), {"tooth": 1, "rpm": None}, "tooth; needs a fault"),
@@ -322,7 +339,7 @@ def test_runs_without_signals_keep_their_labels():
         (
             ("gear.pinion.pitch_errors_um.3=1",),
             {"tooth": 1},
-            "no run has signals: impossible: gear.pinion.pitch_errors_um.3: the gear",
+            "gear.pinion.pitch_errors_um.3: the gear set has no such entry",
         ),
         (
             ("pitch_error=0:1:10000",),
@@ -336,6 +353,27 @@ def test_wrong_sets_are_refused_in_one_line(over, settings, message):
         fegear.run(study(*over, **settings))
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_healthy_runs_have_no_faulty_tooth():
+    """The faulty tooth is found in all runs that have one."""
+    result = fegear.run(study("pitch_error=0,2", "speed=900,1100", rpm=None))
+    assert result.labels["faulty_tooth"].tolist() == [0, 0, 12, 12]
+    entry = result.summary["signals"][0]
+    assert (entry["runs_with_faulty_tooth"], entry["faulty_runs"]) == (2, 2)
+    table = next(part for part in result.page() if isinstance(part, RowTable))
+    assert next(table.cells())[-1] == "2 of 2"
+
+
+@pytest.mark.parametrize(
+    "over", ["gear.pinion.pitch_errors_um.3=0,5", "pitch_error=900"]
+)
+def test_an_axis_without_a_run_leaves_no_checkpoint(over, tmp_path):
+    """So that the corrected command runs."""
+    options = CheckpointOptions(checkpoint=tmp_path / "s.csv.partial")
+    with pytest.raises(InputError):
+        fegear.run(study(over, tooth=1), options)
+    assert not options.checkpoint.exists()
 
 
 def edited(tables, values, tooth=5, overrides=None):

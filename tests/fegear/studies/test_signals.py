@@ -294,3 +294,24 @@ def test_a_ramp_of_hardly_any_rate_has_the_cracked_tooth(number):
     error = np.abs(slow.values[:count] - steady.values[:count]).max(axis=0)
     assert (error < 2e-3 * np.ptp(steady.values, axis=0)).all()
     assert steady.summary["signals"][0]["tooth"] == 12
+
+
+@pytest.mark.parametrize("gear", ["pinion", "idler"])
+def test_a_broken_tip_is_at_its_own_tooth(gear):
+    """A driving tooth leaves contact with its tip, a driven one enters with it."""
+    edit = f"gear.{gear}.broken_tips=[{{ tooth = 10, height_mm = 1.2 }}]"
+    source = fegear.StiffnessSource(resolution="coarse")
+    result = fegear.run(
+        fegear.Signals(
+            gear_set=GearSetRef(name="liu-pair", edits=(edit,)),
+            rpm=1500.0,
+            gear_name=gear,
+            turns=2,
+            samples=32,
+            model=fegear.LumpedModel(number=1, stiffness=source),
+        )
+    )
+    assert entries(result, "tooth").tolist() == [10] * 3
+    assert (
+        entries(result, "residual_tooth_rms") > entries(result, "residual_rms")
+    ).all()
