@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from meshes.gear import SpurGear, floored
+from meshes.gear import SpurGear, ceiled, floored
 from meshes.outline import MeshSize, half_sector_outline
 from meshes.profile import Points, fillet_points, polar
 
@@ -123,8 +123,8 @@ def crack_points(gear: SpurGear, crack: Crack) -> Points:
     least = MIN_DEPTH * gear.module
     if crack.depth < least:
         raise ValueError(
-            f"depth = {1e3 * crack.depth:g} mm; at least {1e3 * least:g} mm, which "
-            "the mesh at its tip resolves"
+            f"depth = {1e3 * crack.depth:g} mm; at least {ceiled(1e3 * least)} mm, "
+            "which the mesh at its tip resolves"
         )
     normal_angle = mouth_normal_angle(gear, crack)
     mouth = fillet_points(gear, normal_angle)
@@ -150,8 +150,8 @@ def mouth_normal_angle(gear: SpurGear, crack: Crack) -> float:
     if not steepest <= crack.tangent_angle <= flattest:
         raise ValueError(
             f"tangent_angle = {math.degrees(crack.tangent_angle):g} deg; tangents of "
-            f"the fillet make angles from {math.degrees(steepest):.4g} to "
-            f"{math.degrees(flattest):.4g} deg with the centre line"
+            f"the fillet make angles from {ceiled(math.degrees(steepest))} to "
+            f"{floored(math.degrees(flattest))} deg with the centre line"
         )
     for _ in range(60):
         middle = 0.5 * (low + high)

@@ -3,24 +3,93 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from typing import Literal
 
 from meshes.involute import Involute, involute
 from meshes.undercut import involute_crossing, waist
+
+Words = Literal["at most", "at least", "must be below", "must be above"]
+OPPOSITE: dict[Words, Words] = {
+    "at most": "at least",
+    "at least": "at most",
+    "must be below": "must be above",
+    "must be above": "must be below",
+}
+INWARD = 1e-6  # relative step into what an open limit allows
+
+
+@dataclass(frozen=True)
+class Bound:
+    """Limit of a quantity and what sets it, such as "the form radius".
+
+    value : in SI units, of a radius its magnitude
+    """
+
+    words: Words
+    value: float
+    reason: str
+
+    @property
+    def is_upper(self) -> bool:
+        return self.words in ("at most", "must be below")
+
+    @property
+    def rounded(self) -> str:
+        """The value with six digits, inside of the limit."""
+        return floored(self.value) if self.is_upper else ceiled(self.value)
+
+    @property
+    def inside(self) -> float:
+        """A value that the limit allows, as its reader would set it."""
+        value = float(self.rounded)
+        if self.words in ("at most", "at least"):
+            return value
+        step = INWARD * (abs(value) or 1.0)
+        return value - step if self.is_upper else value + step
+
+    def stated(self, unit: str = "") -> str:
+        """Words, rounded value and reason."""
+        return f"{self.words} {self.rounded}{unit and ' '}{unit}, {self.reason}"
+
+    def mapped(self, convert: Callable[[float], float]) -> Bound:
+        """The limit of what follows from the quantity, monotonically near it."""
+        step = INWARD * (abs(self.value) or 1.0)
+        value = convert(self.value)
+        inside = convert(self.value - step if self.is_upper else self.value + step)
+        stays = (inside < value) == self.is_upper
+        words = self.words if stays else OPPOSITE[self.words]
+        return replace(self, words=words, value=value)
 
 
 class GeometryError(ValueError):
     """Raised for a gear that cannot exist; `field` names the invalid quantity.
 
     role : "driver" or "driven", if the quantity belongs to one gear of a pair
+    bound : what is allowed, where that is a limit of the quantity
     """
 
-    def __init__(self, field: str, message: str, role: str = "") -> None:
+    def __init__(
+        self, field: str, message: str, role: str = "", bound: Bound | None = None
+    ) -> None:
         super().__init__(message)
         self.field = field
         self.message = message
         self.role = role
+        self.bound = bound
+
+
+def beyond(field: str, length: float, bound: Bound, role: str = "") -> GeometryError:
+    """The error of a length [m], of a radius its magnitude, that misses a limit."""
+    limit = bound.mapped(lambda metres: 1e3 * metres).stated("mm")
+    return GeometryError(field, f"{stated_mm(abs(length))}; {limit}", role, bound)
+
+
+def require_bound(field: str, ok: bool, length: float, bound: Bound) -> None:
+    if not ok:  # comparisons with NaN are false and end here too
+        raise beyond(field, length, bound)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,31 +220,41 @@ class SpurGear(Involute):
                 f"{self.profile_shift:g}; undercut leaves {foot} mm of the tooth's "
                 f"foot, at least {ceiled(least)} mm is needed",
             )
-        require(
+        require_bound(
             "tip_radius",
             self.tip_radius > self.form_radius,
-            stated_mm(self.tip_radius),
-            f"must exceed the form radius {ceiled(1e3 * self.form_radius)} mm",
+            self.tip_radius,
+            Bound("must be above", self.form_radius, "the form radius"),
         )
         self.require_tip_land()
         largest_hub = self.root_radius - 0.5 * self.module
-        require(
+        circle = f"half a module below the root circle {stated_mm(self.root_radius)}"
+        require_bound(
             "hub_radius",
             self.hub_radius <= largest_hub * (1.0 + SLACK),
-            stated_mm(self.hub_radius),
-            f"at most {floored(1e3 * largest_hub)} mm, half a module below the root "
-            f"circle {stated_mm(self.root_radius)}",
+            self.hub_radius,
+            Bound("at most", largest_hub, circle),
         )
 
+    def _has_land(self, radius: float) -> bool:
+        thickness = 2.0 * radius * self.half_angle(radius)
+        return thickness > MIN_TIP_LAND * self.module
+
     def require_tip_land(self) -> None:
+        if self._has_land(self.tip_radius):
+            return
         thickness = self.tip_thickness
-        require(
-            "tip_radius",
-            thickness > 0.05 * self.module,
-            stated_mm(abs(self.tip_radius)),
-            f"the tooth is pointed: tip thickness {floored(1e3 * thickness)} mm, at "
-            f"least {ceiled(50.0 * self.module)} mm is needed",
+        reason = (
+            f"the tooth is pointed: tip thickness {floored(1e3 * thickness)} mm, "
+            f"{ceiled(1e3 * MIN_TIP_LAND * self.module)} mm are needed"
         )
+        form = self.form_radius
+        if not self._has_land(form):
+            text = f"{stated_mm(abs(self.tip_radius))}; {reason}"
+            raise GeometryError("tip_radius", text)
+        limit = bisected(self._has_land, form, self.tip_radius)
+        words: Words = "at most" if self.sign > 0 else "at least"
+        raise beyond("tip_radius", self.tip_radius, Bound(words, abs(limit), reason))
 
     def _require_rack_tip(self) -> None:
         half_width, _depth = self.rack_tip_center
@@ -183,11 +262,13 @@ class SpurGear(Involute):
         if half_width < -1e-9 * self.module:
             alpha = self.pressure_angle
             widest += half_width / (1.0 / math.cos(alpha) - math.tan(alpha))
-            limit = f"does not fit the rack tip, at most {floored(1e3 * widest)} mm"
-            rounding = stated_mm(self.rack_tip_radius)
-            raise GeometryError("rack_tip_radius", f"{rounding}; {limit}")
+            bound = Bound("at most", widest, "what fits the rack tip")
+            raise beyond("rack_tip_radius", self.rack_tip_radius, bound)
 
 
+MAX_SHIFT = 2.0  # of the profile, to either side, in modules
+MIN_TIP_LAND = 0.05  # thickness of a tooth at its tip, in modules
+MAX_BISECTIONS = 200  # halve an interval down to round-off
 MIN_WAIST = 0.3  # thickness of an undercut tooth, in modules
 SLACK = 1e-12  # relative change of a value by a conversion of units
 
@@ -219,11 +300,22 @@ def require(field: str, ok: bool, got: str, allowed: str) -> None:
         raise GeometryError(field, f"{got}; {allowed}")
 
 
+def bisected(fits: Callable[[float], bool], inside: float, outside: float) -> float:
+    """The last value that fits on the way from one that does to one that does not."""
+    for _ in range(MAX_BISECTIONS):
+        middle = 0.5 * (inside + outside)
+        if middle in (inside, outside):  # as near as numbers are
+            break
+        inside, outside = (middle, outside) if fits(middle) else (inside, middle)
+    return inside
+
+
 def require_rack(gear: SpurGear) -> None:
     """Require teeth, module and rack within their limits."""
     require("teeth", gear.teeth >= 5, f"{gear.teeth}", "at least 5 teeth are needed")
     shift = gear.profile_shift  # before the tip, whose default follows from it
-    require("profile_shift", abs(shift) <= 2.0, f"{shift:g}", "allowed -2 to 2")
+    limits = f"allowed {-MAX_SHIFT:g} to {MAX_SHIFT:g}"
+    require("profile_shift", abs(shift) <= MAX_SHIFT, f"{shift:g}", limits)
     for field in ("module", "dedendum"):
         length: float = getattr(gear, field)
         ok = 0.0 < length < math.inf

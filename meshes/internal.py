@@ -15,14 +15,14 @@ from functools import cached_property
 
 from meshes.gear import (
     SLACK,
+    Bound,
     GeometryError,
     SpurGear,
-    ceiled,
-    floored,
     require,
+    require_bound,
     stated_mm,
 )
-from meshes.shaper import ShaperCutter, shaper_cutter
+from meshes.shaper import ShaperCutter, ThickTooth, shaper_cutter
 from meshes.tip_interference import corner_clearance
 
 MIN_TANGENTIAL = 1e6  # N/m3; without it the ring would rotate freely
@@ -123,76 +123,62 @@ class InternalGear(SpurGear):
         """Require that the cutter leaves a tooth with a tip land in an existing rim."""
         self._require_cutter_tip()
         tip, base, form = -self.tip_radius, -self.base_radius, -self.form_radius
-        require(
-            "tip_radius",
-            tip > base,
-            stated_mm(tip),
-            f"must exceed the base radius {ceiled(1e3 * base)} mm",
-        )
-        require(
-            "tip_radius",
-            tip < form,
-            stated_mm(tip),
-            f"must be below the form radius {floored(1e3 * form)} mm",
-        )
+        above_base = Bound("must be above", base, "the base radius")
+        require_bound("tip_radius", tip > base, tip, above_base)
+        below_form = Bound("must be below", form, "the form radius")
+        require_bound("tip_radius", tip < form, tip, below_form)
         self.require_tip_land()
         self._require_cutter_flank()
         smallest, rim = -self.root_radius + 0.5 * self.module, -self.hub_radius
-        require(
-            "hub_radius",
-            rim >= smallest * (1.0 - SLACK),
-            stated_mm(rim),
-            f"at least {ceiled(1e3 * smallest)} mm, half a module beyond the root "
-            f"circle {stated_mm(-self.root_radius)}",
-        )
+        circle = f"half a module beyond the root circle {stated_mm(-self.root_radius)}"
+        bound = Bound("at least", smallest, circle)
+        require_bound("hub_radius", rim >= smallest * (1.0 - SLACK), rim, bound)
 
     def _require_cutter_flank(self) -> None:
         """Require that the cutter's involute makes the tip, and spares other tips."""
         tip, cutter = -self.tip_radius, self.cutter
         least = math.hypot(self.base_radius, cutter.line_of_action)
-        require(
-            "tip_radius",
-            tip >= least * (1.0 - SLACK),
-            stated_mm(tip),
-            f"at least {ceiled(1e3 * least)} mm, a cutter of {self.cutter_teeth} teeth "
-            "has no flank below its base circle",
-        )
+        cause = f"a cutter of {self.cutter_teeth} teeth has no flank below its base "
+        bound = Bound("at least", least, f"{cause}circle")
+        require_bound("tip_radius", tip >= least * (1.0 - SLACK), tip, bound)
         if not corner_clearance(cutter, self, cutter.center_distance) > 0.0:
-            raise GeometryError(
-                "cutter_teeth",
-                f"{self.cutter_teeth}; tips of the cutter meet those of the ring, "
-                f"allowed {MIN_CUTTER_TEETH} to {self._most_cutter_teeth}",
-            )
+            reason = "tips of the cutter meet those of the ring"
+            most = self._most_cutter_teeth
+            limit = None if most is None else Bound("at most", most, reason)
+            text = limit.stated() if limit else f"{reason}, as do those of any other"
+            message = f"{self.cutter_teeth}; {text}"
+            raise GeometryError("cutter_teeth", message, bound=limit)
 
     @property
-    def _most_cutter_teeth(self) -> int:
-        """Number of teeth of the largest cutter whose tips pass those of the ring."""
-        for teeth in range(self.cutter_teeth - 1, MIN_CUTTER_TEETH, -1):
+    def _most_cutter_teeth(self) -> int | None:
+        """Number of teeth of the largest cutter whose tips pass those of the ring.
+
+        None where there is no smaller one.
+        """
+        for teeth in range(self.cutter_teeth - 1, MIN_CUTTER_TEETH - 1, -1):
             cutter = shaper_cutter(self, self.base_half_angle, self.root_radius, teeth)
             if corner_clearance(cutter, self, cutter.center_distance) > 0.0:
                 return teeth
-        return MIN_CUTTER_TEETH
+        return None
 
     def _require_cutter_tip(self) -> None:
         try:
             cutter = self.cutter
-        except ValueError as error:
-            raise GeometryError(
-                "profile_shift", f"{self.profile_shift:g}; {error}"
-            ) from None
+        except ThickTooth as error:
+            by_shift = 2.0 * self.module * math.tan(self.pressure_angle)
+            most = self.profile_shift - error.excess / by_shift
+            bound = Bound("must be below", most, str(error))
+            text = f"{self.profile_shift:g}; {bound.stated()}"
+            raise GeometryError("profile_shift", text, bound=bound) from None
         missing = cutter.base_radius - cutter.center_radius
-        require(
-            "dedendum",
-            missing < 0.0,
-            stated_mm(self.dedendum),
-            f"at least {ceiled(1e3 * (self.dedendum + missing))} mm, the cutter's tip "
-            "must be beyond its base circle",
-        )
+        reason = "the cutter's tip must be beyond its base circle"
+        bound = Bound("must be above", self.dedendum + missing, reason)
+        require_bound("dedendum", missing < 0.0, self.dedendum, bound)
         widest = cutter.widest_rounding
-        require(
+        reason = f"what fits the tip of a cutter of {self.cutter_teeth} teeth"
+        require_bound(
             "rack_tip_radius",
             self.rack_tip_radius <= widest * (1.0 + SLACK),
-            stated_mm(self.rack_tip_radius),
-            f"does not fit the tip of a cutter of {self.cutter_teeth} teeth, at most "
-            f"{floored(1e3 * widest)} mm",
+            self.rack_tip_radius,
+            Bound("at most", widest, reason),
         )

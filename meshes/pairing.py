@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meshes.gear import GeometryError, SpurGear, ceiled, floored, stated_mm
+from meshes.gear import (
+    INWARD,
+    Bound,
+    GeometryError,
+    SpurGear,
+    Words,
+    beyond,
+    bisected,
+    floored,
+    require_bound,
+)
 from meshes.involute import inverse_involute, involute
 from meshes.profile import fillet_points
 from meshes.tip_interference import corner_clearance, largest_tip
@@ -131,32 +141,33 @@ def require_path(pair: GearPair) -> None:
     bases = abs(pair.driver.base_radius + pair.driven.base_radius)
     name = "difference" if pair.is_internal else "sum"
     a = pair.center_distance
-    if not bases < a < math.inf:
-        raise GeometryError(
-            "center_distance",
-            f"{1e3 * a:.9g} mm; must exceed the {name} of base radii "
-            f"{ceiled(1e3 * bases)} mm",
-        )
+    bound = Bound("must be above", bases, f"the {name} of base radii")
+    require_bound("center_distance", bases < a < math.inf, a, bound)
     if not pair.contact_ratio >= 1.0:
-        raise GeometryError(
-            "contact_ratio",
-            f"{floored(pair.contact_ratio)}; at least 1 is needed for continuous motion"
-            f", {_remedy(pair)}",
-        )
+        _refuse_contact_ratio(pair)
 
 
-def _remedy(pair: GearPair) -> str:
-    """Changes that raise the contact ratio to 1."""
+def _refuse_contact_ratio(pair: GearPair) -> None:
+    """Raise GeometryError with the centre distance, or what else, that raises it."""
     one, two = pair.driver, pair.driven
+    ratio = (
+        f"contact ratio {floored(pair.contact_ratio)}, at least 1 is needed for "
+        "continuous motion"
+    )
+    tips = "larger tips"
     if pair.is_internal:
-        return "larger tips of the gear or smaller ones of the ring"
+        tips = "larger tips of the gear or smaller ones of the ring"
+    line = one.tip_roll_length + two.tip_roll_length - one.base_pitch
     if one.is_undercut or two.is_undercut:
-        return "less undercut by a profile shift or more teeth, or larger tips"
-    path = one.tip_roll_length + two.tip_roll_length - one.base_pitch
-    if not path > 0.0:
-        return "the teeth are too short at any centre distance"
-    largest = math.hypot(path, one.base_radius + two.base_radius)
-    return f"centre distance at most {floored(1e3 * largest)} mm, or larger tips"
+        remedy = f"less undercut by a profile shift or more teeth, or {tips}"
+    elif pair.sign * line > 0.0:  # the line of action at a contact ratio of 1
+        distance = math.hypot(line, one.base_radius + two.base_radius)
+        words: Words = "at least" if pair.is_internal else "at most"
+        bound = Bound(words, distance, f"{ratio}; or {tips}")
+        raise beyond("center_distance", pair.center_distance, bound)
+    else:
+        remedy = "the teeth are too short at any centre distance"
+    raise GeometryError("contact_ratio", f"{ratio}, {remedy}")
 
 
 def require_clearances(pair: GearPair) -> None:
@@ -169,44 +180,30 @@ def require_clearances(pair: GearPair) -> None:
             require_undercut_clearance(pair, name)
         elif start < gear.form_roll_length:
             allowed = math.hypot(mate.base_radius, length - gear.form_roll_length)
-            limit = f"at most {floored(1e3 * allowed)} mm"
-            if mate.sign < 0:
-                limit = f"at least {ceiled(1e3 * allowed)} mm"
+            reason = (
+                "trochoid interference: the mate digs below the form circle of the "
+                f"{name} gear ({gear.teeth} teeth)"
+            )
             if gear.sign < 0:
-                limit += ", or a cutter of more teeth"
-            raise GeometryError(
-                "tip_radius",
-                f"{1e3 * abs(mate.tip_radius):.9g} mm of the mate digs below the form "
-                f"circle of the {name} gear ({gear.teeth} teeth), trochoid "
-                f"interference; {limit}",
-                other[name],
+                reason += ", or a cutter of more teeth"
+            bound = Bound("at most" if mate.sign > 0 else "at least", allowed, reason)
+            raise beyond("tip_radius", mate.tip_radius, bound, other[name])
+        reach = pair.sign * pair.center_distance - gear.root_radius
+        if mate.tip_radius >= reach:
+            reason = (
+                f"the mate meets the root circle of the {name} gear ({gear.teeth} "
+                "teeth)"
             )
-        distance = pair.sign * pair.center_distance
-        clearance = distance - mate.tip_radius - gear.root_radius
-        if clearance <= 0.0:
-            raise GeometryError(
-                "tip_radius",
-                f"{stated_mm(abs(mate.tip_radius))} of the mate meets the root circle "
-                f"of the {name} gear ({gear.teeth} teeth), clearance "
-                f"{1e3 * clearance:.6g} mm; it must be positive",
-                other[name],
-            )
+            side: Words = "must be below" if mate.sign > 0 else "must be above"
+            bound = Bound(side, abs(reach), reason)
+            raise beyond("tip_radius", mate.tip_radius, bound, other[name])
     if pair.is_internal:
         require_tip_clearance(pair)
     if pair.backlash < -1e-9 * pair.base_pitch:  # round-off does not jam the gears
-        raise GeometryError(
-            "backlash",
-            f"{1e6 * pair.backlash:.6g} um; teeth would jam, it must not be negative: "
-            f"centre distance {tight_distance(pair)}",
-        )
-
-
-def tight_distance(pair: GearPair) -> str:
-    """The bound of the centre distance at which backlash begins, in words."""
-    distance = 1e3 * tight_center_distance(pair)
-    if pair.is_internal:
-        return f"at most {floored(distance)} mm"
-    return f"at least {ceiled(distance)} mm"
+        reason = f"backlash {1e6 * pair.backlash:.6g} um, teeth would jam"
+        words: Words = "at most" if pair.is_internal else "at least"
+        bound = Bound(words, tight_center_distance(pair), reason)
+        raise beyond("center_distance", pair.center_distance, bound)
 
 
 def require_tip_clearance(pair: GearPair) -> None:
@@ -217,13 +214,12 @@ def require_tip_clearance(pair: GearPair) -> None:
     clearance = corner_clearance(gear, ring, pair.center_distance)
     if clearance <= 0.0:
         allowed = largest_tip(gear, ring, pair.center_distance)
-        raise GeometryError(
-            "tip_radius",
-            f"{1e3 * gear.tip_radius:.9g} mm meets tips of the ring beside the path of "
-            f"contact, tip interference by {ceiled(-1e3 * clearance)} mm; at most "
-            f"{floored(1e3 * allowed)} mm, or a ring of more teeth",
-            role,
+        reason = (
+            "tip interference: tips meet those of the ring beside the path of contact "
+            f"by {-1e3 * clearance:.4g} mm, or a ring of more teeth"
         )
+        bound = Bound("at most", allowed, reason)
+        raise beyond("tip_radius", gear.tip_radius, bound, role)
 
 
 def require_undercut_clearance(pair: GearPair, name: str) -> None:
@@ -234,15 +230,18 @@ def require_undercut_clearance(pair: GearPair, name: str) -> None:
     gear, mate, role = pair.driver, pair.driven, "driven"
     if name == "driven":
         gear, mate, role = mate, gear, "driver"
-    clearance = undercut_clearance(gear, mate, pair.center_distance)
-    if clearance <= 0.0:
-        raise GeometryError(
-            "tip_radius",
-            f"{1e3 * mate.tip_radius:.9g} mm of the mate digs into the undercut foot "
-            f"of the {name} gear ({gear.teeth} teeth), clearance "
-            f"{1e3 * clearance:.6g} mm; it must be positive",
-            role,
-        )
+
+    def passes(tip_radius: float) -> bool:
+        shorter = replace(mate, tip_radius=tip_radius)
+        return undercut_clearance(gear, shorter, pair.center_distance) > 0.0
+
+    if passes(mate.tip_radius):
+        return
+    reason = f"the mate digs into the undercut foot of the {name} gear"
+    least = mate.form_radius * (1.0 + INWARD)
+    allowed = bisected(passes, least, mate.tip_radius)
+    bound = Bound("at most", allowed, f"{reason} ({gear.teeth} teeth)")
+    raise beyond("tip_radius", mate.tip_radius, bound, role)
 
 
 def undercut_clearance(gear: SpurGear, mate: SpurGear, center_distance: float) -> float:

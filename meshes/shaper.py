@@ -69,6 +69,11 @@ class ShaperCutter(Involute):
         return half - (roll - math.atan(roll))
 
     @property
+    def pointed_tip_radius(self) -> float:
+        """Outer radius at which its sharp tip has no land."""
+        return self.base_radius / math.cos(inverse_involute(self.base_half_angle))
+
+    @property
     def widest_rounding(self) -> float:
         """Rounding of a tip without a land, 0 where the tip is pointed."""
         from dataclasses import replace
@@ -91,10 +96,18 @@ def half_angle(teeth: int, pressure_angle: float) -> float:
     return 0.5 * math.pi / teeth + involute(pressure_angle)
 
 
+class ThickTooth(ValueError):
+    """No cutter cuts so thick a tooth; excess : of the reference arc [m]."""
+
+    def __init__(self, teeth: int, excess: float) -> None:
+        super().__init__(f"no cutter of {teeth} teeth cuts so thick a tooth")
+        self.excess = excess
+
+
 def shaper_cutter(
     ring: Involute, base_half_angle: float, root_radius: float, teeth: int
 ) -> ShaperCutter:
-    """Cutter of a ring, with sharp tips; ValueError where the teeth are too thick.
+    """Cutter of a ring, with sharp tips; ThickTooth where the teeth are too thick.
 
     base_half_angle, root_radius : of the ring, both negative
     """
@@ -103,7 +116,9 @@ def shaper_cutter(
     bases = ring.base_radius + rb
     value = (filled + ring.base_radius * base_half_angle) / bases
     if not value > 0.0:
-        raise ValueError(f"no cutter of {teeth} teeth cuts so thick a tooth")
+        thin = -filled / ring.base_radius  # at which the cutter would have no tip
+        angle = base_half_angle - thin
+        raise ThickTooth(teeth, 2.0 * ring.reference_radius * angle)
     distance = -bases / math.cos(inverse_involute(value))
     return ShaperCutter(
         teeth=teeth,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from meshes.gear import SpurGear
+from meshes.gear import SpurGear, bisected
 from meshes.involute import involute
 from meshes.shaper import ShaperCutter
 
@@ -34,16 +35,9 @@ def corner_clearance(
 
 def largest_tip(gear: SpurGear, ring: SpurGear, center_distance: float) -> float:
     """Tip radius of the gear up to which tips do not meet [m]."""
-    from dataclasses import replace
 
-    low, high = gear.form_radius, gear.tip_radius
-    for _ in range(100):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        shorter = replace(gear, tip_radius=middle)
-        if corner_clearance(shorter, ring, center_distance) > 0.0:
-            low = middle
-        else:
-            high = middle
-    return low
+    def passes(tip_radius: float) -> bool:
+        shorter = replace(gear, tip_radius=tip_radius)
+        return corner_clearance(shorter, ring, center_distance) > 0.0
+
+    return bisected(passes, gear.form_radius, gear.tip_radius)

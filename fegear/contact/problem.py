@@ -277,8 +277,7 @@ def run_kernel(
     teeth = candidate_pairs(problem.pair, place)
     numbers = teeth - passed_pitches[:, None]
     gaps = pair_gaps(problem, numbers, back) + offset_gap[:, None]
-    signed_torque = problem.pair.driver.sign * torque / problem.face_width
-    targets = np.repeat(signed_torque[:, None], position.size, axis=1)
+    targets = kernel_torques(problem, torque, position.size)
     different = different_teeth(problem, numbers, back)
     if different is None:
         still = Conditions(lines=lines)
@@ -290,6 +289,15 @@ def run_kernel(
         solved = _solve_groups(problem, teeth, gaps, where, targets, different)
     _require_solved(solved.rows, torque, position)
     return solved
+
+
+def kernel_torques(problem: ContactProblem, torque: Array, positions: int) -> Array:
+    """Targets (t, positions) of the kernel [N] from torques (t,) on the driver [N m].
+
+    Per face width; negative on an internal gear, as its base radius is.
+    """
+    per_width = problem.pair.driver.sign * torque / problem.face_width
+    return np.repeat(per_width[:, None], positions, axis=1)
 
 
 def with_back_flanks(problem: ContactProblem) -> ContactProblem:
@@ -385,10 +393,10 @@ def solve_pair_alone(
     torques, positions = np.array([torque]), np.array([position])
     teeth = np.array([pair], np.int64)
     gaps = pair_gaps(problem, teeth[None, :])
-    per_width = problem.pair.driver.sign * torques[:, None] / problem.face_width
+    targets = kernel_torques(problem, torques, positions.size)
     different = different_teeth(problem, teeth)
     solved = solve_pairs(
-        problem, teeth, gaps, positions, TORQUE, per_width, Conditions(different)
+        problem, teeth, gaps, positions, TORQUE, targets, Conditions(different)
     )
     _require_solved(solved.rows, torques, positions)
     return _collect(problem, torques, positions, solved)

@@ -22,6 +22,7 @@ from fegear.contact.problem import (
     ContactFailure,
     ContactProblem,
     candidate_pairs,
+    kernel_torques,
     workspace,
 )
 from fegear.gearset.modifications import FlankProfile
@@ -96,7 +97,7 @@ def solve_variants(
     rows = np.zeros(shape, cycle.ROW).view(np.recarray)
     cells = np.zeros((1, position.size, teeth.size), cycle.CELL).view(np.recarray)
     gap, load = np.empty((*shape, teeth.size)), np.empty((*shape, teeth.size))
-    target = np.full((1, position.size), torque / problem.face_width)
+    target = kernel_torques(problem, np.array([torque]), position.size)
     constants = kernel_constants(with_profiles(problem), teeth.size)
     flanks: Any = constants.flanks
     work = workspace(teeth.size, problem.nodes)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from fegear.files.errors import InputError
 from fegear.gearset.members import MAX_PLANETS, Members
+from meshes.gear import ceiled
 
 WHOLE = 1e-4  # deviation from a whole number that is round-off of positions
 
@@ -44,7 +45,8 @@ def require_assembly(
         overlap = 2e3 * (tip_radius - radius * math.sin(math.radians(0.5 * gap)))
         raise InputError(
             f"planetary: tips of neighbouring planets overlap by {overlap:.4g} mm at "
-            f"{gap:.6g} deg between them; more than {least:.6g} deg is needed; {equal}"
+            f"{gap:.6g} deg between them; more than {ceiled(least)} deg is needed; "
+            f"{equal}"
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Annotated, Any
 
@@ -16,6 +17,7 @@ from lumped.bearings.rolling import (
     RollerBearing,
     Waviness,
 )
+from meshes.gear import floored
 
 MM, UM = 1e-3, 1e-6
 MAX_ORDERS = 1000  # of waves around a race
@@ -68,6 +70,16 @@ class BearingEntry(BaseModel):
         default=(), description="Amplitudes of waves around the outer race, likewise."
     )
 
+    def require_room(self, elements: str, diameter: str) -> None:
+        """Require that rolling elements fit beside each other; ValueError."""
+        count, size = getattr(self, elements), getattr(self, diameter)
+        room = self.pitch_diameter_mm * math.sin(math.pi / count)
+        if size > room:
+            raise ValueError(
+                f"{diameter} = {size:.12g}; at most {floored(room)} mm for {count} "
+                f"{elements} on pitch_diameter_mm = {self.pitch_diameter_mm:.12g}"
+            )
+
     @property
     def shared(self) -> dict[str, Any]:
         """Values of `RollingBearing` in SI units."""
@@ -110,6 +122,7 @@ class BallBearingEntry(BearingEntry):
 
     def build(self) -> BallBearing:
         """The bearing in SI units; ValueError if elements do not fit."""
+        self.require_room("balls", "ball_diameter_mm")
         conformity = self.race_conformity or CONFORMITY
         return BallBearing(
             balls=self.balls,
@@ -129,6 +142,7 @@ class RollerBearingEntry(BearingEntry):
 
     def build(self) -> RollerBearing:
         """The bearing in SI units; ValueError if elements do not fit."""
+        self.require_room("rollers", "roller_diameter_mm")
         return RollerBearing(
             rollers=self.rollers,
             element_diameter=self.roller_diameter_mm * MM,

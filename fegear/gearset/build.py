@@ -18,6 +18,7 @@ from fegear.gearset.modifications import FlankProfile, Relief
 from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.problems import nearest, shown
 from fegear.gearset.profiles import flank_profile
+from fegear.gearset.refusals import Key, KeyOf, Refusal, build_or_refuse, in_unit
 from fegear.gearset.schema import MATERIAL_KEYS, Document, GearEntry, MeshEntry
 from fegear.gearset.shafts import shaft_body
 from fegear.gearset.teeth import MM, UM, Blank, Tip, blank_of
@@ -38,6 +39,10 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
 
     folder : where files lie that the document names
     """
+    return build_or_refuse(document, lambda changed: _gear_set(changed, folder))
+
+
+def _gear_set(document: Document, folder: Path) -> GearSet:
     require_known_gears(document)
     blanks = list(map(blank_of, document.gear))
     index = {name: i for i, name in enumerate(document.gear_names)}
@@ -213,7 +218,7 @@ def _pair(
     try:
         pair = GearPair(*gears, place.center_distance)
     except GeometryError as error:
-        raise InputError(f"{entry.label}: {_complaint(entry, error, tips)}") from None
+        raise _refusal(entry, error, tips, place) from None
     ratio = entry.contact_ratio
     if ratio is not None and ratio - pair.contact_ratio > CONTACT_RATIO_TOLERANCE:
         raise InputError(
@@ -223,17 +228,28 @@ def _pair(
     return pair
 
 
-def _complaint(entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip]) -> str:
+def _refusal(
+    entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip], place: Spacing
+) -> InputError:
     if error.field == "tip_radius":
         driver = error.role == "driver"
         name = entry.driver if driver else entry.driven
         tip = tips[0 if driver else 1]
-        return f'{tip.origin} for gear "{name}"; tip radius {error.message}'
-    key = entry.spacing_key
-    quantity = {"backlash": "backlash ", "contact_ratio": "contact ratio "}.get(
-        error.field, ""
-    )
-    return f"{key} = {shown(getattr(entry, key))}; {quantity}{error.message}"
+        where = f'{entry.label}: {tip.origin} for gear "{name}"'
+        return tip.refusal(where, error)
+    name = entry.spacing_key
+    stated = f"{entry.label}: {name} = {shown(getattr(entry, name))}"
+    if error.bound is None:
+        return InputError(f"{stated}; {error.message}")
+    key = Key("mesh", entry.label, (name,))
+    if name == "center_distance_mm":
+        return Refusal(key, stated, in_unit(error.bound, MM), "mm")
+    bases = abs(place.one.base_radius + place.two.base_radius)
+
+    def angle_deg(distance: float) -> float:
+        return math.degrees(math.acos(bases / distance))
+
+    return Refusal(key, stated, error.bound.mapped(angle_deg), "deg")
 
 
 def _reliefs(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
@@ -243,7 +259,7 @@ def _reliefs(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
         for place in ("tip", "root"):
             shared, name = f"{place}_relief", f"{role}_{place}_relief"
             key = name if getattr(entry, name) else shared
-            where = f"{entry.label}: {key}"
+            where = _key_of(entry, key, role)
             reliefs[name] = relief(getattr(entry, key), pair, role, place, where)
     return reliefs
 
@@ -261,6 +277,13 @@ def _profiles(
     for role in ("driver", "driven"):
         name = f"{role}_profile"
         key = name if getattr(entry, name) else "profile"
-        where = f"{entry.label}: {key}"
+        where = _key_of(entry, key, role)
         profiles[name] = flank_profile(getattr(entry, key), pair, role, where, folder)
     return profiles
+
+
+def _key_of(entry: MeshEntry, key: str, role: str) -> KeyOf:
+    """A table of reliefs or profiles for the gear of a role."""
+    gear = f'gear "{getattr(entry, role)}"'
+    path = Key("mesh", entry.label, (key,))
+    return KeyOf(f"{entry.label}: {key}", path, gear, getattr(entry, key))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
+from meshes.gear import ceiled
 from meshes.internal import InternalGear
 from meshes.section import section_area, section_polar_moment
 
@@ -73,7 +74,7 @@ def require_inertia_beyond_springs(gear_set: GearSet, otherwise: str) -> None:
         if not is_held and inertia_of(gear) < least * (1.0 - INERTIA_RTOL):
             raise InputError(
                 f'{gear_set.name}: gear "{gear.name}": inertia_kg_m2 = '
-                f"{inertia_of(gear):.6g}; at least {least:.6g} kg m2, that of the ring "
-                "and of what carries it by rim_tangential_stiffness_N_per_mm3; "
+                f"{inertia_of(gear):.6g}; at least {ceiled(least)} kg m2, that of the "
+                "ring and of what carries it by rim_tangential_stiffness_N_per_mm3; "
                 f"{otherwise}"
             )

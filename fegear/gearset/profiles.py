@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
 from fegear.files.errors import InputError
+from fegear.files.keys import unit_of_key
 from fegear.files.output import read_text
 from fegear.gearset.modifications import MAX_PROFILE_POINTS, FlankProfile
 from fegear.gearset.problems import shown
+from fegear.gearset.refusals import KeyOf
 from fegear.gearset.schema import POINT_KEYS, ProfileEntry
 from fegear.gearset.zones import Zones, zones
 from lumped.common.csv_text import CsvText, TableError, parse_csv
 from meshes import GearPair
-from meshes.gear import ceiled, floored
+from meshes.gear import Bound, ceiled, floored
 
 UM = 1e-6
 DEVIATION = "deviation_um"
@@ -26,7 +28,7 @@ RANGE_RTOL = 1e-6  # of a flank, by which rounded points may lie outside
 
 
 def flank_profile(
-    entry: ProfileEntry | None, pair: GearPair, role: str, where: str, folder: Path
+    entry: ProfileEntry | None, pair: GearPair, role: str, key_of: KeyOf, folder: Path
 ) -> FlankProfile | None:
     """The profile of the "driver" or "driven" gear; InputError if it does not fit.
 
@@ -34,11 +36,14 @@ def flank_profile(
     """
     if entry is None:
         return None
-    flank = zones(pair, role)
+    flank, where = zones(pair, role), key_of.text
     limit = 1e3 * flank.gear.module * MAX_DEVIATION_UM
     for key in ("crowning_um", "slope_um"):
         _require_size(f"{where}.{key}", getattr(entry, key), limit)
-    rolls, deviations = measured(_points(entry, where, folder), flank, where)
+    points = replace(_points(entry, where, folder), gear=f" of {key_of.gear}")
+    if entry.file is None:
+        points = replace(points, key_of=key_of)
+    rolls, deviations = measured(points, flank, where)
     if not (entry.crowning_um or entry.slope_um or rolls):
         return None
     return FlankProfile(
@@ -57,6 +62,8 @@ class MeasuredPoints:
     key : of the points, `roll_angle_deg` or `diameter_mm`
     places : how messages name each point, with a field `key`
     column : of the deviations
+    gear : whose flank it is, after the names of its ends in messages
+    key_of : table that has the points in a list, None for those of a file
     """
 
     key: str
@@ -64,6 +71,8 @@ class MeasuredPoints:
     deviations: Sequence[float]
     places: Sequence[str]
     column: str = DEVIATION
+    gear: str = ""
+    key_of: KeyOf | None = None
 
 
 def measured(
@@ -81,7 +90,7 @@ def measured(
     for place, deviation in zip(places, deviations, strict=True):
         _require_size(place.format(key=table.column), deviation, limit)
     _require_order(key, points, places, where)
-    rolls = _roll_lengths(key, points, places, flank)
+    rolls = _roll_lengths(table, flank)
     if flank.gear.sign < 0:  # whose flank has its tip at the least radius
         rolls, deviations, places = rolls[::-1], deviations[::-1], places[::-1]
     _require_gentle(rolls, deviations, [p.format(key=table.column) for p in places])
@@ -138,7 +147,8 @@ def _number(cell: str, column: str, place: str) -> float:
 def _require_size(name: str, value: float, limit: float) -> None:
     if not abs(value) <= limit:
         raise InputError(
-            f"{name} = {value:g}; must be from {-limit:g} to {limit:g}, half the module"
+            f"{name} = {value:g}; must be from -{floored(limit)} to {floored(limit)}, "
+            "half the module"
         )
 
 
@@ -158,23 +168,29 @@ def _require_order(
             )
 
 
-def _roll_lengths(
-    key: str, points: Sequence[float], places: Sequence[str], flank: Zones
-) -> tuple[float, ...]:
+def _roll_lengths(table: MeasuredPoints, flank: Zones) -> tuple[float, ...]:
     """Roll lengths [m] of measured points, which must be on the flank."""
-    gear = flank.gear
+    gear, key, points = flank.gear, table.key, table.points
     base, low, high = gear.base_radius, gear.form_roll_length, flank.tip
+    ends = (low, "form circle"), (high, "tip")
     if key == "diameter_mm":
-        limits = sorted(2e3 * math.hypot(base, s) for s in (low, high))
+        limits = sorted((2e3 * math.hypot(base, s), end) for s, end in ends)
     else:
-        limits = sorted(flank.roll_angle_deg(s) for s in (low, high))
-    slack = RANGE_RTOL * (limits[1] - limits[0])
-    for place, point in zip(places, points, strict=True):
-        if not limits[0] - slack <= point <= limits[1] + slack:
-            raise InputError(
-                f"{place.format(key=key)} = {point:g}; must be from "
-                f"{ceiled(limits[0])} to {floored(limits[1])}, form circle and tip"
-            )
+        limits = sorted((flank.roll_angle_deg(s), end) for s, end in ends)
+    (least, first), (most, last) = limits
+    slack = RANGE_RTOL * (most - least)
+    for index, (place, point) in enumerate(zip(table.places, points, strict=True)):
+        if least - slack <= point <= most + slack:
+            continue
+        if table.key_of is not None:
+            bound = Bound("at least", least, f"the {first}{table.gear}")
+            if point > most:
+                bound = Bound("at most", most, f"the {last}{table.gear}")
+            raise table.key_of.refusal(key, bound, unit_of_key(key), index)
+        raise InputError(
+            f"{place.format(key=key)} = {point:g}; must be from {ceiled(least)} to "
+            f"{floored(most)}, {first} and {last}{table.gear}"
+        )
     if key == "diameter_mm":
         radii = [5e-4 * point for point in points]
         return tuple(

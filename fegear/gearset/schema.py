@@ -32,6 +32,7 @@ from fegear.gearset.fault_keys import (
 from fegear.gearset.materials import STEEL, material_names, require_material
 from fegear.gearset.members import MAX_PLANETS, Member
 from fegear.gearset.modifications import Interpolation, ReliefShape
+from meshes.gear import floored
 
 Item = TypeVar("Item")
 
@@ -360,7 +361,7 @@ class GearEntry(GearDefaults):
             if abs(error) > most:
                 raise ValueError(
                     f"pitch_errors_um entry {number} = {error:g}; must be from "
-                    f"{-most:g} to {most:g}, half the module"
+                    f"-{floored(most)} to {floored(most)}, half the module"
                 )
         return self
 

@@ -6,9 +6,11 @@ import math
 
 from fegear.files.errors import InputError
 from fegear.gearset.materials import materials
+from fegear.gearset.problems import shown
 from fegear.gearset.schema import ShaftEntry
 from fegear.gearset.shaft_bodies import ShaftBearing, ShaftBody, ShaftDisk
 from fegear.gearset.teeth import MM
+from meshes.gear import floored
 
 END_RTOL = 1e-9  # of the length, by which round-off may place a part beyond the end
 
@@ -25,16 +27,16 @@ def shaft_body(entry: ShaftEntry, where: str) -> ShaftBody | None:
     for number, (diameter, bore) in enumerate(zip(diameters, bores, strict=True), 1):
         if not bore < diameter:
             raise InputError(
-                f"{where}: bores_mm entry {number} = {bore:g}; must be below the "
-                f"diameter, {diameter:g}"
+                f"{where}: bores_mm entry {number} = {shown(bore)}; must be below "
+                f"{shown(diameter)} mm, the diameter"
             )
     length = math.fsum(lengths)
     for key in ("positions_mm", "bearing_positions_mm", "disk_positions_mm"):
         for number, position in enumerate(getattr(entry, key) or (), 1):
             if position > length * (1.0 + END_RTOL):
                 raise InputError(
-                    f"{where}: {key} entry {number} = {position:g}; the shaft is "
-                    f"{length:g} mm long"
+                    f"{where}: {key} entry {number} = {shown(position)}; at most "
+                    f"{floored(length)} mm, the length of the shaft"
                 )
     material = materials()[entry.material]
     return ShaftBody(

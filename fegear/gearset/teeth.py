@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
+from fegear.gearset.refusals import Key, Refusal, in_unit
 from fegear.gearset.schema import GearEntry
 from fegear.gearset.thickness import (
     MM,
@@ -19,10 +21,10 @@ from fegear.gearset.thickness import (
     tooth_thickness,
 )
 from lumped.common.checks import require_present
-from meshes.gear import GeometryError, SpurGear, floored
+from meshes.gear import Bound, GeometryError, SpurGear
 from meshes.internal import MIN_CUTTER_TEETH, Foundation, InternalGear
 from meshes.involute import Involute, involute
-from meshes.shaper import ShaperCutter, shaper_cutter
+from meshes.shaper import ShaperCutter, ThickTooth, shaper_cutter
 
 __all__ = ["MM", "UM", "Blank", "Tip", "blank_of"]
 
@@ -43,16 +45,22 @@ MIN_DEFAULT_CUTTER_TEETH = 10
 
 @dataclass(frozen=True)
 class Tip:
-    """Tip radius [m] and the key, with its value, that it comes from."""
+    """Tip radius [m] and the key, with its value, that it comes from.
+
+    of_radius : the key's value by the magnitude of the radius [m]; unit : of the key
+    """
 
     radius: float
     origin: str
+    key: Key
+    of_radius: Callable[[float], float]
+    unit: str = "mm"
 
-    def complaint(self, error: GeometryError) -> str:
-        """The error on this tip, without its radius where the origin states it."""
-        if self.origin.startswith("tip_radius_mm"):
-            return error.message.partition("; ")[2]
-        return f"tip radius {error.message}"
+    def refusal(self, where: str, error: GeometryError) -> InputError:
+        """The error on this tip, with the limit of its key."""
+        if error.bound is None:
+            return InputError(f"{where}; tip radius {error.message}")
+        return Refusal(self.key, where, error.bound.mapped(self.of_radius), self.unit)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +96,8 @@ class Blank(Involute):
     def widest_rack_tip(self) -> float:
         """Rounding at which the tool's tip has no flat left; below 0 none fits."""
         if self.entry.internal:
-            return self.cutter.widest_rounding if self.cutter else 0.0
+            # a tooth that no cutter cuts is refused for its thickness
+            return self.cutter.widest_rounding if self.cutter else math.inf
         alpha, tooth = self.pressure_angle, self.thickness
         shift = tooth.profile_shift * self.module
         shift_width = 2.0 * shift * math.tan(alpha)
@@ -106,7 +115,7 @@ class Blank(Involute):
         root = self.reference_radius + tooth.profile_shift * self.module - self.dedendum
         try:
             return shaper_cutter(self, half, root, self.cutter_teeth)
-        except ValueError:
+        except ThickTooth:
             return None
 
     @property
@@ -138,20 +147,36 @@ class Blank(Involute):
         entry = self.entry
         if entry.tip_radius_mm is not None:
             origin = f"tip_radius_mm = {shown(entry.tip_radius_mm)}"
-            return Tip(self.sign * entry.tip_radius_mm * MM, origin)
+            return self.tip_of_radius(self.sign * entry.tip_radius_mm * MM, origin)
         if entry.tip_diameter_mm is not None:
             origin = f"tip_diameter_mm = {shown(entry.tip_diameter_mm)}"
-            return Tip(0.5 * self.sign * entry.tip_diameter_mm * MM, origin)
+            radius = 0.5 * self.sign * entry.tip_diameter_mm * MM
+            key = self.key("tip_diameter_mm")
+            return Tip(radius, origin, key, lambda radius: 2.0 * radius / MM)
         if entry.addendum_mm is not None:
-            radius = self.reference_radius + entry.addendum_mm * MM
-            return Tip(radius, f"addendum_mm = {shown(entry.addendum_mm)}")
+            return self._tip_of_addendum(entry.addendum_mm * MM)
         return None
+
+    def key(self, name: str) -> Key:
+        return Key("gear", self.entry.name, (name,))
+
+    def tip_of_radius(self, radius: float, origin: str) -> Tip:
+        key = self.key("tip_radius_mm")
+        return Tip(radius, origin, key, lambda radius: radius / MM)
+
+    def _tip_of_addendum(self, addendum: float, by_default: str = "") -> Tip:
+        origin = f"addendum_mm = {shown(addendum / MM)}{by_default}"
+        key, radius = self.key("addendum_mm"), self.reference_radius + addendum
+
+        def of_radius(radius: float) -> float:
+            return (self.sign * radius - self.reference_radius) / MM
+
+        return Tip(radius, origin, key, of_radius)
 
     @property
     def default_tip(self) -> Tip:
         addendum = (1.0 + self.thickness.profile_shift) * self.module
-        origin = f"addendum_mm = {shown(addendum / MM)} by default"
-        return Tip(self.reference_radius + addendum, origin)
+        return self._tip_of_addendum(addendum, " by default")
 
     def cut(self, tip: Tip) -> SpurGear:
         """The gear; raises InputError with the key that prevents it."""
@@ -169,7 +194,7 @@ class Blank(Involute):
         try:
             gear = self._gear(sizes)
         except GeometryError as error:
-            raise InputError(self._complaint(error, tip)) from None
+            raise self._refusal(error, tip) from None
         require_measurable(self.entry, gear)
         return gear
 
@@ -180,33 +205,50 @@ class Blank(Involute):
             )
         return SpurGear(**sizes)
 
-    def _complaint(self, error: GeometryError, tip: Tip) -> str:
+    def _refusal(self, error: GeometryError, tip: Tip) -> InputError:
         where = f'gear "{self.entry.name}"'
         if error.field == "tip_radius":
-            return f"{where}: {tip.origin}; {tip.complaint(error)}"
+            return tip.refusal(f"{where}: {tip.origin}", error)
         if error.field in ("profile_shift", "tooth_thinning") and (
             origin := self.thickness.origin
         ):
             quantity = error.field.replace("_", " ")
-            return f"{where}: {origin}; {quantity} {error.message}"
-        if error.field == "hub_radius" and self.entry.internal:
-            return f"{where}: {self._stated('rim_radius_mm')}; {_allowed(error)}"
-        if error.field == "hub_radius" and self.entry.hub_diameter_mm is not None:
-            return f"{where}: {self._stated('hub_diameter_mm')}; radius {error.message}"
-        field, allowed = error.field, _allowed(error)
+            return InputError(f"{where}: {origin}; {quantity} {error.message}")
+        field, bound = error.field, error.bound
         if field == "rack_tip_radius" and self.rack_tip_radius <= 0.0:
-            field = "dedendum"
-            allowed = f"at most {self._deepest}, the space has no room for the rack tip"
-        measured = self.thickness.origin if error.field == "rack_tip_radius" else ""
-        cause = f"; {measured}" if measured else ""
-        return f"{where}: {self._stated(GEAR_KEYS[field])}; {allowed}{cause}"
+            field, bound = "dedendum", self._deepest
+        key, factor, unit = self._key_of(field)
+        stated = f"{where}: {self._stated(key)}"
+        if bound is None:
+            return InputError(f"{stated}; {error.message.partition('; ')[2]}")
+        if field == "rack_tip_radius" and self.thickness.origin:
+            reason = f"{bound.reason}; {self.thickness.origin}"
+            bound = replace(bound, reason=reason)
+        return Refusal(self.key(key), stated, in_unit(bound, factor), unit)
+
+    def _key_of(self, field: str) -> tuple[str, float, str]:
+        """Key of a field of the gear as the file has it, its unit [SI] and name."""
+        if field == "hub_radius" and self.entry.internal:
+            return "rim_radius_mm", MM, "mm"
+        if field == "hub_radius" and self.entry.hub_diameter_mm is not None:
+            return "hub_diameter_mm", 0.5 * MM, "mm"
+        key = GEAR_KEYS[field]
+        return (key, MM, "mm") if key.endswith("_mm") else (key, 1.0, "")
 
     @property
-    def _deepest(self) -> str:
-        """Dedendum at which the rack tip is a sharp point."""
+    def _deepest(self) -> Bound:
+        """Dedendum at which the tool's tip is a sharp point."""
+        if self.entry.internal:
+            cutter = require_present(self.cutter, "cutter")
+            reach = cutter.pointed_tip_radius + cutter.center_distance
+            shifted = self.reference_radius + self.thickness.profile_shift * self.module
+            reason = f"the tip of a cutter of {self.cutter_teeth} teeth is pointed"
+            return Bound("must be below", shifted + reach, reason)
         alpha = self.pressure_angle
         slack = self.widest_rack_tip * (1.0 / math.cos(alpha) - math.tan(alpha))
-        return f"{floored((self.dedendum + slack / math.tan(alpha)) / MM)} mm"
+        reason = "the space has no room for the rack tip"
+        largest = self.dedendum + slack / math.tan(alpha)
+        return Bound("must be below", largest, reason)
 
     def _stated(self, key: str) -> str:
         """'key = value' as given, or as it was filled in."""
@@ -220,11 +262,6 @@ class Blank(Involute):
             "cutter_teeth": self.cutter_teeth,
         }
         return f"{key} = {shown(filled.get(key, getattr(self.entry, key)))} by default"
-
-
-def _allowed(error: GeometryError) -> str:
-    """The part of a message that says what is allowed."""
-    return error.message.partition("; ")[2]
 
 
 def blank_of(entry: GearEntry) -> Blank:

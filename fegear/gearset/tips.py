@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
+from fegear.gearset.refusals import Key, Refusal
 from fegear.gearset.schema import Document, MeshEntry
 from fegear.gearset.teeth import MM, Blank, Tip, blank_of
 from lumped.common.checks import require_present
-from meshes.gear import ceiled, floored
+from meshes.gear import Bound
 
 HIGHEST_ADDENDUM = 3.0  # modules, far beyond any pointed tooth
 CONTACT_RATIO_TOLERANCE = 1e-3
@@ -59,10 +60,10 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
         angle = math.radians(require_present(mesh.operating_pressure_angle_deg, name))
         return Spacing(one, two, bases / math.cos(angle))
     if not mesh.center_distance_mm * MM > bases:
-        raise InputError(
-            f"{mesh.label}: center_distance_mm = {shown(mesh.center_distance_mm)}; "
-            f"must exceed the {base_radii(one, two)} {ceiled(bases / MM)} mm"
-        )
+        stated = f"center_distance_mm = {shown(mesh.center_distance_mm)}"
+        bound = Bound("must be above", bases / MM, f"the {base_radii(one, two)}")
+        key = Key("mesh", mesh.label, ("center_distance_mm",))
+        raise Refusal(key, f"{mesh.label}: {stated}", bound, "mm")
     return Spacing(one, two, mesh.center_distance_mm * MM)
 
 
@@ -97,8 +98,11 @@ def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
         if free:
             addendum = _equal_addendum(mesh, place, tips)
             origin = f"contact_ratio = {shown(mesh.contact_ratio)} of {mesh.label}"
+            given = dict(tips)
             for name in free:
-                tips[name] = Tip(blanks[name].reference_radius + addendum, origin)
+                tips[name] = _tip_of_contact_ratio(
+                    mesh, place, given, blanks[name], addendum, origin
+                )
         _require_contact_ratio(mesh, place, tips)
     for name, blank in blanks.items():
         if name not in tips and not blank.entry.internal:
@@ -134,7 +138,37 @@ def _ring_tip(
     if least <= -default.radius:
         return default
     origin = f"tip_radius_mm = {shown(least / MM)} by default"
-    return Tip(-least * (1.0 + FORM_MARGIN), origin)
+    return ring.tip_of_radius(-least * (1.0 + FORM_MARGIN), origin)
+
+
+def _tip_of_contact_ratio(
+    mesh: MeshEntry,
+    place: Spacing,
+    tips: dict[str, Tip],
+    blank: Blank,
+    addendum: float,
+    origin: str,
+) -> Tip:
+    """The tip of a gear that has none; tips : that are given."""
+
+    def of_radius(radius: float) -> float:
+        return _contact_ratio_of_addendum(
+            mesh, place, tips, blank.sign * radius - blank.reference_radius
+        )
+
+    key = Key("mesh", mesh.label, ("contact_ratio",))
+    return Tip(blank.reference_radius + addendum, origin, key, of_radius, unit="")
+
+
+def _contact_ratio_of_addendum(
+    mesh: MeshEntry, place: Spacing, tips: dict[str, Tip], addendum: float
+) -> float:
+    """Contact ratio with an addendum [m] of the gears without a tip."""
+    one, two = (
+        tips[name].radius if name in tips else blank.reference_radius + addendum
+        for name, blank in ((mesh.driver, place.one), (mesh.driven, place.two))
+    )
+    return place.contact_ratio(one, two)
 
 
 def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> float:
@@ -142,15 +176,11 @@ def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> fl
     from scipy.optimize import brentq
 
     wanted = require_present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
-    sides = [(place.one, tips.get(mesh.driver)), (place.two, tips.get(mesh.driven))]
-    free = [blank for blank, tip in sides if tip is None]
+    sides = (mesh.driver, place.one), (mesh.driven, place.two)
+    free = [blank for name, blank in sides if name not in tips]
 
     def excess(addendum: float) -> float:
-        one, two = (
-            tip.radius if tip else blank.reference_radius + addendum
-            for blank, tip in sides
-        )
-        return place.contact_ratio(one, two) - wanted
+        return _contact_ratio_of_addendum(mesh, place, tips, addendum) - wanted
 
     # the teeth of an internal gear reach to its base circle at most
     to_base = [blank.base_radius - blank.reference_radius for blank in free]
@@ -159,11 +189,13 @@ def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> fl
     highest = min([HIGHEST_ADDENDUM * place.one.module, *inward])
     least, most = excess(lowest) + wanted, excess(highest) + wanted
     if not least < wanted < most:
-        raise InputError(
-            f"{mesh.label}: contact_ratio = {shown(wanted)}; cannot be had, addenda up "
-            f"to {HIGHEST_ADDENDUM:g} modules give {ceiled(max(0.0, least))} to "
-            f"{floored(most)}"
-        )
+        reason = f"which addenda up to {HIGHEST_ADDENDUM:g} modules give"
+        bound = Bound("must be below", most, reason)
+        if not least < wanted:
+            bound = Bound("must be above", max(0.0, least), reason)
+        key = Key("mesh", mesh.label, ("contact_ratio",))
+        stated = f"{mesh.label}: contact_ratio = {shown(wanted)}"
+        raise Refusal(key, stated, bound)
     return float(brentq(excess, lowest, highest, xtol=1e-15, rtol=1e-15))
 
 

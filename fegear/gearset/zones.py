@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from fegear.files.errors import InputError
 from fegear.gearset.modifications import Relief
-from fegear.gearset.problems import shown
+from fegear.gearset.refusals import KeyOf
 from fegear.gearset.schema import ReliefEntry
 from meshes import GearPair, SpurGear
-from meshes.gear import ceiled, floored
+from meshes.gear import Bound, Words
 from meshes.pairing import undercut_end
 
 
@@ -47,7 +47,7 @@ def zones(pair: GearPair, role: str) -> Zones:
 
 
 def relief(
-    entry: ReliefEntry | None, pair: GearPair, role: str, place: str, where: str
+    entry: ReliefEntry | None, pair: GearPair, role: str, place: str, where: KeyOf
 ) -> Relief | None:
     """The relief at the "tip" or "root" of a gear; InputError if it does not fit.
 
@@ -62,15 +62,14 @@ def relief(
         "root": flank.start < start < flank.tip,
     }
     if not fits[place]:
-        text = _too_long(entry, pair.base_pitch, flank, place)
-        raise InputError(f"{where}.{text} of the {role} gear")
+        raise _too_long(entry, start, pair.base_pitch, flank, place, where)
     return Relief(
         magnitude=entry.magnitude_um * 1e-6, start_roll_length=start, shape=entry.shape
     )
 
 
 def _relief_start(
-    entry: ReliefEntry, pitch: float, flank: Zones, place: str, where: str
+    entry: ReliefEntry, pitch: float, flank: Zones, place: str, where: KeyOf
 ) -> float:
     """Roll length [m]; one base pitch is one pitch angle times the base radius."""
     if entry.length_pitches is not None:
@@ -81,24 +80,33 @@ def _relief_start(
     if flank.low > flank.high:
         ratio = (flank.tip - flank.start) / pitch
         raise InputError(
-            f'{where}.start = "{entry.start}"; at a contact ratio of {ratio:.4g} there '
-            "is no single-tooth contact, use length_pitches"
+            f'{where.text}.start = "{entry.start}"; at a contact ratio of {ratio:.4g} '
+            "there is no single-tooth contact, use length_pitches"
         )
     return flank.high if place == "tip" else flank.low
 
 
-def _too_long(entry: ReliefEntry, pitch: float, flank: Zones, place: str) -> str:
-    lowest = flank.gear.form_roll_length if place == "tip" else flank.start
+def _too_long(
+    entry: ReliefEntry, start: float, pitch: float, flank: Zones, place: str, key: KeyOf
+) -> InputError:
+    """The error of a relief whose start [m] is beyond an end of the flank."""
+    words: tuple[Words, Words] = "at least", "must be below"
+    ends = [(flank.gear.form_roll_length, "the form circle"), (flank.tip, "the tip")]
+    if place == "root":
+        words = "must be above", "must be below"
+        ends[0] = flank.start, "the start of contact"
+    end = int(start > ends[0][0])
+    roll, name = ends[end]
+    reason = f"{name} of {key.gear}"
     if entry.length_pitches is not None:
-        largest = (flank.tip - lowest) / pitch
-        setting = f"length_pitches = {shown(entry.length_pitches)}"
-        if place == "tip":
-            return f"{setting}; at most {floored(largest)}, the whole profile"
-        return f"{setting}; must be below {floored(largest)}, the whole active profile"
-    low, high = sorted(flank.roll_angle_deg(s) for s in (lowest, flank.tip))
+        from_end = flank.tip if place == "tip" else flank.start
+        reason = f"{'whole' if place == 'tip' else 'whole active'} profile"
+        bound = Bound(words[end], roll, f"the {reason} of {key.gear}")
+        return key.refusal(
+            "length_pitches", bound.mapped(lambda s: abs(s - from_end) / pitch)
+        )
+    bound = Bound(words[end], roll, reason)
     if entry.start_roll_angle_deg is not None:
-        setting = f"start_roll_angle_deg = {shown(entry.start_roll_angle_deg)}"
-    else:
-        setting = f'start = "{entry.start}"'
-    ends = "form circle and tip" if place == "tip" else "start of contact and tip"
-    return f"{setting}; must lie between {ceiled(low)} and {floored(high)} deg, {ends}"
+        angle = bound.mapped(flank.roll_angle_deg)
+        return key.refusal("start_roll_angle_deg", angle, "deg")
+    return InputError(f'{key.text}.start = "{entry.start}"; it is beyond {reason}')

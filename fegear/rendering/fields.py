@@ -325,7 +325,7 @@ def require_drawable(scene: MeshScene, ste: float) -> None:
     """Refuse a transmission error [m] beyond which teeth are not in mesh."""
     where = f"{scene.name}, {' and '.join(scene.gear_names)}"
     module = scene.mesh.pair.driver.module
-    for warning in plausibility_warnings(where, module, transmission_error=ste):
+    for warning in plausibility_warnings(where, module, deflection=ste):
         raise InputError(warning)
 
 

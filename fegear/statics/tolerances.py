@@ -159,7 +159,7 @@ class ToleranceProblem:
     @property
     def mesh_force(self) -> float:
         """Torque over the driver's base radius [N]."""
-        return self.torque / self.contact.pair.driver.base_radius
+        return self.torque / self.contact.pair.driver_arm
 
     def quantities(self, ste: Array, no_load: Array) -> dict[str, Array]:
         """What is distributed (s,), from transmission errors (s, n) [m]."""

@@ -14,7 +14,7 @@ from fegear.files.errors import InputError
 from fegear.files.records import Records
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
-from fegear.statics.plausibility import mesh_warnings
+from fegear.statics.plausibility import motion_warnings
 from fegear.studies.axes import axis_setting
 from fegear.studies.columns import meanings
 from fegear.studies.driver_speed import DRIVER_SPEED
@@ -281,7 +281,7 @@ class BifurcationsProblem(ParametricProblem):
         if deflections and np.concatenate(deflections).size:
             peaks = np.abs(np.concatenate(deflections)).max(axis=0)
             where = ", at its worst section"
-            yield from mesh_warnings(self.gears.meshes, where, peaks, 0.0 * peaks)
+            yield from motion_warnings(self.gears, where, peaks, 0.0 * peaks)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -13,7 +13,7 @@ import numpy as np
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
-from fegear.statics.plausibility import mesh_warnings
+from fegear.statics.plausibility import motion_warnings
 from fegear.studies.axes import (
     limits,
     limits_axis,
@@ -321,7 +321,7 @@ class BranchesProblem(ParametricProblem):
         yield from body_modes_warnings(self.first, [p.frequency for p in points])
         peaks = np.max([point.figures["dte_peak"] for point in points], axis=0)
         where = ", at its worst point"
-        yield from mesh_warnings(self.gears.meshes, where, peaks, 0.0 * peaks)
+        yield from motion_warnings(self.gears, where, peaks, 0.0 * peaks)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

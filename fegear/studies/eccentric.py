@@ -252,7 +252,7 @@ class EccentricResult(StudyResult):
             *plausibility_warnings(
                 where,
                 1e-3 * values["module_mm"],
-                transmission_error=1e-6 * float(error.max()),
+                deflection=1e-6 * float(error.max()),
                 pressure=1e6 * pressure,
             ),
         ]

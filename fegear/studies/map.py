@@ -14,7 +14,7 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
-from fegear.statics.plausibility import mesh_warnings
+from fegear.statics.plausibility import motion_warnings
 from fegear.studies.axes import axes_setting
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import Page, number, pluralize
@@ -391,7 +391,7 @@ def _map_warnings(parameter_map: ParameterMap, gear_set: GearSet) -> Iterator[st
         for name in ("dte_peak_m", "back_side_fraction")
     )
     where = ", at its worst point"
-    yield from mesh_warnings(gear_set.meshes, where, peaks, backs)
+    yield from motion_warnings(gear_set, where, peaks, backs)
 
 
 def _changes_nothing(parameter_map: ParameterMap, place: int) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.statics.excitation import ExcitationSource
-from fegear.statics.plausibility import mesh_warnings
+from fegear.statics.plausibility import motion_warnings
 from fegear.studies.headings import friction_of_summary
 from fegear.studies.page import (
     Columns,
@@ -248,8 +248,8 @@ class MotionProblem(TrainProblem):
             warnings=(
                 *self.warnings_at_rest(systems, (study.frequency,)),
                 *truncation_warnings(checks),
-                *mesh_warnings(
-                    self.gears.meshes,
+                *motion_warnings(
+                    self.gears,
                     f" at {torque:g} N m",
                     *(response.dte_peak, response.back_side),
                 ),

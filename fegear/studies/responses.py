@@ -11,7 +11,7 @@ import numpy as np
 
 from fegear.files.codes import with_code
 from fegear.gearset.model import GearSet
-from fegear.statics.plausibility import mesh_warnings
+from fegear.statics.plausibility import motion_warnings
 from fegear.studies.headings import edits_in_words, friction_of_summary
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import Draw, StudyResult
@@ -240,7 +240,7 @@ def sweep_warnings(gear_set: GearSet, branches: Branches) -> Iterator[str]:
                 for name in ("dte_peak", "back_side")
             )
             where = f" at {torque:g} N m"
-            yield from mesh_warnings(gear_set.meshes, where, peaks, backs)
+            yield from motion_warnings(gear_set, where, peaks, backs)
 
 
 def _page_of_branches(branches: list[dict[str, Any]], speeds: int) -> Page:

@@ -28,6 +28,7 @@ from fegear.statics.plausibility import (
     check_warnings,
     plausibility_warnings,
     tip_warnings,
+    unit_warnings,
 )
 from fegear.statics.solving import (
     CORNERS,
@@ -500,11 +501,12 @@ def table_warnings(solved: StaticsResult) -> list[str]:
         for line in plausibility_warnings(
             f"mesh {solved.mesh + 1} at {torque:g} N m",
             solved.problem.pair.driver.module,
-            transmission_error=float(np.abs(solved.cycle.ste[t]).max()),
+            deflection=float(np.abs(solved.cycle.ste - solved.cycle.no_load)[t].max()),
             pressure=_finite_pressure(solved, t),
         )
     ]
-    return [*_tip_lines(solved), *(unphysical or _evidence_warnings(solved))]
+    doubtful = unphysical or [*unit_warnings(solved), *_evidence_warnings(solved)]
+    return [*_tip_lines(solved), *doubtful]
 
 
 def _tip_lines(solved: StaticsResult) -> Iterator[str]:

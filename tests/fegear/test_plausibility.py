@@ -9,13 +9,19 @@ from dataclasses import replace
 import pytest
 
 from fegear.cli import run
-from fegear.gearset import load_gear_set
-from fegear.statics.plausibility import MAX_PRESSURE, plausibility_warnings
+from fegear.gearset import builtin_names, load_gear_set
+from fegear.statics.plausibility import (
+    MAX_PRESSURE,
+    kinematic_error,
+    motion_warnings,
+    plausibility_warnings,
+    unit_warnings,
+)
 from fegear.statics.solving import ERROR_FACTOR, StaticsSettings, solve_mesh
 from fegear.studies.stiffness import table_warnings
 
 USUAL = {
-    "transmission_error": 2e-5,
+    "deflection": 2e-5,
     "pressure": 1.2e9,
     "backlash": 1e-4,
     "back_side": 0.3,
@@ -32,14 +38,14 @@ def reasons(**changes) -> list[str]:
 def test_a_usual_result_is_not_doubted():
     assert reasons() == []
     assert reasons(backlash=0.0, back_side=0.0) == []
-    assert reasons(transmission_error=-2e-4, pressure=MAX_PRESSURE) == []
+    assert reasons(deflection=-2e-4, pressure=MAX_PRESSURE) == []
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"transmission_error": 2.1e-4}, "210 um exceeds a tenth of the module, 200"),
-        ({"transmission_error": -2.1e-4}, "210 um exceeds a tenth of the module"),
+        ({"deflection": 2.1e-4}, "210 um exceeds a tenth of the module, 200"),
+        ({"deflection": -2.1e-4}, "210 um exceeds a tenth of the module"),
         ({"pressure": 1.6e10}, "1.6e+04 MPa exceeds 1.5e+04 MPa"),
         ({"backlash": 0.0, "back_side": 0.51}, "back flanks touch for 51 % of the"),
     ],
@@ -61,13 +67,13 @@ def command_output(capsys, *argv: str) -> tuple[dict, list[str]]:
 @pytest.mark.parametrize(
     ("argv", "part"),
     [
-        (["stiffness", *COARSE, "--torque", "1e8"], "1e+08 N m: transmission error"),
+        (["stiffness", *COARSE, "--torque", "1e8"], "1e+08 N m: deflection"),
         (["compare", "--torque", "1e7"], "exceeds a tenth of the module"),
         (["sweep", *RECTANGULAR[:-1], "1e8", "--speeds", "900"], "a tenth of the mod"),
         (["motion", *RECTANGULAR[:-1], "1e8", "--speed", "900"], "a tenth of the mod"),
         (
             ["map", *RECTANGULAR[:-2], "--over", "torque_Nm=50,1e8", "--at", "900"],
-            "at its worst point: transmission error",
+            "at its worst point: deflection",
         ),
         (
             ["sweep", *RECTANGULAR, *TIGHT, "--speeds", "3100"],
@@ -182,3 +188,44 @@ def test_a_mesh_that_is_too_coarse_is_a_warning(coarse):
     (line,) = table_warnings(replace(coarse, errors=(coarse.error, error)))
     assert "mean transmission errors of two meshes are off by 0.02" in line
     assert line.endswith(" [W06]")
+
+
+def test_eccentricity_and_pitch_errors_are_no_deflection():
+    errors = [0.0, 120.0, *[0.0] * 36]
+    edits = {"gear.2.eccentricity_um": 200.0, "gear.1.pitch_errors_um": errors}
+    gears = load_gear_set("liu-pair", edits | {"mesh.1.backlash_um": 900.0})
+    assert kinematic_error(gears, 0) == pytest.approx(320e-6)
+    limit = 0.1 * gears.meshes[0].pair.driver.module
+    peaks = [320e-6 + 0.9 * limit], [320e-6 + 1.1 * limit]
+    assert not list(motion_warnings(gears, "", peaks[0], [0.0]))
+    (line,) = motion_warnings(gears, "", peaks[1], [0.0])
+    assert line.endswith("[W01]")
+    assert "deflection 279.4 um exceeds a tenth of the module, 254 um" in line
+
+
+@pytest.mark.parametrize(
+    ("magnitude_um", "torque", "codes"),
+    [
+        (15.0, 100.0, []),
+        (15.0, 1.0, []),
+        (1500.0, 100.0, ["W52"]),
+        (0.015, 100.0, ["W53"]),
+        (15.0, 0.1, ["W54"]),
+    ],
+)
+def test_slips_of_a_unit_are_named_by_what_they_lead_to(magnitude_um, torque, codes):
+    relief = {"magnitude_um": magnitude_um, "length_pitches": 0.3}
+    gears = load_gear_set("liu-pair", {"mesh.1.driver_tip_relief": relief})
+    settings = StaticsSettings(resolution="coarse", positions=8, estimate_error=False)
+    lines = list(unit_warnings(solve_mesh(gears, 0, [torque], settings)))
+    assert [line[-4:-1] for line in lines] == codes
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_built_in_sets_have_no_slips_of_a_unit(name):
+    gears = load_gear_set(name)
+    settings = StaticsSettings(
+        resolution="coarse", positions=4, estimate_error=False, root_stress=False
+    )
+    solved = solve_mesh(gears, 0, gears.meshes[0].torques or [100.0], settings)
+    assert list(unit_warnings(solved)) == []

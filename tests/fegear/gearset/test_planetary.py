@@ -135,7 +135,7 @@ def test_expanded_tables_give_the_same_set_again():
             {"positions_deg": [0, 120]},
             "positions_deg has 2 entries; one for each of the 3",
         ),
-        ({"center_distance_mm": 50}, "center_distance_mm = 50; must exceed the sum"),
+        ({"center_distance_mm": 50}, "center_distance_mm = 50; must be above 56"),
         ({"input": "ring", "held": "sun"}, 'load: gear = "sun"; must be "ring"'),
         ({"planet": "ring", "ring": "planet"}, "center_distance_mm is needed; teeth"),
         ({"carrier_bearing_kx_N_per_m": 0}, "must be at least 0.001"),
