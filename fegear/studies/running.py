@@ -137,7 +137,7 @@ def _opened(
     ):
         checkpoint.report_resumed(
             [task.key for task in tasks],
-            sum(task.size for task in tasks),
+            sum(t.size if t.n_records is None else t.n_records for t in tasks),
             checkpoint_options.notify,
             unit,
         )

@@ -435,11 +435,13 @@ class Task:
     key : its name in checkpoints, unique in the study
     work : computes what it gives, in any thread
     size : steps that it reports, for a bar over all tasks; 0 for a bar of its own
+    n_records : records that it keeps, None for one in each step
     """
 
     key: str
     work: Callable[[Job], Any]
     size: int = 0
+    n_records: int | None = None
 
 
 class Solvable(Protocol):
