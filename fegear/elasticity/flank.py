@@ -23,6 +23,7 @@ from fegear.elasticity.boundary import boundary_quadrature
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import RIGHT, CyclicSector, FlankPoints
 from fegear.files.timing import stage
+from lumped.common.workers import require_running
 
 Array = NDArray[np.float64]
 MAX_TOOTH_OFFSET = 3  # teeth on either side of the loaded one whose deflection is kept
@@ -241,6 +242,7 @@ class HeldSolution:
 
 def hold_cuts(sector: CyclicSector, loads: SectorLoads) -> HeldSolution:
     """Solve a loaded sector with its cuts held."""
+    require_running()
     interior, cut, K = sector.interior, sector.cut, sector.stiffness
     condensed = sector.condensation
     load = loads.force - K[:, sector.hub] @ loads.hub

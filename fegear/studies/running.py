@@ -30,6 +30,7 @@ from lumped.common.workers import (
     Stop,
     Stopped,
     run_tasks,
+    set_stop,
 )
 
 if TYPE_CHECKING:
@@ -172,6 +173,7 @@ def _in_context(function: Callable[..., Any], *args: Any) -> Callable[[], Any]:
 
 
 def _work(task: Task, job: Job) -> Any:
+    set_stop(job.stop)
     try:
         return task.work(job)
     except Stopped:
