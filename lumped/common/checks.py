@@ -124,7 +124,7 @@ def plain_numbers(value: Any) -> Any:
     return value
 
 
-def _to_float(value: Real) -> float:
+def _to_float(value: Any) -> float:
     """The nearest float, infinite for what is beyond all floats."""
     try:
         with np.errstate(over="ignore"):  # of longer floats, which become infinite
