@@ -18,6 +18,7 @@ from fegear.studies import STUDIES
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
 INTERRUPTED = "interrupted"
+BROKEN_PIPE = 141  # 128 and the number of the signal SIGPIPE, as shells have it
 ABOUT = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
     "vibration of gear trains that they excite."
@@ -128,7 +129,8 @@ class Announcer(logging.Handler):
 
 
 def run(argv: list[str]) -> int:
-    """Run a command: exit code 0, 1 failed, 2 for wrong input, 130 after Ctrl-C.
+    """Run a command: exit code 0, 1 failed, 2 for wrong input, 130 after Ctrl-C, 141
+    where the reader of the output has gone, such as `head`.
 
     Whatever goes wrong is one line on the error stream; --debug raises it instead.
     """
@@ -137,8 +139,9 @@ def run(argv: list[str]) -> int:
     try:
         code = app(arguments, prog_name="fegear", standalone_mode=False) or 0
         sys.stdout.flush()
-    except SystemExit as end:  # the reader of the output has gone, such as `head`
-        return int(end.code or 0)
+    except (BrokenPipeError, SystemExit) as end:  # Typer and Rich make it an exit
+        _close_full_output()
+        return BROKEN_PIPE if getattr(end, "code", BROKEN_PIPE) else 0
     except BaseException as error:
         if debug:
             raise

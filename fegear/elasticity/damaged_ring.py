@@ -40,6 +40,7 @@ from fegear.elasticity.flank import (
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector, cyclic_sector
 from fegear.files.timing import stage
+from lumped.common.workers import require_running
 from meshes import SpurGear
 from meshes.crack import Crack
 
@@ -384,6 +385,7 @@ def _changes(
     healthy = ring.healthy_on_cuts(side)
     changes = {}
     for source in affected:
+        require_running()
         corrected = ring.correction @ at_changed[source][:, :n]
         for receiver in affected:
             offset = (receiver - source) % teeth

@@ -24,6 +24,7 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import RIGHT, CyclicSector, FlankPoints
 from fegear.files.timing import stage
+from lumped.common.workers import require_running
 from meshes import MeshSize, SpurGear
 
 Array = NDArray[np.float64]
@@ -281,6 +282,7 @@ class HeldSolution:
 
 def hold_cuts(sector: CyclicSector, loads: SectorLoads) -> HeldSolution:
     """Solve a loaded sector with its cuts held."""
+    require_running()
     interior, cut, K = sector.interior, sector.cut, sector.stiffness
     condensed = sector.condensation
     load = loads.force - K[:, sector.hub] @ loads.hub

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 LONGEST_WORD, LONGEST_MESSAGE = 500, 4000  # letters
 
@@ -56,3 +59,22 @@ def file_error(
     if "requested and" in reason:  # as numpy says it
         reason = "there is no room for all of it"
     return InputError(f"{os.fspath(path)}: cannot be {deed}, {reason.lower()}")
+
+
+@contextmanager
+def foreign_reader(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
+    """Around a library that reads a file of another program, which may be damaged.
+
+    Whatever it makes of bytes that are no such file becomes an InputError.
+
+    kind : what it should be, such as an HDF5 file, without its article
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except Exception:
+        text = f"{os.fspath(path)}: is no {kind}, or damaged"
+        raise InputError(text) from None

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.files.errors import InputError, file_error
-from fegear.files.output import write_whole
+from fegear.files.errors import InputError, foreign_reader
+from fegear.files.output import read_content, write_whole
 
 STORED = {"f": "f8", "i": "i4", "u": "i4", "b": "i1"}  # by kind of NumPy
 EXACT_INTEGERS = 2**53  # in doubles
@@ -76,17 +76,14 @@ def read_netcdf(path: Path) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
     """
     from scipy.io import netcdf_file
 
-    try:
-        content = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise file_error(path, "read", error) from None
-    try:
-        with netcdf_file(io.BytesIO(content), "r", mmap=False) as file:
-            held = vars(file).items()
-            texts = {k: v.decode() for k, v in held if isinstance(v, bytes)}
-            arrays = {name: _restored(v) for name, v in file.variables.items()}
-    except Exception:  # whatever SciPy makes of bytes that are no such file
-        raise InputError(f"{path}: is no result that was saved, or damaged") from None
+    content = read_content(path)
+    with (
+        foreign_reader(path, "result that was saved"),
+        netcdf_file(io.BytesIO(content), "r", mmap=False) as file,
+    ):
+        held = vars(file).items()
+        texts = {k: v.decode() for k, v in held if isinstance(v, bytes)}
+        arrays = {name: _restored(v) for name, v in file.variables.items()}
     digest = texts.pop(DIGEST, "")
     if digest != _digest(texts, {n: Variable(v, "") for n, v in arrays.items()}):
         raise InputError(f"{path}: is no result that was saved, or damaged")

@@ -42,6 +42,8 @@ HDF5 = ".h5"
 HDF5_NEEDED = "HDF5 needs h5py: pip install 'fegear[hdf5]'"
 FMU_NEEDED = "an FMU needs pythonfmu: pip install 'fegear[fmu]'"
 PLOTLY_NEEDED = "an interactive figure needs plotly: pip install 'fegear[interactive]'"
+MAX_READ_BYTES = 2**30  # of a file that is read as a whole
+MAX_STREAM_BYTES = 2**26  # of a pipe or a device, which may have no end
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
 # Files that a command reads, which nothing it writes may replace
 INPUTS: ContextVar[frozenset[Any]] = ContextVar("INPUTS", default=frozenset())
@@ -59,17 +61,33 @@ TO_TABLE = f"to this file, {listed(TABLE_FORMATS)}"
 TO_SINGLE_TABLE = f"to this file, {listed(SINGLE_TABLES[:-2])}"
 
 
+def read_content(
+    path: str | os.PathLike[str], max_bytes: int = MAX_READ_BYTES
+) -> bytes:
+    """All bytes of a file; InputError where it cannot be read or holds too many."""
+    try:
+        with open(path, "rb") as file:
+            if not os.path.isfile(path):
+                max_bytes = min(max_bytes, MAX_STREAM_BYTES)
+            content = file.read(max_bytes + 1)
+    except (OSError, ValueError) as error:
+        raise file_error(path, "read", error) from None
+    except MemoryError:
+        raise InputError(f"{os.fspath(path)}: too large for the memory") from None
+    if len(content) > max_bytes:
+        raise InputError(f"{os.fspath(path)}: larger than {max_bytes // 2**20} MiB")
+    return content
+
+
 def read_text(path: str | os.PathLike[str]) -> str:
     """UTF-8 text, without a byte-order mark; raises InputError naming the file."""
     try:
-        return Path(path).read_bytes().decode("utf-8-sig")
+        return read_content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
             f"{path}: not UTF-8 text, byte {error.start} is "
             f"0x{error.object[error.start]:02x}"
         ) from None
-    except (OSError, ValueError) as error:
-        raise file_error(path, "read", error) from None
 
 
 @contextlib.contextmanager

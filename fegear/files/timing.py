@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
+from lumped.common.workers import require_running
+
 _recorder: ContextVar[dict[str, float] | None] = ContextVar("recorder", default=None)
 
 
@@ -23,7 +25,11 @@ def recorded_stages() -> Iterator[dict[str, float]]:
 
 @contextmanager
 def stage(name: str) -> Iterator[None]:
-    """Count the block's time toward `name` if anyone records."""
+    """Count the block's time toward `name` if anyone records.
+
+    It does not begin in a task that is to end, after Ctrl-C.
+    """
+    require_running()
     seconds = _recorder.get()
     start = time.perf_counter()
     try:

@@ -168,10 +168,7 @@ class Decoder:
                 *map(self.value, plain["items"])
             )
         if "records" in plain:
-            out = np.zeros(plain["shape"], _dtype_of(plain["records"]))
-            for name, part in plain["fields"].items():
-                out[name] = self.value(part)
-            return out
+            return self._records(plain)
         if "items" in plain:
             flat = np.empty(len(plain["items"]), np.dtype(plain["type"]))
             flat[:] = [self.value(item) for item in plain["items"]]
@@ -184,6 +181,16 @@ class Decoder:
                 made = {self.value(k): self.value(v) for k, v in plain[name]}
                 return made if name == "dict" else MappingProxyType(made)
         raise ValueError(f"unknown value {sorted(plain)}")
+
+    def _records(self, plain: Any) -> NDArray[Any]:
+        parts = {name: self.value(part) for name, part in plain["fields"].items()}
+        shape = tuple(plain["shape"])
+        if any(part.shape[: len(shape)] != shape for part in parts.values()):
+            raise ValueError(f"records of another shape than {shape}")
+        out = np.zeros(shape, _dtype_of(plain["records"]))
+        for name, part in parts.items():
+            out[name] = part
+        return out
 
 
 def _plain_float(value: float) -> Any:
@@ -200,7 +207,8 @@ def name_of_class(kind: type, packages: frozenset[str] = PACKAGES) -> str:
 def class_of(name: str, packages: frozenset[str] = PACKAGES) -> Any:
     """The class that a name stands for: a dataclass, named tuple or enumeration."""
     module, _, path = name.partition(":")
-    if module.partition(".")[0] not in packages:
+    package, *inner = module.split(".")
+    if package not in packages or "__main__" in inner:  # which would run it
         raise ValueError(f"{name} is no class of this program")
     kind: Any = import_module(module)
     for part in path.split("."):

@@ -39,6 +39,22 @@ def require_no_faults(
                 )
 
 
+def require_nominal(gear_set: GearSet, model: str) -> None:
+    """Raise InputError for faults, and for errors of pitches and planets' positions.
+
+    model : that leaves them all out, in words
+    """
+    require_no_faults(gear_set, FAULT_KINDS, model)
+    left_out = f"not modelled by {model}, which would leave it out"
+    for gear in gear_set.gears:
+        if any(gear.pitch_errors):
+            raise InputError(
+                f'{gear_set.name}: gear "{gear.name}": pitch_errors_um; {left_out}'
+            )
+    if gear_set.carrier is not None and any(gear_set.carrier.position_errors):
+        raise InputError(f"{gear_set.name}: position_errors_um; {left_out}")
+
+
 def without_faults(
     gear_set: GearSet, kinds: Collection[FaultKind] = FAULT_KINDS
 ) -> GearSet:

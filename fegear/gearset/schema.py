@@ -664,6 +664,11 @@ class ShaftEntry(Keys):
                 )
             for key in self.present("bores_mm", BEARING_ON_SHAFT, DISK_KEYS[0]):
                 raise ValueError(f"{key} is given; lengths_mm is needed with it")
+        if len(self.gears) < 2 and self.stiffness_Nm_per_rad is not None:
+            raise ValueError(
+                "stiffness_Nm_per_rad is given; it is that between gears, and the "
+                "shaft has one"
+            )
         for counted, keys in COUNTED_KEYS.items():
             self._require_as_many(counted, keys)
         return self

@@ -9,11 +9,12 @@ from functools import partial
 from typing import Any
 
 from fegear.rattle.machines import NamedMachine, parameters
+from fegear.rattle.single_impact import single_impact_summary
 from lumped.rattle.assembly import Assembly
-from lumped.rattle.impulses import impulse_rattle
 from lumped.rattle.motions import AssemblyIntegrator
 from lumped.rattle.permanent_contact import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
+from lumped.rattle.single_impact import SingleImpact, single_impact_of_parts
 
 DIFFERENCE_STEP = 1e-4  # relative change of a parameter that yields a slope
 PERCENT = 1e-2  # change of a parameter that yields a slope
@@ -30,6 +31,7 @@ def contact_limits(named: NamedMachine) -> dict[str, Any]:
     lowest, critical = motion.window or (None, None)
     margin = motion.contact_margin
     of_lowest, of_critical = _sensitivities(assembly)
+    impacts = single_impact_summary(_single_impact(assembly))
     return {
         **named.heading,
         **parameters(assembly.machine),
@@ -40,15 +42,16 @@ def contact_limits(named: NamedMachine) -> dict[str, Any]:
         "critical_without_ripple_rad": critical_by_receptances(assembly),
         "least_contact_load_over_mean": margin,
         "quiet_motion_exists": margin > 0.0,
-        "simple_rattle_in_impacts_from_rad": _simple_rattle(assembly),
+        "simple_rattle_in_impacts_from_rad": impacts["from_rad"] if impacts else None,
+        "single_impact": impacts,
         **_of_gears(named, motion.window),
         "critical_sensitivity": of_critical,
         "least_quiet_sensitivity": of_lowest,
     }
 
 
-def _simple_rattle(assembly: Assembly) -> float | None:
-    """Eccentricity from which P(1,1,0) exists, flanks rigid.
+def _single_impact(assembly: Assembly) -> SingleImpact | None:
+    """Conditions of P(1,1,0), flanks rigid.
 
     None of other parts than shafts, where a light gear may strike again before it is
     back, with torque ripple, and where damping is too small to decide.
@@ -60,7 +63,7 @@ def _simple_rattle(assembly: Assembly) -> float | None:
         motions = AssemblyIntegrator(replace(assembly, machine=rigid))
     except ValueError:
         return None
-    return impulse_rattle(motions).min_eccentricity
+    return single_impact_of_parts(motions)
 
 
 def _of_gears(

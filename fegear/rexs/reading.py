@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from fegear.files.errors import InputError, file_error
+from fegear.files.errors import InputError
+from fegear.files.output import read_content
 from fegear.rexs.model import Attribute, Component, Relation, RexsModel
 
 ENDINGS = (".rexs", ".rexsj", ".rexsz", ".json", ".xml")
@@ -23,7 +24,7 @@ NOT_A_VALUE = ("id", "unit")
 
 def read_rexs(path: str | Path) -> RexsModel:
     """The model of a REXS file; InputError names the file."""
-    data = _bytes_of(Path(path))
+    data = read_content(path, MAX_BYTES)
     try:
         return parse_rexs(data)
     except InputError as error:
@@ -36,17 +37,6 @@ def parse_rexs(data: bytes) -> RexsModel:
         data = _unpacked(data)
     is_json = data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{")
     return _model(_json_tree(data) if is_json else _xml_tree(data))
-
-
-def _bytes_of(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise file_error(path, "read", error) from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f"{path}: larger than {MAX_BYTES // 1024**2} MiB")
-    return data
 
 
 def _unpacked(data: bytes) -> bytes:

@@ -16,8 +16,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.files.errors import InputError, file_error
-from fegear.files.output import HDF5_NEEDED, has_package, listed, read_text
+from fegear.files.errors import InputError, foreign_reader
+from fegear.files.hdf5_groups import read_group
+from fegear.files.mat_elements import require_sound_sizes
+from fegear.files.output import (
+    HDF5_NEEDED,
+    has_package,
+    listed,
+    read_content,
+    read_text,
+)
 from lumped.common.csv_text import TableError
 from lumped.train.table import (
     REQUIRED_COLUMNS,
@@ -27,7 +35,9 @@ from lumped.train.table import (
 )
 
 Tree = Mapping[str, Any]  # of arrays, texts and further trees
+Parts = tuple[Tree, Tree | None]  # the top of a file, and what has the columns
 HDF5_START = b"\x89HDF\r\n\x1a\n"
+MAX_SIZE = 1e30  # of a number: products of a few stay in the range of doubles
 MAT_73_START = b"MATLAB 7.3"
 
 
@@ -36,19 +46,31 @@ def read_mesh_table(path: str) -> MeshTable:
 
     Raises TableError naming the file, and InputError where it cannot be read.
     """
+    table = _read(path)
+    for name, values in table.columns.items():
+        large = np.abs(values) > MAX_SIZE
+        if large.any():
+            raise TableError(
+                f"{path}: column {name} has {values[large][0]:g}; allowed "
+                f"{-MAX_SIZE:g} to {MAX_SIZE:g}"
+            )
+    return table
+
+
+def _read(path: str) -> MeshTable:
     reader = READERS.get(Path(path).suffix.lower())
     if reader is None:
         return parse_table(read_text(path), path)
-    try:
-        content = Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        raise file_error(path, "read", error) from None
-    tree = reader(content, path)
-    holder = next(_holders(tree), None)
+    top, holder = reader(read_content(path), path)
     if holder is None:
         names = listed(REQUIRED_COLUMNS).replace(" or ", " and ")
         raise TableError(f"{path}: no struct or group has the variables {names}")
-    return table_of_columns(_columns(holder, path), _header(tree, holder), path)
+    return table_of_columns(_columns(holder, path), _header(top, holder), path)
+
+
+def _top_and_holder(tree: Tree) -> Parts:
+    """A tree, and its first part that has all required columns."""
+    return tree, next(_holders(tree), None)
 
 
 def _holders(tree: Tree) -> Iterator[Tree]:
@@ -77,7 +99,8 @@ def _columns(holder: Tree, source: str) -> dict[str, NDArray[np.float64]]:
             grid.ravel() for grid in np.meshgrid(torque, position, indexing="ij")
         )
     columns = {REQUIRED_COLUMNS[0]: torque, REQUIRED_COLUMNS[1]: position, **flat}
-    return {name: values.astype(float) for name, values in columns.items()}
+    with np.errstate(over="ignore"):  # of longer floats: infinite, which is refused
+        return {name: values.astype(float) for name, values in columns.items()}
 
 
 def _is_numbers(values: Any) -> bool:
@@ -120,20 +143,21 @@ def _header(*parts: Tree) -> dict[str, str]:
 
 
 def _is_entry(row: Any) -> bool:
-    return isinstance(row, list) and len(row) == 2
+    is_pair = isinstance(row, list) and len(row) == 2
+    return is_pair and row[0] is not None and row[1] is not None
 
 
-def _mat_tree(content: bytes, path: str) -> Tree:
+def _read_mat(content: bytes, path: str) -> Parts:
     from scipy.io import loadmat
 
     if content.startswith((MAT_73_START, HDF5_START)):
-        return _hdf5_tree(content, path)
+        return _read_hdf5(content, path)
     stream: Any = io.BytesIO(content)
-    try:
+    with foreign_reader(path, "MAT file"):
+        require_sound_sizes(content, path)
         held = loadmat(stream, struct_as_record=True)
-    except Exception:  # whatever SciPy makes of bytes that are no such file
-        raise InputError(f"{path}: is no MAT file, or damaged") from None
-    return {k: _mat_part(v) for k, v in held.items() if not k.startswith("__")}
+        names = (name for name in held if not name.startswith("__"))
+        return _top_and_holder({name: _mat_part(held[name]) for name in names})
 
 
 def _mat_part(value: Any) -> Any:
@@ -154,61 +178,22 @@ def _mat_part(value: Any) -> Any:
     return value
 
 
-def _hdf5_tree(content: bytes, path: str) -> Tree:
+def _read_hdf5(content: bytes, path: str) -> Parts:
     if not has_package("h5py"):
         raise InputError(f"{path}: {HDF5_NEEDED}")
-    import h5py
-
-    try:
-        with h5py.File(io.BytesIO(content), "r") as file:
-            return _hdf5_part(file)
-    except OSError:
-        raise InputError(f"{path}: is no HDF5 file, or damaged") from None
+    return read_group(content, REQUIRED_COLUMNS, path)
 
 
-def _hdf5_part(group: Any) -> dict[str, Any]:
-    """Arrays and groups of a group, and its attributes that are texts."""
-    import h5py
-
-    texts = {k: v for k, v in group.attrs.items() if isinstance(v, str)}
-    parts: dict[str, Any] = texts
-    for name, item in group.items():
-        if isinstance(item, h5py.Group):
-            parts[name] = _hdf5_part(item)
-        elif "MATLAB_class" in item.attrs:
-            parts[name] = _mat_73_part(item)
-        elif item.dtype.kind in "fiu":
-            parts[name] = np.asarray(item[()])
-    return parts
-
-
-def _mat_73_part(item: Any) -> Any:
-    """A variable of MATLAB, which stores by columns: numbers, a text or cells."""
-    kind, values = bytes(item.attrs["MATLAB_class"]), item[()]
-    if "MATLAB_empty" in item.attrs:
-        return ""
-    if kind == b"char":
-        return "".join(map(chr, values.ravel()))
-    if kind == b"cell":
-        cells = np.empty(values.T.shape, dtype=object)
-        for index in np.ndindex(cells.shape):
-            inner = item.file[values.T[index]]
-            if "MATLAB_class" in inner.attrs and hasattr(inner, "dtype"):
-                cells[index] = _mat_73_part(inner)
-        return cells
-    return values.T
-
-
-def _netcdf_tree(content: bytes, path: str) -> Tree:
+def _read_netcdf(content: bytes, path: str) -> Parts:
     from scipy.io import netcdf_file
 
     if content.startswith(HDF5_START):  # version 4 of the format
-        return _hdf5_tree(content, path)
-    try:
-        with netcdf_file(io.BytesIO(content), "r", mmap=False) as file:
-            return _netcdf_parts(file)
-    except Exception:  # as above
-        raise InputError(f"{path}: is no NetCDF file, or damaged") from None
+        return _read_hdf5(content, path)
+    with (
+        foreign_reader(path, "NetCDF file"),
+        netcdf_file(io.BytesIO(content), "r", mmap=False) as file,
+    ):
+        return _top_and_holder(_netcdf_parts(file))
 
 
 def _netcdf_parts(file: Any) -> dict[str, Any]:
@@ -223,11 +208,11 @@ def _netcdf_parts(file: Any) -> dict[str, Any]:
     }
 
 
-READERS: Mapping[str, Callable[[bytes, str], Tree]] = {
-    ".mat": _mat_tree,
-    ".h5": _hdf5_tree,
-    ".hdf5": _hdf5_tree,
-    ".nc": _netcdf_tree,
+READERS: Mapping[str, Callable[[bytes, str], Parts]] = {
+    ".mat": _read_mat,
+    ".h5": _read_hdf5,
+    ".hdf5": _read_hdf5,
+    ".nc": _read_netcdf,
 }
 # for a help text
 TABLE_FILE = f"({listed(['.csv', *READERS])})"

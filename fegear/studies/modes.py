@@ -96,7 +96,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     @property
     def gears(self) -> GearSet:
         """The gear set with its edits."""
-        return self.gear_set.healthy("natural modes")
+        return self.gear_set.nominal("natural modes")
 
     @property
     def load(self) -> float | None:

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from fegear.rattle.machines import NamedMachine
 from fegear.rattle.permanent_contact import contact_limits
+from fegear.rattle.single_impact import single_impact_lines
 from fegear.studies.machines import LoadMachineRef
 from fegear.studies.page import Page, heading
 from fegear.studies.study import Job, Study, StudyResult, Task
@@ -76,12 +77,11 @@ class CriticalResult(StudyResult):
             )
         else:
             yield "no permanent contact: the flanks separate in every turn"
-        least = values["simple_rattle_in_impacts_from_rad"]
-        if least is not None:
-            yield (
-                "with rigid flanks, rattle of one impact a turn exists from "
-                f"{least:.4g} rad"
-            )
+        yield from single_impact_lines(
+            values["single_impact"],
+            "with rigid flanks, rattle of one impact a turn",
+            values["eccentricity_rad"],
+        )
         if "driving_eccentricity_rad" in values:
             yield _of_gears(values)
         if values["ripple"]:

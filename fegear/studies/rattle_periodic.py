@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 from fegear.files.codes import with_code
 from fegear.rattle.machines import NamedMachine, parameters
+from fegear.rattle.single_impact import single_impact_lines, single_impact_summary
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading, number
 from fegear.studies.study import Job, Study, StudyResult, Task, setting
@@ -19,11 +20,11 @@ from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import Orbit, find_orbits
 from lumped.rattle.periodic import (
     has_closed_form,
-    min_eccentricity,
     simple_rattle,
     two_sided_rattle,
 )
 from lumped.rattle.return_map import distance
+from lumped.rattle.single_impact import single_impact
 from lumped.rattle.sticking import Sticking, sticking_motions
 
 
@@ -116,15 +117,17 @@ class PeriodicResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         machine = self.named.machine
-        is_closed_form = has_closed_form(machine)
+        conditions = single_impact(machine) if has_closed_form(machine) else None
+        impacts = single_impact_summary(conditions)
         return {
             **self.named.heading,
             **parameters(machine),
             "max_liftoffs": self.study.max_liftoffs,
             "velocity_rad_per_turn": list(self.study.speeds),
             "least_eccentricity_of_P(1,1,0)_rad": (
-                min_eccentricity(machine) if is_closed_form else None
+                impacts["from_rad"] if impacts else None
             ),
+            "single_impact": impacts,
             "orbits": [
                 {
                     "name": motion.name,
@@ -162,9 +165,9 @@ class PeriodicResult(StudyResult):
             "speed\n[rad per turn]": lambda row: _lines(row["liftoffs"], 1),
         }
         yield RowTable(values["orbits"], columns)
-        least = values["least_eccentricity_of_P(1,1,0)_rad"]
-        if least is not None:
-            yield f"P(1,1,0) exists from an eccentricity of {least:.4g} rad on"
+        yield from single_impact_lines(
+            values["single_impact"], "P(1,1,0)", values["eccentricity_rad"]
+        )
         distances = (orbit["distance_to_closed_form"] for orbit in values["orbits"])
         if errors := [error for error in distances if error is not None]:
             line = f"P(m,1,n-) are within {max(errors):.1g} of closed forms"

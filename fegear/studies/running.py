@@ -30,6 +30,7 @@ from lumped.common.workers import (
     Stop,
     Stopped,
     run_tasks,
+    set_stop,
 )
 
 if TYPE_CHECKING:
@@ -140,7 +141,7 @@ def _opened(
     ):
         checkpoint.report_resumed(
             [task.key for task in tasks],
-            sum(task.size for task in tasks),
+            sum(t.size if t.n_records is None else t.n_records for t in tasks),
             checkpoint_options.notify,
             unit,
         )
@@ -175,6 +176,7 @@ def _in_context(function: Callable[..., Any], *args: Any) -> Callable[[], Any]:
 
 
 def _work(task: Task, job: Job) -> Any:
+    set_stop(job.stop)
     try:
         return task.work(job)
     except Stopped:

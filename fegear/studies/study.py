@@ -28,7 +28,6 @@ from contextvars import ContextVar
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from functools import lru_cache
 from itertools import chain
-from math import inf
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
@@ -289,20 +288,22 @@ def _written(option: str, declared: Setting, value: Any) -> list[str]:
 
 
 def take_plain_values(settings: Any) -> None:
-    """Lists and arrays become tuples, paths text, and NumPy's numbers Python's."""
+    """Lists and arrays become tuples, paths text, and numbers Python's."""
     for name, value in vars(settings).items():
         if value is not (plain := _plain(value)):
             object.__setattr__(settings, name, plain)
 
 
 def _plain(value: Any) -> Any:
+    from lumped.common.checks import plain_numbers
+
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, list | range) or type(value) is tuple:
         return tuple(map(_plain, value))
-    return value
+    return plain_numbers(value)
 
 
 def require_settings(settings: Any) -> None:
@@ -310,20 +311,24 @@ def require_settings(settings: Any) -> None:
 
     See also `take_plain_values`.
     """
-    from lumped.common.checks import require_fields
+    from lumped.common.checks import format_value, is_number, require_fields
 
     take_plain_values(settings)
-    try:
-        unbounded = [name for name, value in vars(settings).items() if value == inf]
-        require_fields(settings, infinite=unbounded)
-    except ValueError as error:
-        raise InputError(str(error)) from None
+    infinite = []
     for member in exposed_fields(group_of(settings)):
         allowed = getattr(member.declared, "allowed", None)
+        if allowed is None:
+            continue
+        infinite += [member.name] * allowed.or_infinite
         values = getattr(settings, member.name)
         for value in values if isinstance(values, tuple) else (values,):
-            if allowed is not None and value is not None and value not in allowed:
-                raise InputError(f"{member.name} = {value:.12g}; allowed {allowed}")
+            if is_number(value) and value not in allowed:
+                text = shown(value) if isinstance(value, float) else format_value(value)
+                raise InputError(f"{member.name} = {text}; allowed {allowed}")
+    try:
+        require_fields(settings, infinite=infinite)
+    except ValueError as error:
+        raise InputError(str(error)) from None
 
 
 # whether messages call settings by their options, as on the command line
@@ -430,11 +435,13 @@ class Task:
     key : its name in checkpoints, unique in the study
     work : computes what it gives, in any thread
     size : steps that it reports, for a bar over all tasks; 0 for a bar of its own
+    n_records : records that it keeps, None for one in each step
     """
 
     key: str
     work: Callable[[Job], Any]
     size: int = 0
+    n_records: int | None = None
 
 
 class Solvable(Protocol):

@@ -230,7 +230,8 @@ class TolerancesProblem(Problem):
         study = self.study
         deviations = self.problem.sample(study.samples, study.seed)
         for i, block in enumerate(_blocks(deviations)):
-            yield Task(f"{i}", partial(self._solved, block), size=len(block))
+            work = partial(self._solved, block)
+            yield Task(f"{i}", work, size=len(block), n_records=1)
 
     def _solved(self, deviations: Array, job: Job) -> Mapping[str, Array]:
         if job.records and job.state is not None:

@@ -14,7 +14,7 @@ from fegear.files.errors import InputError
 from fegear.files.speeds import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
-from fegear.gearset.fault_checks import require_no_faults
+from fegear.gearset.fault_checks import require_no_faults, require_nominal
 from fegear.gearset.faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
@@ -111,6 +111,11 @@ class GearSetRef:
     def healthy(self, model: str) -> GearSet:
         """The gear set; InputError with faults, which a model leaves out."""
         require_no_faults(self.loaded, FAULT_KINDS, model)
+        return self.loaded
+
+    def nominal(self, model: str) -> GearSet:
+        """The gear set; InputError with faults or errors, which a model leaves out."""
+        require_nominal(self.loaded, model)
         return self.loaded
 
     def changed(self, values: Mapping[str, Any]) -> GearSet:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fegear.files.errors import InputError
-from fegear.gearset.fault_checks import require_no_faults
-from fegear.gearset.faults import FAULT_KINDS
+from fegear.gearset.fault_checks import require_nominal
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet, Shaft
@@ -32,7 +31,7 @@ def rotor_system(
     mean_stiffness : of every mesh [N/m]
     elements : least number of elements of every shaft
     """
-    require_no_faults(gear_set, FAULT_KINDS, "shafts that bend")
+    require_nominal(gear_set, "shafts that bend")
     bodies = require_bodies(gear_set)
     train = train_of(gear_set, 0.0)
     try:

@@ -7,6 +7,7 @@ received.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import fields
 from functools import lru_cache, wraps
@@ -34,6 +35,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 R = TypeVar("R")
 FREQUENCY_RANGE = 0.0, 1e9  # Hz, both excluded
+MAX_FLOAT = sys.float_info.max
 MAX_SHOWN_LENGTH = 200  # letters of a value in a message
 TYPE_DESCRIPTIONS = {
     bool: "True or False",
@@ -108,13 +110,27 @@ def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
 
 
 def plain_numbers(value: Any) -> Any:
-    """A number or tuple with Python's numbers in place of NumPy's, else as it is."""
+    """A number or tuple with Python's numbers in place of all others, else as it is.
+
+    Others are those of NumPy, fractions and the like.
+    """
     if isinstance(value, np.generic):
-        return value.item()
+        value = value.item()  # of a longer float it is the same again
+    if isinstance(value, Real) and not isinstance(value, int | float):
+        return int(value) if isinstance(value, Integral) else _to_float(value)
     if type(value) is tuple:
         plain = tuple(map(plain_numbers, value))
         return value if all(map(is_, plain, value)) else plain
     return value
+
+
+def _to_float(value: Any) -> float:
+    """The nearest float, infinite for what is beyond all floats."""
+    try:
+        with np.errstate(over="ignore"):  # of longer floats, which become infinite
+            return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def require_frequency(name: str, value: float) -> None:
@@ -154,7 +170,13 @@ def require_kind(name: str, value: object, kind: Any) -> None:
 def is_number(value: object) -> bool:
     """Whether a value is a real number, also NumPy's, and neither NaN nor a Boolean."""
     number = isinstance(value, Real) and not isinstance(value, bool)
-    return number and not math.isnan(value)  # type: ignore[arg-type]
+    return number and bool(value == value)
+
+
+def is_finite(value: object) -> bool:
+    """Whether a value is a real number in the range of floats, and no Boolean."""
+    plain = plain_numbers(value)
+    return is_number(plain) and abs(plain) <= MAX_FLOAT
 
 
 def format_value(value: object) -> str:
@@ -162,7 +184,10 @@ def format_value(value: object) -> str:
 
     Of a long one it is the beginning.
     """
-    return shorten(str(value) if isinstance(value, Real) else repr(value))
+    try:
+        return shorten(str(value) if isinstance(value, Real) else repr(value))
+    except ValueError:  # of whole numbers with thousands of digits
+        return "a number of too many digits"
 
 
 def shorten(text: str, max_length: int = MAX_SHOWN_LENGTH) -> str:
@@ -188,7 +213,7 @@ def _matches_type(value: object, kind: Any) -> bool:
     simple: dict[Any, Callable[[object], bool]] = {
         bool: lambda v: isinstance(v, bool | np.bool_),
         int: lambda v: isinstance(v, Integral) and not isinstance(v, bool),
-        float: lambda v: is_number(v) and math.isfinite(v),  # type: ignore[arg-type]
+        float: is_finite,
     }
     if kind in simple:
         return simple[kind](value)

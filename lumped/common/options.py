@@ -16,22 +16,29 @@ NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Range:
-    """Numbers that a setting takes: from or above, and to or below."""
+    """Numbers that a setting takes: from or above, and to or below.
+
+    or_infinite : whether it may also be infinite
+    """
 
     least: float = -inf
     most: float = inf
     unit: str = ""
     above: float = -inf
     below: float = inf
+    or_infinite: bool = False
 
     def __contains__(self, value: float) -> bool:
+        if self.or_infinite and value == inf:
+            return True
         inside = self.least <= value <= self.most
         return inside and self.above < value < self.below
 
     def __str__(self) -> str:
         low = f"above {self.above:.12g}" if self.least == -inf else f"{self.least:.12g}"
         high = f"below {self.below:.12g}" if self.most == inf else f"{self.most:.12g}"
-        return f"{low} to {high} {self.unit}".strip()
+        limits = f"{low} to {high} {self.unit}".strip()
+        return f"{limits}, or inf" if self.or_infinite else limits
 
 
 def option(default: Any, text: str, allowed: Range | None = None) -> Any:

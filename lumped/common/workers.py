@@ -17,6 +17,7 @@ from concurrent.futures import (
     wait,
 )
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
@@ -57,6 +58,24 @@ class NeverStop:
 
 class Stopped(Exception):
     """Raised by a task that was asked to end."""
+
+
+_stop: ContextVar[Stop] = ContextVar("stop")
+
+
+def set_stop(stop: Stop) -> None:
+    """The event of the task that this context runs, for `require_running`."""
+    _stop.set(stop)
+
+
+def require_running() -> None:
+    """Raise Stopped where the task of this context is to end.
+
+    For long computations that know of no task, between their parts.
+    """
+    stop = _stop.get(None)
+    if stop is not None and stop.is_set():
+        raise Stopped
 
 
 class NoClusterError(Exception):

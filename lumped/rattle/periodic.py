@@ -59,7 +59,7 @@ def min_eccentricity(machine: Machine, turns: int = 1) -> float:
     With restitution r it is |2 - 2 delta m (1 + r e) / ((1 + r) (1 - e))|, e =
     e^(-delta m), where eq. 2.56 prints r + e; delta m coth(delta m / 2) - 2 if r = 1.
     """
-    return abs(_balance(machine, turns))
+    return abs(signed_balance(machine, turns))
 
 
 def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
@@ -69,7 +69,9 @@ def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
     """
     _require_closed_form(machine, turns)
     sine = (
-        _balance(machine, turns) / machine.eccentricity if machine.eccentricity else 2
+        signed_balance(machine, turns) / machine.eccentricity
+        if machine.eccentricity
+        else 2
     )
     if abs(sine) > 1.0:
         return ()
@@ -184,8 +186,8 @@ def _roots(construction: _TwoSided) -> Iterator[float]:
         yield float(brentq(construction.excess, times[i], times[i + 1], xtol=1e-16))
 
 
-def _balance(machine: Machine, turns: int) -> float:
-    """Eccentricity times the sine of the departure's time."""
+def signed_balance(machine: Machine, turns: int = 1) -> float:
+    """Eccentricity times the sine of the departure's time of P(m, 1, 0) [rad]."""
     r, loss = machine.restitution, machine.damping * turns
     decay = math.exp(-loss)
     slowed = loss * (1.0 + r * decay) / ((1.0 + r) * -math.expm1(-loss))

@@ -58,6 +58,9 @@ class MeshTable:
 
     def __post_init__(self) -> None:
         require_fields(self)
+        for name in REQUIRED_COLUMNS[:2]:
+            if getattr(self, name).ndim != 1:
+                raise TableError(f"{name} must be a list of numbers")
         shape = (self.torque_Nm.size, self.position.size)
         for name, values in self.columns.items():
             if values.shape != shape:

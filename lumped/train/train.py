@@ -13,7 +13,12 @@ from fractions import Fraction
 from functools import cached_property
 
 from lumped.bearings.rolling import BallBearing, RollerBearing
-from lumped.common.checks import is_number, require_fields
+from lumped.common.checks import (
+    format_value,
+    is_finite,
+    is_number,
+    require_fields,
+)
 
 
 class TrainError(ValueError):
@@ -420,11 +425,11 @@ def _propagate_speeds(
 
 def _require(ok: bool, name: str, value: object, allowed: str) -> None:
     if not ok:
-        raise TrainError(f"{name} = {value}; must be {allowed}")
+        raise TrainError(f"{name} = {format_value(value)}; must be {allowed}")
 
 
 def _require_finite(name: str, value: float) -> None:
-    _require(is_number(value) and math.isfinite(value), name, value, "finite")
+    _require(is_finite(value), name, value, "finite")
 
 
 def _require_positive(name: str, value: float) -> None:

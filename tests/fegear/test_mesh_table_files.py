@@ -75,8 +75,12 @@ def test_hdf5_files(tmp_path, held, ending):
 
 def test_mat_files_of_version_73(tmp_path):
     """By columns, with a class for each variable, and cells as references."""
+    write_mat_73(tmp_path / "t.mat")
+    require_same(tmp_path / "t.mat", {"teeth": "30 / 40"})
+
+
+def write_mat_73(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
-    path = tmp_path / "t.mat"
     with h5py.File(path, "w", userblock_size=512) as file:
         struct = file.create_group("lookup")
         struct.attrs["MATLAB_class"] = np.bytes_(b"struct")
@@ -91,7 +95,6 @@ def test_mat_files_of_version_73(tmp_path):
         store(file, "header", cells, b"cell")
     with path.open("r+b") as written:
         written.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
-    require_same(path, {"teeth": "30 / 40"})
 
 
 def store(group: Any, name: str, values: Any, kind: bytes) -> Any:
@@ -192,3 +195,166 @@ def test_what_is_missing_is_named(tmp_path, monkeypatch):
     (tmp_path / "t.h5").write_bytes(b"")
     with pytest.raises(InputError, match=r"needs h5py: pip install 'fegear\[hdf5\]'$"):
         read_mesh_table(str(tmp_path / "t.h5"))
+
+
+def written_as(path: Path) -> None:
+    """Files of each format, with a table in a struct or group, and texts."""
+    kind = path.suffix
+    if path.name.startswith("long"):
+        columns = {k: np.tile(v, 3) for k, v in COLUMNS.items()}
+        columns["torque_Nm"] = columns["torque_Nm"] * np.repeat([1.0, 2.5, 7.0], 8)
+    else:
+        columns = COLUMNS
+    if kind == ".mat" and path.name.startswith("seven"):
+        write_mat_73(path)
+    elif kind == ".mat":
+        held = {"a": {"b": {**columns, "units": "m"}}, "author": "someone"}
+        savemat(path, held, do_compression=path.name.startswith("long"))
+    elif kind == ".nc":
+        with netcdf_file(path, "w") as file:
+            file.header = b"teeth: 30 / 40"
+            file.createDimension("row", len(columns["position"]))
+            for name, values in columns.items():
+                file.createVariable(name, "f8", ("row",))[:] = values
+    else:
+        h5py = pytest.importorskip("h5py")
+        with h5py.File(path, "w") as file:
+            group = file.create_group("mesh")
+            group.attrs["teeth"] = "30 / 40"
+            options = {"compression": "gzip"} if path.name.startswith("long") else {}
+            for name, values in columns.items():
+                group.create_dataset(name, data=values, **options)
+
+
+WRITTEN = ("t.mat", "long.mat", "seven.mat", "t.h5", "long.h5", "t.nc")
+
+
+def require_table_or_refusal(path: Path) -> None:
+    message = ""
+    try:
+        table = read_mesh_table(str(path))
+    except (InputError, TableError) as error:
+        message = str(error)
+    else:
+        assert table["stiffness_N_per_m"].shape[1] == table.position.size
+    assert not message or message.startswith(f"{path}: ")
+    assert "\n" not in message
+
+
+def require_damage_is_refused(path: Path, seeds: range) -> None:
+    """Files with a few bytes that differ, and every other one cut short."""
+    written_as(path)
+    content = path.read_bytes()
+    for seed in seeds:
+        random = np.random.default_rng(seed)
+        damaged = bytearray(content)
+        # headers and structures are at both ends of most files
+        ends = random.integers(0, 2, 8) * max(len(damaged) - 600, 0)
+        for place in random.integers(0, min(len(damaged), 600), 8) + ends:
+            damaged[place] ^= int(random.integers(1, 256))
+        size = len(damaged) if seed % 2 else int(random.integers(1, len(damaged)))
+        path.write_bytes(damaged[:size])
+        require_table_or_refusal(path)
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, name):
+    require_damage_is_refused(tmp_path / name, range(10))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WRITTEN)
+def test_many_damaged_files_are_read_or_refused_in_one_line(tmp_path, name):
+    require_damage_is_refused(tmp_path / name, range(10, 60))
+
+
+def test_links_that_lead_nowhere_and_in_circles_are_left_out(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "t.h5", "w") as file:
+        file["gone"] = h5py.SoftLink("/nowhere")
+        file["other"] = h5py.ExternalLink("missing.h5", "/mesh")
+        file["circle"] = h5py.SoftLink("/circle")
+        file["type"] = np.dtype("f8")
+        itself = file.create_group("itself")
+        itself["again"] = itself
+        file["nothing"] = h5py.Empty("f8")
+        nested = file.create_group("deep")
+        for _ in range(1500):
+            nested = nested.create_group("n")
+        for name, values in LOOKUP.items():
+            nested[name] = values
+        nested.create_dataset("spare", (3,), h5py.ref_dtype)
+        nested["words"] = ["a", "b"]
+        nested.attrs["list"] = [1, 2, 3]
+    require_same(tmp_path / "t.h5")
+
+
+def test_cells_without_content_are_no_entries_of_the_header(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "t.mat"
+    write_mat_73(path)
+    with h5py.File(path, "r+") as file:
+        del file["header"]
+        cells = file.create_dataset("header", (2, 1), h5py.ref_dtype)
+        cells.attrs["MATLAB_class"] = np.bytes_(b"cell")
+    require_same(path)
+
+
+@pytest.mark.parametrize("place", ["mesh", "other"])
+def test_huge_arrays_are_refused_by_their_shape(tmp_path, place):
+    """Never read: a fill value stands for 80 GB, a chunk for 8."""
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "t.h5"
+    with h5py.File(path, "w") as file:
+        for name, values in LOOKUP.items():
+            file[f"mesh/{name}"] = values
+        file.create_dataset(f"{place}/huge", (10**10,), "f8", chunks=(1000,))
+    assert path.stat().st_size < 20_000
+    if place == "other":
+        return require_same(path)
+    with pytest.raises(InputError, match=r"t.h5: huge has shape \(10000000000,\)"):
+        read_mesh_table(str(path))
+    with h5py.File(path, "w") as file:
+        for name, values in COLUMNS.items():
+            chunks = (10**9,) if name == "ste_m" else None
+            more = {"maxshape": (None,), "chunks": chunks} if chunks else {}
+            file.create_dataset(name, data=values[:0] if chunks else values, **more)
+    with pytest.raises(InputError, match=r"t.h5: ste_m has shape .* 1000000000"):
+        read_mesh_table(str(path))
+
+
+def test_a_mat_file_that_unpacks_to_too_much_is_refused(tmp_path):
+    path = tmp_path / "t.mat"
+    savemat(path, {"a": np.zeros(17 * 2**20)}, do_compression=True)
+    assert path.stat().st_size < 200_000
+    with pytest.raises(InputError, match=r"t.mat: larger than 128 MiB unpacked$"):
+        read_mesh_table(str(path))
+
+
+def test_a_mat_file_with_more_cells_than_bytes_is_refused(tmp_path):
+    path = tmp_path / "t.mat"
+    savemat(path, {"a": np.full((2, 2), 1.0, dtype=object)})
+    content = path.read_bytes()
+    place = content.index(np.array([2, 2], "<i4").tobytes(), 128)
+    path.write_bytes(
+        content[:place]
+        + np.array([2**16, 2**15], "<i4").tobytes()
+        + content[place + 8 :]
+    )
+    with pytest.raises(InputError, match=r"t.mat: is no MAT file, or damaged$"):
+        read_mesh_table(str(path))
+
+
+@pytest.mark.parametrize("ending", [".csv", ".mat"])
+def test_a_number_far_beyond_all_is_refused_with_its_column(tmp_path, ending):
+    path = tmp_path / f"t{ending}"
+    columns = COLUMNS | {"stiffness_N_per_m": np.full(8, 1.7e308)}
+    savemat(path, columns)
+    if ending == ".csv":
+        lines = [",".join(columns)]
+        rows = zip(*columns.values(), strict=True)
+        lines += [",".join("" if v != v else repr(float(v)) for v in r) for r in rows]
+        path.write_text("\n".join(lines))
+    message = r"column stiffness_N_per_m has 1.7e\+308; allowed -1e\+30 to 1e\+30$"
+    with pytest.raises(TableError, match=message):
+        read_mesh_table(str(path))

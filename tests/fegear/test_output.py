@@ -10,8 +10,14 @@ import sys
 
 import pytest
 
+import fegear
 from fegear.files.errors import InputError
-from fegear.files.output import read_text, require_writable, write_whole
+from fegear.files.output import (
+    read_content,
+    read_text,
+    require_writable,
+    write_whole,
+)
 
 
 def test_writer_fills_the_file(tmp_path):
@@ -144,3 +150,20 @@ def test_texts_are_read_without_a_byte_order_mark(tmp_path):
     path.write_bytes(b"ab\xff")
     with pytest.raises(InputError, match="not UTF-8 text, byte 2 is 0xff"):
         read_text(path)
+
+
+def test_a_file_without_end_is_refused(tmp_path):
+    path = tmp_path / "endless.toml"
+    path.symlink_to("/dev/zero")
+    with pytest.raises(InputError, match=r"endless.toml: larger than 64 MiB$"):
+        read_text(path)
+    with pytest.raises(InputError, match=r"endless.toml: larger than 64 MiB$"):
+        fegear.load_gear_set(path)
+
+
+def test_a_file_larger_than_its_reader_takes_is_refused(tmp_path):
+    path = tmp_path / "long.txt"
+    path.write_bytes(bytes(2**20 + 1))
+    with pytest.raises(InputError, match=r"long.txt: larger than 1 MiB$"):
+        read_content(path, 2**20)
+    assert len(read_content(path, 2**20 + 1)) == 2**20 + 1

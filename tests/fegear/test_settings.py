@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
+from fractions import Fraction
 from inspect import isfunction, signature
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -15,8 +16,10 @@ import pytest
 
 import fegear
 import lumped
+from fegear.files.errors import InputError
 from fegear.statics.excitation import GivenTables
 from fegear.studies.machines import LoadMachineRef, MotionMachineRef
+from fegear.studies.study import Study
 from fegear.studies.trains import GearSetRef
 from lumped.branches.periodic import BranchSettings
 from lumped.steady.maps import Axis
@@ -191,6 +194,58 @@ def test_no_setting_passes_unchecked(kind, name, hint):
     for wrong in wrong_values(hint):
         with pytest.raises(ValueError, match=rf"\b{name}\b"):
             replace(good, **{name: wrong})
+
+
+NUMBERS = {  # of any type, and the float that each is
+    "inf": (math.inf, math.inf),
+    "-inf": (-math.inf, -math.inf),
+    "nan": (math.nan, math.nan),
+    "longdouble": (np.longdouble("1.5"), 1.5),
+    "long longdouble": (np.longdouble("1e4000"), math.inf),
+    "fraction": (Fraction(3, 2), 1.5),
+    "large fraction": (Fraction(10**400), math.inf),
+    "large int": (10**400, math.inf),
+    "larger int": (-(10**5000), -math.inf),
+    "float16": (np.float16(2.0), 2.0),
+    "float32": (np.float32(0.5), 0.5),
+    "float64": (np.float64(0.25), 0.25),
+    "int8": (np.int8(3), 3.0),
+    "uint64": (np.uint64(2**64 - 1), float(2**64 - 1)),
+    "array": (np.array(1.5), 1.5),
+}
+INFINITE = {"kappa", "backlash"}  # of impacts, and of teeth that never meet behind
+
+
+def numeric_fields() -> Iterator[Any]:
+    for kind in public_classes():
+        hints = get_type_hints(kind)
+        for field in fields(kind):
+            kinds = {float, int} & {*parts(hints[field.name])}
+            if field.init and kinds and field.name not in FREE:
+                name = f"{kind.__module__}.{kind.__name__}-{field.name}"
+                yield pytest.param(kind, field.name, kinds, id=name)
+
+
+@pytest.mark.parametrize(("kind", "name", "kinds"), list(numeric_fields()))
+def test_numbers_of_any_type_are_python_numbers_or_refused(kind, name, kinds):
+    """Refused by an InputError where the class is a study or a part of one."""
+    good = example(kind)
+    error = InputError if isinstance(good, Study) else ValueError
+    for number, expected in NUMBERS.values():
+        for value in (number, (number,), [number, number]):
+            try:
+                taken = getattr(replace(good, **{name: value}), name)
+            except error:
+                continue
+            taken = taken if isinstance(taken, tuple | list) else (taken,)
+            for element in taken:
+                assert type(element) in (float, int)
+                if isinstance(element, float):
+                    assert element == expected
+                    assert math.isfinite(element) or name in INFINITE
+                else:
+                    assert int in kinds or abs(element) < 1e308
+                    assert element == number
 
 
 def test_all_public_settings_are_looked_at():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -403,7 +404,12 @@ def test_blocks_that_are_finished_are_gathered(tmp_path):
     assert not part.complete
     count = part.summary["samples"]
     assert 250 <= count < 600
-    whole = fegear.run(study, CheckpointOptions(checkpoint=checkpoint, resume=True))
+    messages: list[str] = []
+    again = replace(options, resume=True, notify=messages.append)
+    whole = fegear.run(study, again)
+    done = math.ceil(count / 250)
+    units = "blocks are finished"
+    assert messages == [f"{checkpoint}: {done} of 3 {units}"]
     assert whole.summary == fegear.run(study).summary
     np.testing.assert_array_equal(
         whole.bands.solved.ste[:250], part.bands.solved.ste[:250]

@@ -305,20 +305,22 @@ def scene_of(part: Part, figure: TrainOverrides, **others: Any) -> Scene:
         {"harmonics": harmonic_count} if kind == "fourier" and harmonic_count else {}
     )
     edits = edits_by_key((*figure.edits, *part.edits))
-    # the source takes stiffnesses from teeth without relief
+    number = values["model"] or 1
+    # the source takes the stiffnesses of tooth pairs from teeth without relief
     relieved = kind == "fe" and any("_relief" in key for key in edits)
+    takes_unmodified = relieved and number == 1
     return Scene(
         overrides=edits,
         torque=values["torque_Nm"] or 100.0,
         source=StiffnessSource(
             kind=kind,
             corner_contact=values["corner_contact"] is not False,
-            relief_stiffness="unmodified" if relieved else "own",
+            relief_stiffness="unmodified" if takes_unmodified else "own",
             **fourier,
         ),
         delay=values["delay_rad"],
         stored=harmonic_count if kind == "fe" else None,
-        number=values["model"] or 1,
+        number=number,
         translations=bool(values["translations"]),
         friction=values["friction"] or 0.0,
         bending=values["bending"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import time
@@ -208,3 +209,25 @@ def test_what_numpy_says_of_a_full_disk_is_told_in_words():
     error = OSError("75356 requested and 7155 written")
     line = str(file_error("a.msh", "written", error))
     assert line == "a.msh: cannot be written, there is no room for all of it"
+
+
+@pytest.mark.parametrize(
+    "arguments", [["show", "liu-pair"], ["sets"], ["show", "liu-pair", "--json"]]
+)
+def test_a_reader_that_has_gone_ends_a_command_without_a_word(arguments):
+    """Such as `head`: 128 and the number of SIGPIPE, as of other programs."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "fegear", *arguments]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_what_is_printed_at_the_end_has_gone_as_well(monkeypatch):
+    def flush():
+        raise BrokenPipeError(32, "Broken pipe")
+
+    monkeypatch.setattr("fegear.cli._close_full_output", lambda: None)
+    monkeypatch.setattr(sys.stdout, "flush", flush)
+    assert run(["sets"]) == 141

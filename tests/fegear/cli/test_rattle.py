@@ -93,11 +93,67 @@ def test_motions_that_repeat_are_listed_with_their_stability():
     )
     arguments = "rattle", "periodic", "roots-scaled", "--max-liftoffs", "1"
     page = CliRunner().invoke(app, arguments).stdout
-    assert page.count("P(1,1,0)") == 3  # the last line has one
-    assert "exists from an eccentricity of 0.05964 rad on" in page
+    assert page.count("P(1,1,0)") == 3  # one below the table
+    assert "P(1,1,0) exists from 0.05964 rad up to 0.4707 rad" in page
     arguments = "rattle", "periodic", "roots-scaled", "--max-liftoffs", "3"
     page = CliRunner().invoke(app, arguments).stdout
     assert "P(3,3,2)" in page  # fits a narrow screen
+
+
+def small_play(tmp_path, **changes):
+    """A machine whose play is too small for the flight of one impact a turn."""
+    keys = {"damping": 0.02, "half_backlash_rad": 2e-3, "eccentricity_rad": 5e-3}
+    keys |= {"restitution": 0.9, **changes}
+    lines = "\n".join(f"{key} = {value}" for key, value in keys.items())
+    path = tmp_path / "mine.toml"
+    path.write_text(f'name = "mine"\n[machine]\n{lines}\n')
+    return str(path)
+
+
+def test_rattle_that_the_play_forbids_is_not_said_to_exist(tmp_path):
+    """The flight is 0.031 rad high in a play of 0.004 rad, 0.01 rad less or more."""
+    former = {
+        "critical": "simple_rattle_in_impacts_from_rad",
+        "periodic": "least_eccentricity_of_P(1,1,0)_rad",
+    }
+    for command, name in former.items():
+        path = small_play(tmp_path)
+        values = json_output("rattle", command, path)
+        conditions = values["single_impact"]
+        assert values[name] is conditions["from_rad"] is conditions["to_rad"] is None
+        assert conditions["orbit_from_rad"] == pytest.approx(0.001119, abs=1e-6)
+        assert conditions["play_rad"] == 0.004 < conditions["least_play_rad"]
+        heights = [flight["height_rad"] for flight in conditions["flights"]]
+        assert heights == pytest.approx([0.0220, 0.0412], abs=1e-4)
+        assert {flight["meets_flank"] for flight in conditions["flights"]} == {"back"}
+        page = CliRunner().invoke(app, ["rattle", command, path]).stdout
+        assert (
+            "exists at no eccentricity: impacts balance the drag from 0.001119" in page
+        )
+        assert "is 0.02199 rad high, the play is 0.004 rad: it meets the back" in page
+        path = small_play(tmp_path, half_backlash_rad=5e-2)
+        values = json_output("rattle", command, path)
+        assert values[name] == pytest.approx(0.001119, abs=1e-6)
+        path = small_play(tmp_path, eccentricity_rad=1e-3)
+        page = CliRunner().invoke(app, ["rattle", command, path]).stdout
+        assert "at 0.001 rad impacts do not balance the drag" in page
+        path = small_play(tmp_path, restitution=0.0)
+        page = CliRunner().invoke(app, ["rattle", command, path]).stdout
+        assert "exists at no eccentricity: flanks do not rebound" in page
+
+
+def test_the_machine_of_a_new_file_rattles_within_its_play(tmp_path):
+    path = str(tmp_path / "machine.toml")
+    assert CliRunner().invoke(app, ["new", "machine", "-o", path]).exit_code == 0
+    values = json_output("rattle", "critical", path)
+    eccentricity, conditions = values["eccentricity_rad"], values["single_impact"]
+    assert conditions["from_rad"] < eccentricity < conditions["to_rad"]
+    orbits = json_output("rattle", "periodic", path, "--max-liftoffs", "1")["orbits"]
+    assert ("P(1,1,0)", True) in [(o["name"], o["stable"]) for o in orbits]
+    basins = json_output("rattle", "basin", path, "--grid", "20")["attractors"]
+    assert {"quiet", "P(1,1,0)"} <= {attractor["name"] for attractor in basins}
+    noise = json_output("rattle", "noise", path, "--starts", "50")
+    assert 0.0 < noise["quiet_probability"] < 1.0
 
 
 def test_a_machine_file_is_read(tmp_path):

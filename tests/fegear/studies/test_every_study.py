@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import MISSING, dataclass, fields, replace
@@ -32,6 +33,8 @@ from written_tables import require_same
 import fegear
 from fegear.cli import app, run
 from fegear.cli import study_group as groups
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.sector import CyclicSector
 from fegear.figures.interactive import to_plotly
 from fegear.files.codes import require_warning_code, with_code
 from fegear.files.errors import InputError
@@ -914,3 +917,33 @@ def test_a_bar_moves_until_files_are_written(toy, tmp_path, monkeypatch):
     monkeypatch.setattr(options, "progress_bar", bar)
     assert toy("-o", table).exit_code == 0
     assert reports[-2:] == [("results", False), ("end", True)]
+
+
+BEGUN_AFTER_CTRL_C: list[str] = []
+
+
+@dataclass(frozen=True, kw_only=True)
+class LongParts(Study, command="long parts", example="long parts"):
+    """A compliance that is computed when Ctrl-C comes."""
+
+    def tasks(self) -> Iterator[Task]:
+        begun = threading.Event()
+        yield Task("compliance", partial(self._solved, begun))
+        yield Task("ctrl-c", partial(self._interrupted, begun))
+
+    def _solved(self, begun: threading.Event, job: Any) -> None:
+        gear = fegear.load_gear_set("liu-pair").gears[0].geometry
+        sector = CyclicSector(gear, PlaneMaterial(2e11, 0.3))
+        begun.set()
+        job.stop.wait()
+        BEGUN_AFTER_CTRL_C.append(str(sector.mesh))
+
+    def _interrupted(self, begun: threading.Event, job: Any) -> None:
+        begun.wait()
+        raise KeyboardInterrupt
+
+
+def test_no_part_of_a_compliance_begins_after_ctrl_c():
+    with pytest.raises(KeyboardInterrupt):
+        run_study(LongParts(), workers=2)
+    assert BEGUN_AFTER_CTRL_C == []

@@ -83,6 +83,30 @@ def test_what_this_version_does_not_know_is_said_in_a_line(file, name):
         fegear.load(file)
 
 
+FORGED = {
+    "a circle": {"tuple": [{"see": 0}]},
+    "a place that is none": {"tuple": [{"see": 10**6}]},
+    "no fraction": {"tuple": [{"fraction": [1, 0]}]},
+    "records of 80 GB": {
+        "records": {"names": ["a"], "formats": [["<f8", []]], "offsets": [0]},
+        "fields": {"a": {"numpy": "<f8", "value": 1.0}},
+        "shape": [10**10],
+    },
+    "a program": {"class": "fegear.__main__:main", "fields": {}},
+}
+
+
+@pytest.mark.parametrize("content", FORGED.values(), ids=FORGED)
+def test_a_forged_tree_is_refused_in_a_line(file, content):
+    def forge(_, tree):
+        tree["shared"][0] = content
+        tree["summary"] = {"see": 0}
+
+    edited(file, forge)
+    with pytest.raises(InputError, match=r"results fegear \S+ cannot load$"):
+        fegear.load(file)
+
+
 def test_another_format_is_refused(file):
     edited(file, lambda attributes, _: attributes.update(format="other"))
     with pytest.raises(InputError, match=r"is no result that was saved$"):

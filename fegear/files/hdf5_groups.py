@@ -1,0 +1,153 @@
+"""A group of an HDF5 file, or of a MAT file of version 7.3, as arrays and texts.
+
+Names and shapes are read first: a small file may declare arrays that fill the memory,
+and hold objects that are no tables. Only the arrays of the wanted group are read.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Collection, Iterator
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from fegear.files.errors import InputError, foreign_reader
+
+Part = dict[str, Any]  # arrays and texts by name
+MAX_VALUES = 10_000_000  # of all arrays that are read
+
+
+def read_group(
+    content: bytes, names: Collection[str], path: str
+) -> tuple[Part, Part | None]:
+    """Texts at the top of a file, and the first group that has all names.
+
+    Raises InputError, which names the file, where it is damaged or too large.
+    """
+    import h5py
+
+    with (
+        foreign_reader(path, "HDF5 file"),
+        h5py.File(io.BytesIO(content), "r") as file,
+    ):
+        reader = _Reader(path)
+        top = reader.part(file, has_numbers=False)
+        for group in _groups(file):
+            if all(name in group or name in group.attrs for name in names):
+                return top, reader.part(group, has_numbers=True)
+        return top, None
+
+
+def _groups(file: Any) -> Iterator[Any]:
+    """All groups once, a group before those in it; links may form a circle."""
+    import h5py
+
+    waiting, seen = [file], set()
+    while waiting:
+        group = waiting.pop()
+        address = h5py.h5o.get_info(group.id).addr
+        if address not in seen:
+            seen.add(address)
+            yield group
+            inner = [m for _, m in _members(group) if isinstance(m, h5py.Group)]
+            waiting.extend(reversed(inner))
+
+
+def _members(group: Any) -> Iterator[tuple[str, Any]]:
+    """Objects in a group, without those of other files and links that lead nowhere."""
+    import h5py
+
+    for name in group:
+        link = group.get(name, getlink=True)
+        if isinstance(link, h5py.SoftLink):
+            with suppress(KeyError, OSError, RuntimeError):
+                yield name, group[name]
+        elif not isinstance(link, h5py.ExternalLink):
+            yield name, group[name]
+
+
+class _Reader:
+    """Reads arrays of a file until they have too many values together."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.n_values = 0
+
+    def part(self, group: Any, has_numbers: bool) -> Part:
+        """Texts of a group, and its arrays of numbers where they are wanted."""
+        import h5py
+
+        part = _attribute_texts(group)
+        for name, item in _members(group):
+            if not isinstance(item, h5py.Dataset) or item.shape is None:
+                continue
+            kind, dtype = _matlab_class(item), _dtype_of(item)
+            if dtype is None:
+                continue
+            if kind == b"char":
+                part[name] = self.text(name, item)
+            elif kind == b"cell" and name == "header":
+                part[name] = self.cells(name, item)
+            elif has_numbers and dtype.kind in "fiu":
+                values = self.values(name, item)
+                part[name] = values if kind is None else values.T
+        return part
+
+    def values(self, name: str, item: Any) -> Any:
+        chunk = int(np.prod(item.chunks or (0,), dtype=object))
+        self.n_values += max(item.size, chunk)
+        if self.n_values > MAX_VALUES:
+            raise InputError(
+                f"{self.path}: {name} has shape {item.shape}, in pieces of {chunk}; "
+                f"{MAX_VALUES} values are allowed in all"
+            )
+        return np.asarray(item[()])
+
+    def text(self, name: str, item: Any) -> str:
+        if "MATLAB_empty" in item.attrs or item.dtype.kind != "u":
+            return ""
+        codes = self.values(name, item).ravel().astype("<u2")
+        return codes.tobytes().decode("utf-16-le", "replace")
+
+    def cells(self, name: str, item: Any) -> Any:
+        """Texts and numbers in cells, which MATLAB stores by columns as references."""
+        import h5py
+
+        references = self.values(name, item).T
+        cells = np.empty(references.shape, dtype=object)
+        for index in np.ndindex(cells.shape):
+            inner = item.file[references[index]] if references[index] else None
+            if isinstance(inner, h5py.Dataset) and inner.shape is not None:
+                is_text = _matlab_class(inner) == b"char"
+                read = self.text if is_text else self.values
+                cells[index] = read(name, inner)
+        return cells
+
+
+def _attribute_texts(group: Any) -> Part:
+    """Attributes that are texts; others may be large or of types without a reader."""
+    import h5py
+
+    texts: Part = {}
+    for name in group.attrs:
+        attribute = group.attrs.get_id(name)
+        dtype = _dtype_of(attribute)
+        if attribute.shape == () and dtype and h5py.check_string_dtype(dtype):
+            value = group.attrs[name]
+            texts |= {name: value} if isinstance(value, str) else {}
+    return texts
+
+
+def _matlab_class(item: Any) -> bytes | None:
+    kind = item.attrs.get("MATLAB_class")
+    return bytes(kind) if isinstance(kind, bytes) else None
+
+
+def _dtype_of(item: Any) -> Any:
+    """Type of an array or attribute, None of those that NumPy does not have."""
+    try:
+        return item.dtype
+    except TypeError:
+        return None
