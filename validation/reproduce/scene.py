@@ -305,7 +305,7 @@ def scene_of(part: Part, figure: TrainOverrides, **others: Any) -> Scene:
         {"harmonics": harmonic_count} if kind == "fourier" and harmonic_count else {}
     )
     edits = edits_by_key((*figure.edits, *part.edits))
-    number = values["model"] or 1
+    number: Number = values["model"] or 1
     # the source takes the stiffnesses of tooth pairs from teeth without relief
     relieved = kind == "fe" and any("_relief" in key for key in edits)
     takes_unmodified = relieved and number == 1
