@@ -11,8 +11,8 @@ from typing import Literal
 from meshes.involute import Involute, involute
 from meshes.undercut import involute_crossing, waist
 
-Words = Literal["at most", "at least", "must be below", "must be above"]
-OPPOSITE: dict[Words, Words] = {
+Comparison = Literal["at most", "at least", "must be below", "must be above"]
+OPPOSITE: dict[Comparison, Comparison] = {
     "at most": "at least",
     "at least": "at most",
     "must be below": "must be above",
@@ -28,13 +28,13 @@ class Bound:
     value : in SI units, of a radius its magnitude
     """
 
-    words: Words
+    comparison: Comparison
     value: float
     reason: str
 
     @property
     def is_upper(self) -> bool:
-        return self.words in ("at most", "must be below")
+        return self.comparison in ("at most", "must be below")
 
     @property
     def rounded(self) -> str:
@@ -45,14 +45,14 @@ class Bound:
     def inside(self) -> float:
         """A value that the limit allows, as its reader would set it."""
         value = float(self.rounded)
-        if self.words in ("at most", "at least"):
+        if self.comparison in ("at most", "at least"):
             return value
         step = INWARD * (abs(value) or 1.0)
         return value - step if self.is_upper else value + step
 
     def stated(self, unit: str = "") -> str:
-        """Words, rounded value and reason."""
-        return f"{self.words} {self.rounded}{unit and ' '}{unit}, {self.reason}"
+        """Comparison, rounded value and reason."""
+        return f"{self.comparison} {self.rounded}{unit and ' '}{unit}, {self.reason}"
 
     def mapped(self, convert: Callable[[float], float]) -> Bound:
         """The limit of what follows from the quantity, monotonically near it."""
@@ -60,8 +60,8 @@ class Bound:
         value = convert(self.value)
         inside = convert(self.value - step if self.is_upper else self.value + step)
         stays = (inside < value) == self.is_upper
-        words = self.words if stays else OPPOSITE[self.words]
-        return replace(self, words=words, value=value)
+        comparison = self.comparison if stays else OPPOSITE[self.comparison]
+        return replace(self, comparison=comparison, value=value)
 
 
 class GeometryError(ValueError):
@@ -253,8 +253,10 @@ class SpurGear(Involute):
             text = f"{stated_mm(abs(self.tip_radius))}; {reason}"
             raise GeometryError("tip_radius", text)
         limit = bisected(self._has_land, form, self.tip_radius)
-        words: Words = "at most" if self.sign > 0 else "at least"
-        raise beyond("tip_radius", self.tip_radius, Bound(words, abs(limit), reason))
+        comparison: Comparison = "at most" if self.sign > 0 else "at least"
+        raise beyond(
+            "tip_radius", self.tip_radius, Bound(comparison, abs(limit), reason)
+        )
 
     def _require_rack_tip(self) -> None:
         half_width, _depth = self.rack_tip_center

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from meshes.gear import (
     INWARD,
     Bound,
+    Comparison,
     GeometryError,
     SpurGear,
-    Words,
     beyond,
     bisected,
     floored,
@@ -162,8 +162,8 @@ def _refuse_contact_ratio(pair: GearPair) -> None:
         remedy = f"less undercut by a profile shift or more teeth, or {tips}"
     elif pair.sign * line > 0.0:  # the line of action at a contact ratio of 1
         distance = math.hypot(line, one.base_radius + two.base_radius)
-        words: Words = "at least" if pair.is_internal else "at most"
-        bound = Bound(words, distance, f"{ratio}; or {tips}")
+        comparison: Comparison = "at least" if pair.is_internal else "at most"
+        bound = Bound(comparison, distance, f"{ratio}; or {tips}")
         raise beyond("center_distance", pair.center_distance, bound)
     else:
         remedy = "the teeth are too short at any centre distance"
@@ -194,15 +194,15 @@ def require_clearances(pair: GearPair) -> None:
                 f"the mate meets the root circle of the {name} gear ({gear.teeth} "
                 "teeth)"
             )
-            side: Words = "must be below" if mate.sign > 0 else "must be above"
+            side: Comparison = "must be below" if mate.sign > 0 else "must be above"
             bound = Bound(side, abs(reach), reason)
             raise beyond("tip_radius", mate.tip_radius, bound, other[name])
     if pair.is_internal:
         require_tip_clearance(pair)
     if pair.backlash < -1e-9 * pair.base_pitch:  # round-off does not jam the gears
         reason = f"backlash {1e6 * pair.backlash:.6g} um, teeth would jam"
-        words: Words = "at most" if pair.is_internal else "at least"
-        bound = Bound(words, tight_center_distance(pair), reason)
+        comparison: Comparison = "at most" if pair.is_internal else "at least"
+        bound = Bound(comparison, tight_center_distance(pair), reason)
         raise beyond("center_distance", pair.center_distance, bound)
 
 

@@ -34,6 +34,7 @@ ALLOWED = {
         "lumped.common.checks",
         "lumped.common.options",
         "lumped.common.progress",
+        "lumped.common.workers",
         "lumped.common.csv_text",
         "lumped.train.table",
         "lumped.train.train",

@@ -18,7 +18,7 @@ from fegear.studies import STUDIES
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
 INTERRUPTED = "interrupted"
-BROKEN_PIPE = 141  # 128 and the number of the signal SIGPIPE, as shells have it
+BROKEN_PIPE = 141  # 128 and the number of the signal, as shells have it
 ABOUT = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
     "vibration of gear trains that they excite."

@@ -38,8 +38,8 @@ class NoResultError(InputError):
 
 def one_line(message: str) -> str:
     """A message for a reader: one line, without the middle of what is very long."""
-    words = (_shortened(word, LONGEST_WORD) for word in message.split())
-    return _shortened(" ".join(words), LONGEST_MESSAGE)
+    shortened = (_shortened(word, LONGEST_WORD) for word in message.split())
+    return _shortened(" ".join(shortened), LONGEST_MESSAGE)
 
 
 def _shortened(text: str, longest: int) -> str:

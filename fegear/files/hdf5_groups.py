@@ -112,7 +112,7 @@ class _Reader:
         return codes.tobytes().decode("utf-16-le", "replace")
 
     def cells(self, name: str, item: Any) -> Any:
-        """Texts and numbers in cells, which MATLAB stores by columns as references."""
+        """Texts and numbers in cells, which are stored by columns as references."""
         import h5py
 
         references = self.values(name, item).T

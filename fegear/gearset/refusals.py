@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
-from fegear.gearset.schema import Document, Keys
+from fegear.gearset.schema import Document
 from meshes.gear import Bound
 
 Result = TypeVar("Result")
@@ -112,7 +112,6 @@ def _changed(table: Any, parts: tuple[str | int, ...], value: float) -> Any:
     after = _changed(before, rest, value)
     if isinstance(before, int) and not isinstance(before, bool):
         after = round(after)
-    assert isinstance(table, Keys)
     return table.model_copy(update={first: after})
 
 

@@ -50,18 +50,18 @@ def tooth_thickness(entry: GearEntry, gear: Involute) -> ToothThickness:
     if shift is not None:
         thinning = standard + shift * by_shift - measured
         result = f"tooth_thinning_um = {thinning / UM:.6g}"
-        given = f"profile_shift = {shown(shift)}"
+        stated = f"profile_shift = {shown(shift)}"
     else:
         thinning = (thinning_um or 0.0) * UM
         shift = (measured + thinning - standard) / by_shift
         result = f"profile_shift = {shift:.6g}"
-        given = f"tooth_thinning_um = {shown(thinning_um or 0.0)}"
-        given += "" if thinning_um is not None else " by default"
+        stated = f"tooth_thinning_um = {shown(thinning_um or 0.0)}"
+        stated += "" if thinning_um is not None else " by default"
     return ToothThickness(
         profile_shift=shift,
         thinning=thinning,
         origin=origin,
-        inference=f'gear "{entry.name}": {result}, from {origin} with {given}',
+        inference=f'gear "{entry.name}": {result}, from {origin} with {stated}',
     )
 
 

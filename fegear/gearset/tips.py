@@ -98,10 +98,10 @@ def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
         if free:
             addendum = _equal_addendum(mesh, place, tips)
             origin = f"contact_ratio = {shown(mesh.contact_ratio)} of {mesh.label}"
-            given = dict(tips)
+            stated_tips = dict(tips)
             for name in free:
                 tips[name] = _tip_of_contact_ratio(
-                    mesh, place, given, blanks[name], addendum, origin
+                    mesh, place, stated_tips, blanks[name], addendum, origin
                 )
         _require_contact_ratio(mesh, place, tips)
     for name, blank in blanks.items():

@@ -10,7 +10,7 @@ from fegear.gearset.modifications import Relief
 from fegear.gearset.refusals import KeyOf
 from fegear.gearset.schema import ReliefEntry
 from meshes import GearPair, SpurGear
-from meshes.gear import Bound, Words
+from meshes.gear import Bound, Comparison
 from meshes.pairing import undercut_end
 
 
@@ -90,10 +90,10 @@ def _too_long(
     entry: ReliefEntry, start: float, pitch: float, flank: Zones, place: str, key: KeyOf
 ) -> InputError:
     """The error of a relief whose start [m] is beyond an end of the flank."""
-    words: tuple[Words, Words] = "at least", "must be below"
+    comparisons: tuple[Comparison, Comparison] = "at least", "must be below"
     ends = [(flank.gear.form_roll_length, "the form circle"), (flank.tip, "the tip")]
     if place == "root":
-        words = "must be above", "must be below"
+        comparisons = "must be above", "must be below"
         ends[0] = flank.start, "the start of contact"
     end = int(start > ends[0][0])
     roll, name = ends[end]
@@ -101,11 +101,11 @@ def _too_long(
     if entry.length_pitches is not None:
         from_end = flank.tip if place == "tip" else flank.start
         reason = f"{'whole' if place == 'tip' else 'whole active'} profile"
-        bound = Bound(words[end], roll, f"the {reason} of {key.gear}")
+        bound = Bound(comparisons[end], roll, f"the {reason} of {key.gear}")
         return key.refusal(
             "length_pitches", bound.mapped(lambda s: abs(s - from_end) / pitch)
         )
-    bound = Bound(words[end], roll, reason)
+    bound = Bound(comparisons[end], roll, reason)
     if entry.start_roll_angle_deg is not None:
         angle = bound.mapped(flank.roll_angle_deg)
         return key.refusal("start_roll_angle_deg", angle, "deg")

@@ -505,8 +505,8 @@ def table_warnings(solved: StaticsResult) -> list[str]:
             pressure=_finite_pressure(solved, t),
         )
     ]
-    doubtful = unphysical or [*unit_warnings(solved), *_evidence_warnings(solved)]
-    return [*_tip_lines(solved), *doubtful]
+    warnings = unphysical or [*unit_warnings(solved), *_evidence_warnings(solved)]
+    return [*_tip_lines(solved), *warnings]
 
 
 def _tip_lines(solved: StaticsResult) -> Iterator[str]:

@@ -157,7 +157,7 @@ def _largest(function: Function) -> float:
     times = (np.arange(INSTANTS) + 0.5) / INSTANTS
     best = times[function(times).argmax()]
     bounds = max(best - 1.0 / INSTANTS, times[0]), min(best + 1.0 / INSTANTS, times[-1])
-    found = minimize_scalar(
+    optimum = minimize_scalar(
         lambda t: -float(function(t)), bounds=bounds, options={"xatol": 1e-12}
     )
-    return max(-float(found.fun), float(function(best)))
+    return max(-float(optimum.fun), float(function(best)))

@@ -82,20 +82,20 @@ def test_forces_turn_off_the_path_alone():
 
 def test_what_only_steep_corners_need_is_solved_for_them_alone(monkeypatch):
     """Without it the answer is the same to the bound that decides."""
-    asked = []
+    has_rootwards = []
     kernel_constants = contact.kernel_constants
 
     def counting(problem, pairs, conditions, has_rootward):
-        asked.append(has_rootward)
+        has_rootwards.append(has_rootward)
         return kernel_constants(problem, pairs, conditions, has_rootward)
 
     monkeypatch.setattr(contact, "kernel_constants", counting)
     problem = problem_at("coarse")
     with_it = solve_cycle(problem, [TORQUE], [0.0, CORNER])
-    assert asked == [False, True]
-    asked.clear()
+    assert has_rootwards == [False, True]
+    has_rootwards.clear()
     solve_cycle(problem, [TORQUE], [0.0])
-    assert asked == [False]
+    assert has_rootwards == [False]
     monkeypatch.setattr(contact, "MAX_TURN_SQUARED", math.inf)
     without = solve_cycle(problem, [TORQUE], [0.0, CORNER])
     assert without.ste[0, 0] == with_it.ste[0, 0]

@@ -338,10 +338,10 @@ def limit_of(message, key, value):
     """The value that a refusal of a key allows; None where it states none."""
     stated = rf"\b{key}(?: entry \d+)? = [^;]*; "
     match = re.search(stated, message)
-    found = match and LIMIT.match(message, match.end())
-    if not found:
+    limit = match and LIMIT.match(message, match.end())
+    if not limit:
         return None
-    closed, number, opened, edge, low, high = found.groups()
+    closed, number, opened, edge, low, high = limit.groups()
     if closed:
         return float(number)
     if opened:

@@ -718,9 +718,9 @@ def test_no_output_replaces_a_file_that_is_read(command, capsys):
     study = example_study(command)
     if command == "new":  # reads other files than it writes
         return
-    for words, name in written_options(study):
+    for options, name in written_options(study):
         others = ["-o", f"x{study.endings[0]}"] * study.must_write
-        written = words if "-o" in words else [*others, *words]
+        written = options if "-o" in options else [*others, *options]
         Path(name).parent.mkdir(exist_ok=True)
         for argv, content in files_of_example(command, name):
             Path(name).write_bytes(content)
@@ -747,8 +747,8 @@ def test_no_path_of_a_file_that_is_read_is_written(link, tmp_path, capsys):
         os.link(profile, other)
     edit = f"mesh.1.driver_profile.file={profile}"
     for option in ("-o", "--spectra"):
-        words = ["sweep", "liu-pair", "--set", edit, option, str(other)]
-        assert run(words) == 2
+        argv = ["sweep", "liu-pair", "--set", edit, option, str(other)]
+        assert run(argv) == 2
         taken = f"fegear: {other}: is read or written already by this command\n"
         assert capsys.readouterr().err == taken
     assert profile.read_bytes() == other.read_bytes() == before
