@@ -115,9 +115,12 @@ class InternalGear(SpurGear):
             require(field, ok, stated_mm(length), "must be positive and finite")
         fewest = MIN_CUTTER_TEETH
         most = self.teeth - fewest
-        ok = fewest <= self.cutter_teeth <= most
-        allowed = f"allowed {fewest} to {most}, {fewest} fewer than the ring has"
-        require("cutter_teeth", ok, f"{self.cutter_teeth}", allowed)
+        bound = Bound("at most", most, f"{fewest} fewer than the ring has")
+        if self.cutter_teeth < fewest:
+            bound = Bound("at least", fewest, "as cutters have")
+        if not fewest <= self.cutter_teeth <= most:
+            message = f"{self.cutter_teeth}; {bound.stated()}"
+            raise GeometryError("cutter_teeth", message, bound=bound)
 
     def require_generated_tooth(self) -> None:
         """Require that the cutter leaves a tooth with a tip land in an existing rim."""

@@ -23,9 +23,11 @@ from fegear.gearset.build import build_gear_set
 from fegear.gearset.edit import edited
 from fegear.gearset.model import GearSet
 from fegear.gearset.problems import first_problem, nearest
+from fegear.gearset.refusals import Refusal
 from fegear.gearset.schema import Document, with_defaults
 from lumped.common.checks import check_arguments
 
+LIMITS = "le", "ge"  # names of limits in what pydantic says of an error
 PROFILES = "profile", "driver_profile", "driven_profile"  # keys of a mesh
 
 
@@ -183,7 +185,7 @@ def _read(
 ) -> GearSet:
     """The gear set in TOML text; files that it names lie in the folder."""
     try:
-        return build_gear_set(_document(parsed_toml(text), edits or {}), folder)
+        return _gear_set(parsed_toml(text), edits or {}, folder)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
 
@@ -211,7 +213,7 @@ def make_gear_set(
     InputError
         If a table or a key cannot be used.
     """
-    return build_gear_set(_document(tables, edits or {}), Path())
+    return _gear_set(tables, edits or {}, Path())
 
 
 def parsed_toml(text: str) -> dict[str, Any]:
@@ -245,10 +247,39 @@ def _builtin_folder() -> Traversable:
     return resources.files("fegear.gearset") / "sets"
 
 
-def _document(raw_tables: Mapping[str, Any], edits: Mapping[str, Any]) -> Document:
+def _gear_set(
+    raw_tables: Mapping[str, Any], edits: Mapping[str, Any], folder: Path
+) -> GearSet:
     require_kind(raw_tables, "gear-set")
     tables = with_defaults(edited(raw_tables, edits))
     try:
-        return Document.model_validate(tables)
+        document = Document.model_validate(tables)
     except ValidationError as error:
-        raise InputError(first_problem(error, tables)) from None
+        raise InputError(_first_refusal(error, tables, folder)) from None
+    return build_gear_set(document, folder)
+
+
+def _first_refusal(
+    error: ValidationError, tables: Mapping[str, Any], folder: Path
+) -> str:
+    """The first problem; of a value beyond a limit with one that all rules allow."""
+    problem, details = first_problem(error, tables), error.errors(include_url=False)
+    limit = next(
+        (details[0]["ctx"][k] for k in LIMITS if k in details[0].get("ctx", {})), None
+    )
+    if limit is None:
+        return problem
+    way, changed = details[0]["loc"], deepcopy(dict(tables))
+    table: Any = changed
+    for part in way[:-1]:
+        table = table[part]
+    table[way[-1]] = limit
+    try:
+        build_gear_set(Document.model_validate(changed), folder)
+    except Refusal as refusal:
+        if refusal.key.parts == way[2:]:
+            stated = problem.partition("; ")[0]
+            return f"{stated}; {refusal.bound.stated(refusal.unit)}"
+    except (InputError, ValidationError):
+        pass  # of other keys
+    return problem

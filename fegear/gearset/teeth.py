@@ -108,6 +108,8 @@ class Blank(Involute):
     @property
     def cutter(self) -> ShaperCutter | None:
         """Cutter of an internal gear with sharp tips, None where there is none."""
+        if self.cutter_teeth > self.teeth - MIN_CUTTER_TEETH:
+            return None  # refused with the tooth
         tooth = self.thickness
         standard, by_shift = thickness_of_rack(self)
         thickness = standard + by_shift * tooth.profile_shift - tooth.thinning

@@ -230,11 +230,11 @@ GEAR_VALUES = {
     "addendum_mm": (-4.0, 6.0),
     "dedendum_mm": (0.5, 8.0),
     "rack_tip_radius_mm": (0.7, 3.0),
-    "profile_shift": (-2.0, 2.0),
+    "profile_shift": (-2.0, 4.0),
     "tooth_thinning_um": (-1500.0, 1500.0),
     "cutter_teeth": (2, 90),
     "teeth": (1, 4),
-    "pressure_angle_deg": (1.0, 50.0),
+    "pressure_angle_deg": (1.0, 80.0),
     "module_mm": (0.001, 0.009),
     "face_width_mm": (-3.0, 0.0),
     "poisson_ratio": (0.5, 2.0),
@@ -248,7 +248,7 @@ GEAR_VALUES = {
 }
 MESH_VALUES = {
     "center_distance_mm": (10.0, 120.0),
-    "operating_pressure_angle_deg": (5.0, 45.0),
+    "operating_pressure_angle_deg": (5.0, 80.0),
     "contact_ratio": (0.5, 3.0),
     "backlash_um": (-9.0, -1.0),
     "load_share": (-1.0, 2.0),
