@@ -48,22 +48,12 @@ def kernel_constants(
     problem: ContactProblem,
     pairs: int,
     conditions: Conditions = NOMINAL,
-    has_rootward: bool = False,
 ) -> Constants:
-    """Constants of some number of tooth pairs.
-
-    has_rootward : whether the tables have the third kind of `compliance`
-    """
+    """Constants of some number of tooth pairs."""
     from fegear.contact.cycle import Constants
     from fegear.contact.grid import contact_grid
 
     mesh, flanks, tables = kernel_inputs(problem)
-    if has_rootward:
-        from fegear.elasticity.cache import cached_rootward_compliance
-
-        gears = problem.driver.origin, problem.driven.origin
-        rootward = np.array([[cached_rootward_compliance(o)] for o in gears if o])
-        tables = np.concatenate([tables, rootward], axis=1)
     of_pairs = np.tile(flanks, (pairs, 1)).view(np.recarray)
     count = tables.shape[3]
     changes = np.zeros((2, 2, 0, count, count))
@@ -81,6 +71,20 @@ def kernel_constants(
             changes[gear] = change.reshape(changes[gear].shape)
     grid = contact_grid(problem.nodes)
     return Constants(mesh, of_pairs, tables, changes, conditions.lines, grid)
+
+
+def with_rootward(constants: Constants, problem: ContactProblem) -> Constants | None:
+    """The constants with the third kind of tables in `compliance`.
+
+    None where the flanks are not those of held gears, which alone have it.
+    """
+    from fegear.elasticity.cache import cached_rootward_compliance
+
+    origins = problem.driver.origin, problem.driven.origin
+    rootward = [[cached_rootward_compliance(o)] for o in origins if o is not None]
+    if len(rootward) < 2:
+        return None
+    return constants._replace(tables=np.concatenate([constants.tables, rootward], 1))
 
 
 def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Array]:

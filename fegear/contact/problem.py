@@ -14,6 +14,7 @@ from fegear.contact.kernel_constants import (
     Conditions,
     PairTeeth,
     kernel_constants,
+    with_rootward,
 )
 from fegear.contact.offset_centers import CenterOffset, back_lead, moved_lines
 from fegear.contact.tooth_faults import MISSING_GAP, ToothFaults
@@ -23,7 +24,7 @@ from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
 
 if TYPE_CHECKING:
-    from fegear.contact.cycle import Workspace
+    from fegear.contact.cycle import Constants, Workspace
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -420,58 +421,55 @@ def solve_pairs(
     Positions at which a corner bears on its mate at an angle that matters are solved
     again with the compliance that only these need.
     """
-    solved = _run(problem, teeth, gaps, position, kind, targets, conditions)
-    cells = solved.cells
-    turned = (cells.load > 0.0) & (cells.turn**2 > MAX_TURN_SQUARED).any(axis=-1)
-    places = np.flatnonzero(turned.any(axis=(0, 2)))
-    if not places.size or None in (problem.driver.origin, problem.driven.origin):
+    constants = kernel_constants(problem, teeth.size, conditions)
+    if conditions.friction_reversed:
+        constants.mesh.friction = -constants.mesh.friction
+    if conditions.teeth is not None:
+        gaps = gaps + MISSING_GAP * missing_pairs(problem, conditions.teeth)
+    solved = solve_constants(constants, teeth, gaps, position, kind, targets)
+    places = turned_positions(solved.cells)
+    full = with_rootward(constants, problem) if places.size else None
+    if full is None:
         return solved
-    lines = conditions.lines
-    again = _run(
-        problem,
-        teeth,
-        np.ascontiguousarray(gaps[places]),
-        position[places],
-        kind,
-        np.ascontiguousarray(targets[:, places]),
-        conditions._replace(lines=lines[places] if lines.size else lines),
-        has_rootward=True,
+    if full.lines.size:
+        full = full._replace(lines=full.lines[places])
+    again = solve_constants(
+        full, teeth, gaps[places], position[places], kind, targets[:, places]
     )
-    solved.rows[:, places], cells[:, places] = again.rows, again.cells
+    solved.rows[:, places], solved.cells[:, places] = again.rows, again.cells
     if places[-1] == position.size - 1:
-        return again._replace(rows=solved.rows, cells=cells)
+        return again._replace(rows=solved.rows, cells=solved.cells)
     return solved
 
 
-def _run(
-    problem: ContactProblem,
+def turned_positions(cells: np.recarray) -> NDArray[np.intp]:
+    """Positions where a corner bears on its mate at an angle that matters.
+
+    cells : (t, n, k) of the kernel
+    """
+    turned = (cells.load > 0.0) & (cells.turn**2 > MAX_TURN_SQUARED).any(axis=-1)
+    return np.flatnonzero(turned.any(axis=(0, 2)))
+
+
+def solve_constants(
+    constants: Constants,
     teeth: Indices,
     gaps: Array,
     position: Array,
     kind: np.int64,
     targets: Array,
-    conditions: Conditions,
-    has_rootward: bool = False,
 ) -> KernelResult:
-    """Run the kernel once, as `solve_pairs`.
-
-    has_rootward : with what teeth yield toward the root under loads toward it
-    """
+    """Run the kernel once, with gaps, kind and targets as in `solve_pairs`."""
     from fegear.contact import cycle
 
-    pairs, size = teeth.size, problem.nodes
+    pairs, size = teeth.size, len(constants.grid.logarithm)
     rows = np.zeros(targets.shape, cycle.ROW).view(np.recarray)
     cells = np.zeros((*targets.shape, pairs), cycle.CELL).view(np.recarray)
     work = workspace(pairs, size)
-    constants = kernel_constants(problem, pairs, conditions, has_rootward)
-    if conditions.friction_reversed:
-        constants.mesh.friction = -constants.mesh.friction
-    if conditions.teeth is not None:
-        gaps = gaps + MISSING_GAP * missing_pairs(problem, conditions.teeth)
     # positions may be every other one of an array: kernels are compiled for whole ones
-    contiguous_position = np.ascontiguousarray(position)
+    gaps, position, targets = map(np.ascontiguousarray, (gaps, position, targets))
     cycle.solve_cycle(
-        constants, teeth, gaps, contiguous_position, kind, targets, work, (rows, cells)
+        constants, teeth, gaps, position, kind, targets, work, (rows, cells)
     )
     patches, nodes = (a.view(np.recarray) for a in (work.patches, work.nodes))
     return KernelResult(teeth, rows, cells, patches, nodes)

@@ -17,12 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.kernel_constants import kernel_constants
+from fegear.contact.kernel_constants import kernel_constants, with_rootward
 from fegear.contact.problem import (
     ContactFailure,
     ContactProblem,
     candidate_pairs,
     kernel_torques,
+    solve_constants,
+    turned_positions,
     workspace,
 )
 from fegear.gearset.modifications import FlankProfile
@@ -112,6 +114,12 @@ def solve_variants(
         cycle.solve_cycle(
             constants, teeth, gaps, position, cycle.TORQUE, target, work, results
         )
+        places = turned_positions(cells)
+        full = with_rootward(constants, problem) if places.size else None
+        if full is not None:
+            part = gaps[places], position[places], cycle.TORQUE, target[:, places]
+            again = solve_constants(full, teeth, *part)
+            rows[i, places], cells[0, places] = again.rows[0], again.cells[0]
         gap[i], load[i] = cells.gap[0], cells.load[0] * problem.face_width
         report(i + 1)
     _require_solved(rows.status)

@@ -82,20 +82,19 @@ def test_forces_turn_off_the_path_alone():
 
 def test_what_only_steep_corners_need_is_solved_for_them_alone(monkeypatch):
     """Without it the answer is the same to the bound that decides."""
-    has_rootwards = []
-    kernel_constants = contact.kernel_constants
+    calls = []
+    with_rootward = contact.with_rootward
 
-    def counting(problem, pairs, conditions, has_rootward):
-        has_rootwards.append(has_rootward)
-        return kernel_constants(problem, pairs, conditions, has_rootward)
+    def counting(constants, problem):
+        calls.append(constants)
+        return with_rootward(constants, problem)
 
-    monkeypatch.setattr(contact, "kernel_constants", counting)
+    monkeypatch.setattr(contact, "with_rootward", counting)
     problem = problem_at("coarse")
     with_it = solve_cycle(problem, [TORQUE], [0.0, CORNER])
-    assert has_rootwards == [False, True]
-    has_rootwards.clear()
+    assert len(calls) == 1
     solve_cycle(problem, [TORQUE], [0.0])
-    assert has_rootwards == [False]
+    assert len(calls) == 1
     monkeypatch.setattr(contact, "MAX_TURN_SQUARED", math.inf)
     without = solve_cycle(problem, [TORQUE], [0.0, CORNER])
     assert without.ste[0, 0] == with_it.ste[0, 0]

@@ -145,7 +145,7 @@ def test_pitch_errors_of_a_ring_come_in_the_order_of_its_teeth():
         ({"hub_radius_mm": 5.0}, "hub_radius_mm = 5; not allowed for an internal gear"),
         ({"span_mm": 50.0}, "span_mm"),
         ({"rim_radius_mm": 90.0}, "rim_radius_mm = 90; at least"),
-        ({"cutter_teeth": 94}, "cutter_teeth = 94; .*allowed 5 to 91"),
+        ({"cutter_teeth": 94}, "cutter_teeth = 94; at most 87, tips of the cutter"),
         ({"cutter_teeth": 91}, "cutter_teeth = 91; at most"),
         ({"tip_radius_mm": 91.0, "cutter_teeth": 12}, "no flank below its base circle"),
     ],
