@@ -27,11 +27,12 @@ PAGES = [
 
 # Part of a command -> part that is run instead, by the reason.
 FEWER_SPEEDS = {
+    "--speeds 2000:3000:100": "--speeds 2000",
     "--speeds 800:4200:20": "--speeds 2000:2200:100",
     "--speeds 800:4200:50": "--speeds 2000:2200:200",
     "--speeds 1200:3400:40": "--speeds 2000:2200:100",
     "--speeds 1500:8000:50": "--speeds 3000:3200:100",
-    "--speeds 500:700:50": "--speeds 600",
+    "--speeds 500:700:50": "--speeds 600 --resolution coarse",
     "--rpm 500:3000:50": "--rpm 1000:1100:50",
     "--speeds 1000:4000:50 --designs 30": "--speeds 2400:2800:200 --designs 4",
     "sweep liu-idler -o s.csv": "sweep liu-idler --speeds 2000:2200:100 -o s.csv",
@@ -77,6 +78,8 @@ FEWER_POINTS = {
     "--starts 2000": "--starts 200",
 }
 COARSER = {
+    "-o faulty.csv": "--resolution coarse -o faulty.csv",
+    "--torque 20 --contact": "--torque 20 --positions 8 --resolution coarse --contact",
     "sharing planetary-24-36-96": (
         "sharing planetary-24-36-96 --model 1 --resolution coarse"
     ),
