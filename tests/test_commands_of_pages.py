@@ -5,6 +5,7 @@ Files of the reader are those of GIVEN; what takes minutes is made shorter by SH
 
 from __future__ import annotations
 
+import re
 import shlex
 import shutil
 import sys
@@ -167,6 +168,12 @@ def pair_with_pitch_errors(page: str) -> str:
     return built_in_pair(page).replace("teeth = 38\n", f"teeth = 38\n{errors}")
 
 
+def measured_speeds(page: str) -> str:
+    """What the page's printf writes."""
+    (text,) = re.findall(r"^printf '(.*)' > measured.csv$", page_text(page), re.M)
+    return text.replace("\\n", "\n")
+
+
 def first_example(page: str) -> str:
     return blocks_of(page, "toml")[0]
 
@@ -191,6 +198,7 @@ GIVEN: dict[str, dict[str, Callable[[str], str]]] = {
     "docs/howto/signals.md": {"my-pair.toml": new_pair},
     "docs/howto/stiffness-table.md": {"my-pair.toml": new_pair},
     "docs/howto/internal-gears.md": {"ring.toml": first_example},
+    "docs/howto/rattle.md": {"measured.csv": measured_speeds},
     "docs/howto/rexs.md": {"gearbox.rexs": rexs_file},
     "docs/howto/clatter.md": {"my-gearbox.toml": new_gearbox},
 }
