@@ -7,6 +7,7 @@ over its base radius.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lumped
+from lumped.train import equilibrium
 from lumped.train.coordinates import train_coordinates
 from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.excitation import MeshExcitation, PairExcitation
@@ -29,8 +31,11 @@ SUN_MESH, RING_MESH, PIN = 3e8, 4e8, 2e8  # N/m
 TORQUE = 100.0  # N m
 
 
-def planetary(count: int, **bearings: float) -> lumped.Train:
-    """Sun drives, carrier is driven, ring is held; bearings by member [N/m]."""
+def planetary(count: int, load: float = TORQUE, **bearings: float) -> lumped.Train:
+    """Sun drives with the torque `load`, carrier is driven, ring is held.
+
+    bearings : stiffness by member [N/m]
+    """
 
     def support(member: str) -> dict:
         stiffness = bearings.get(member)
@@ -59,7 +64,7 @@ def planetary(count: int, **bearings: float) -> lumped.Train:
         ]
     return lumped.Train(
         gears=(
-            gear("sun", SUN, TORQUE),
+            gear("sun", SUN, load),
             *(gear(f"planet-{n + 1}", PLANET) for n in range(count)),
             gear("ring", -RING, held=True),
         ),
@@ -71,7 +76,7 @@ def planetary(count: int, **bearings: float) -> lumped.Train:
             angles=tuple(angles),
             inertia=1e-2,
             mass=2.0,
-            torque=-TORQUE * (SUN + RING) / SUN,
+            torque=-load * (SUN + RING) / SUN,
             **support("carrier"),
         ),
     )
@@ -81,16 +86,19 @@ def constant(value: float) -> Wave:
     return Wave(np.array([0.0, 1.0]), np.array([[value, 0.0, 0.0, 0.0]]))
 
 
-def shares(train: lumped.Train, errors) -> np.ndarray:
-    """Load shares at rest by the model."""
+def system_at(train: lumped.Train, errors) -> lumped.LumpedSystem:
     gaps = position_gaps(train, errors)
     stiffnesses = [SUN_MESH, RING_MESH] * (len(train.meshes) // 2)
     excitations = tuple(
         with_gap(MeshExcitation((PairExcitation(constant(k), constant(0.0)),), k), gap)
         for k, gap in zip(stiffnesses, gaps, strict=True)
     )
-    system = lumped.LumpedSystem(train, excitations)
-    sharing = load_sharing(train, mesh_forces_at_rest(system))
+    return lumped.LumpedSystem(train, excitations)
+
+
+def shares(train: lumped.Train, errors) -> np.ndarray:
+    """Load shares at rest by the model."""
+    sharing = load_sharing(train, mesh_forces_at_rest(system_at(train, errors)))
     force = TORQUE / SUN
     assert sharing.sun_force.sum() == pytest.approx(force, rel=1e-9)
     assert sharing.ring_force == pytest.approx(sharing.sun_force, abs=1e-6 * force)
@@ -178,6 +186,55 @@ def test_four_planets_of_a_floating_sun_share_in_opposite_pairs():
     factor = 2.0 * path_stiffness() * math.cos(ALPHA) * SUN / TORQUE
     expected = 0.25 - factor * (pairs - pairs.mean())
     assert shares(planetary(4, sun=1.0), errors) == pytest.approx(expected, rel=1e-6)
+
+
+SUN_BEARINGS = None, 1e-3, 1.0, 1e4, 1e8  # N/m
+
+
+def supported(seed: int) -> tuple[int, dict[str, float], np.ndarray]:
+    """Number of planets, bearings, and position errors [m] of a random set."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 7))
+    bearings = {
+        "sun": SUN_BEARINGS[seed % len(SUN_BEARINGS)],
+        "planet": rng.choice([None, PIN]),
+        "carrier": rng.choice([None, 5e8]),
+    }
+    present = {name: value for name, value in bearings.items() if value is not None}
+    return count, present, rng.uniform(-60e-6, 60e-6, count)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_forces_at_rest_do_not_depend_on_round_off(seed, monkeypatch):
+    """Nor do they where springs have none, as a sun that hardly has a bearing."""
+    count, bearings, errors = supported(seed)
+    train = planetary(count, **bearings)
+    expected = mesh_forces_at_rest(system_at(train, errors))
+    rng = np.random.default_rng(seed)
+    rounded = 0
+
+    def springs_with_round_off(system):
+        nonlocal rounded
+        rounded += 1
+        springs = springs_of(system)
+        noise = rng.uniform(-1.0, 1.0, springs.stiffness.shape)
+        noise *= 1e-15 * np.abs(springs.stiffness).max()
+        return replace(springs, stiffness=springs.stiffness + 0.5 * (noise + noise.T))
+
+    springs_of = equilibrium._springs
+    monkeypatch.setattr(equilibrium, "_springs", springs_with_round_off)
+    force = mesh_forces_at_rest(system_at(train, errors))
+    assert rounded == 1
+    assert force == pytest.approx(expected, abs=1e-6 * TORQUE / SUN)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_forces_at_rest_are_in_proportion_to_loads_and_gaps(seed):
+    count, bearings, errors = supported(seed)
+    expected = mesh_forces_at_rest(system_at(planetary(count, **bearings), errors))
+    lighter = planetary(count, load=1e-3 * TORQUE, **bearings)
+    force = mesh_forces_at_rest(system_at(lighter, 1e-3 * errors))
+    assert 1e3 * force == pytest.approx(expected, abs=1e-6 * TORQUE / SUN)
 
 
 def test_gaps_are_those_that_a_rotation_of_the_carrier_opens():

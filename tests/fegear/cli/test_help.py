@@ -12,12 +12,12 @@ from typing import Any, get_type_hints
 import pytest
 from cli_commands import commands
 from click import Context
+from page_commands import GUIDES, ROOT, commands_of, files_of
 from typer.testing import CliRunner
 
 from fegear.cli import app
 from fegear.files.errors import InputError
 
-ROOT = Path(__file__).parents[3]
 UNITS = (
     *(
         "N/m",
@@ -140,22 +140,12 @@ def test_a_spelling_of_earlier_versions_is_read_and_not_shown(
     assert f"{former} " not in COMMANDS[command].get_help(Context(COMMANDS[command]))
 
 
-def lines_of(page: str) -> list[str]:
-    """Commands in the blocks and tables of a page."""
-    text = (ROOT / page).read_text(encoding="utf-8")
-    blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    lines = [line for block in blocks for line in block.splitlines()]
-    lines += re.findall(r"^\| `(.*?)` \|", text, re.MULTILINE)
-    return [line.strip() for line in lines if line.strip().startswith("fegear ")]
-
-
-GUIDES = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("docs/**/*.md"))
 TUTORIALS = [page for page in GUIDES if page.startswith("docs/tutorials/")]
 
 
 @pytest.mark.parametrize("page", ["README.md", *GUIDES])
 def test_commands_in_the_documentation_can_be_typed(page):
-    lines = lines_of(page)
+    lines = commands_of(page)
     assert len(lines) > 5 or page not in ("README.md", "docs/gallery.md")
     for line in lines:
         parsed(line)
@@ -176,9 +166,8 @@ WRITES = {"-o", "--output", "--plot", "--contact", "--drawing", "--gears", ">"}
 @pytest.mark.parametrize("page", ["README.md", *TUTORIALS])
 def test_files_that_a_page_reads_are_there_before(page):
     """Each is written by a command above or is printed whole, with its name."""
-    text = (ROOT / page).read_text(encoding="utf-8")
-    existing = set(re.findall(r"^%%writefile (.*)$", text, re.MULTILINE))
-    for line in lines_of(page):
+    existing = set(files_of(page))
+    for line in commands_of(page):
         arguments = shlex.split(line, comments=True)
         outputs = {word for before, word in pairwise(arguments) if before in WRITES}
         inputs = {word for word in arguments if re.search(r"\w\.(toml|csv)$", word)}
