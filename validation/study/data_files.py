@@ -43,6 +43,16 @@ Edit = Annotated[str, AfterValidator(_require_edit)]
 Flag = Annotated[bool, Field(strict=True)]
 
 
+def few_speeds(text: str, count: int = 5) -> str:
+    """At most `count` of the speeds, evenly spread from the first to the last."""
+    speeds = parsed_speeds(text)
+    if len(speeds) <= count:
+        return text
+    last = len(speeds) - 1
+    places = [round(last * place / (count - 1)) for place in range(count)]
+    return ",".join(f"{speeds[place]:.12g}" for place in places)
+
+
 def edits_by_key(edits: Sequence[str]) -> dict[str, Any]:
     """Edits `KEY=VALUE` of a gear set as values by their keys."""
     pairs = [text.partition("=") for text in edits]
