@@ -3,6 +3,7 @@
     python tests/quick_figures.py            # records all figures
     python tests/quick_figures.py 3.6 4.10   # records these, and keeps the others
 
+The processor time of each is printed, so that one that is not quick is seen.
 The recorded values are not those of the sources: they show that nothing has changed.
 """
 
@@ -12,6 +13,7 @@ import json
 import math
 import sys
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -44,11 +46,12 @@ def quick_values(number: str, directory: Path) -> dict[str, dict[str, list[Any]]
 def main(numbers: Sequence[str]) -> None:
     recorded = json.loads(RECORDED.read_text()) if numbers else {}
     for number in numbers or figure_numbers():
-        print(number, flush=True)  # noqa: T201
+        begin = time.process_time()
         with tempfile.TemporaryDirectory() as directory:
             recorded[number] = _plain(quick_values(number, Path(directory)))
-    text = json.dumps(recorded, indent=1, sort_keys=True, allow_nan=False)
-    RECORDED.write_text(text + "\n")
+        text = json.dumps(recorded, indent=1, sort_keys=True, allow_nan=False)
+        RECORDED.write_text(text + "\n")
+        print(f"{number}: {time.process_time() - begin:.1f} s", flush=True)  # noqa: T201
 
 
 def _plain(value: Any) -> Any:

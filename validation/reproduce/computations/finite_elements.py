@@ -38,7 +38,7 @@ class ElementsPart(Part):
     directions: tuple[Direction, ...] = ("up", "down")
 
     def quick(self) -> Self:
-        return replace(self, speeds=few_speeds(self.speeds))
+        return replace(self, speeds=few_speeds(self.speeds, 2))
 
     def command(self, scene: Scene) -> Sequence[str]:
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []

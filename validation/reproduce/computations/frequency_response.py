@@ -71,9 +71,10 @@ class BranchesPart(Part):
 
     def quick(self) -> Self:
         low, high = self.between
+        middle, part = 0.5 * (low + high), 0.05 * (high - low)
         return replace(
             self,
-            between=(low, low + 0.1 * (high - low)),
+            between=(middle - part, middle + part),
             harmonics=min(self.harmonics, 5),
             starts=min(self.starts, 1),
         )

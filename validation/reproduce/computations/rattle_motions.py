@@ -44,7 +44,7 @@ class MotionsPart(Part):
     panels: tuple[Annotated[int, Field(ge=0, lt=SIDE * SIDE)], ...] = ()
 
     def quick(self) -> Self:
-        return replace(self, turns=40.0, last=10.0)
+        return replace(self, turns=12.0, last=6.0)
 
 
 def motions(part: MotionsPart, scene: MachineScene, report: Progress) -> PartResult:
