@@ -13,6 +13,7 @@ from pydantic import TypeAdapter
 from quick_figures import RECORDED, quick_values
 
 from validation.reproduce import figure_numbers, load_figure
+from validation.study.data_files import few_speeds, parsed_speeds
 
 RTOL, ATOL = 1e-4, 1e-9
 # values that depend on the last bit, by figure, part and value: only that they are
@@ -61,6 +62,22 @@ def test_quick_parts_are_allowed_in_a_file_as_well():
         for part in quick.part:
             checked = TypeAdapter(type(part)).validate_python(vars(part))
             assert checked == part
+
+
+@pytest.mark.parametrize(
+    ("speeds", "few"),
+    [
+        ("800:4200:20", (800.0, 1660.0, 2520.0, 3380.0)),
+        ("0.96:0.60:0.005", (0.96, 0.87, 0.78, 0.69, 0.6)),
+        ("1,2,4,8,16,32", (1.0, 4.0, 16.0)),
+        ("3:4:1", (3.0, 4.0)),
+    ],
+)
+def test_few_speeds_are_speeds_of_the_range(speeds, few):
+    text = few_speeds(speeds)
+    assert parsed_speeds(text) == few
+    assert set(few) <= set(parsed_speeds(speeds))
+    assert (":" in text) == (":" in speeds)
 
 
 def test_values_are_recorded_of_every_figure():
