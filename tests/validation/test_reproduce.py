@@ -611,6 +611,62 @@ def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch
     assert [figure["number"] for figure in values["figures"]] == [CHEAP]
 
 
+def test_a_figure_that_fails_holds_up_no_other(tmp_path, monkeypatch):
+    made = validation.reproduce.run_figure
+
+    def first_fails(figure, *others):
+        if figure.number == CHEAP:
+            raise AttributeError("no such\nattribute")
+        return made(figure, *others)
+
+    monkeypatch.setattr(validation.reproduce, "run_figure", first_fails)
+    out = tmp_path / "out"
+    ended = invoked(CHEAP, "table-2.2", "-o", str(out))
+    assert ended.exit_code == 1
+    assert f"{CHEAP} failed: AttributeError: no such attribute\n" in ended.stdout
+    assert f"1 of 2 figures failed: {CHEAP} (" in ended.stderr
+    values = json.loads((out / "report.json").read_text())
+    assert [figure["number"] for figure in values["figures"]] == ["table-2.2"]
+    assert "AttributeError: no such attribute" in (out / "index.html").read_text()
+    with pytest.raises(AttributeError):  # there is no other to go on with
+        invoked(CHEAP, "-o", str(out))
+
+
+def test_a_quick_page_says_so_and_compares_nothing(tmp_path):
+    out = tmp_path / "out"
+    ended = invoked("5.4", "--quick", "-o", str(out))
+    assert ended.stdout.splitlines()[0].startswith("quick: few points of every part")
+    assert "reproduce 5.4 --quick" in (out / "index.html").read_text()
+    assert "that of a quick run" in (out / "index.html").read_text()
+    values = json.loads((out / "report.json").read_text())
+    assert values["counts"] == []
+    rows = values["figures"][0]["printed"]
+    assert {row["verdict"] for row in rows} == {"quick, not compared"}
+    assert {row["error_percent"] for row in rows} == {None}
+    assert {row["computed"] is None for row in rows} == {False}
+
+
+def test_full_and_quick_figures_are_on_pages_of_their_own(tmp_path):
+    out = tmp_path / "out"
+    invoked(CHEAP, "-o", str(out))
+    with pytest.raises(InputError, match="its page is that of a full run, and a quick"):
+        invoked(CHEAP, "--quick", "-o", str(out))
+    quick = tmp_path / "quick"
+    invoked(CHEAP, "--quick", "-o", str(quick))
+    with pytest.raises(InputError, match="its page is that of a quick run, and a full"):
+        invoked("table-2.2", "-o", str(quick))
+    ended = invoked("table-2.2", "--quick", "-o", str(quick))
+    assert f"made before, and on the page as well: {CHEAP}" in ended.stdout
+
+
+def test_parts_of_a_quick_figure_are_stored_beside_full_ones(tmp_path):
+    full, quick = (load_figure("5.8", quick=flag) for flag in (False, True))
+    run_figure(quick, tmp_path)
+    assert find_figure(full, tmp_path) is None
+    (run,) = find_figure(quick, tmp_path).runs
+    assert len(run.result.curves[0].points) == 3
+
+
 def test_the_list_names_every_figure():
     shown = invoked("--list").stdout
     assert all(number in shown for number in figure_numbers())

@@ -15,6 +15,7 @@ from validation.study.printed import nearest
 LIMITS = (0.01, 0.05, 0.1)  # of the scale: how close values are counted
 EQUAL_RTOL = 1e-6  # of the scale
 NONE = math.nan
+QUICK = "quick, not compared"
 
 
 @dataclass(frozen=True)
@@ -22,12 +23,14 @@ class ReferenceCheck:
     """A reference and the computed value, NaN where there is none.
 
     value : of the reference; choices : computed values of which this is the nearest
+    judged : whether both are compared, which those of quick figures are not
     """
 
     reference: Reference
     value: Value
     computed: Value
     choices: int = 1
+    judged: bool = True
 
     @property
     def difference(self) -> float:
@@ -50,7 +53,12 @@ class ReferenceCheck:
 
     @property
     def relative_error(self) -> float:
-        """Difference over the scale, 0 of a bound that is kept, NaN if it is not."""
+        """Difference over the scale, 0 of a bound that is kept, NaN if it is not.
+
+        NaN where it is not judged.
+        """
+        if not self.judged:
+            return NONE
         if self.reference.bound:
             return 0.0 if self.is_met else NONE
         return abs(self.difference) / self.scale
@@ -59,6 +67,8 @@ class ReferenceCheck:
     def verdict(self) -> str:
         """`1.2 % apart`, `0.16 rad apart, 5.1 % of 3.142 rad`, `not met`."""
         reference = self.reference
+        if not self.judged:
+            return QUICK
         if math.isnan(_as_point(self.computed)[0]):
             return "none found"
         if reference.bound:
@@ -86,7 +96,7 @@ class ReferenceCheck:
                 f"of {reference.other_part.part}",
             ]
         reference_text = " ".join(filter(None, terms))
-        reason = f": {reference.reason}" if reference.reason else ""
+        reason = f": {reference.reason}" if reference.reason and self.judged else ""
         if math.isnan(_as_point(self.computed)[0]):
             return f"{reference.quantity}: {reference_text}, none found{reason}"
         among = f" (nearest of {self.choices})" if self.choices > 1 else ""
@@ -97,8 +107,10 @@ class ReferenceCheck:
         )
 
 
-def compare(reference: Reference, results: Results) -> ReferenceCheck:
-    """A reference and what its part found."""
+def compare(
+    reference: Reference, results: Results, judged: bool = True
+) -> ReferenceCheck:
+    """A reference and what its part found; judged : see `ReferenceCheck`."""
     values = read_values(results, reference.part, reference.value_name)
     value: Value = NONE
     if reference.other_part is not None:
@@ -111,7 +123,7 @@ def compare(reference: Reference, results: Results) -> ReferenceCheck:
     elif reference.value is not None:
         value = reference.value
     computed = _nearest(values, value, far=reference.scale is not None)
-    return ReferenceCheck(reference, value, computed, max(1, len(values)))
+    return ReferenceCheck(reference, value, computed, max(1, len(values)), judged)
 
 
 def _nearest(values: Sequence[Value], value: Value, far: bool = True) -> Value:
@@ -149,7 +161,7 @@ def count_lines(compared: Iterable[ReferenceCheck]) -> list[dict[str, Any]]:
 
     Lines that are neither within the last of LIMITS nor keep their bound are `beyond`.
     """
-    lines = list(compared)
+    lines = [check for check in compared if check.judged]
     rows = []
     for origin, (_, meaning) in ORIGINS.items():
         checks = [check for check in lines if check.reference.origin == origin]
@@ -175,7 +187,7 @@ def count_lines(compared: Iterable[ReferenceCheck]) -> list[dict[str, Any]]:
 
 def overview(compared: Sequence[ReferenceCheck]) -> Mapping[str, Any]:
     """The largest difference over its scale, and how many are not met or not found."""
-    errors = [check.relative_error for check in compared]
+    errors = [check.relative_error for check in compared if check.judged]
     finite_errors = [value for value in errors if not math.isnan(value)]
     return {
         "max_error_percent": 100.0 * max(finite_errors, default=NONE),

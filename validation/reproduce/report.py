@@ -17,21 +17,29 @@ from validation.study.provenance import provenance
 
 
 def report_values(
-    results: Sequence[FigureResult], output: Path, commands: Mapping[str, str]
+    results: Sequence[FigureResult],
+    output: Path,
+    commands: Mapping[str, str],
+    failed: Mapping[str, str],
+    quick: bool = False,
 ) -> dict[str, Any]:
     """All of a report as plain values; paths are relative to the output.
 
     commands : by the number of a figure what makes it again, by "" what makes all
+    failed : why a figure is missing, by its number
+    quick : whether its parts have few points
     """
     machines = {run.machine: None for result in results for run in result.runs}
     return {
         "command": commands[""],
+        "quick": quick,
         "about": {**dict(provenance()), "computed on": "; ".join(machines)},
         "counts": count_lines(check for result in results for check in result.compared),
         "figures": [
             figure_values(result, output) | {"command": commands[result.figure.number]}
             for result in results
         ],
+        "failed": [{"number": n, "reason": reason} for n, reason in failed.items()],
     }
 
 

@@ -89,7 +89,10 @@ class FigureResult:
     def compared(self) -> tuple[ReferenceCheck, ...]:
         """Every reference and what its part found."""
         results = {run.part.own_name: run.result for run in self.runs}
-        return tuple(compare(reference, results) for reference in self.figure.printed)
+        judged = not self.figure.is_quick
+        return tuple(
+            compare(reference, results, judged) for reference in self.figure.printed
+        )
 
 
 def _joined(*texts: str) -> str:

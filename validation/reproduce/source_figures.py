@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -72,6 +72,8 @@ class SourceFigure(TrainOverrides):
     ]
     printed: tuple[Reference, ...] = ()
 
+    is_quick: ClassVar[bool] = False
+
     @property
     def parts(self) -> dict[str, Part]:
         """Parts by their names."""
@@ -90,6 +92,18 @@ class SourceFigure(TrainOverrides):
             relative=self.relative,
             quantity=self.quantity,
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuickFigure(SourceFigure):
+    """A figure whose parts have few points, so that no reference is compared."""
+
+    is_quick: ClassVar = True
+
+    @classmethod
+    def of(cls, figure: SourceFigure) -> QuickFigure:
+        parts = tuple(part.quick() for part in figure.part)
+        return cls(**(vars(figure) | {"part": parts}))
 
 
 _FILE = DataFile(SourceFigure, {"part": KINDS, "printed": Reference})
@@ -115,8 +129,11 @@ def _place(number: str) -> tuple[int, int, int, str]:
 
 
 @cache
-def load_figure(number: str) -> SourceFigure:
-    """Raises InputError if there is none, or if its file holds another one."""
+def load_figure(number: str, quick: bool = False) -> SourceFigure:
+    """Raises InputError if there is none, or if its file holds another one.
+
+    quick : whether its parts have few points
+    """
     numbers = figure_numbers()
     if number not in numbers:
         raise InputError(
@@ -129,7 +146,7 @@ def load_figure(number: str) -> SourceFigure:
         raise InputError(
             f"{file}: number = {figure.number}; must be {number}, as its name"
         )
-    return figure
+    return QuickFigure.of(figure) if quick else figure
 
 
 @dataclass(frozen=True, kw_only=True)

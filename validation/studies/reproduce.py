@@ -10,7 +10,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from fegear.files.errors import InputError
+from fegear.files.errors import InputError, one_line
 from fegear.files.output import make_directory, require_writable
 from fegear.studies.page import Page, RowTable
 from fegear.studies.study import (
@@ -46,8 +46,9 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
     """Figures and tables of the sources, recomputed.
 
     Computed values are compared with the printed ones. Where they differ, the reason is
-    given, and the exit code is 0. The same command resumes an interrupted run; figures
-    that its directory already holds stay on the page.
+    given, and the exit code is 0; it is 1 where a figure fails, after all others are
+    made. The same command resumes an interrupted run; figures that its directory
+    already holds stay on the page.
     """
 
     pictures = NO_PICTURES
@@ -60,6 +61,11 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
     every: bool = setting(False, "Make all figures and tables.", option="--all")
     listed: bool = setting(
         False, "List what can be made, and make nothing.", option="--list"
+    )
+    quick: bool = setting(
+        False,
+        "Check that every part of the figures still runs: each is computed at a few "
+        "speeds, cells or starts, and its values are not compared with the sources.",
     )
     directory: str = setting(
         DEFAULT,
@@ -75,7 +81,8 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         numbers = tuple(number.strip() for number in self.numbers)
         object.__setattr__(self, "numbers", numbers)
         if self.listed:
-            for name, usual in (("directory", DEFAULT), ("every", False)):
+            defaults = ("directory", DEFAULT), ("every", False), ("quick", False)
+            for name, usual in defaults:
                 if getattr(self, name) != usual:
                     raise refusal(self, name, "{listed} makes nothing")
 
@@ -100,6 +107,15 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
             yield Task("list", self._list)
             return
         chosen, output = self.chosen, Path(self.directory)
+        earlier = is_quick_report(output / REPORT)
+        if earlier not in (None, self.quick):
+            kinds = {True: "a quick run", False: "a full run"}
+            raise refusal(
+                self,
+                "directory",
+                f"its page is that of {kinds[not self.quick]}, and {kinds[self.quick]} "
+                "needs another directory",
+            )
         store = make_directory(make_directory(output) / "runs")
         for name in WRITTEN:
             require_writable(output / name)
@@ -114,17 +130,24 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         report, output = interrupted_by(job), Path(self.directory)
         earlier = [n for n in numbers_of(output / REPORT) if n not in chosen]
         results: list[FigureResult] = []
+        failed: dict[str, str] = {}
         try:
             for number in chosen:
-                figure = load_figure(number)
-                results.append(reproduce.run_figure(figure, store, report))
+                figure = load_figure(number, self.quick)
+                try:
+                    results.append(reproduce.run_figure(figure, store, report))
+                except Exception as error:
+                    if len(chosen) == 1:
+                        raise
+                    failed[number] = in_one_line(error)
         except KeyboardInterrupt:
             if not results:
                 return None
-        finished = len(results) == len(chosen)
-        results = with_earlier(results, earlier, store)
+        finished = len(results) + len(failed) == len(chosen)
+        results = with_earlier(results, earlier, store, self.quick)
         made = [result.figure.number for result in results]
-        values = report_values(results, output, self._commands(made))
+        commands = self._commands(made)
+        values = report_values(results, output, commands, failed, self.quick)
         write_report(values, results, output, report if finished else silent)
         return ReproductionResult(self, values, tuple(earlier), finished)
 
@@ -139,6 +162,20 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         return {number: command(number) for number in made} | {"": command(*made)}
 
 
+def in_one_line(error: Exception) -> str:
+    """What an error says, with its kind unless a reader's input is the cause."""
+    kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+    return one_line(f"{kind}{error}")
+
+
+def is_quick_report(report: Path) -> bool | None:
+    """Whether a report is that of a quick run; None where it cannot be read."""
+    try:
+        return bool(json.loads(report.read_text(encoding="utf-8")).get("quick", False))
+    except (OSError, ValueError, AttributeError):
+        return None
+
+
 def numbers_of(report: Path) -> list[str]:
     """Numbers of the figures in a report, none where it cannot be read."""
     try:
@@ -150,10 +187,10 @@ def numbers_of(report: Path) -> list[str]:
 
 
 def with_earlier(
-    results: Sequence[FigureResult], earlier: Sequence[str], store: Path
+    results: Sequence[FigureResult], earlier: Sequence[str], store: Path, quick: bool
 ) -> list[FigureResult]:
     """Results with earlier ones that are still valid, in the order of the source."""
-    stored = [find_figure(load_figure(number), store) for number in earlier]
+    stored = [find_figure(load_figure(number, quick), store) for number in earlier]
     valid = [result for result in stored if result is not None]
     order = figure_numbers().index
     return sorted([*results, *valid], key=lambda result: order(result.figure.number))
@@ -169,7 +206,21 @@ class ReproductionResult(StudyResult):
     study: Reproduction
     values: dict[str, Any]
     earlier: tuple[str, ...]
-    complete: bool
+    finished: bool
+
+    @property
+    def complete(self) -> bool:
+        return self.finished and not self.values["failed"]
+
+    @property
+    def failure(self) -> str:
+        failed = [row["number"] for row in self.values["failed"]]
+        if not (self.finished and failed):
+            return ""
+        return (
+            f"{len(failed)} of {len(self.study.chosen)} figures failed: "
+            f"{', '.join(failed)} (fegear reproduce NUMBER --debug shows a traceback)"
+        )
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -188,6 +239,8 @@ class ReproductionResult(StudyResult):
 
     def page(self) -> Page:
         figures = {figure["number"]: figure for figure in self.values["figures"]}
+        if self.study.quick:
+            yield "quick: few points of every part, no value compared with the sources"
         for number in self.study.chosen:
             if number in figures:
                 yield from _lines(figures[number])
@@ -205,6 +258,8 @@ class ReproductionResult(StudyResult):
             yield f"made before, and on the page as well: {', '.join(valid)}"
         if gone:
             yield f"left out, for the program or their data changed: {', '.join(gone)}"
+        for row in self.values["failed"]:
+            yield f"{row['number']} failed: {row['reason']}"
         output = Path(self.study.directory)
         yield f"wrote {', '.join(str(output / name) for name in WRITTEN)}"
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from decimal import Decimal
 from functools import cached_property
 from typing import Annotated, Any, Generic, TypeVar
 
@@ -41,6 +43,18 @@ Positive = Annotated[Number, Field(gt=0.0, lt=1e9)]
 Speeds = Annotated[str, AfterValidator(_require_speeds)]
 Edit = Annotated[str, AfterValidator(_require_edit)]
 Flag = Annotated[bool, Field(strict=True)]
+
+
+def few_speeds(text: str, count: int = 5) -> str:
+    """At most `count` of the speeds, evenly spread: a range stays one."""
+    speeds = parsed_speeds(text)
+    stride = math.ceil((len(speeds) - 1) / (count - 1))
+    if stride <= 1:
+        return text
+    if "," not in text:
+        start, end, step = text.split(":")
+        return f"{start}:{end}:{stride * Decimal(step)}"
+    return ",".join(f"{speed:.12g}" for speed in speeds[::stride])
 
 
 def edits_by_key(edits: Sequence[str]) -> dict[str, Any]:

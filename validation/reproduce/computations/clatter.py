@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,9 @@ class ClatterPart(Part):
     settle: Count = 20
     periods: Count = 12
     exponent_over: Count = 1000
+
+    def quick(self) -> Self:
+        return replace(self, settle=2, periods=2, exponent_over=20)
 
     def command(self, scene: NoScene) -> Sequence[str]:
         return ["clatter", self.gearbox, "--chaos", "--plot", "motion.png"]

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -172,6 +172,9 @@ class LimitsPart(Part):
     kind: Literal["eccentric_limits"] = "eccentric_limits"
     ratios: Annotated[tuple[Lobes, ...], Field(min_length=1)] = (1, 2, 3)
     angles_deg: Annotated[tuple[Degrees, ...], Field(min_length=1)]
+
+    def quick(self) -> Self:
+        return replace(self, angles_deg=self.angles_deg[::7])
 
 
 def limits(part: LimitsPart, scene: NoScene, report: Progress) -> PartResult:

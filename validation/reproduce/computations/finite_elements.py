@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
-from fegear.studies.dynamics import Dynamics
+from fegear.studies.dynamics import Dynamics, DynamicsResult
 from fegear.studies.running import run
 from fegear.studies.trains import GearSetRef
 from lumped.common.progress import Progress
@@ -21,7 +21,7 @@ from validation.reproduce.computations.frequency_response import (
 )
 from validation.reproduce.parts import Part, PartResult
 from validation.reproduce.scene import Scene, excitations_of
-from validation.study.data_files import Speeds, parsed_speeds
+from validation.study.data_files import Speeds, few_speeds, parsed_speeds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +36,9 @@ class ElementsPart(Part):
     kind: Literal["elements"] = "elements"
     speeds: Speeds
     directions: tuple[Direction, ...] = ("up", "down")
+
+    def quick(self) -> Self:
+        return replace(self, speeds=few_speeds(self.speeds, 2))
 
     def command(self, scene: Scene) -> Sequence[str]:
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
@@ -55,7 +58,7 @@ def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
         translations=scene.translations,
         direction=part.directions[0] if len(part.directions) == 1 else "both",
     )
-    result = run(study, progress=report)
+    result: DynamicsResult = run(study, progress=report)
     swept = [branch for _, branch in result.branches]
     require_finished(swept)
     return swept_result(scene, swept)

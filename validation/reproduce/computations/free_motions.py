@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from lumped.stability.periodic import PeriodicSystem, periodic_system
 from lumped.train.system import LumpedSystem
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
-from validation.study.data_files import Speeds, parsed_speeds
+from validation.study.data_files import Speeds, few_speeds, parsed_speeds
 
 Array = NDArray[np.float64]
 SAMPLES = 16  # of a common period
@@ -36,6 +36,9 @@ class FreeMotionsPart(Part):
     kind: Literal["free_motions"] = "free_motions"
     speeds: Speeds
     periods: Annotated[int, Field(strict=True, ge=8, le=10_000)] = 200
+
+    def quick(self) -> Self:
+        return replace(self, speeds=few_speeds(self.speeds, 2), periods=20)
 
 
 def free_motions(part: FreeMotionsPart, scene: Scene, report: Progress) -> PartResult:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
 from fegear.figures.theory import response_points
-from fegear.studies.branches import Branches
+from fegear.studies.branches import Branches, BranchesResult
 from fegear.studies.running import run
-from fegear.studies.sweep import Sweep
-from fegear.studies.theory import Theory
+from fegear.studies.sweep import Sweep, SweepResult
+from fegear.studies.theory import Theory, TheoryResult
 from fegear.studies.trains import GearSetRef
 from lumped.branches.periodic import BranchSettings, PeriodicBranch
 from lumped.closed_forms import separation_angle
@@ -37,7 +37,7 @@ from validation.reproduce.parts import (
     Style,
 )
 from validation.reproduce.scene import Scene
-from validation.study.data_files import Number, Speeds, parsed_speeds
+from validation.study.data_files import Number, Speeds, few_speeds, parsed_speeds
 
 Frequency = Annotated[Number, Field(gt=0.0, lt=1e6)]
 PartValues = dict[str, tuple[float, ...]]
@@ -69,6 +69,16 @@ class BranchesPart(Part):
     period_multiple: Annotated[int, Field(strict=True, ge=1, le=64)] = 2
     starts: Annotated[int, Field(strict=True, ge=0, le=1000)] = 0
 
+    def quick(self) -> Self:
+        low, high = self.between
+        middle, part = 0.5 * (low + high), 0.05 * (high - low)
+        return replace(
+            self,
+            between=(middle - part, middle + part),
+            harmonics=min(self.harmonics, 5),
+            starts=min(self.starts, 1),
+        )
+
     def command(self, scene: Scene) -> Sequence[str]:
         low, high = (f"{scene.unit_Hz * value:.6g}" for value in self.between)
         more = ["--harmonics", str(self.harmonics)] if self.harmonics != 20 else []
@@ -98,7 +108,7 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
             starts=part.starts,
         ),
     )
-    result = run(study, progress=report)
+    result: BranchesResult = run(study, progress=report)
     if not result.complete:
         raise KeyboardInterrupt
     curves = [
@@ -164,6 +174,9 @@ class SweepPart(Part):
     directions: tuple[Direction, ...] = ("up", "down")
     style: Style | None = None
 
+    def quick(self) -> Self:
+        return replace(self, speeds=few_speeds(self.speeds))
+
     @property
     def direction(self) -> Literal["up", "down", "both"]:
         return self.directions[0] if len(self.directions) == 1 else "both"
@@ -191,7 +204,7 @@ def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
         model=scene.model,
         direction=part.direction,
     )
-    result = run(study, progress=report)
+    result: SweepResult = run(study, progress=report)
     swept = [branch for _, branch in result.branches]
     require_finished(swept)
     return swept_result(scene, swept, part.style)
@@ -289,7 +302,7 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
     study = Theory(
         gear_set=GearSetRef.of(scene.gear_set), torque=scene.torque, model=scene.model
     )
-    result = run(study)
+    result: TheoryResult = run(study)
     unit = scene.unit_Hz
     low, high = part.between
     shown = [p for p in result.predictions if low <= p.resonance.at / unit <= high]

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from fegear.studies.motion import Motion
+from fegear.studies.motion import Motion, MotionResult
 from fegear.studies.running import run
 from fegear.studies.trains import GearSetRef
 from lumped.common.progress import Progress
@@ -82,8 +82,8 @@ def _motion(part: ForcesPart, scene: Scene, report: Progress) -> TimeHistory:
         from_speed=first,
         model=scene.model,
     )
-    motion: TimeHistory = run(study, progress=report).motion
-    return motion
+    result: MotionResult = run(study, progress=report)
+    return result.motion
 
 
 def _over_damping(

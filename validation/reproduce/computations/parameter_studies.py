@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,11 +36,12 @@ from lumped.train.system import LumpedSystem
 from validation.reproduce.computations.frequency_response import require_finished
 from validation.reproduce.parts import Curve, Part, PartResult, Value
 from validation.reproduce.scene import CONTACT_RATIO, DELAY, LEAD, Scene
-from validation.study.data_files import STRICT, Number, Speeds
+from validation.study.data_files import STRICT, Number, Speeds, few_speeds
 
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
 MICRO = 1e6
+QUICK_COUNT = 3  # of values over a parameter in a quick part
 MIN_VALUES = 3  # speeds of a sweep at which a subharmonic is seen to grow
 
 
@@ -76,6 +77,9 @@ class Over:
     low: Number
     high: Number
     count: Annotated[int, Field(strict=True, ge=2, le=1000)]
+
+    def quick(self) -> Self:
+        return replace(self, count=min(self.count, QUICK_COUNT))
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -161,6 +165,10 @@ class MapPart(Part):
         if (self.at is None) == (not self.band):
             raise ValueError("at or band is needed, not both")
 
+    def quick(self) -> Self:
+        over = tuple(over.quick() for over in self.over)
+        return replace(self, over=over, band=few_speeds(self.band))
+
     def evaluation(self, unit: float) -> Callable[[LumpedSystem], Cell]:
         if self.at is not None:
             return partial(respond_at, unit * self.at, Settings())
@@ -228,6 +236,9 @@ class TheoryMapPart(Part):
     order: Order = "1"
     at_peak: bool = False
 
+    def quick(self) -> Self:
+        return replace(self, over=tuple(over.quick() for over in self.over))
+
 
 def theory_map(part: TheoryMapPart, scene: Scene, report: Progress) -> PartResult:
     """Find the largest and the smallest RMS, and their positions."""
@@ -285,6 +296,9 @@ class IndicatorsPart(Part):
     kind: Literal["indicators"] = "indicators"
     over: Over
     resonances: Annotated[tuple[tuple[Mode, Order], ...], Field(min_length=1)]
+
+    def quick(self) -> Self:
+        return replace(self, over=self.over.quick())
 
 
 def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResult:
@@ -358,6 +372,9 @@ class WidthPart(Part):
     order: Order = "1/2"
     mesh: MeshNumber = 1
     band: Speeds
+
+    def quick(self) -> Self:
+        return replace(self, over=self.over.quick(), band=few_speeds(self.band))
 
 
 def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:

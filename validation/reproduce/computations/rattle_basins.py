@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,9 @@ class BasinsPart(Part):
     times: Speeds = (0.0, 1.0)
     iterations: Annotated[int, Field(strict=True, ge=100, le=1_000_000)] = 1499
     marks: Flag = True
+
+    def quick(self) -> Self:
+        return replace(self, grid=8, iterations=min(self.iterations, 500))
 
     def command(self, scene: MachineScene) -> Sequence[str]:
         low, high = self.velocity
@@ -166,6 +169,9 @@ class BoundariesPart(Part):
     times: Speeds = (0.0, 1.0)
     locate: Flag = False
 
+    def quick(self) -> Self:
+        return replace(self, length=1.0, preimages=min(self.preimages, 1))
+
     def command(self, scene: MachineScene) -> Sequence[str]:
         return (
             *("rattle", "manifold", scene.name, *_figures(scene)),
@@ -268,6 +274,9 @@ class LimitPart(Part):
     exponents: tuple[Number, ...]
     grid: Side = 60
     velocity: Speeds = (0.0, 7.0)
+
+    def quick(self) -> Self:
+        return replace(self, exponents=self.exponents[:2], grid=8)
 
 
 def limit(part: LimitPart, scene: MachineScene, report: Progress) -> PartResult:

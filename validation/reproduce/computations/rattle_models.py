@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +74,9 @@ class QuietPart(Part):
     style: Style = "line"
     bound: str = ""
     tuned: Number | None = None
+
+    def quick(self) -> Self:
+        return replace(self, over=replace(self.over, count=min(self.over.count, 3)))
 
     def command(self, scene: MachineScene) -> Sequence[str]:
         return () if scene.overrides else ("rattle", "critical", scene.name)

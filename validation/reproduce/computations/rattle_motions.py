@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -42,6 +42,9 @@ class MotionsPart(Part):
     turns: Positive = 2000.0
     last: Positive = 20.0
     panels: tuple[Annotated[int, Field(ge=0, lt=SIDE * SIDE)], ...] = ()
+
+    def quick(self) -> Self:
+        return replace(self, turns=12.0, last=6.0)
 
 
 def motions(part: MotionsPart, scene: MachineScene, report: Progress) -> PartResult:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +70,9 @@ class OrbitSearchPart(Part):
     highest: Number = 7.0
     names: Names = ()
 
+    def quick(self) -> Self:
+        return replace(self, starts=1, doublings=min(self.doublings, 1))
+
     def search(self, runs: int = 0) -> OrbitSearch:
         return OrbitSearch(
             figure=self.over.figure,
@@ -91,6 +94,9 @@ class OrbitBranchesPart(OrbitSearchPart):
     kind: Literal["orbit_branches"] = "orbit_branches"
     runs: Count = 0
 
+    def quick(self) -> Self:
+        return replace(super().quick(), runs=min(self.runs, 3))
+
 
 @dataclass(frozen=True, kw_only=True)
 class ExistencePart(OrbitSearchPart):
@@ -105,6 +111,9 @@ class ExistencePart(OrbitSearchPart):
     against: ParameterRange
     slices: Annotated[tuple[Number, ...], Field(min_length=1)]
 
+    def quick(self) -> Self:
+        return replace(super().quick(), slices=self.slices[:1])
+
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitMotionsPart(Part):
@@ -117,6 +126,9 @@ class OrbitMotionsPart(Part):
     names: Annotated[Names, Field(min_length=1)]
     highest: Number = 7.0
     turns: Count = 4
+
+    def quick(self) -> Self:
+        return replace(self, turns=1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,6 +146,9 @@ class SettledRattlePart(Part):
     highest: Number = 7.0
     iterations: Annotated[int, Field(strict=True, ge=100, le=1_000_000)] = 20_000
     turns: Count = 20
+
+    def quick(self) -> Self:
+        return replace(self, starts=min(self.starts, 4), iterations=1000, turns=2)
 
 
 def orbit_branches(

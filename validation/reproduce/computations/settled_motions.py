@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -16,7 +16,7 @@ from lumped.steady.settings import Settings
 from lumped.steady.sweep import Direction, reporting_observer
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
-from validation.study.data_files import Flag, Speeds, parsed_speeds
+from validation.study.data_files import Flag, Speeds, few_speeds, parsed_speeds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +35,9 @@ class AttractorsPart(Part):
     direction: Direction = "down"
     sections: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 100
     last_map: Flag = False
+
+    def quick(self) -> Self:
+        return replace(self, speeds=few_speeds(self.speeds, 2), sections=10)
 
     def command(self, scene: Scene) -> Sequence[str]:
         if scene.friction:  # fegear bifurcations has none

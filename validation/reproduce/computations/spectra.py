@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from lumped.steady.sweep import SweepPoint, continue_sweep
 from validation.reproduce.computations.finite_elements import element_stepper
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
-from validation.study.data_files import Flag, Speeds, parsed_speeds
+from validation.study.data_files import Flag, Speeds, few_speeds, parsed_speeds
 
 Array = NDArray[np.float64]
 HIGH, LOW = 0.05, 1e-4  # of the largest amplitude: high peaks, and all
@@ -43,6 +43,9 @@ class SpectraPart(Part):
     periods: Annotated[int, Field(strict=True, ge=8, le=4096)] = 128
     up_to: Annotated[float, Field(gt=0.0, lt=1e3)] = 6.0
     elements: Flag = False
+
+    def quick(self) -> Self:
+        return replace(self, speeds=few_speeds(self.speeds, 2), periods=8)
 
 
 def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:

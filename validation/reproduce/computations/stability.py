@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from lumped.stability.periodic import PeriodicSystem, periodic_system
 from validation.reproduce.computations.parameter_studies import Over
 from validation.reproduce.parts import Curve, Part, PartResult, Style
 from validation.reproduce.scene import CONTACT_RATIO, Scene
-from validation.study.data_files import Flag, Speeds, parsed_speeds
+from validation.study.data_files import Flag, Speeds, few_speeds, parsed_speeds
 
 COMBINATION = r"[^.]+\.(expected_)?(low|high|width)"
 
@@ -40,6 +40,10 @@ class StabilityPart(Part):
     speeds: Speeds
     traced: Flag = True
     only: tuple[str, ...] = ()
+
+    def quick(self) -> Self:
+        speeds = few_speeds(self.speeds, 30)
+        return replace(self, over=self.over.quick(), speeds=speeds)
 
     def command(self, scene: Scene) -> Sequence[str]:
         low, high, step = (scene.unit_Hz * float(v) for v in self.speeds.split(":"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,6 +153,9 @@ class HarmonicsPart(Part):
     kind: Literal["harmonics"] = "harmonics"
     over: Over
     orders: Annotated[int, Field(strict=True, ge=1, le=50)] = 6
+
+    def quick(self) -> Self:
+        return replace(self, over=self.over.quick())
 
 
 def harmonics(part: HarmonicsPart, scene: Scene, report: Progress) -> PartResult:
