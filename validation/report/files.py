@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fegear.files.output import make_directory, strict_json, write_text
+from fegear.files.output import make_directory, read_text, strict_json, write_text
 from lumped.common.csv_text import format_records
 from lumped.common.progress import Progress, silent
 from validation.pages import SavedFigure, filled, save_figure
@@ -50,6 +51,14 @@ def write_report(
     write_text(output / "index.html", filled("report.html", **shown))
     write_text(output / "report.json", strict_json(values))
     return output / "index.html"
+
+
+def is_quick_report(path: Path) -> bool:
+    """Whether a report.json is one of quick runs."""
+    try:
+        return bool(json.loads(read_text(path)).get("quick"))
+    except (ValueError, AttributeError):  # no report
+        return False
 
 
 class Drawn(NamedTuple):
