@@ -108,7 +108,9 @@ def benched(subject: str, directory: Path) -> Values:
 def ablated(gear_set: str) -> Values:
     """Largest errors of the models of an ablation at three speeds."""
     study = Ablation(
-        gear_set=GearSetRef(name=gear_set), torque=100.0, speeds=(1700.0, 1800.0, 1900.0)
+        gear_set=GearSetRef(name=gear_set),
+        torque=100.0,
+        speeds=(1700.0, 1800.0, 1900.0),
     )
     result = run(study)
     assert result.complete
@@ -133,7 +135,11 @@ def _numbers(name: str, value: Any) -> Values:
         return {} if _is_time(name) else {name: float(value)}
     else:
         return {}
-    return {k: v for key, entry in entries for k, v in _numbers(f"{name}/{key}", entry).items()}
+    return {
+        inner: number
+        for key, entry in entries
+        for inner, number in _numbers(f"{name}/{key}", entry).items()
+    }
 
 
 def _is_time(name: str) -> bool:
@@ -186,7 +192,7 @@ ABLATED = ("liu-pair",)
 
 
 def recorded_values() -> dict[str, dict[str, float | None]]:
-    """Recorded values by run and name; None where a value is not finite or is not compared."""
+    """Recorded values by run and name; None of those that are not compared."""
     return json.loads(RECORDED.read_text()) if RECORDED.exists() else {}
 
 

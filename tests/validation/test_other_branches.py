@@ -97,8 +97,16 @@ def test_random_sets_and_cases_have_one_mechanism():
 @pytest.mark.parametrize(
     ("loss", "multiple", "cause"),
     [
-        (0.3, 1, "another branch, perhaps: model and finite elements differ in whether"),
-        (0.0, 2, "another branch, perhaps: model and finite elements repeat after diff"),
+        (
+            0.3,
+            1,
+            "another branch, perhaps: model and finite elements differ in whether",
+        ),
+        (
+            0.0,
+            2,
+            "another branch, perhaps: model and finite elements repeat after diff",
+        ),
         (0.0, 1, OFF),
     ],
 )

@@ -13,6 +13,7 @@ from lumped.common.progress import Progress, silent
 from validation.pages import SavedFigure, filled, save_figure
 from validation.report import figures
 from validation.report.tables import report_tables
+from validation.report.totals import SUMMARY, totals_of
 from validation.study.budget import budget_of
 from validation.study.runs import CaseResult
 from validation.study.tasks import FE
@@ -49,6 +50,8 @@ def write_report(
     shown = {**values, "figures": drawn, "cost_figure": cost, "fe": FE}
     write_text(output / "report.md", filled("report.md", **shown))
     write_text(output / "index.html", filled("report.html", **shown))
+    if not values["quick"]:
+        write_text(output / SUMMARY, strict_json(totals_of(values)))
     write_text(output / "report.json", strict_json(values))
     return output / "index.html"
 
