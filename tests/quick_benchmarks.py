@@ -23,8 +23,8 @@ def answer_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _instead(name: str) -> Any:
-    def measure(*args: Any) -> Any:
-        row = {"asked": repr(args[:-1])}  # without the report of progress
+    def measure(*args: Any, sizes: Any) -> Any:
+        row = {"asked": repr((*args[:-1], sizes))}  # without the report of progress
         panel = bench.Panel("x", "y", [bench.CostCurve(name, "o", [(1.0, 1.0)])])
         tables = {"points": [row]}
         return bench.Benchmark(name, name, name, tables=tables, panels=[panel])

@@ -11,7 +11,9 @@ from validation.random_sets.measuring import COUPLED_UP, REFERENCE, Measured
 SOURCES = REFERENCE, COUPLED_UP
 
 
-def measure_quickly(gear_set: GearSet, number: int, report: Progress) -> Measured:
+def measure_quickly(
+    gear_set: GearSet, number: int, report: Progress, count: int
+) -> Measured:
     """Numbers of the gear set; the second one fails. The warning is the process."""
     if number == 1:
         raise ArithmeticError("no static equilibrium")

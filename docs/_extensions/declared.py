@@ -8,6 +8,7 @@ Directives, each with the name of what is listed as its argument:
     ```{codes} W
     ```{materials}
     ```{public-names} lumped
+    ```{validation-totals}
 """
 
 from __future__ import annotations
@@ -148,6 +149,21 @@ def public_names(package: str) -> Lines:
         yield from (f".. auto{kind}:: {package}.{name}", *members, "```", "")
 
 
+def validation_totals(_: str) -> Lines:
+    """How many metrics the models meet, by the committed run of all cases."""
+    from validation.report.totals import committed_totals
+
+    totals = committed_totals()
+    coupled, first = (totals["models"][f"model-{name}"] for name in ("coupled", "1"))
+    made = totals["made"]
+    yield (
+        f"In the {coupled['cases']} cases that include it the coupled model meets "
+        f"{coupled['within']} of {coupled['of']} metrics, and model 1 meets "
+        f"{first['within']} of {first['of']} (`fegear validate --all`, {made['date']}, "
+        f"fegear {made['fegear']})."
+    )
+
+
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
     yield f"| {' | '.join(head)} |"
     yield f"|{'---|' * len(head)}"
@@ -189,6 +205,7 @@ DIRECTIVES = {
     "codes": code_sections,
     "materials": material_table,
     "public-names": public_names,
+    "validation-totals": validation_totals,
 }
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from validation.bench import bench_branches
 from validation.bench.bench_branches import (
+    FULL,
     beside_sweeps,
     branch_point,
     followed,
@@ -31,11 +33,8 @@ def finder(system):
 
 
 @pytest.mark.slow
-def test_stable_motions_are_those_of_sweeps_and_jumps_are_bifurcations(
-    finder, monkeypatch
-):
-    monkeypatch.setattr(bench_branches, "SPEED_STEPS", 60)
-    rows = list(beside_sweeps(finder))
+def test_stable_motions_are_those_of_sweeps_and_jumps_are_bifurcations(finder):
+    rows = list(beside_sweeps(finder, replace(FULL, speeds=60)))
     assert [row.direction for row in rows] == ["up", "down"]
     for row in rows:
         assert row.compared > 50
@@ -44,18 +43,17 @@ def test_stable_motions_are_those_of_sweeps_and_jumps_are_bifurcations(
     assert sum(row.jumps for row in rows) >= 2
 
 
-def test_disturbances_do_what_multipliers_say(finder, monkeypatch):
-    monkeypatch.setattr(bench_branches, "DRAWN", 12)
-    counts = stability(finder, np.random.default_rng(2))
+def test_disturbances_do_what_multipliers_say(finder):
+    counts = stability(finder, np.random.default_rng(2), replace(FULL, drawn=12))
     assert counts.decided == counts.agree == 12
     assert 0 < counts.stable < 12
 
 
-def test_harmonics_cost_time_and_bring_accuracy(system, monkeypatch):
-    monkeypatch.setattr(bench_branches, "SAMPLED", 10)
-    few, many = (branch_point(system, LIMITS, harmonics) for harmonics in (6, 24))
+def test_harmonics_cost_time_and_bring_accuracy(system):
+    sizes = replace(FULL, sampled=10)
+    few, many = (branch_point(system, LIMITS, h, sizes) for h in (6, 24))
     assert many.error_median < 0.02 * few.error_median
-    swept = sweep_point(system, LIMITS, 64)
+    swept = sweep_point(system, LIMITS, 64, sizes)
     assert 0.0 < swept.error_median < 5e-3
     panel = time_panel([few, many, swept])
     assert [curve.label for curve in panel.curves] == ["branches", "sweep, rk4"]

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import groupby
 
-from validation.bench import bench_clatter
 from validation.bench import benchmark as bench
-from validation.bench.bench_clatter import measure
+from validation.bench.bench_clatter import FULL, measure
 
 
 def no_progress(stage: str, done: int, total: int) -> None: ...
 
 
-def test_errors_fall_with_the_tolerance(monkeypatch):
-    monkeypatch.setattr(bench_clatter, "TIMED", 1000)
-    points = measure(no_progress).tables[bench.POINTS]
+def test_errors_fall_with_the_tolerance():
+    points = measure(no_progress, replace(FULL, timed=1000)).tables[bench.POINTS]
     for _, study_points in groupby(points, key=lambda p: p["study"]):
         rows = list(study_points)
         assert rows[-1]["error"] < 1e-12 < rows[0]["error"]

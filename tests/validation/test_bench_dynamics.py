@@ -58,9 +58,9 @@ def test_cutoffs_below_all_elastic_modes_are_left_out(bench_of):
     bench = bench_of(2)
     stepper, _, _ = bench.stepper(FiniteElements(fidelity="reduced"))
     others = study.others_with_modes(stepper)
-    skipped = [option for option in study.OTHERS if option not in others]
+    skipped = [option for option in study.FULL.others if option not in others]
     assert [setting for _, setting, _ in skipped] == [10e3]
-    _, _, elements = others[len(study.MESHES) + 1]
+    _, _, elements = others[len(study.FULL.meshes) + 1]
     assert bench.stepper(elements)[1] > 0
     with pytest.raises(InputError, match="no elastic mode"):
         bench.stepper(skipped[0][2])

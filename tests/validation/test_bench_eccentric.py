@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from validation.bench import bench_eccentric
 from validation.bench import benchmark as bench
-from validation.bench.bench_eccentric import contact_rows, distance_points, measure
+from validation.bench.bench_eccentric import (
+    FULL,
+    contact_rows,
+    distance_points,
+    measure,
+)
 
 
 def no_progress(stage: str, done: int, total: int) -> None: ...
@@ -37,16 +43,15 @@ def test_shooting_is_of_order_four_and_slower(points):
 
 
 @pytest.mark.slow
-def test_contact_converges(monkeypatch):
-    monkeypatch.setattr(bench_eccentric, "FINENESS", (0.4, 0.8, 1.2))
-    monkeypatch.setattr(bench_eccentric, "POSITIONS", 2)
-    rows = contact_rows(no_progress)
+def test_contact_converges():
+    sizes = replace(FULL, fineness=(0.4, 0.8, 1.2), positions=2)
+    rows = contact_rows(no_progress, sizes)
     assert rows[0].error > rows[1].error > rows[2].error == 0.0
     assert rows[0].freedoms < rows[1].freedoms
 
 
 def test_ctrl_c_keeps_what_is_finished(monkeypatch):
-    def stopped(report):
+    def stopped(report, sizes):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(bench_eccentric, "contact_rows", stopped)

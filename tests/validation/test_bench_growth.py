@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from validation.bench import bench_growth
@@ -25,9 +27,9 @@ def test_gears_of_a_chain_differ():
 
 
 @pytest.mark.slow
-def test_set_up_and_sweep_are_measured_apart(monkeypatch):
-    monkeypatch.setattr(bench_growth, "SIZES", (2, 3))
-    points = bench_growth.measure(no_progress).tables[bench.POINTS]
+def test_set_up_and_sweep_are_measured_apart():
+    sizes = replace(bench_growth.FULL, gears=(2, 3))
+    points = bench_growth.measure(no_progress, sizes).tables[bench.POINTS]
     assert [(p["study"], p["gears"]) for p in points] == [
         (study, gears) for gears in (2, 3) for study in bench_growth.MODELS
     ]

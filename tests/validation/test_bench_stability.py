@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fegear.studies import stability
-from validation.bench import bench_stability
 from validation.bench import benchmark as bench
 from validation.bench.bench_stability import (
-    SIZES,
+    FULL,
     edge_rows,
     measure,
     multiplier_rows,
     sawtooth_points,
 )
+
+SMALL_CHART = replace(FULL, speeds=20, values=3)
+
+
+def no_progress(stage: str, done: int, total: int) -> None: ...
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +55,7 @@ def test_perturbation_agrees_to_second_order():
     assert any(" + " in name for name in names)
     for name in names:
         edges = [row for row in rows if row.combination == name]
-        assert [row.variation for row in edges] == list(SIZES)
+        assert [row.variation for row in edges] == list(FULL.variations)
         orders = [row.order for row in edges[1:]]
         assert orders == pytest.approx([2.0] * 3, abs=0.25)
 
@@ -60,10 +66,8 @@ def test_multipliers_are_right_to_a_millionth():
         assert row.us_per_speed > 0.0
 
 
-def test_a_benchmark_has_all_tables(monkeypatch):
-    monkeypatch.setattr(bench_stability, "SPEEDS", 20)
-    monkeypatch.setattr(bench_stability, "VALUES", 3)
-    benchmark = measure("liu-friction", 100.0, lambda *progress: None)
+def test_a_benchmark_has_all_tables():
+    benchmark = measure("liu-friction", 100.0, no_progress, SMALL_CHART)
     assert [name for name, rows in benchmark.tables.items() if rows] == [
         *("points", "multipliers", "edges", "chart")
     ]
@@ -74,8 +78,6 @@ def test_a_benchmark_has_all_tables(monkeypatch):
 
 def test_a_chart_that_was_interrupted_has_no_time(monkeypatch):
     """What was finished before is there."""
-    monkeypatch.setattr(bench_stability, "SPEEDS", 20)
-    monkeypatch.setattr(bench_stability, "VALUES", 3)
     original, seen = stability.scan_stability, []
 
     def stopped(*args):
@@ -85,7 +87,7 @@ def test_a_chart_that_was_interrupted_has_no_time(monkeypatch):
         return original(*args)
 
     monkeypatch.setattr(stability, "scan_stability", stopped)
-    benchmark = measure("liu-friction", 100.0, lambda *progress: None)
+    benchmark = measure("liu-friction", 100.0, no_progress, SMALL_CHART)
     assert benchmark.interrupted
     assert not benchmark.tables["chart"]
     assert benchmark.tables["edges"]

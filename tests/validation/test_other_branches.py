@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from validation.random_sets import verdicts
-from validation.study.metrics import MeasuredCurve, verdict
+from validation.study.metrics import ForceCycle, MeasuredCurve, verdict
 from validation.study.other_branches import (
     on_other_branch,
     speeds_on_other_branches,
@@ -92,3 +92,31 @@ def test_random_sets_and_cases_have_one_mechanism():
     assert verdicts.OTHER_MOTION == verdicts.MAX_P90 == 0.08
     assert verdicts.SAME_MOTION == verdicts.MEDIAN == 0.02
     assert verdicts.MAX_OTHER_BRANCH == 0.25
+
+
+@pytest.mark.parametrize(
+    ("loss", "multiple", "cause"),
+    [
+        (
+            0.3,
+            1,
+            "another branch, perhaps: model and finite elements differ in whether",
+        ),
+        (
+            0.0,
+            2,
+            "another branch, perhaps: model and finite elements repeat after diff",
+        ),
+        (0.0, 1, OFF),
+    ],
+)
+def test_a_single_motion_of_another_kind_is_on_another_branch(loss, multiple, cause):
+    label, where = "2470 Hz from rest", "100 N m, 2470 Hz from rest, mesh 1"
+    cycles = (
+        ForceCycle(label, 1, np.ones(8), *kind) for kind in ((0.0, 1), (loss, multiple))
+    )
+    runs = [SimpleNamespace(torque=100.0, cycles=[cycle]) for cycle in cycles]
+    raw_verdict = verdict("wave_peak_force", "m", where, 1.0, 0.1, "")
+    outcome = with_cause(raw_verdict, *runs, where)
+    assert not outcome.within
+    assert outcome.cause.startswith(cause)

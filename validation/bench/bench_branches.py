@@ -33,15 +33,42 @@ from lumped.train.system import LumpedSystem
 from validation.bench import benchmark as bench
 
 Array = NDArray[np.float64]
-HARMONICS = 5, 10, 15, 20, 30, 40
-STEPS = 32, 64, 128, 256  # of the sweeps
-SPEED_STEPS = 170  # of a sweep's range
-SAMPLED = 60  # motions of the branches that are compared with shooting
 REFERENCE_RTOL = Settings(steps=512, tolerance=1e-6)
-DRAWN = 50  # motions whose stability is determined by integration
 MARGIN = 0.005  # of a multiplier from the unit circle, of those
 DISTURBED, FADED, GROWN = 1e-5, 1e-2, 1e2  # of the state, and of that
 MAX_PERIODS = 4000
+FEW, MANY = 10, 40  # harmonics whose errors are shown
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """harmonics : of the branches, FEW and MANY among them; steps : of the sweeps
+
+    span : part of the range of speeds; speeds : of a sweep over it
+    order_speeds : of the sweep whose motions give orders
+    sampled : motions that are compared with shooting
+    drawn : motions whose stability is determined by integration
+    """
+
+    harmonics: tuple[int, ...] = (5, FEW, 15, 20, 30, MANY)
+    steps: tuple[int, ...] = (32, 64, 128, 256)
+    span: float = 1.0
+    speeds: int = 170
+    order_speeds: int = 25
+    sampled: int = 60
+    drawn: int = 50
+
+
+FULL = Sizes()
+QUICK = Sizes(
+    harmonics=(FEW, MANY),
+    steps=FULL.steps[:1],
+    span=0.1,
+    speeds=10,
+    order_speeds=3,
+    sampled=5,
+    drawn=3,
+)
 
 
 @dataclass(frozen=True)
@@ -104,7 +131,11 @@ class Order:
 
 
 def measure(
-    gear_set: GearSet, torque: float, damping: float | None, report: Progress
+    gear_set: GearSet,
+    torque: float,
+    damping: float | None,
+    report: Progress,
+    sizes: Sizes = FULL,
 ) -> bench.Benchmark:
     """Model 1 of a gear set at a torque on the input gear [N m].
 
@@ -120,9 +151,9 @@ def measure(
         ),
     }
     speeds = default_speeds(system)
-    limits = speeds[0], speeds[-1]
+    limits = speeds[0], speeds[0] + sizes.span * (speeds[-1] - speeds[0])
     tables = "sweeps", "stability", "orders"
-    rows, interrupted = bench.collect(_studies(waves, limits, report), *tables)
+    rows, interrupted = bench.collect(_studies(waves, limits, report, sizes), *tables)
     return bench.Benchmark(
         name="branches",
         title=f"Periodic motions of {gear_set.name}, {torque:g} N m, "
@@ -136,24 +167,27 @@ def measure(
 
 
 def _studies(
-    waves: dict[str, LumpedSystem], limits: tuple[float, float], report: Progress
+    waves: dict[str, LumpedSystem],
+    limits: tuple[float, float],
+    report: Progress,
+    sizes: Sizes,
 ) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept."""
     system = waves["finite elements"]
     finder = followed(system, limits, 20)  # compiles
-    for done, harmonics in enumerate(HARMONICS):
-        report(f"{harmonics} harmonics", done, len(HARMONICS))
-        yield bench.POINTS, branch_point(system, limits, harmonics)
-    for done, steps in enumerate(STEPS):
-        report(f"sweep, {steps} steps", done, len(STEPS))
-        yield bench.POINTS, sweep_point(system, limits, steps)
+    for done, harmonics in enumerate(sizes.harmonics):
+        report(f"{harmonics} harmonics", done, len(sizes.harmonics))
+        yield bench.POINTS, branch_point(system, limits, harmonics, sizes)
+    for done, steps in enumerate(sizes.steps):
+        report(f"sweep, {steps} steps", done, len(sizes.steps))
+        yield bench.POINTS, sweep_point(system, limits, steps, sizes)
     report("branches beside sweeps", 0, 1)
-    yield from (("sweeps", row) for row in beside_sweeps(finder))
+    yield from (("sweeps", row) for row in beside_sweeps(finder, sizes))
     report("stability", 0, 1)
-    yield "stability", stability(finder, np.random.default_rng(1))
+    yield "stability", stability(finder, np.random.default_rng(1), sizes)
     for name, wave_system in waves.items():
         report(f"orders, {name}", 0, 1)
-        yield from (("orders", row) for row in orders(name, wave_system, limits))
+        yield from (("orders", row) for row in orders(name, wave_system, limits, sizes))
 
 
 def followed(
@@ -168,7 +202,10 @@ def followed(
 
 
 def branch_point(
-    system: LumpedSystem, limits: tuple[float, float], harmonics: int
+    system: LumpedSystem,
+    limits: tuple[float, float],
+    harmonics: int,
+    sizes: Sizes = FULL,
 ) -> BranchCost:
     start = time.perf_counter()
     finder = followed(system, limits, harmonics)
@@ -176,7 +213,7 @@ def branch_point(
     every = [(branch, point) for branch in finder.branches for point in branch.points]
     errors = [
         error
-        for branch, point in every[:: max(1, len(every) // SAMPLED)]
+        for branch, point in every[:: max(1, len(every) // sizes.sampled)]
         if (error := _error(finder, branch, point)) is not None
     ]
     return BranchCost(
@@ -203,9 +240,12 @@ def _error(
 
 
 def sweep_point(
-    system: LumpedSystem, limits: tuple[float, float], steps: int
+    system: LumpedSystem,
+    limits: tuple[float, float],
+    steps: int,
+    sizes: Sizes = FULL,
 ) -> BranchCost:
-    speeds = np.linspace(*limits, SPEED_STEPS)
+    speeds = np.linspace(*limits, sizes.speeds)
     settings = Settings(steps=steps)
     start = time.perf_counter()
     branches = sweep_all([system], speeds, settings=settings)
@@ -214,7 +254,7 @@ def sweep_point(
     finder = BranchFinder(SpeedFamily(system), limits)
     settled = [r for branch in branches for r in branch.responses if r.multiple == 1]
     errors = []
-    for response in settled[:: max(1, len(settled) // SAMPLED)]:
+    for response in settled[:: max(1, len(settled) // sizes.sampled)]:
         balance, frequency = finder.balance(1, response.frequency)
         x = balance.of_response(response, settings)
         try:
@@ -233,10 +273,12 @@ def sweep_point(
     )
 
 
-def beside_sweeps(finder: BranchFinder) -> Iterator[SweepComparison]:
+def beside_sweeps(
+    finder: BranchFinder, sizes: Sizes = FULL
+) -> Iterator[SweepComparison]:
     """A row for each direction."""
     (system, _) = finder.family.at(finder.limits[0])
-    speeds = np.linspace(*finder.limits, SPEED_STEPS)
+    speeds = np.linspace(*finder.limits, sizes.speeds)
     up, down = sweep_all([system], speeds, settings=REFERENCE_RTOL)
     for branch, other in ((up, down), (down, up)):
         yield _beside(finder, branch, other)
@@ -286,7 +328,9 @@ def _from_stable(finder: BranchFinder, response: Response) -> list[float]:
     return [min(distances)] if distances else []
 
 
-def stability(finder: BranchFinder, random: np.random.Generator) -> StabilityAgreement:
+def stability(
+    finder: BranchFinder, random: np.random.Generator, sizes: Sizes = FULL
+) -> StabilityAgreement:
     """Random motions are disturbed a little and integrated."""
     every = [
         (branch, point)
@@ -297,7 +341,7 @@ def stability(finder: BranchFinder, random: np.random.Generator) -> StabilityAgr
     seen: list[tuple[bool, bool]] = []
     drawn = 0
     for i in random.permutation(len(every)):
-        if len(seen) == DRAWN:
+        if len(seen) == sizes.drawn:
             break
         branch, point = every[i]
         decays, drawn = _fades(finder, branch, point, random), drawn + 1
@@ -340,38 +384,48 @@ def _fades(
 
 
 def orders(
-    waves: str, system: LumpedSystem, limits: tuple[float, float]
+    waves: str,
+    system: LumpedSystem,
+    limits: tuple[float, float],
+    sizes: Sizes = FULL,
 ) -> Iterator[Order]:
     """Orders with contact kept and lost, of motions at speeds that rest leads to."""
-    errors = {h: _errors_at_speeds(system, limits, h) for h in HARMONICS}
+    errors = {
+        h: _errors_at_speeds(system, limits, h, sizes.order_speeds)
+        for h in sizes.harmonics
+    }
     shared = set.intersection(*(set(speed_errors) for speed_errors in errors.values()))
     for contact, lost in (("kept", False), ("lost", True)):
-        chosen = [speed for speed in shared if errors[10][speed][1] == lost]
+        chosen = [speed for speed in shared if errors[FEW][speed][1] == lost]
         if not chosen:
             continue
         medians = [
             float(np.median([errors[h][speed][0] for speed in chosen]))
-            for h in HARMONICS
+            for h in sizes.harmonics
         ]
         yield Order(
             waves=waves,
             contact=contact,
             motions=len(chosen),
-            error_at_10=medians[HARMONICS.index(10)],
-            error_at_40=medians[HARMONICS.index(40)],
-            order=-bench.slope(HARMONICS, medians),
+            error_at_10=medians[sizes.harmonics.index(FEW)],
+            error_at_40=medians[sizes.harmonics.index(MANY)],
+            order=-bench.slope(sizes.harmonics, medians),
         )
 
 
 def _errors_at_speeds(
-    system: LumpedSystem, limits: tuple[float, float], harmonics: int
+    system: LumpedSystem,
+    limits: tuple[float, float],
+    harmonics: int,
+    speed_count: int,
 ) -> dict[float, tuple[float, bool]]:
     """Relative error of the RMS, and whether contact is lost, by speed."""
     errors = {}
     finder = BranchFinder(
         SpeedFamily(system), limits, BranchSettings(harmonics=harmonics)
     )
-    for response in sweep_all([system], np.linspace(*limits, 25), ("up",))[0].responses:
+    speeds = np.linspace(*limits, speed_count)
+    for response in sweep_all([system], speeds, ("up",))[0].responses:
         if response.multiple != 1:
             continue
         balance, frequency = finder.balance(1, response.frequency)

@@ -28,26 +28,63 @@ from validation.bench import benchmark as bench
 from validation.bench.bench_lumped import leading_frequency
 
 Array = NDArray[np.float64]
-PERIODS = 8  # of the first mesh, that every run passes
-SPEEDS = (0.5, 0.9, 1.5)  # over the leading natural frequency
-STEPS = (32, 64, 128, 256, 512)
-FINEST_STEPS = 2048
-CUTOFFS = (10e3, 15e3, 20e3, 30e3, 50e3, 100e3)
-MESHES = (0.25, 0.35, 0.5)
-FINEST_MESH = 0.7
 COMMON = 128  # steps of a period in all studies but that of the steps
 REPEATS = 3
-ROWS = (2, 4, 8)  # of gears
-OTHERS = (  # studies but that of the steps, their settings and finite elements
-    *(("mesh", m, FiniteElements(fidelity="full", mesh=m)) for m in MESHES),
-    ("modes", 0.0, FiniteElements(fidelity="quasistatic")),
-    *(("modes", c, FiniteElements(fidelity="reduced", cutoff_Hz=c)) for c in CUTOFFS),
-)
 STUDIES = {  # by name: what is drawn, a marker, and the unit of the setting
     "steps": ("reduced: steps per period", "o", 1.0),
     "modes": ("reduced: cut-off [kHz], 0 is quasistatic", "s", 1e3),
     "mesh": ("full: refinement of the mesh", "D", 1.0),
 }
+Study = tuple[str, float, FiniteElements]  # name, setting, finite elements
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """periods : of the first mesh, that every run passes
+
+    speeds : over the leading natural frequency; steps : of a period
+    cutoffs : of the elastic modes [Hz]; meshes : their refinement
+    rows : gears in a row
+    """
+
+    periods: int = 8
+    speeds: tuple[float, ...] = (0.5, 0.9, 1.5)
+    steps: tuple[int, ...] = (32, 64, 128, 256, 512)
+    finest_steps: int = 2048
+    cutoffs: tuple[float, ...] = (10e3, 15e3, 20e3, 30e3, 50e3, 100e3)
+    meshes: tuple[float, ...] = (0.25, 0.35, 0.5)
+    finest_mesh: float = 0.7
+    rows: tuple[int, ...] = (2, 4, 8)
+
+    @property
+    def others(self) -> tuple[Study, ...]:
+        """Studies but that of the steps."""
+        return (
+            *(("mesh", m, _full(m)) for m in self.meshes),
+            ("modes", 0.0, FiniteElements(fidelity="quasistatic")),
+            *(("modes", c, _reduced(c)) for c in self.cutoffs),
+        )
+
+
+def _full(mesh: float) -> FiniteElements:
+    return FiniteElements(fidelity="full", mesh=mesh)
+
+
+def _reduced(cutoff_Hz: float) -> FiniteElements:
+    return FiniteElements(fidelity="reduced", cutoff_Hz=cutoff_Hz)
+
+
+FULL = Sizes()
+QUICK = Sizes(
+    periods=2,
+    speeds=FULL.speeds[:1],
+    steps=FULL.steps[:2],
+    finest_steps=128,
+    cutoffs=FULL.cutoffs[2:4],
+    meshes=FULL.meshes[:1],
+    finest_mesh=0.35,
+    rows=FULL.rows[:1],
+)
 
 
 @dataclass(frozen=True)
@@ -77,11 +114,12 @@ class Subject:
     torque: float
     reference: LumpedSystem
     excitations: Excitations
+    sizes: Sizes = FULL
 
     @property
     def speeds(self) -> list[float]:
         """Frequencies of the first mesh [Hz]."""
-        return [part * leading_frequency(self.reference) for part in SPEEDS]
+        return [part * leading_frequency(self.reference) for part in self.sizes.speeds]
 
     def stepper(self, elements: FiniteElements) -> tuple[ImplicitStepper, int, float]:
         """A stepper, its elastic freedoms, and the seconds that it took."""
@@ -92,24 +130,28 @@ class Subject:
 
     def runs(self, stepper: ImplicitStepper, steps: int) -> list[tuple[Array, float]]:
         """`run` at every speed."""
-        return [run(stepper, frequency, steps) for frequency in self.speeds]
+        return [run(stepper, f, steps, self.sizes.periods) for f in self.speeds]
 
 
 def subject(
-    gear_set: GearSet, torque: float, excitations: Excitations | None = None
+    gear_set: GearSet,
+    torque: float,
+    excitations: Excitations | None = None,
+    sizes: Sizes = FULL,
 ) -> Subject:
     shared_excitations = excitations or Excitations()
     reference = lumped_system(gear_set, torque, excitations=shared_excitations)
-    return Subject(gear_set, torque, reference, shared_excitations)
+    return Subject(gear_set, torque, reference, shared_excitations, sizes)
 
 
-def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchmark:
+def measure(
+    gear_set: GearSet, torque: float, report: Progress, sizes: Sizes = FULL
+) -> bench.Benchmark:
     """At a torque on the input gear [N m]."""
     level = memory_level()
     report("stiffness", 0, 1)
-    rows, interrupted = bench.collect(
-        _measured(subject(gear_set, torque), report), "growth"
-    )
+    case = subject(gear_set, torque, sizes=sizes)
+    rows, interrupted = bench.collect(_measured(case, report), "growth")
     points, findings = rows[bench.POINTS], []
     if sum(p.study == "steps" for p in points) > 1:
         findings.append(f"observed order over the steps: {observed_order(points):.2f}")
@@ -132,28 +174,31 @@ def _measured(case: Subject, report: Progress) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept."""
     yield from ((bench.POINTS, point) for point in measure_points(case, report))
     report("growth", 0, 1)
-    for gears in ROWS:
+    for gears in case.sizes.rows:
         row = row_of_gears(case.gear_set, gears)
-        yield "growth", growth(subject(row, case.torque))
+        yield "growth", growth(subject(row, case.torque, sizes=case.sizes))
 
 
 def measure_points(case: Subject, report: Progress) -> Iterator[DynamicsCost]:
     """Over the steps against finer ones; all else against whole gears."""
     report("steps", 0, 1)
+    sizes = case.sizes
     timed_stepper = case.stepper(FiniteElements(fidelity="reduced"))
-    others = others_with_modes(timed_stepper[0])
-    total = len(STEPS) + len(others) + 2
-    fine = case.runs(timed_stepper[0], FINEST_STEPS)
-    for done, steps in enumerate(STEPS, start=1):
+    others = others_with_modes(timed_stepper[0], sizes)
+    total = len(sizes.steps) + len(others) + 2
+    fine = case.runs(timed_stepper[0], sizes.finest_steps)
+    for done, steps in enumerate(sizes.steps, start=1):
         yield _point(
             "steps", steps, timed_stepper, case.runs(timed_stepper[0], steps), fine
         )
         report("steps", done, total)
-    report("whole gears", len(STEPS), total)
-    timed_stepper = case.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
+    report("whole gears", len(sizes.steps), total)
+    timed_stepper = case.stepper(_full(sizes.finest_mesh))
     fine = case.runs(timed_stepper[0], COMMON)
-    yield _point("mesh", FINEST_MESH, timed_stepper, fine)
-    for done, (study, setting, elements) in enumerate(others, start=len(STEPS) + 1):
+    yield _point("mesh", sizes.finest_mesh, timed_stepper, fine)
+    for done, (study, setting, elements) in enumerate(
+        others, start=len(sizes.steps) + 1
+    ):
         report(f"{study} {setting:g}", done, total)
         timed_stepper = case.stepper(elements)
         yield _point(
@@ -161,15 +206,17 @@ def measure_points(case: Subject, report: Progress) -> Iterator[DynamicsCost]:
         )
 
 
-def others_with_modes(
-    stepper: ImplicitStepper,
-) -> list[tuple[str, float, FiniteElements]]:
-    """OTHERS without cut-offs that no elastic mode lies below."""
+def others_with_modes(stepper: ImplicitStepper, sizes: Sizes = FULL) -> list[Study]:
+    """All but that of the steps, without cut-offs that no elastic mode lies below."""
     lowest = math.sqrt(stepper.model.modal.rigidity.min()) / (2.0 * math.pi)
-    return [option for option in OTHERS if (option[2].cutoff_Hz or math.inf) > lowest]
+    return [
+        study for study in sizes.others if (study[2].cutoff_Hz or math.inf) > lowest
+    ]
 
 
-def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, float]:
+def run(
+    stepper: ImplicitStepper, frequency: float, steps: int, periods: int = FULL.periods
+) -> tuple[Array, float]:
     """(deflection (t, m) from rest on, microseconds per step of the fastest period)."""
     state, parts = stepper.start(), []
     size = 1.0 / (frequency * steps)
@@ -178,7 +225,7 @@ def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, 
         state, TimeSteps(frequency, size, 2, steps)
     )  # compiles and factorises
     best = math.inf
-    for _ in range(math.ceil(PERIODS / length)):
+    for _ in range(math.ceil(periods / length)):
         start = time.perf_counter()
         state, motion = stepper.integrate(
             state, TimeSteps(frequency, size, steps * length, steps)
@@ -230,7 +277,10 @@ def growth(row: Subject) -> Growth:
     fidelity.
     """
     stepper, _, _ = row.stepper(FiniteElements(fidelity="reduced", cutoff_Hz=30e3))
-    best = min(run(stepper, row.speeds[-1], COMMON)[1] for _ in range(REPEATS))
+    best = min(
+        run(stepper, row.speeds[-1], COMMON, row.sizes.periods)[1]
+        for _ in range(REPEATS)
+    )
     return Growth(len(row.gear_set.gears), stepper.model.size, best)
 
 

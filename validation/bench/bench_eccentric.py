@@ -33,12 +33,32 @@ from validation.oracles.rolling import (
 
 Array = NDArray[np.float64]
 ECCENTRICITY = 0.627  # over the radius, figure 4 of the source
-SAMPLES = (8, 12, 16, 24, 32, 48, 64)
-STEPS = (8, 16, 32, 64, 128, 256)
-TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
-FINENESS = (0.5, 0.7, 1.0, 1.4, 2.0)
 RADIUS, TEETH, PART = 0.02, 24, 0.2  # of the wheels in contact, [m] and over the radius
-LOAD, POSITIONS = 2e3, 6  # torque per width [N]; positions of a tooth
+LOAD = 2e3  # torque per width [N]
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """samples, steps, tolerances : of the centre distance
+
+    fineness : of both wheels' meshes; positions : of a tooth
+    """
+
+    samples: tuple[int, ...] = (8, 12, 16, 24, 32, 48, 64)
+    steps: tuple[int, ...] = (8, 16, 32, 64, 128, 256)
+    tolerances: tuple[float, ...] = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
+    fineness: tuple[float, ...] = (0.5, 0.7, 1.0, 1.4, 2.0)
+    positions: int = 6
+
+
+FULL = Sizes()
+QUICK = Sizes(
+    samples=FULL.samples[:2],
+    steps=FULL.steps[:2],
+    tolerances=FULL.tolerances[:2],
+    fineness=(0.35, 0.5),
+    positions=1,
+)
 
 
 @dataclass(frozen=True)
@@ -62,27 +82,30 @@ class ContactCost:
     error: float
 
 
-def measure(report: Progress) -> bench.Benchmark:
+def measure(report: Progress, sizes: Sizes = FULL) -> bench.Benchmark:
     """Benchmark of both, in this order."""
-    rows, interrupted = bench.collect(_measured(report), "contact")
+    rows, interrupted = bench.collect(_measured(report, sizes), "contact")
     return bench.Benchmark(
         name="eccentric",
         title=f"Eccentric gearing: centre distance at e/r = {ECCENTRICITY}",
         about="Centre distance by the periodic integral of rolling and by shooting, "
         "and transmission errors over the fineness of both wheels' meshes.",
         tables=bench.plain(rows),
-        panels=[_distance_panel(rows[bench.POINTS]), *_contact_panels(rows["contact"])],
+        panels=[
+            _distance_panel(rows[bench.POINTS]),
+            *_contact_panels(rows["contact"], sizes.positions),
+        ],
         interrupted=interrupted,
     )
 
 
-def _measured(report: Progress) -> Iterator[tuple[str, Any]]:
-    report("centre distance", 0, 1 + len(FINENESS))
-    yield from ((bench.POINTS, point) for point in distance_points())
-    yield from (("contact", row) for row in contact_rows(report))
+def _measured(report: Progress, sizes: Sizes) -> Iterator[tuple[str, Any]]:
+    report("centre distance", 0, 1 + len(sizes.fineness))
+    yield from ((bench.POINTS, point) for point in distance_points(sizes))
+    yield from (("contact", row) for row in contact_rows(report, sizes))
 
 
-def distance_points() -> Iterator[EccentricCost]:
+def distance_points(sizes: Sizes = FULL) -> Iterator[EccentricCost]:
     exact = EccentricPair(1.0, ECCENTRICITY).center_distance
 
     def point(study: str, setting: float, work: Callable[[], float]) -> EccentricCost:
@@ -90,12 +113,12 @@ def distance_points() -> Iterator[EccentricCost]:
             study, setting, 1e3 * bench.fastest(work), abs(work() / exact - 1.0)
         )
 
-    for samples in SAMPLES:
+    for samples in sizes.samples:
         yield point("rolling integral", samples, _integral(samples))
-    for steps in STEPS:
+    for steps in sizes.steps:
         end = closing_residual_rk4(ECCENTRICITY, steps)
         yield point("shooting, Runge-Kutta", steps, _shot(end))
-    for tolerance in TOLERANCES:
+    for tolerance in sizes.tolerances:
         end = closing_residual_dop853(ECCENTRICITY, tolerance)
         yield point("shooting, DOP853", tolerance, _shot(end))
     pair = EccentricPair(1.0, ECCENTRICITY)
@@ -118,15 +141,15 @@ def _integral(samples: int) -> Callable[[], float]:
     return lambda: float(brentq(excess, 1.8, 3.0, xtol=1e-15))
 
 
-def contact_rows(report: Progress) -> list[ContactCost]:
+def contact_rows(report: Progress, sizes: Sizes = FULL) -> list[ContactCost]:
     """Over the fineness, each compared with the finest."""
     toothed = ToothedPair(
         EccentricPair(RADIUS, PART * RADIUS), math.radians(20.0), TEETH
     )
-    arcs = toothed.rack.pitch * (np.arange(POSITIONS) + 0.5) / POSITIONS
+    arcs = toothed.rack.pitch * (np.arange(sizes.positions) + 0.5) / sizes.positions
     measurements: list[tuple[int, float, float, Array]] = []
-    for done, fineness in enumerate(FINENESS, start=1):
-        report("contact", done, 1 + len(FINENESS))
+    for done, fineness in enumerate(sizes.fineness, start=1):
+        report("contact", done, 1 + len(sizes.fineness))
         start = time.perf_counter()
         edges = WheelEdges().refined(fineness)
         driver, driven = (
@@ -137,12 +160,12 @@ def contact_rows(report: Progress) -> list[ContactCost]:
         prepared = time.perf_counter()
         errors = solve_contact_cycle(toothed, driver, driven, LOAD, arcs).error
         end = time.perf_counter()
-        position_ms = 1e3 * (end - prepared) / POSITIONS
+        position_ms = 1e3 * (end - prepared) / sizes.positions
         measurements.append((int(driver.basis.N), end - start, position_ms, errors))
     finest = measurements[-1][3]
     return [
         ContactCost(fineness, *row[:3], float(np.abs(row[3] / finest - 1.0).max()))
-        for fineness, row in zip(FINENESS, measurements, strict=True)
+        for fineness, row in zip(sizes.fineness, measurements, strict=True)
     ]
 
 
@@ -156,7 +179,9 @@ def _distance_panel(points: Sequence[EccentricCost]) -> bench.Panel:
     return bench.Panel("relative error of the centre distance", "time [ms]", curves)
 
 
-def _contact_panels(rows: Sequence[ContactCost]) -> Iterator[bench.Panel]:
+def _contact_panels(
+    rows: Sequence[ContactCost], positions: int
+) -> Iterator[bench.Panel]:
     inexact = [row for row in rows if row.error > 0.0]
     if inexact:
         places = [(row.error, row.seconds) for row in inexact]
@@ -164,4 +189,4 @@ def _contact_panels(rows: Sequence[ContactCost]) -> Iterator[bench.Panel]:
             "contact", "o", places, [row.fineness for row in inexact]
         )
         label = "relative error of the transmission error, beside the finest mesh"
-        yield bench.Panel(label, f"time of {POSITIONS} positions [s]", [curve])
+        yield bench.Panel(label, f"time of {positions} positions [s]", [curve])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -17,12 +17,22 @@ from lumped.train.system import LumpedSystem
 from validation.bench import benchmark as bench
 from validation.bench.chains import TORQUE_NM, chain
 
-SIZES = (2, 3, 4, 6, 8, 12, 16)  # gears
-SPEEDS_HZ = np.linspace(1000.0, 3000.0, 21)  # of all meshes
 MODELS = {
     "model 1": LumpedModel(number=1),
     "coupled": LumpedModel(number="coupled"),
 }
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """gears : of the chains; speeds_Hz : of all meshes"""
+
+    gears: tuple[int, ...] = (2, 3, 4, 6, 8, 12, 16)
+    speeds_Hz: tuple[float, ...] = tuple(np.linspace(1000.0, 3000.0, 21).tolist())
+
+
+FULL = Sizes()
+QUICK = Sizes(gears=FULL.gears[:2], speeds_Hz=FULL.speeds_Hz[:2])
 
 
 @dataclass(frozen=True)
@@ -42,13 +52,13 @@ class ChainCost:
     ms_per_period: float
 
 
-def measure(report: Progress) -> bench.Benchmark:
+def measure(report: Progress, sizes: Sizes = FULL) -> bench.Benchmark:
     """Chains of different gears, each of which drives the next."""
-    rows, interrupted = bench.collect(_measured(report), bench.POINTS)
+    rows, interrupted = bench.collect(_measured(report, sizes), bench.POINTS)
     points = rows[bench.POINTS]
     return bench.Benchmark(
         name="growth",
-        title=f"Chains of gears, {2 * SPEEDS_HZ.size} speeds: processor time",
+        title=f"Chains of gears, {2 * len(sizes.speeds_Hz)} speeds: processor time",
         about="Set-up and sweep of chains of different gears by model 1 and by the "
         "coupled model, in one thread; compliances and modes of the bodies on disk.",
         tables=bench.plain(rows),
@@ -58,22 +68,26 @@ def measure(report: Progress) -> bench.Benchmark:
     )
 
 
-def _measured(report: Progress) -> Iterator[tuple[str, Any]]:
+def _measured(report: Progress, sizes: Sizes) -> Iterator[tuple[str, Any]]:
     for model in MODELS.values():
-        _sweep(_system(SIZES[0], model))  # compiles what is not compiled yet
-    done, total = 0, len(SIZES) * len(MODELS)
-    for gears in SIZES:
+        _sweep(
+            _system(sizes.gears[0], model), sizes.speeds_Hz
+        )  # compiles what is not compiled yet
+    done, total = 0, len(sizes.gears) * len(MODELS)
+    for gears in sizes.gears:
         for study, model in MODELS.items():
             report(f"{study}, {gears} gears", done, total)
-            yield bench.POINTS, _point(study, gears, model)
+            yield bench.POINTS, _point(study, gears, model, sizes.speeds_Hz)
             done += 1
 
 
-def _point(study: str, gears: int, model: LumpedModel) -> ChainCost:
+def _point(
+    study: str, gears: int, model: LumpedModel, speeds: Sequence[float]
+) -> ChainCost:
     set_up = partial(_system, gears, model)
     system = set_up()  # what is not on disk yet is computed here
     setup_s, _ = _timed(set_up)
-    sweep_s, periods = _timed(partial(_sweep, system))
+    sweep_s, periods = _timed(partial(_sweep, system, speeds))
     return ChainCost(
         study=study,
         gears=gears,
@@ -91,9 +105,9 @@ def _system(gears: int, model: LumpedModel) -> LumpedSystem:
     return system
 
 
-def _sweep(system: LumpedSystem) -> float:
+def _sweep(system: LumpedSystem, speeds: Sequence[float]) -> float:
     """Pass all speeds up and down; return the periods that were integrated."""
-    branches = [sweep(system, SPEEDS_HZ, direction) for direction in DIRECTIONS]
+    branches = [sweep(system, np.array(speeds), direction) for direction in DIRECTIONS]
     return sum(
         response.settling_time * response.frequency + max(response.multiple, 1)
         for branch in branches

@@ -29,14 +29,48 @@ REFERENCE = Settings(
     method="dopri5", accuracy=1e-11, tolerance=1e-8, max_periods=20_000
 )
 SCIPY = "SciPy "  # before the name of its method
-STUDIES: Mapping[str, tuple[float, ...]] = {
-    "rk4": (16, 24, 32, 48, 64, 96, 128, 256),  # steps
-    "dopri5": (1e-3, 1e-4, 1e-6, 1e-7, 1e-8, 1e-9),  # accuracy
-    f"{SCIPY}DOP853": (1e-2, 1e-3, 1e-4, 1e-5),  # rtol
-    f"{SCIPY}LSODA": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
-}
-SPEEDS = (0.55, 0.62, 0.8, 1.18, 1.35, 1.62, 2.2)  # over the leading frequency
 OFF_JUMPS = 0.02  # change of the RMS, up against down, beyond which a speed is left out
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """rk4 : steps, the default among them; dopri5 : accuracy; dop853, lsoda : rtol
+
+    speeds : over the leading frequency; sweep : speeds of the sweep that is timed
+    sweeps, coordinates : speeds, and degrees of freedom, over which time grows
+    """
+
+    rk4: tuple[int, ...] = (16, 24, 32, 48, 64, 96, 128, 256)
+    dopri5: tuple[float, ...] = (1e-3, 1e-4, 1e-6, 1e-7, 1e-8, 1e-9)
+    dop853: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5)
+    lsoda: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+    speeds: tuple[float, ...] = (0.55, 0.62, 0.8, 1.18, 1.35, 1.62, 2.2)
+    sweep: int = 171
+    sweeps: tuple[int, ...] = (43, 86, 171, 342)
+    coordinates: tuple[int, ...] = (3, 8, 20, 50)
+
+    @property
+    def studies(self) -> Mapping[str, tuple[float, ...]]:
+        """Settings of every integrator."""
+        return {
+            "rk4": self.rk4,
+            "dopri5": self.dopri5,
+            f"{SCIPY}DOP853": self.dop853,
+            f"{SCIPY}LSODA": self.lsoda,
+        }
+
+
+FULL = Sizes()
+QUICK = Sizes(
+    rk4=(16, SPRING_STEPS),
+    dopri5=FULL.dopri5[:2],
+    dop853=FULL.dop853[:1],
+    lsoda=FULL.lsoda[:1],
+    speeds=FULL.speeds[-1:],
+    sweep=4,
+    sweeps=(2, 4),
+    coordinates=FULL.coordinates[:2],
+)
 
 
 @dataclass(frozen=True)
@@ -55,7 +89,11 @@ class StepCost:
 
 
 def measure(
-    gear_set: GearSet, torque: float, damping: float | None, report: Progress
+    gear_set: GearSet,
+    torque: float,
+    damping: float | None,
+    report: Progress,
+    sizes: Sizes = FULL,
 ) -> bench.Benchmark:
     """Model 1 of a gear set at a torque on the input gear [N m].
 
@@ -64,7 +102,7 @@ def measure(
     report("stiffness", 0, 1)
     system = lumped_system(gear_set, torque, LumpedModel(damping_ratio=damping))
     timed: dict[str, Any] = {}
-    studies = _measured(system, report, timed)
+    studies = _measured(system, report, timed, sizes)
     rows, interrupted = bench.collect(studies, "races", "growth")
     points = rows[bench.POINTS]
     if {p.study for p in points} >= {"rk4", f"{SCIPY}DOP853", f"{SCIPY}LSODA"}:
@@ -89,20 +127,23 @@ def measure(
 
 
 def _measured(
-    system: LumpedSystem, report: Progress, timed: dict[str, Any]
+    system: LumpedSystem, report: Progress, timed: dict[str, Any], sizes: Sizes
 ) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept; a sweep's time at last."""
-    yield from ((bench.POINTS, point) for point in measure_points(system, report))
+    points = measure_points(system, report, sizes)
+    yield from ((bench.POINTS, point) for point in points)
     report("growth", 0, 1)
-    yield from (("growth", row) for row in growth(system))
-    speeds = leading_frequency(system) * np.linspace(0.5, 2.62, 171)
+    yield from (("growth", row) for row in growth(system, sizes))
+    speeds = leading_frequency(system) * np.linspace(0.5, 2.62, sizes.sweep)
     timed["sweep_warm_s"] = bench.fastest(lambda: sweep_all([system], speeds))
     timed["sweep_speeds"] = 2 * speeds.size
 
 
-def measure_points(system: LumpedSystem, report: Progress) -> Iterator[StepCost]:
+def measure_points(
+    system: LumpedSystem, report: Progress, sizes: Sizes
+) -> Iterator[StepCost]:
     """Every study at all its settings, over the speeds that one response has."""
-    frequencies = [f * leading_frequency(system) for f in SPEEDS]
+    frequencies = [f * leading_frequency(system) for f in sizes.speeds]
     report("reference", 0, 1)
     references = {f: respond(system, f, REFERENCE) for f in frequencies}
     reference_rms = {
@@ -111,7 +152,9 @@ def measure_points(system: LumpedSystem, report: Progress) -> Iterator[StepCost]
         if _has_one_response(system, response)
     }
     todo = [
-        (study, setting) for study, settings in STUDIES.items() for setting in settings
+        (study, setting)
+        for study, settings in sizes.studies.items()
+        for setting in settings
     ]
     for done, (study, setting) in enumerate(todo):
         report(study, done, len(todo))
@@ -207,7 +250,8 @@ def races(points: Sequence[StepCost]) -> list[Race]:
         return abs(math.log(point.error_median / default.error_median))
 
     race_list = []
-    for study in (name for name in STUDIES if name.startswith(SCIPY)):
+    studies = dict.fromkeys(p.study for p in points)
+    for study in (name for name in studies if name.startswith(SCIPY)):
         rival = min((p for p in points if p.study == study), key=off_default)
         good = [p for p in ours if p.error_median <= rival.error_median]
         if good:
@@ -236,15 +280,15 @@ class Growth:
     per_item_us: float
 
 
-def growth(system: LumpedSystem) -> Iterator[Growth]:
+def growth(system: LumpedSystem, sizes: Sizes = FULL) -> Iterator[Growth]:
     """Sweeps of more speeds, and trains with more degrees of freedom."""
     highest = float(system.modes.frequency_Hz.max())
-    for count in (43, 86, 171, 342):
+    for count in sizes.sweeps:
         speeds = np.linspace(1.05 * highest, 1.3 * highest, count)
         work = partial(sweep_all, [system], speeds, ("up",), workers=1)
         seconds = bench.fastest(work)
         yield Growth("speeds", count, seconds, 1e6 * seconds / count)
-    for size in (3, 8, 20, 50):
+    for size in sizes.coordinates:
         larger = with_disks(system, size)
         settings = Settings(step_angle=2.0, tolerance=1e-12, max_periods=300)
         settle = partial(respond, larger, 1.1 * highest, settings)

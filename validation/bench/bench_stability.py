@@ -42,9 +42,6 @@ from validation.oracles.hill import (
 Array = NDArray[np.float64]
 SLOPE, START, STEP = -1.0, -1.0, 0.5  # a, b and h of figure 5.4
 BATCH = 500  # transitions that are timed at once, of compiled methods
-TERMS = (2, 4, 6, 8, 10, 12, 16, 20)
-DIVISIONS = (1, 2, 5, 10, 20, 50, 100, 200)
-LEFT_OUT = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)  # of a series
 COEFFICIENT, DAMPING = 0.1, 0.001
 MODEL = LumpedModel(
     stiffness=StiffnessSource(kind="rectangular"),
@@ -52,11 +49,41 @@ MODEL = LumpedModel(
     damping_ratio=DAMPING,
     bending=0.4,
 )
-SIZES = (0.2, 0.1, 0.05, 0.025)  # of the stiffness variation, damping and friction less
-WIDEST = 3  # combinations of modes whose edges are compared
-SPEEDS, VALUES = 400, 100  # of the chart
-RANGE = 0.2, 2.2  # of its speeds, over the highest natural frequency
-CHECKED = 24  # speeds whose multipliers are compared with integration
+VARIATION = 0.2  # of the stiffness, with this damping and coefficient
+RANGE = 0.2, 2.2  # of the chart's speeds, over the highest natural frequency
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """terms, divisions : of a step of the sawtooth; left_out : of a series
+
+    checked : speeds whose multipliers are compared with integration
+    variations : of the stiffness
+    widest : combinations of modes whose edges are compared
+    speeds, values : of the chart
+    """
+
+    terms: tuple[int, ...] = (2, 4, 6, 8, 10, 12, 16, 20)
+    divisions: tuple[int, ...] = (1, 2, 5, 10, 20, 50, 100, 200)
+    left_out: tuple[float, ...] = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
+    checked: int = 24
+    variations: tuple[float, ...] = (VARIATION, 0.1, 0.05, 0.025)
+    widest: int = 3
+    speeds: int = 400
+    values: int = 100
+
+
+FULL = Sizes()
+QUICK = Sizes(
+    terms=FULL.terms[:2],
+    divisions=FULL.divisions[:2],
+    left_out=FULL.left_out[:2],
+    checked=2,
+    variations=FULL.variations[:2],
+    widest=1,
+    speeds=20,
+    values=3,
+)
 
 
 @dataclass(frozen=True)
@@ -74,7 +101,7 @@ class MultiplierCost:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """Largest multipliers of the gear set at CHECKED speeds, against integration."""
+    """Largest multipliers of the gear set at some speeds, against integration."""
 
     method: str
     us_per_speed: float
@@ -105,11 +132,13 @@ class Chart:
     us_per_cell: float
 
 
-def measure(set_name: str, torque: float, report: Progress) -> bench.Benchmark:
+def measure(
+    set_name: str, torque: float, report: Progress, sizes: Sizes = FULL
+) -> bench.Benchmark:
     """Benchmark of a gear set at a torque on its input gear [N m], rectangular
     stiffness.
     """
-    studies = _measured(set_name, torque, report)
+    studies = _measured(set_name, torque, report, sizes)
     tables = "multipliers", "edges", "chart"
     rows, interrupted = bench.collect(studies, *tables)
     panels = [_transition_panel(rows[bench.POINTS])]
@@ -132,19 +161,21 @@ def measure(set_name: str, torque: float, report: Progress) -> bench.Benchmark:
 
 
 def _measured(
-    set_name: str, torque: float, report: Progress
+    set_name: str, torque: float, report: Progress, sizes: Sizes
 ) -> Iterator[tuple[str, Any]]:
     report("sawtooth", 0, 4)
-    yield from ((bench.POINTS, point) for point in sawtooth_points())
+    yield from ((bench.POINTS, point) for point in sawtooth_points(sizes))
     report("multipliers", 1, 4)
-    yield from (("multipliers", row) for row in multiplier_rows(set_name, torque))
+    yield from (
+        ("multipliers", row) for row in multiplier_rows(set_name, torque, sizes)
+    )
     report("perturbation", 2, 4)
-    yield from (("edges", row) for row in edge_rows(set_name, torque))
+    yield from (("edges", row) for row in edge_rows(set_name, torque, sizes))
     report("chart", 3, 4)
-    yield "chart", timed_chart(set_name, torque)
+    yield "chart", timed_chart(set_name, torque, sizes)
 
 
-def sawtooth_points() -> Iterator[MultiplierCost]:
+def sawtooth_points(sizes: Sizes = FULL) -> Iterator[MultiplierCost]:
     """Compiled methods, and those of the source as they are written, in NumPy."""
     exact = exact_transition(SLOPE, START, STEP)
     form = first_order_form(SLOPE, START)
@@ -156,15 +187,15 @@ def sawtooth_points() -> Iterator[MultiplierCost]:
         error = float(np.abs(work() - exact).max() / np.abs(exact).max())
         return MultiplierCost(study, setting, 1e6 * seconds / count, error)
 
-    for left_out in LEFT_OUT:
+    for left_out in sizes.left_out:
         work = _compiled(_sawtooth(), left_out)
         yield point("series", left_out, work, BATCH)
-    for count in DIVISIONS:
-        work = _compiled(_sawtooth().averaged(count), LEFT_OUT[-1])
+    for count in sizes.divisions:
+        work = _compiled(_sawtooth().averaged(count), sizes.left_out[-1])
         yield point("exponentials", count, work, BATCH)
-    for count in TERMS:
+    for count in sizes.terms:
         yield point("eq. 4.55, NumPy", count, _call(recursion, form, count), 1)
-    for count in DIVISIONS:
+    for count in sizes.divisions:
         yield point("eq. 4.56, SciPy", count, _call(exponentials, form, count), 1)
 
 
@@ -204,7 +235,7 @@ def _system(
     """
     scale, edits = 1.0, {}
     if variation is not None:
-        scale = variation / max(SIZES)
+        scale = variation / VARIATION
         meshes = range(1, len(load_gear_set(set_name).meshes) + 1)
         edits = {f"mesh.{m}.stiffness_variation": variation for m in meshes}
     model = replace(MODEL, damping_ratio=scale * DAMPING, friction=scale * COEFFICIENT)
@@ -220,10 +251,12 @@ def _speeds(system: PeriodicSystem, count: int) -> Array:
     return np.linspace(low, high, count)
 
 
-def multiplier_rows(set_name: str, torque: float) -> Iterator[Multipliers]:
+def multiplier_rows(
+    set_name: str, torque: float, sizes: Sizes = FULL
+) -> Iterator[Multipliers]:
     """Rows of the compiled methods, with their defaults."""
     system = _system(set_name, torque)
-    speeds = _speeds(system, CHECKED)
+    speeds = _speeds(system, sizes.checked)
     exact = np.array(
         [
             np.abs(np.linalg.eigvals(integrated(system, speed, system.edges[-1:])))
@@ -247,16 +280,17 @@ def _multipliers(
     return lambda: largest_multiplier(system, speeds, method)
 
 
-def edge_rows(set_name: str, torque: float) -> Iterator[Edge]:
+def edge_rows(set_name: str, torque: float, sizes: Sizes = FULL) -> Iterator[Edge]:
     """Rows of the widest intervals of first order, as the variation falls."""
-    systems = [_system(set_name, torque, size) for size in SIZES]
+    variations = sizes.variations
+    systems = [_system(set_name, torque, variation) for variation in variations]
     widest = sorted(_of_first_order(systems[0]), key=lambda c: c.low - c.high)
-    for name in [combination.name for combination in widest[:WIDEST]]:
+    for name in [combination.name for combination in widest[: sizes.widest]]:
         before = math.nan
-        for size, system in zip(SIZES, systems, strict=True):
+        for variation, system in zip(variations, systems, strict=True):
             error = edge_error(system, name)
             order = math.log2(before / error) if before > 0.0 < error else math.nan
-            yield Edge(name, size, error, order)
+            yield Edge(name, variation, error, order)
             before = error
 
 
@@ -289,23 +323,24 @@ def edge_error(system: PeriodicSystem, name: str) -> float:
     return max(abs(near.low - traced.low), abs(near.high - traced.high)) / near.at
 
 
-def timed_chart(set_name: str, torque: float) -> Chart:
+def timed_chart(set_name: str, torque: float, sizes: Sizes) -> Chart:
     """Largest multipliers and traced edges, compiled before."""
-    coefficients = tuple(np.linspace(0.0, 0.2, VALUES).tolist())
+    coefficients = tuple(np.linspace(0.0, 0.2, sizes.values).tolist())
     axis = Axis(FRICTION, coefficients)
     study = Stability(
         gear_set=GearSetRef(name=set_name),
         over=axis,
         torque=torque,
         model=MODEL,
-        speeds=tuple(_speeds(_system(set_name, torque), SPEEDS).tolist()),
+        speeds=tuple(_speeds(_system(set_name, torque), sizes.speeds).tolist()),
     )
     run(replace(study, over=Axis(FRICTION, coefficients[:2])))
     begin = time.perf_counter()
     if not run(study).complete:
         raise KeyboardInterrupt
     seconds = time.perf_counter() - begin
-    return Chart(SPEEDS, VALUES, seconds, 1e6 * seconds / (SPEEDS * VALUES))
+    cells = sizes.speeds * sizes.values
+    return Chart(sizes.speeds, sizes.values, seconds, 1e6 * seconds / cells)
 
 
 def _transition_panel(points: Sequence[MultiplierCost]) -> bench.Panel:

@@ -28,7 +28,6 @@ from lumped.common.progress import Progress
 from meshes import MeshSize
 from validation.bench import benchmark as bench
 
-POSITIONS = 64
 OVERKILL = MeshSize(
     flank_edges=120,
     flank_grading=7.5,
@@ -36,12 +35,35 @@ OVERKILL = MeshSize(
     tooth_size=0.09,
     hub_size=0.36,
 )
-OVERKILL_NODES = 161
-FACTORS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
-UNSPLIT_EDGES = (32, 64, 128, 256)
 UNSPLIT_NODES = 5  # more make the unsplit compliance indefinite
-NODES = (9, 13, 17, 25, 33, 49, 73)
 GRID = "contact grid"  # the study in which the mesh is one
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """factors : of the mesh; unsplit_edges : of a flank; nodes : of the contact grid
+
+    reference, reference_nodes : mesh and contact grid of the reference
+    positions : of a mesh period
+    """
+
+    factors: tuple[float, ...] = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
+    unsplit_edges: tuple[int, ...] = (32, 64, 128, 256)
+    nodes: tuple[int, ...] = (9, 13, 17, 25, 33, 49, 73)
+    reference: MeshSize = OVERKILL
+    reference_nodes: int = 161
+    positions: int = 64
+
+
+FULL = Sizes()
+QUICK = Sizes(
+    factors=FULL.factors[:2],
+    unsplit_edges=FULL.unsplit_edges[:2],
+    nodes=FULL.nodes[:2],
+    reference=MeshSize(),
+    reference_nodes=73,
+    positions=8,
+)
 
 
 @dataclass(frozen=True)
@@ -73,13 +95,13 @@ class StiffnessCost:
     error_corner: float
 
 
-def variants() -> Iterator[Variant]:
+def variants(sizes: Sizes = FULL) -> Iterator[Variant]:
     base = MeshSize()
     for order in (2, 1):
-        for factor in FACTORS:
+        for factor in sizes.factors:
             study = f"order {order}, split"
             yield Variant(study, base.refined(factor), order, 73)
-    for edges in UNSPLIT_EDGES:
+    for edges in sizes.unsplit_edges:
         # a uniform flank mesh has to resolve the contact by itself
         factor = edges / base.flank_edges
         size = MeshSize(
@@ -90,16 +112,18 @@ def variants() -> Iterator[Variant]:
             hub_size=base.hub_size,
         )
         yield Variant("order 2, no split", size, 2, UNSPLIT_NODES, False)
-    for nodes in NODES:
+    for nodes in sizes.nodes:
         yield Variant(GRID, base, 2, nodes)
 
 
-def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchmark:
+def measure(
+    gear_set: GearSet, torque: float, report: Progress, sizes: Sizes = FULL
+) -> bench.Benchmark:
     """Over mesh size, element order, grid and split, at a torque [N m].
 
     torque : on the driver of the first mesh
     """
-    studies = measure_variants(gear_set, torque, report)
+    studies = measure_variants(gear_set, torque, report, sizes)
     rows, interrupted = bench.collect((bench.POINTS, point) for point in studies)
     points, title = rows[bench.POINTS], f"Statics of {gear_set.name}, {torque:g} N m"
     orders = {
@@ -122,20 +146,21 @@ def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchma
 
 
 def measure_variants(
-    gear_set: GearSet, torque: float, report: Progress
+    gear_set: GearSet, torque: float, report: Progress, sizes: Sizes
 ) -> Iterator[StiffnessCost]:
     """Points one by one, so that those finished are kept."""
-    todo = list(variants())
+    todo = list(variants(sizes))
     report("reference", 0, len(todo) + 1)
-    reference_problem = _problem(gear_set, Variant("", OVERKILL, 2, OVERKILL_NODES))
-    reference = _cycle(reference_problem, torque)
+    finest = Variant("", sizes.reference, 2, sizes.reference_nodes)
+    reference_problem = _problem(gear_set, finest)
+    reference = _cycle(reference_problem, torque, sizes.positions)
     for i, variant in enumerate(todo):
         report(variant.study, i + 1, len(todo) + 1)
         yield _measure(gear_set, torque, variant, reference_problem, reference)
 
 
-def _cycle(problem: ContactProblem, torque: float) -> ContactCycle:
-    return solve_cycle(problem, [torque], np.arange(POSITIONS) / POSITIONS)
+def _cycle(problem: ContactProblem, torque: float, positions: int) -> ContactCycle:
+    return solve_cycle(problem, [torque], np.arange(positions) / positions)
 
 
 def _problem(gear_set: GearSet, variant: Variant) -> ContactProblem:
@@ -172,7 +197,7 @@ def _measure(
     start = time.perf_counter()
     problem = _problem(gear_set, variant)
     middle = time.perf_counter()
-    cycle = _cycle(problem, torque)
+    cycle = _cycle(problem, torque, reference.ste.shape[1])
     end = time.perf_counter()
     error = np.abs(cycle.ste[0] / reference.ste[0] - 1.0)
     corner = corner_positions(reference_problem, reference, 0)

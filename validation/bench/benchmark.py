@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 POINTS = "points"  # the table that is drawn
+QUICK = "quick: few points, not judged"
 REPEATS = 3
 MARKERS = "osD^v"  # of curves, which have no more
 Row = TypeVar("Row")
@@ -62,6 +63,7 @@ class Benchmark:
     facts : single values in addition to them
     left_out : columns that no screen has room for; findings : sentences below them
     interrupted : whether Ctrl-C ended it
+    quick : whether it has few points, by which nothing is judged
     """
 
     name: str
@@ -73,17 +75,23 @@ class Benchmark:
     left_out: Sequence[str] = ()
     findings: Sequence[str] = ()
     interrupted: bool = False
+    quick: bool = False
 
     @property
     def values(self) -> dict[str, Any]:
         """All of it, ready for JSON."""
-        return {**self.tables, **self.facts}
+        return {"quick": self.quick, **self.tables, **self.facts}
+
+    @property
+    def heading(self) -> str:
+        """The title, with what is quick."""
+        return f"{self.title}\n{QUICK}" if self.quick else self.title
 
     def draw(self) -> Figure:
         """Panels below each other."""
         count = len(self.panels)
         figure, rows = panels(count, size=(6.4, 1.2 + 3.8 * count))
-        draw_title(figure, self.title)
+        draw_title(figure, self.heading)
         for panel, (axes,) in zip(self.panels, rows, strict=True):
             axes.set_xlabel(panel.x)
             axes.set_ylabel(panel.y)
@@ -186,16 +194,17 @@ def write_page(measured: Sequence[Benchmark], output: Path, command: str) -> Pat
 
 def _study(measured: Benchmark, output: Path) -> dict[str, Any]:
     name, about = measured.name, measured.about
+    quick = " --quick" if measured.quick else ""
     tables = {table: rows for table, rows in measured.tables.items() if rows}
     files = {
         table: f"{name}{'' if table == POINTS else f'-{table}'}.csv" for table in tables
     }
     for table, rows in tables.items():
         write_text(output / files[table], format_records(rows))
-    figure, command = measured.draw(), f"fegear bench {name} -o bench"
+    figure, command = measured.draw(), f"fegear bench {name}{quick} -o bench"
     data = tuple(files.items())
     return {
-        "title": measured.title,
+        "title": measured.heading,
         "about": about,
         "figure": pages.save_figure(figure, output, name, about, command, data),
         "tables": tables,

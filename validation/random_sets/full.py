@@ -57,10 +57,11 @@ def measure_full(
     gear_set: GearSet,
     report: Progress = silent,
     speeds: Sequence[float] = (),
+    count: int = SPEEDS,
 ) -> list[FullPoint]:
-    """At speeds [Hz], by default some around the highest mesh resonance."""
+    """At speeds [Hz], by default `count` around the highest mesh resonance."""
     case = subject(gear_set, gear_set.meshes[0].torques[0])
-    speeds = speeds or speeds_of(highest_resonance(case.reference), SPEEDS)
+    speeds = speeds or speeds_of(highest_resonance(case.reference), count)
     statics = case.excitations.source.statics
     elastic = elastic_gears(gear_set, speeds, statics, MORE)
     inputs = gear_set, case.torque, case.reference, case.excitations

@@ -28,9 +28,12 @@ from fegear.gearset.model import GearSet
 from lumped.common.csv_text import format_records
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster, NoClusterError, run_tasks
+from validation.random_sets.full import SETS as FULL_SETS
+from validation.random_sets.full import SPEEDS as FULL_SPEEDS
 from validation.random_sets.full import FullPoint, measure_full, smallest_sets
 from validation.random_sets.generator import COUNT, random_gear_set
 from validation.random_sets.measuring import REFERENCE, Measured, measure
+from validation.random_sets.measuring import SPEEDS as SPEED_COUNT
 from validation.study.provenance import machine
 from validation.study.run_store import (
     RESULT,
@@ -47,7 +50,24 @@ SPEEDS, FULL = "speeds.csv", "full.csv"
 POLL = 0.5  # seconds between looks at whether the run is to end
 Rows = list[dict[str, Any]]
 Result = tuple[dict[str, Any], Rows]  # of result.json and of the table
-Measure = Callable[[GearSet, int, Progress], Measured]
+Measure = Callable[[GearSet, int, Progress, int], Measured]
+
+
+@dataclass(frozen=True)
+class Extent:
+    """sets : how many of the random gear sets; speeds : of each
+
+    full_sets, full_speeds : the same with all elastic freedoms
+    """
+
+    sets: int = COUNT
+    speeds: int = SPEED_COUNT
+    full_sets: int = FULL_SETS
+    full_speeds: int = FULL_SPEEDS
+
+
+FULL_EXTENT = Extent()
+QUICK = Extent(sets=1, speeds=2, full_sets=1, full_speeds=1)
 
 
 @dataclass(frozen=True)
@@ -69,7 +89,10 @@ class SetRun:
 
 
 def run_random_sets(
-    store: Path, report: Progress = silent, workers: int | Cluster | None = None
+    store: Path,
+    report: Progress = silent,
+    workers: int | Cluster | None = None,
+    extent: Extent = FULL_EXTENT,
 ) -> tuple[list[SetRun], bool]:
     """Run what is not in the store yet; also whether all was finished before Ctrl-C.
 
@@ -77,10 +100,11 @@ def run_random_sets(
     """
     runs: list[SetRun] = []
     with suppress(KeyboardInterrupt):
-        new_sets = make_sets(store, workers, report)
-        for run in compared_sets(store, report):
+        numbers = range(extent.sets)
+        new_sets = make_sets(store, workers, report, numbers, extent=extent)
+        for run in compared_sets(store, report, numbers, extent=extent):
             runs.append(replace(run, reused=run.reused and run.name not in new_sets))
-        runs.extend(full_sets(store, report))
+        runs.extend(full_sets(store, report, extent))
         return runs, True
     return runs, False
 
@@ -91,6 +115,7 @@ def make_sets(
     report: Progress = silent,
     numbers: Iterable[int] = range(COUNT),
     measuring: Measure = measure,
+    extent: Extent = FULL_EXTENT,
 ) -> set[str]:
     """Make the sets that are not in the store yet, several at once; their names.
 
@@ -99,7 +124,7 @@ def make_sets(
 
     measuring : a function of a module
     """
-    missing = [n for n in numbers if not _is_made(random_gear_set(n), store)]
+    missing = [n for n in numbers if not _is_made(random_gear_set(n), store, extent)]
     if not isinstance(workers, Cluster):
         workers = min(workers or os.cpu_count() or 1, len(missing))
         if workers < 2:
@@ -108,8 +133,8 @@ def make_sets(
 
     def take(number: int, texts: Mapping[str, str]) -> None:
         gear_set = random_gear_set(number)
-        inputs = inputs_of(gear_set, SPEEDS)
-        directory = make_directory(store / _directory_name(gear_set, SPEEDS))
+        inputs = inputs_of(gear_set, SPEEDS, extent)
+        directory = make_directory(store / _directory_name(gear_set, SPEEDS, extent))
         begin_run(directory, inputs, [SPEEDS])
         write_texts(directory, texts)
         if read_set(gear_set.name, directory / SPEEDS, inputs, False) is None:
@@ -120,7 +145,7 @@ def make_sets(
         report("random sets of workers", len(made), len(missing))
 
     report("random sets of workers", 0, len(missing))
-    tasks = [(n, partial(texts_of_set, n, measuring)) for n in missing]
+    tasks = [(n, partial(texts_of_set, n, measuring, extent)) for n in missing]
     if isinstance(workers, Cluster):
         try:
             run_tasks(tasks, take, threading.Event(), workers)
@@ -150,11 +175,13 @@ def _leave_interrupts_to_the_parent() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def texts_of_set(number: int, measuring: Measure) -> dict[str, str]:
+def texts_of_set(
+    number: int, measuring: Measure, extent: Extent = FULL_EXTENT
+) -> dict[str, str]:
     """The files of a set by name."""
     gear_set = random_gear_set(number)
-    make = partial(_compared, gear_set, number, measuring, silent)
-    return _texts(inputs_of(gear_set, SPEEDS), SPEEDS, make)
+    make = partial(_compared, gear_set, number, measuring, silent, extent)
+    return _texts(inputs_of(gear_set, SPEEDS, extent), SPEEDS, make)
 
 
 def _texts(
@@ -169,14 +196,15 @@ def _texts(
     return dict(with_digests(inputs, {table: format_records(rows)}, result))
 
 
-def _directory_name(gear_set: GearSet, table: str) -> str:
+def _directory_name(gear_set: GearSet, table: str, extent: Extent) -> str:
     kind = "random-full" if table == FULL else "random"
-    return f"{kind}-{gear_set.name}-{digest(inputs_of(gear_set, table))[:16]}"
+    return f"{kind}-{gear_set.name}-{digest(inputs_of(gear_set, table, extent))[:16]}"
 
 
-def _is_made(gear_set: GearSet, store: Path) -> bool:
-    table = store / _directory_name(gear_set, SPEEDS) / SPEEDS
-    return read_set(gear_set.name, table, inputs_of(gear_set, SPEEDS), True) is not None
+def _is_made(gear_set: GearSet, store: Path, extent: Extent) -> bool:
+    table = store / _directory_name(gear_set, SPEEDS, extent) / SPEEDS
+    inputs = inputs_of(gear_set, SPEEDS, extent)
+    return read_set(gear_set.name, table, inputs, True) is not None
 
 
 def compared_sets(
@@ -184,21 +212,24 @@ def compared_sets(
     report: Progress = silent,
     numbers: Iterable[int] = range(COUNT),
     measuring: Measure = measure,
+    extent: Extent = FULL_EXTENT,
 ) -> Iterator[SetRun]:
     """The coupled model against finite elements, set by set."""
     for number in numbers:
         gear_set = random_gear_set(number)
         report_set = partial(_report_of, report, number)
-        make = partial(_compared, gear_set, number, measuring, report_set)
-        yield _read_or_make(gear_set, store, SPEEDS, make)
+        make = partial(_compared, gear_set, number, measuring, report_set, extent)
+        yield _read_or_make(gear_set, store, SPEEDS, extent, make)
 
 
-def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
+def full_sets(
+    store: Path, report: Progress = silent, extent: Extent = FULL_EXTENT
+) -> Iterator[SetRun]:
     """All elastic freedoms against their modes, for the smallest sets."""
-    for number in smallest_sets():
+    for number in smallest_sets(extent.full_sets):
         gear_set = random_gear_set(number)
-        make = partial(_full, gear_set, partial(_report_of, report, number))
-        yield _read_or_make(gear_set, store, FULL, make)
+        make = partial(_full, gear_set, partial(_report_of, report, number), extent)
+        yield _read_or_make(gear_set, store, FULL, extent, make)
 
 
 def _report_of(
@@ -208,29 +239,40 @@ def _report_of(
 
 
 def _compared(
-    gear_set: GearSet, number: int, measuring: Measure, report: Progress
+    gear_set: GearSet,
+    number: int,
+    measuring: Measure,
+    report: Progress,
+    extent: Extent,
 ) -> Result:
-    measured = measuring(gear_set, number, report)
+    measured = measuring(gear_set, number, report, extent.speeds)
     return {"measured": asdict(measured)}, speed_rows(measured)
 
 
-def _full(gear_set: GearSet, report: Progress) -> Result:
-    rows = [asdict(point) for point in measure_full(gear_set, report)]
+def _full(gear_set: GearSet, report: Progress, extent: Extent) -> Result:
+    points = measure_full(gear_set, report, count=extent.full_speeds)
+    rows = [asdict(point) for point in points]
     return {"full": rows}, rows
 
 
 def _read_or_make(
-    gear_set: GearSet, store: Path, table: str, make: Callable[[], Result]
+    gear_set: GearSet,
+    store: Path,
+    table: str,
+    extent: Extent,
+    make: Callable[[], Result],
 ) -> SetRun:
     """A run with its table; one that fails is a result."""
-    inputs = inputs_of(gear_set, table)
-    directory = make_directory(store / _directory_name(gear_set, table))
+    inputs = inputs_of(gear_set, table, extent)
+    directory = make_directory(store / _directory_name(gear_set, table, extent))
     read = partial(read_set, gear_set.name, directory / table, inputs)
     compute = partial(_texts, inputs, table, make)
     return read_or_compute(directory, inputs, [table], read, compute)
 
 
-def inputs_of(gear_set: GearSet, table: str) -> dict[str, str]:
+def inputs_of(
+    gear_set: GearSet, table: str, extent: Extent = FULL_EXTENT
+) -> dict[str, str]:
     """All that determines the results."""
     return {
         "format": FORMAT,
@@ -238,6 +280,7 @@ def inputs_of(gear_set: GearSet, table: str) -> dict[str, str]:
         "sources": digest_of(__name__),
         "gear set": repr(gear_set),
         "table": table,
+        "speeds": repr(extent.full_speeds if table == FULL else extent.speeds),
     }
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fegear.files.output import make_directory, strict_json, write_text
+from fegear.files.output import make_directory, read_text, strict_json, write_text
 from lumped.common.csv_text import format_records
 from lumped.common.progress import Progress, silent
 from validation.pages import SavedFigure, filled, save_figure
 from validation.report import figures
 from validation.report.tables import report_tables
+from validation.report.totals import SUMMARY, totals_of
 from validation.study.budget import budget_of
 from validation.study.runs import CaseResult
 from validation.study.tasks import FE
@@ -48,8 +50,18 @@ def write_report(
     shown = {**values, "figures": drawn, "cost_figure": cost, "fe": FE}
     write_text(output / "report.md", filled("report.md", **shown))
     write_text(output / "index.html", filled("report.html", **shown))
+    if not values["quick"]:
+        write_text(output / SUMMARY, strict_json(totals_of(values)))
     write_text(output / "report.json", strict_json(values))
     return output / "index.html"
+
+
+def is_quick_report(path: Path) -> bool:
+    """Whether a report.json is one of quick runs."""
+    try:
+        return bool(json.loads(read_text(path)).get("quick"))
+    except (ValueError, AttributeError):  # no report
+        return False
 
 
 class Drawn(NamedTuple):

@@ -19,6 +19,7 @@ from validation.study.run_files import Run
 from validation.study.runs import CaseResult, warnings_of
 from validation.study.tasks import FE
 
+QUICK = "quick: few speeds, torques and sets; not judged"
 STATIC = ("mean_stiffness", "stiffness_variation", "static_deflection")
 
 
@@ -27,16 +28,19 @@ def report_values(
     output: Path,
     commands: Mapping[str, str],
     random_sets: Sequence[SetRun] = (),
+    quick: bool = False,
 ) -> dict[str, Any]:
     """All of a report; paths are relative to the output.
 
     commands : by the name of a case, or of all random sets, what runs it again, by ""
         what runs all
+    quick : whether runs are quick ones, which are not judged
     """
     runs: list[Run | SetRun] = [run for result in results for run in result.runs]
     runs += random_sets
     return {
         "command": commands[""],
+        "quick": QUICK if quick else "",
         "about": {**dict(provenance()), "runs made on": _machines(runs)},
         "random_sets": random_set_values(random_sets, output, commands),
         "cases": [

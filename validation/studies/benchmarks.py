@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -41,6 +41,7 @@ from validation.bench import (
 )
 from validation.bench.benchmark import (
     POINTS,
+    QUICK,
     Benchmark,
     files_of,
     write_benchmark,
@@ -72,12 +73,19 @@ def damping_setting() -> Any:
     )
 
 
+@dataclass(frozen=True, kw_only=True)
 class OneBenchmark:
     """The part that all benchmarks share."""
 
     pictures = NO_PICTURES
     partial = True
     folder = True
+
+    quick: bool = setting(
+        False,
+        "Pass through all of the program with few and small points, in seconds; "
+        "nothing can be judged by them.",
+    )
 
     @property
     def subject(self) -> str:
@@ -88,7 +96,16 @@ class OneBenchmark:
     @property
     def default_output(self) -> str | None:
         """Default directory of the output."""
-        return f"bench-{self.subject}"
+        return f"bench-{self.subject}{self.ending}"
+
+    @property
+    def ending(self) -> str:
+        """End of the names of default directories."""
+        return "-quick" if self.quick else ""
+
+    def sizes_of(self, module: Any) -> Any:
+        """The sizes that a module of `validation.bench` declares."""
+        return module.QUICK if self.quick else module.FULL
 
     @property
     def files(self) -> Sequence[str]:
@@ -100,6 +117,10 @@ class OneBenchmark:
         """Files that the gear-set file names, of a benchmark that has one."""
         name = getattr(self, "name", None)
         return () if name is None else files_of_gear_set(name, {})
+
+    def marked(self, report: Progress) -> Benchmark:
+        """Run the benchmark, and mark it where it is quick."""
+        return replace(self.measured(report), quick=self.quick)
 
     def measured(self, report: Progress) -> Benchmark:
         """Run the benchmark.
@@ -127,7 +148,7 @@ class OneBenchmark:
         yield Task(self.subject, self._measured)
 
     def _measured(self, job: Job) -> BenchmarkResult | None:
-        benchmark = self.measured(interrupted_by(job))
+        benchmark = self.marked(interrupted_by(job))
         return BenchmarkResult(self, benchmark) if benchmark.tables[POINTS] else None
 
 
@@ -168,6 +189,8 @@ class BenchmarkResult(StudyResult):
             }
             yield RowTable(rows, columns)
         yield from self.measured.findings
+        if self.measured.quick:
+            yield QUICK
 
 
 def _cell(name: str, row: Mapping[str, Any]) -> str:
@@ -192,7 +215,9 @@ class StiffnessBenchmark(
     def measured(self, report: Progress) -> Benchmark:
         gears = load_gear_set(self.name)
         load = chosen_torque(gears, self.torque, mesh=1)
-        return bench_stiffness.measure(gears, load, report)
+        return bench_stiffness.measure(
+            gears, load, report, sizes=self.sizes_of(bench_stiffness)
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,7 +236,9 @@ class DynamicsBenchmark(
 
     def measured(self, report: Progress) -> Benchmark:
         gears, load = loaded(self)
-        return bench_dynamics.measure(gears, load, report)
+        return bench_dynamics.measure(
+            gears, load, report, sizes=self.sizes_of(bench_dynamics)
+        )
 
 
 def loaded(study: Any) -> tuple[GearSet, float]:
@@ -241,7 +268,7 @@ class LumpedBenchmark(
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.stress:
-            names = "name", "torque", "damping"
+            names = "name", "torque", "damping", "quick"
             reason = "{stress} runs on a train of its own"
             refuse_given(self, names, reason, group_of(self))
 
@@ -257,7 +284,9 @@ class LumpedBenchmark(
         yield Task("lumped", self._tried if self.stress else self._measured)
 
     def measured(self, report: Progress) -> Benchmark:
-        return bench_lumped.measure(*loaded(self), self.damping, report)
+        return bench_lumped.measure(
+            *loaded(self), self.damping, report, sizes=self.sizes_of(bench_lumped)
+        )
 
     def _tried(self, job: Job) -> StressTestResult:
         families = [*stress_lumped.TRIALS, *stress_coupled.TRIALS]
@@ -318,7 +347,9 @@ class BranchesBenchmark(
     damping: float | None = damping_setting()
 
     def measured(self, report: Progress) -> Benchmark:
-        return bench_branches.measure(*loaded(self), self.damping, report)
+        return bench_branches.measure(
+            *loaded(self), self.damping, report, sizes=self.sizes_of(bench_branches)
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -337,7 +368,9 @@ class StabilityBenchmark(
 
     def measured(self, report: Progress) -> Benchmark:
         _, load = loaded(self)
-        return bench_stability.measure(self.name, load, report)
+        return bench_stability.measure(
+            self.name, load, report, sizes=self.sizes_of(bench_stability)
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -349,7 +382,7 @@ class EccentricBenchmark(
     output = f"{FOLDER} [default: bench-eccentric]"
 
     def measured(self, report: Progress) -> Benchmark:
-        return bench_eccentric.measure(report)
+        return bench_eccentric.measure(report, sizes=self.sizes_of(bench_eccentric))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -361,7 +394,7 @@ class ClatterBenchmark(
     output = f"{FOLDER} [default: bench-clatter]"
 
     def measured(self, report: Progress) -> Benchmark:
-        return bench_clatter.measure(report)
+        return bench_clatter.measure(report, sizes=self.sizes_of(bench_clatter))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -373,7 +406,7 @@ class GrowthBenchmark(
     output = f"{FOLDER} [default: bench-growth]"
 
     def measured(self, report: Progress) -> Benchmark:
-        return bench_growth.measure(report)
+        return bench_growth.measure(report, sizes=self.sizes_of(bench_growth))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -383,20 +416,23 @@ class AllBenchmarks(
     """All benchmarks on one page, index.html."""
 
     output = "Directory for index.html and more. [default: bench]"
-    default_output = "bench"
+
+    @property
+    def default_output(self) -> str | None:
+        return f"bench{self.ending}"
 
     @property
     def benchmarks(self) -> tuple[Any, ...]:
         """The benchmarks, in the order of the page."""
         return (
-            StiffnessBenchmark(),
-            LumpedBenchmark(torque=TORQUE),
-            BranchesBenchmark(torque=TORQUE),
-            StabilityBenchmark(torque=TORQUE),
-            EccentricBenchmark(),
-            ClatterBenchmark(),
-            GrowthBenchmark(),
-            DynamicsBenchmark(torque=TORQUE),
+            StiffnessBenchmark(quick=self.quick),
+            LumpedBenchmark(torque=TORQUE, quick=self.quick),
+            BranchesBenchmark(torque=TORQUE, quick=self.quick),
+            StabilityBenchmark(torque=TORQUE, quick=self.quick),
+            EccentricBenchmark(quick=self.quick),
+            ClatterBenchmark(quick=self.quick),
+            GrowthBenchmark(quick=self.quick),
+            DynamicsBenchmark(torque=TORQUE, quick=self.quick),
         )
 
     @property
@@ -410,7 +446,7 @@ class AllBenchmarks(
     def _all(self, job: Job) -> AllBenchmarksResult | None:
         report, measured = interrupted_by(job), list[Benchmark]()
         for benchmark in self.benchmarks:
-            measured.append(benchmark.measured(partial(_of, report, benchmark.subject)))
+            measured.append(benchmark.marked(partial(_of, report, benchmark.subject)))
             if measured[-1].interrupted:
                 break
         with_points = tuple(
@@ -445,8 +481,10 @@ class AllBenchmarksResult(StudyResult):
         for benchmark in self.measured:
             write_benchmark(benchmark, output)
         write_text(output / "bench.json", strict_json(self.summary))
-        command = shlex.join(["fegear", "bench", "all", "-o", str(path)])
+        command = shlex.join(["fegear", *self.study.argv, "-o", str(path)])
         write_page(self.measured, output, command)
 
     def page(self) -> Page:
         yield f"measured: {', '.join(benchmark.name for benchmark in self.measured)}"
+        if self.study.quick:
+            yield QUICK

@@ -28,8 +28,8 @@ from fegear.studies.table import Table
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster
 from validation.random_sets import runs as random_sets
-from validation.random_sets.runs import SetRun
-from validation.report import report_values, write_report
+from validation.random_sets.runs import Extent, SetRun
+from validation.report import QUICK, is_quick_report, report_values, write_report
 from validation.studies.interrupts import interrupted_by
 from validation.study import runs as case_runs
 from validation.study.cases import Case, case_names, load_case
@@ -75,6 +75,7 @@ OVERVIEW: Columns = {
         "" if isnan(row["cost_ratio"]) else f"{row['cost_ratio']:.0f}"
     ),
 }
+JUDGED = "within", "outside", "verdict"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,6 +107,11 @@ class Validation(
         None,
         "Model of the finite elements, as in `fegear dynamics`. [default: that of each "
         "case]",
+    )
+    quick: bool = setting(
+        False,
+        "Pass through all of the program with few speeds, torques and random gear "
+        "sets, in minutes; nothing is judged.",
     )
     directory: str = setting(
         MISSING,
@@ -149,29 +155,50 @@ class Validation(
         for name in taken:
             if taken.count(name) > 1:
                 raise InputError(f"case {name} is given {taken.count(name)} times")
+        if self.quick:
+            cases = [case.quick for case in cases]
         if self.fidelity is None:
             return tuple(cases)
         return tuple(replace(case, fidelity=self.fidelity) for case in cases)
+
+    @property
+    def extent(self) -> Extent:
+        """How many random gear sets, and how many speeds of each."""
+        return random_sets.QUICK if self.quick else random_sets.FULL_EXTENT
 
     def tasks(self) -> Iterator[Task]:
         chosen, output = self.chosen, Path(self.directory)
         store = make_directory(make_directory(output) / "runs")
         for name in WRITTEN:
             require_writable(output / name)
+        self._require_same_kind(output / "report.json")
         for case in chosen:
             list(tasks_of(case))  # refuses a gear set that cannot be used
         yield Task("cases", partial(self._validated, store))
+
+    def _require_same_kind(self, path: Path) -> None:
+        """Refuse to replace a report of full runs by a quick one, or the other."""
+        if path.is_file() and is_quick_report(path) is not self.quick:
+            kinds = ("full", "quick") if self.quick else ("quick", "full")
+            raise refusal(
+                self,
+                "directory",
+                f"has a report of {kinds[0]} runs; a {kinds[1]} one needs another "
+                "directory",
+            )
 
     def _validated(self, store: Path, job: Job) -> ValidationResult | None:
         report = interrupted_by(job)
         results = self._run(store, job, report)
         complete, sets = len(results) == len(self.chosen), list[SetRun]()
         if self.random and complete:
-            sets, complete = random_sets.run_random_sets(store, report, job.workers)
+            sets, complete = random_sets.run_random_sets(
+                store, report, job.workers, self.extent
+            )
         if not (results or sets):
             return None
         output = Path(self.directory)
-        values = report_values(results, output, self._commands, sets)
+        values = report_values(results, output, self._commands, sets, self.quick)
         write_report(values, results, output, report if complete else silent)
         return ValidationResult(self, values, complete)
 
@@ -225,12 +252,12 @@ class ValidationResult(StudyResult):
 
     @property
     def outside(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Cases and verdicts outside their tolerances."""
+        """Cases and verdicts outside their tolerances; none of quick runs."""
         return [
             (case["case"], verdict)
             for case in self.values["cases"]
             for verdict in case["verdicts"]
-            if not verdict["within"]
+            if not (verdict["within"] or self.study.quick)
         ]
 
     @property
@@ -258,6 +285,8 @@ class ValidationResult(StudyResult):
     def _reasons(self) -> list[str]:
         """Why the models fail."""
         sets, reasons = self.values["random_sets"], list[str]()
+        if self.study.quick:
+            return reasons
         if self.outside:
             reasons.append(f"values outside their tolerances: {len(self.outside)}")
         unjudged = [
@@ -287,17 +316,28 @@ class ValidationResult(StudyResult):
     def page(self) -> Page:
         sets, cases = self.values["random_sets"], self.values["cases"]
         if sets:
-            yield RowTable(sets["rows"], SETS, "Random gear sets", ("set", "verdict"))
+            yield RowTable(
+                sets["rows"], self._shown(SETS), "Random gear sets", ("set", "verdict")
+            )
             passed, count = sets["passed"], sets["of"]
-            yield f"{passed} of {count} random gear sets keep what is promised"
+            if not self.study.quick:
+                yield f"{passed} of {count} random gear sets keep what is promised"
         if cases:
             rows = [
                 {"case": c["case"], **model} for c in cases for model in c["models"]
             ]
-            yield RowTable(rows, OVERVIEW, "Verdicts", ("case", "model"))
-            yield from self._verdicts()
+            title = "Costs" if self.study.quick else "Verdicts"
+            yield RowTable(rows, self._shown(OVERVIEW), title, ("case", "model"))
+            yield from () if self.study.quick else self._verdicts()
+        if self.study.quick:
+            yield QUICK
         output = Path(self.study.directory)
         yield f"wrote {', '.join(str(output / name) for name in WRITTEN)}"
+
+    def _shown(self, columns: Columns) -> Columns:
+        """Columns of the screen, of quick runs without verdicts."""
+        judged = JUDGED if self.study.quick else ()
+        return {name: cell for name, cell in columns.items() if name not in judged}
 
     def _verdicts(self) -> Page:
         outside = self.outside

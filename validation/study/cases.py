@@ -39,6 +39,7 @@ from validation.study.printed_keys import require_key
 
 FOLDER = Path(__file__).parents[1] / "cases"
 LADDER = "model-1", "model-coupled"  # from where to where a budget leads
+QUICK_SPEEDS, QUICK_STEPS = 3, 2  # of a sweep; on the way to a single speed
 Part = Literal["hardening", "pairs", "body", "meshes", "modes"]  # of the coupled model
 Fidelity = Literal["full", "reduced", "quasistatic"]
 
@@ -163,6 +164,14 @@ class SingleSpeed:
     ] = APPROACH_STEP
 
     @property
+    def quick(self) -> SingleSpeed:
+        """The same motion, reached in a few steps."""
+        if self.from_speed_Hz is None:
+            return self
+        step = abs(self.from_speed_Hz - self.speed_Hz) / QUICK_STEPS
+        return replace(self, step_Hz=max(self.step_Hz, step))
+
+    @property
     def label(self) -> str:
         came = "rest" if self.from_speed_Hz is None else f"{self.from_speed_Hz:g} Hz"
         return f"{self.speed_Hz:g} Hz from {came}"
@@ -273,6 +282,23 @@ class Case:
     def speeds(self) -> tuple[float, ...]:
         """Frequencies of the first mesh [Hz]."""
         return parsed_speeds(self.speeds_Hz, MAX_SPEEDS)
+
+    @property
+    def quick(self) -> Case:
+        """The same case with few speeds and its first torque, to pass through all of
+        the program; its metrics are other ones and cannot be judged.
+        """
+        torque = self.torques_Nm[0]
+        return replace(
+            self,
+            torques_Nm=(torque,),
+            speeds_Hz=", ".join(f"{speed!r}" for speed in self.speeds[:QUICK_SPEEDS]),
+            single_speed=tuple(
+                motion.quick
+                for motion in self.single_speed
+                if motion.torque_Nm == torque
+            )[:1],
+        )
 
     def edits_of(self, model: Model | None = None) -> dict[str, Any]:
         """Edits of the gear set by key; with those of a model."""

@@ -33,6 +33,7 @@ from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.study.cases import Case
 from validation.study.metrics import (
     FRICTION_EFFECT,
+    ForceCycle,
     Measured,
     MeasuredCurve,
     Verdict,
@@ -60,6 +61,9 @@ OF_CURVES = {  # metrics of vibration over speed
     *("peaks_unmatched", "jump_frequency", "jumps_unmatched", "contact_loss"),
     "peak_force",
 }
+OF_CYCLES = (  # metrics of mesh forces at a single speed
+    *("wave_correlation", "wave_phase", "wave_peak_force", "wave_contact_loss"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,12 +207,19 @@ def with_cause(
 ) -> Verdict:
     """The verdict, outside of what is allowed with its cause.
 
-    The model is on another branch if the value is within without the speeds at which
-    it is, and off otherwise. The verdict itself stays.
+    Over speed, the model is on another branch if the value is within without the speeds
+    at which it is, and off otherwise; at a single speed, if its motion is of another
+    kind. The verdict itself stays.
 
-    where : of the curve, `100 N m, up, mesh 1`
+    where : of the curve or cycle, `100 N m, up, mesh 1`
     """
-    if metric_verdict.within or metric_verdict.metric not in OF_CURVES:
+    if metric_verdict.within:
+        return metric_verdict
+    if metric_verdict.metric in OF_CYCLES:
+        for fe_cycle, cycle in zip(reference.cycles, run.cycles, strict=True):
+            if where == f"{run.torque:g} N m, {cycle.label}, mesh {cycle.mesh}":
+                return replace(metric_verdict, cause=cycle_cause(fe_cycle, cycle))
+    if metric_verdict.metric not in OF_CURVES:
         return metric_verdict
     for fe_curve, model_curve in zip(reference.curves, run.curves, strict=True):
         if (
@@ -220,6 +231,17 @@ def with_cause(
             )
             return replace(metric_verdict, cause=cause_text)
     return metric_verdict
+
+
+def cycle_cause(reference: ForceCycle, model: ForceCycle) -> str:
+    """Why a metric of two motions at one speed is outside, in words."""
+    if reference.period_multiple != model.period_multiple:
+        differ = "repeat after different numbers of cycles"
+    elif (reference.contact_loss > 0.0) != (model.contact_loss > 0.0):
+        differ = "differ in whether contact is lost"
+    else:
+        return OFF
+    return f"another branch, perhaps: model and finite elements {differ}"
 
 
 def cause(

@@ -941,6 +941,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": swap(VALIDATE, "out", "there"),
         "--all": plus(VALIDATE, "--all", refused=True),
         "--fidelity": plus(VALIDATE, "--fidelity reduced"),
+        "--quick": plus(VALIDATE, "--quick"),
         "--cluster": plus(
             VALIDATE, "--cluster --scheduler tcp://nowhere:1", refused=True
         ),
@@ -995,12 +996,14 @@ OPTIONS: dict[str, dict[str, Case]] = {
     "bench stiffness": {
         "SET": plus("bench stiffness --json", "SET"),
         "--torque": plus("bench stiffness --json", "--torque 50"),
+        "--quick": plus("bench stiffness --json", "--quick"),
         "--output": plus("bench stiffness --json", "-o there"),
         "--json": plus("bench stiffness", "--json"),
     },
     "bench dynamics": {
         "SET": plus("bench dynamics --json", "SET"),
         "--torque": plus("bench dynamics --json", "--torque 50"),
+        "--quick": plus("bench dynamics --json", "--quick"),
         "--output": plus("bench dynamics --json", "-o there"),
         "--json": plus("bench dynamics", "--json"),
     },
@@ -1009,6 +1012,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--stress": plus("bench lumped --torque 50 --json", "--stress", refused=True),
         "--torque": plus("bench lumped --json", "--torque 50"),
         "--damping": plus("bench lumped --json", "--damping 0.1"),
+        "--quick": plus("bench lumped --json", "--quick"),
         "--output": plus("bench lumped --json", "-o there"),
         "--json": plus("bench lumped", "--json"),
     },
@@ -1016,24 +1020,29 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "SET": plus("bench branches --json", "SET"),
         "--torque": plus("bench branches --json", "--torque 50"),
         "--damping": plus("bench branches --json", "--damping 0.1"),
+        "--quick": plus("bench branches --json", "--quick"),
         "--output": plus("bench branches --json", "-o there"),
         "--json": plus("bench branches", "--json"),
     },
     "bench stability": {
         "SET": plus("bench stability --json", "SET"),
         "--torque": plus("bench stability --json", "--torque 50"),
+        "--quick": plus("bench stability --json", "--quick"),
         "--output": plus("bench stability --json", "-o there"),
         "--json": plus("bench stability", "--json"),
     },
     "bench clatter": {
+        "--quick": plus("bench clatter --json", "--quick"),
         "--output": plus("bench clatter --json", "-o there"),
         "--json": plus("bench clatter", "--json"),
     },
     "bench growth": {
+        "--quick": plus("bench growth --json", "--quick"),
         "--output": plus("bench growth --json", "-o there"),
         "--json": plus("bench growth", "--json"),
     },
     "bench eccentric": {
+        "--quick": plus("bench eccentric --json", "--quick"),
         "--output": plus("bench eccentric --json", "-o there"),
         "--json": plus("bench eccentric", "--json"),
     },
@@ -1129,6 +1138,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--json": less(NOISE, "--json"),
     },
     "bench all": {
+        "--quick": plus("bench all --json", "--quick"),
         "--output": plus("bench all --json", "-o there"),
         "--json": plus("bench all", "--json"),
     },
