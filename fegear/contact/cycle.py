@@ -5,6 +5,7 @@ Loads, torques and stiffnesses are per unit face width.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,6 +35,7 @@ from lumped.common.compiled import allocating, compiled, compiled_part
 
 PATCH_MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
 PATCH_GROWTH = 1.6  # of a patch whose pressure reaches its end
+PATCH_STEP = 0.9  # in which a corner's is fitted to its load
 MAX_PATCH_ITERATIONS = 12
 SOFT_TEETH = 8.0  # ste over load per width times 1/E1' + 1/E2', a stiff pair's
 FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
@@ -171,6 +173,7 @@ def place_pairs(constants, teeth, gaps, position, kind, target, work):
         half_width = hertz_half_width(mesh, flanks, s1, load)
         if work.patches[k].present:
             half_width = reach_of_patch(mesh, flanks, work.patches[k], half_width)
+            half_width = corner_width(flanks, work.patches[k], half_width, load)
         work.half_width[k] = PATCH_MARGIN * half_width
         work.has_nodes[k] = False
 
@@ -231,7 +234,7 @@ def choose_pairs(constants, work, gaps, limit):
 @compiled_part
 def resize_patches(constants, work, active_pairs):
     """Widen patches that pressure reaches an end of, and fit those of corners to their
-    load; whether there were any.
+    own load once; whether there were any.
     """
     size, any_resized = work.nodes.shape[1], False
     for p in range(active_pairs.size):
@@ -243,18 +246,21 @@ def resize_patches(constants, work, active_pairs):
         # and the near end where an undercut ends the flank
         is_cut = ends_at_edge(constants.flanks[k], patch)
         reaches_far_end = reaches_far_end or is_cut
+        factor = 1.0
         if (q[0] > 0.0 and not is_cut) or (reaches_far_end and q[-1] > 0.0):
-            half_width *= PATCH_GROWTH
+            factor = PATCH_GROWTH
         elif patch.tilt[1] != 0.0 and not patch.is_fitted:
             load = 0.0
             for force in q:
                 load += force
-            width = corner_width(constants.mesh, constants.flanks[k], patch, load)
-            if load > 0.0:
-                half_width = min(half_width, PATCH_MARGIN * width)
+            width = corner_width(constants.flanks[k], patch, half_width, load)
+            if load > 0.0 and PATCH_MARGIN * width < half_width:
+                # in steps, so that a small change of the load leaves the nodes in place
+                ratio = math.log(PATCH_MARGIN * width / half_width)
+                factor = PATCH_STEP ** math.floor(ratio / math.log(PATCH_STEP))
             patch.is_fitted = True
-        if half_width != work.half_width[k]:
-            work.half_width[k] = half_width
+        if factor != 1.0:
+            work.half_width[k] *= factor
             work.has_nodes[k], any_resized = False, True
             work.in_contact[k, :] = False
     return any_resized

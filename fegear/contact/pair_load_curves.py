@@ -44,6 +44,7 @@ class PairLoadCurves:
     moment_arms : (n, k, 4) arms of normal and friction force about driver and driven
         centre [m]
     arc : (n, k, 2) of the load's centre from the tip corners [m]
+    turn : (n, k, 2) of corners, as in `ContactCycle`
     sliding_sign : (n, k) +1 before the pitch point, -1 behind it
     penetration : (j,) from 0, increasing [m]
     load : (n, k, 2, j) positive, with friction as nominally and reversed [N]
@@ -56,6 +57,7 @@ class PairLoadCurves:
     gap: Array
     moment_arms: Array
     arc: Array
+    turn: Array
     sliding_sign: Array
     penetration: Array
     load: Array
@@ -96,6 +98,7 @@ def pair_load_curves(
         gap=gap[:, selected],
         moment_arms=closest.cells.moment_arms[:, selected],
         arc=arc,
+        turn=turn,
         sliding_sign=closest.cells.sliding_sign[:, selected],
         penetration=penetration,
         load=load,

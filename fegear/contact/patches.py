@@ -51,17 +51,18 @@ def hertz_half_width(mesh, flanks, s1, load):
 
 
 @compiled_part
-def corner_width(mesh, flanks, patch, load):
+def corner_width(flanks, patch, half_width, load):
     """Width of the contact of a corner under a line load [N/m].
 
     A corner whose flank is at an angle to its mate's touches over a width in proportion
-    to the load, as a wedge does (Johnson (1985) eq. (5.42)), up to that of the flanks.
+    to the load, as a wedge does (Johnson (1985) eq. (5.42)), up to that of the flanks,
+    half_width [m].
     """
-    s1 = patch.crossings[patch.master]  # the driver's, of master or mate
-    half_width = hertz_half_width(mesh, flanks, s1, load)
+    angle = abs(patch.tilt[1])
+    if angle == 0.0 or load <= 0.0:
+        return half_width
     compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
-    of_wedge = CORNER_WIDTH * compliance * load / abs(patch.tilt[1])
-    ratio = 0.5 * half_width / of_wedge
+    ratio = 0.5 * half_width * angle / (CORNER_WIDTH * compliance * load)
     return half_width * (math.sqrt(1.0 + ratio * ratio) - ratio)
 
 

@@ -103,6 +103,7 @@ def load_curves_at(
         pair_offsets=-teeth if back else teeth,
         gap=gap[:, selected],
         moment_arms=np.concatenate([np.broadcast_to(arms, rolls.shape), rolls], axis=2),
+        turn=np.zeros(rolls.shape),
         arc=np.maximum(tips**2 - rolls**2, 0.0) / (2.0 * arms),
         sliding_sign=np.sign(pair.pitch_point - roll),
         penetration=path.penetration,

@@ -136,6 +136,12 @@ def _penetration_rate(side: ContactSide, gear_set: GearSet) -> Array:
     )
 
 
+def _read(relief: InertiaRelief, values: Array, arcs: Array) -> Array:
+    """Values (n,) of a flank's points at arcs (...), not beyond the points."""
+    inside = np.clip(arcs, relief.arcs[0], relief.arcs[-1])
+    return np.asarray(PchipInterpolator(relief.arcs, values)(inside))
+
+
 def _inertia_rows(
     side: ContactSide,
     reliefs: Sequence[InertiaRelief],
@@ -145,8 +151,9 @@ def _inertia_rows(
     parts = []
     for g in side.gears:
         relief, arcs = reliefs[g], side.arcs(g)
-        inside = np.clip(arcs, relief.arcs[0], relief.arcs[-1])
-        inward = PchipInterpolator(relief.arcs, relief.inward)(inside)
+        sine = side.load_curves.turn[..., side.gears.index(g)]
+        inward = np.sqrt(1.0 - sine**2) * _read(relief, relief.inward, arcs)
+        inward += sine * _read(relief, relief.rootward, arcs)
         # a clockwise load presses right flanks inward and left flanks outward
         mirror = 1.0 if side.flank == RIGHT else -1.0
         parts.append(mirror * inward.T[:, :, None] * rotation_shapes[g])

@@ -213,6 +213,8 @@ def _load_curves(
         # a pair that hardly carries load here is extrapolated as where it does
         nearest = points[reliable[np.abs(reliable - s).argmin()]]
         x, k = points[s]
+        if x.size and table.torque_Nm.size == 1:
+            continue  # a load curve without hardening is a line through its point
         stiffness = np.append(k, _stiffness(nearest, hardening, log_scale))
         points[s] = (np.append(x, log_scale), stiffness) if x.size else nearest
     knots = MAX_PENETRATION_RATIO * scale * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
