@@ -86,18 +86,18 @@ def validated(name: str, directory: Path) -> Values:
     result = run(study)
     assert result.complete
     assert not result.failure
-    values, found = result.values, dict[str, Any]()
+    values, measured = result.values, dict[str, Any]()
     for case in values["cases"]:
         for verdict in case["verdicts"]:
             label = f"{verdict['model']}, {verdict['where']}, {verdict['metric']}"
-            found[f"validate {name}/{label}"] = verdict["measured"]
+            measured[f"validate {name}/{label}"] = verdict["measured"]
     for row in values["random_sets"].get("rows", ()):
         assert not row["failure"], row["failure"]
-        found |= _numbers(f"validate {name}/{row['set']}", row["figures"])
+        measured |= _numbers(f"validate {name}/{row['set']}", row["figures"])
     assert not values["random_sets"].get("full_failures")
     for row in values["random_sets"].get("full", ()):
-        found |= _numbers(f"validate {name}/full {row['name']}", row)
-    return found
+        measured |= _numbers(f"validate {name}/full {row['name']}", row)
+    return measured
 
 
 def benched(subject: str, directory: Path) -> Values:
@@ -157,12 +157,14 @@ def may_be_nan(name: str) -> bool:
     return any(name.endswith(end) for end in MAY_BE_NAN)
 
 
-def differences(found: Values, recorded: Mapping[str, float | None]) -> Iterator[str]:
+def differences(
+    measured: Values, recorded: Mapping[str, float | None]
+) -> Iterator[str]:
     """Names that only one of both has, values that are not finite or differ."""
-    for name in sorted(found.keys() ^ recorded.keys()):
-        yield f"{name}: {'new' if name in found else 'missing'}"
-    for name in sorted(found.keys() & recorded.keys()):
-        value, expected = found[name], recorded[name]
+    for name in sorted(measured.keys() ^ recorded.keys()):
+        yield f"{name}: {'new' if name in measured else 'missing'}"
+    for name in sorted(measured.keys() & recorded.keys()):
+        value, expected = measured[name], recorded[name]
         if not math.isfinite(value):
             if expected is not None or not may_be_nan(name):
                 yield f"{name}: {value}"

@@ -23,9 +23,9 @@ RUNS = named_runs()
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RUNS)
 def test_a_quick_run_gives_the_recorded_values(name, tmp_path):
-    found = RUNS[name](tmp_path)
-    assert found
-    assert not list(differences(found, recorded_values()[name]))
+    measured = RUNS[name](tmp_path)
+    assert measured
+    assert not list(differences(measured, recorded_values()[name]))
     for table in tmp_path.rglob("*.csv"):
         lines = [line for line in table.read_text().splitlines() if line[:1] != "#"]
         rows = list(csv.DictReader(lines))

@@ -200,7 +200,7 @@ def test_sets_that_are_finished_stay_where_the_run_is_to_end(tmp_path):
 
 
 def test_table_in_the_report_and_kept_runs(tmp_path):
-    def made(gear_set, number, report):
+    def made(gear_set, number, report, speeds):
         if number == 1:
             raise ArithmeticError("no static equilibrium")
         return set_with(curve())

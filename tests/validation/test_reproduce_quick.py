@@ -47,13 +47,13 @@ def test_a_quick_figure_gives_what_is_recorded(number, tmp_path):
     }
     for part, values in computed.items():
         for name, value in values.items():
-            found, expected = (
+            numbers, expected = (
                 list(numbers_in(v)) for v in (value, recorded[part][name])
             )
             place = f"{part}, {name}"
-            assert [v is None for v in found] == [v is None for v in expected], place
+            assert [v is None for v in numbers] == [v is None for v in expected], place
             if not is_sensitive(number, part, name):
-                assert found == pytest.approx(expected, rel=RTOL, abs=ATOL), place
+                assert numbers == pytest.approx(expected, rel=RTOL, abs=ATOL), place
 
 
 def test_quick_parts_are_allowed_in_a_file_as_well():

@@ -264,7 +264,7 @@ def waveform_error(waveform: Array, reference: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Growth:
+class RowGrowth:
     """Microseconds per step over the gears in a row, and all coordinates."""
 
     gears: int
@@ -272,7 +272,7 @@ class Growth:
     us_per_step: float
 
 
-def growth(row: Subject) -> Growth:
+def growth(row: Subject) -> RowGrowth:
     """Growth of the cost with the subject of a row of gears, in the reduced
     fidelity.
     """
@@ -281,7 +281,7 @@ def growth(row: Subject) -> Growth:
         run(stepper, row.speeds[-1], COMMON, row.sizes.periods)[1]
         for _ in range(REPEATS)
     )
-    return Growth(len(row.gear_set.gears), stepper.model.size, best)
+    return RowGrowth(len(row.gear_set.gears), stepper.model.size, best)
 
 
 def row_of_gears(gear_set: GearSet, count: int) -> GearSet:

@@ -107,7 +107,7 @@ class Part(TrainOverrides):
         return self.name or str(vars(self)["kind"])
 
     def quick(self) -> Self:
-        """The same computation of few points, which checks that it still runs."""
+        """This part with few points, which checks that it still runs."""
         return self
 
     def command(self, scene: Any) -> Sequence[str]:

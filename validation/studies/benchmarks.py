@@ -104,7 +104,18 @@ class OneBenchmark:
         return "-quick" if self.quick else ""
 
     def sizes_of(self, module: Any) -> Any:
-        """The sizes that a module of `validation.bench` declares."""
+        """The sizes that a benchmark has, quick or full.
+
+        Parameters
+        ----------
+        module : module
+            Module of `validation.bench`, which declares both.
+
+        Returns
+        -------
+        NamedTuple or dataclass
+            Sizes that the functions of the module take.
+        """
         return module.QUICK if self.quick else module.FULL
 
     @property
@@ -119,7 +130,18 @@ class OneBenchmark:
         return () if name is None else files_of_gear_set(name, {})
 
     def marked(self, report: Progress) -> Benchmark:
-        """Run the benchmark, and mark it where it is quick."""
+        """Run the benchmark, and mark it where it is quick.
+
+        Parameters
+        ----------
+        report : callable
+            Function of (stage, done, total), called during the run.
+
+        Returns
+        -------
+        Benchmark
+            What was measured.
+        """
         return replace(self.measured(report), quick=self.quick)
 
     def measured(self, report: Progress) -> Benchmark:

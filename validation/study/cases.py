@@ -165,7 +165,7 @@ class SingleSpeed:
 
     @property
     def quick(self) -> SingleSpeed:
-        """The same motion, reached in a few steps."""
+        """This motion, reached in a few steps."""
         if self.from_speed_Hz is None:
             return self
         step = abs(self.from_speed_Hz - self.speed_Hz) / QUICK_STEPS
@@ -285,7 +285,7 @@ class Case:
 
     @property
     def quick(self) -> Case:
-        """The same case with few speeds and its first torque, to pass through all of
+        """This case with few speeds and its first torque, to pass through all of
         the program; its metrics are other ones and cannot be judged.
         """
         torque = self.torques_Nm[0]

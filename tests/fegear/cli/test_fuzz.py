@@ -25,7 +25,7 @@ def test_the_fuzzer_knows_every_option():
     flags = {"--json", "--translations", "--hold-width", "--model-1", "--resume"}
     flags |= {"--overwrite", "--whole", "--corner-contact", "--no-bending"}
     flags |= {"--varying-bending"}
-    flags |= {"--all"}  # takes minutes
+    flags |= {"--all", "--quick"}  # take minutes
     flags |= {"--chaos", "--exponents", "--root", "--averages"}
     for name, options in option_lists().items():
         assert name in BASE

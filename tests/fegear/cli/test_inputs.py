@@ -952,6 +952,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "NUMBER": swap(REPRODUCE, "table-2.1", "table-2.2"),
         "--all": plus(REPRODUCE, "--all", refused=True),
         "--list": Case(f"{REPRODUCE} -o out", "reproduce --list --json"),
+        "--quick": plus(REPRODUCE, "--quick"),
         "--output": swap(f"{REPRODUCE} -o out", "out", "there"),
         "--json": less(REPRODUCE, "--json"),
     },

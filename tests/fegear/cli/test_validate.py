@@ -86,7 +86,7 @@ def test_fidelity_of_the_option_wins(tmp_path):
 
 @pytest.mark.parametrize(("complete", "code"), [(True, 1), (False, 130)])
 def test_random_sets_run_alone(complete, code, tmp_path, monkeypatch):
-    def runs(store, report, workers):
+    def runs(store, report, workers, extent):
         table = store / "random-pair-1" / "speeds.csv"
         return [SetRun("pair-1", table, False, "here", "it diverged")], complete
 
