@@ -16,7 +16,7 @@ from skfem.models.elasticity import linear_elasticity
 from fegear.contact.loads import patch_load
 from fegear.contact.problem import run_kernel
 from meshes import sector_mesh
-from meshes.profile import flank_tangents, roll_length_at_arc, turn
+from meshes.profile import flank_points, flank_tangents, roll_length_at_arc, turn
 
 
 def ste_of_whole_gears(problem, torque, position, size):
@@ -34,8 +34,8 @@ def ste_of_whole_gears(problem, torque, position, size):
         load.normal @ result.nodes.gap[pair]
         for load, pair in zip(loads, touching, strict=True)
     )
-    on_driver = [(x.tooth, x.driver_arcs, x.normal, x.step) for x in loads]
-    on_driven = [(-x.tooth, x.driven_arcs, x.normal, x.step) for x in loads]
+    on_driver = [(x.tooth, x.turn[0], x.driver_arcs, x.normal, x.step) for x in loads]
+    on_driven = [(-x.tooth, x.turn[1], x.driven_arcs, x.normal, x.step) for x in loads]
     work = work_on_whole_gear(problem.pair.driver, on_driver, size)
     work += work_on_whole_gear(problem.pair.driven, on_driven, size)
     # off the path, a pair closes by less than the transmission error
@@ -67,13 +67,13 @@ def refined_arcs(length, loads):
 def work_on_whole_gear(gear, loads, size):
     """Work of the loads of tooth pairs on a whole gear, over their displacement [N].
 
-    loads : (tooth, arcs (n,), line loads (n,) [N/m], step [m]) of each pair, teeth to
-        the right
+    loads : (tooth, sine of the angle from the flank's normal toward its root, arcs
+        (n,), line loads (n,) [N/m], step [m]) of each pair, teeth to the right
 
     Plane stress; the hub, or the rim of an internal gear, is held. It shares the mesh
     of the sector with the program, with other vertices on the flank.
     """
-    arcs = refined_arcs(gear.flank_length, [load[1:] for load in loads])
+    arcs = refined_arcs(gear.flank_length, [load[2:] for load in loads])
     with patch("meshes.outline.flank_arcs", return_value=arcs):
         sector = sector_mesh(gear, size)
     angles = gear.pitch_angle * np.arange(gear.teeth)
@@ -88,9 +88,9 @@ def work_on_whole_gear(gear, loads, size):
     stiffness = linear_elasticity(E * nu / (1 - nu**2), 0.5 * E / (1 + nu))
     K, places = stiffness.assemble(basis), basis.doflocs.T
     force, tree = np.zeros(basis.N), cKDTree(places)
-    for tooth, *load in loads:
+    for tooth, sine, *load in loads:
         angle = tooth * gear.pitch_angle
-        nodal = list(nodal_loads(gear, sector, *load))
+        nodal = list(nodal_loads(gear, sector, sine, *load))
         total = sum(np.hypot(*vectors.sum(axis=0)) for _, vectors in nodal)
         for nodes, vectors in nodal:
             points = turn(sector.points[nodes], angle)
@@ -102,9 +102,10 @@ def work_on_whole_gear(gear, loads, size):
     return float(force @ solve(*condense(K, force, D=held)))
 
 
-def nodal_loads(gear, sector, arcs, loads, step):
+def nodal_loads(gear, sector, sine, arcs, loads, step):
     """Nodes (3,) and forces (3, 2) of the flank's edges under a piecewise linear load.
 
+    sine : of the angle of the loads from the flank's normal toward its root
     arcs : (n,) of the hats; loads : (n,) of the hats, of which the first and the last
         are halves [N/m]
     """
@@ -128,4 +129,7 @@ def nodal_loads(gear, sector, arcs, loads, step):
         shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)])
         tangent = flank_tangents(gear, roll_length_at_arc(gear, arc))
         inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        yield edge, np.einsum("sq,q,q,qc->sc", shapes, weights, p, inward)
+        points = flank_points(gear, roll_length_at_arc(gear, np.sort(arc)))
+        rootward = tangent * np.sign((tangent * (points[-1] - points[0])).sum())
+        direction = np.sqrt(1.0 - sine**2) * inward + sine * rootward
+        yield edge, np.einsum("sq,q,q,qc->sc", shapes, weights, p, direction)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -22,8 +23,10 @@ class PatchLoad:
     tooth : base pitches by which the pair is ahead of the reference pair
     driver_arcs, driven_arcs : (n,) arc lengths of the nodes from the tip corners [m]
     step : spacing of the nodes [m]
-    normal : (n,) line loads of the nodes' hats, into both flanks [N/m]
-    rootward : (n,) friction on both teeth, toward their roots [N/m]
+    normal : (n,) line loads of the nodes' hats along the common normal, into both
+        flanks [N/m]
+    rootward : (n,) friction on both teeth, across the normal, toward their roots [N/m]
+    turn : of corners on driver and driven, as in `ContactCycle`
     """
 
     tooth: int
@@ -32,6 +35,7 @@ class PatchLoad:
     step: float
     normal: Array
     rootward: Array
+    turn: tuple[float, float]
 
 
 def patch_loads(
@@ -56,7 +60,10 @@ def patch_load(problem: ContactProblem, solved: KernelResult, pair: int) -> Patc
     driver, driven = arcs if patch.master == 0 else arcs[::-1]
     force, mu = nodes.force.copy(), problem.friction * patch.sliding_sign
     tooth, step = int(solved.teeth[pair]), float(patch.step)
-    return PatchLoad(tooth, driver, driven, step, force, mu * force)
+    turn = solved.cells.turn[0, -1, pair]
+    return PatchLoad(
+        tooth, driver, driven, step, force, mu * force, (float(turn[0]), float(turn[1]))
+    )
 
 
 def tooth_loads(
@@ -64,11 +71,17 @@ def tooth_loads(
 ) -> list[ToothLoad]:
     """Contact loads as one gear feels them, seen from its tooth of pair `tooth`.
 
-    The pair ahead is to the right on the driver and to the left on the driven gear.
+    Along the normals of its own flanks and across them. The pair ahead is to the right
+    on the driver and to the left on the driven gear.
     """
-    sign = 1 if gear == "driver" else -1
-    arcs = [p.driver_arcs if gear == "driver" else p.driven_arcs for p in loads]
-    return [
-        ToothLoad(sign * (p.tooth - tooth), node_arcs, p.step, p.normal, p.rootward)
-        for p, node_arcs in zip(loads, arcs, strict=True)
-    ]
+    sign, side = (1, 0) if gear == "driver" else (-1, 1)
+    on_gear = []
+    for load in loads:
+        arcs = (load.driver_arcs, load.driven_arcs)[side]
+        sine = load.turn[side]
+        cosine = math.sqrt(1.0 - sine**2)
+        normal = cosine * load.normal - sine * load.rootward
+        rootward = sine * load.normal + cosine * load.rootward
+        place = sign * (load.tooth - tooth)
+        on_gear.append(ToothLoad(place, arcs, load.step, normal, rootward))
+    return on_gear

@@ -127,7 +127,8 @@ class CompliancesOverHub:
 
     def __call__(self, hub_radius: float) -> FlankCompliance:
         normal, tangential = self._interpolant(math.log(hub_radius))
-        return replace(self.samples[0], normal=normal, tangential=tangential)
+        sample = self.samples[0]
+        return replace(sample, normal=normal, tangential=tangential, origin=None)
 
 
 def _sampled_logarithms(limits: tuple[float, float]) -> Array:

@@ -43,7 +43,7 @@ from validation.study.solving import Cost
 BENCHMARKS = {
     ("stiffness", "table"): bench_stiffness.StiffnessCost,
     ("dynamics", "table"): bench_dynamics.DynamicsCost,
-    ("dynamics", "growth"): bench_dynamics.Growth,
+    ("dynamics", "growth"): bench_dynamics.RowGrowth,
     ("lumped", "table"): bench_lumped.StepCost,
     ("lumped", "races"): bench_lumped.Race,
     ("lumped", "growth"): bench_lumped.Growth,
