@@ -53,7 +53,10 @@ def test_a_quick_figure_gives_what_is_recorded(number, tmp_path):
             place = f"{part}, {name}"
             assert [v is None for v in numbers] == [v is None for v in expected], place
             if not is_sensitive(number, part, name):
-                assert numbers == pytest.approx(expected, rel=RTOL, abs=ATOL), place
+                close = pytest.approx(
+                    [v for v in expected if v is not None], rel=RTOL, abs=ATOL
+                )
+                assert [v for v in numbers if v is not None] == close, place
 
 
 def test_quick_parts_are_allowed_in_a_file_as_well():
