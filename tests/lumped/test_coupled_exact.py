@@ -20,6 +20,7 @@ from rim_gears import FIRM, FREE, INERTIAS, RADII, STIFF, TORQUE, RimGears
 from scipy.integrate import quad
 
 from lumped import Settings, respond
+from lumped.steady.settings import CONTACT_STEPS
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import FixedStepper, steps_per_period, warm_up
 from validation.oracles.coupled_train import instant_of
@@ -208,7 +209,7 @@ def test_resonances_of_harmonics_take_more_steps():
     for system in (sharp, broad):
         many = steps_per_period(system, frequency, Settings())
         assert 200 < many < 300
-        assert steps_per_period(system, highest, Settings()) == 80
+        assert steps_per_period(system, highest, Settings()) == CONTACT_STEPS
         settings = FixedStepper(system).refined(frequency, Settings(), repeats=True)
         assert steps_per_period(system, frequency, settings) >= 2 * many
         coarse, fine = (

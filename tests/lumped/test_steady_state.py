@@ -15,7 +15,9 @@ from lumped.steady.respond import respond_confirmed
 from lumped.steady.steady_state import needs_refinement, same_response
 from lumped.steady.steppers import MAX_STEPS_PER_PERIOD
 
-RELIEF = 25e-6  # m: here fixed steps of 64 and 256 a period find no period
+# m: here fixed steps of 64 and 256 a period find no period, or find it by the round-off
+# of the processor
+RELIEF = 25e-6
 FREQUENCY = 1280.0  # Hz
 
 
@@ -27,12 +29,6 @@ def relieved(system):
 @pytest.fixture(scope="module")
 def regular(system):
     return respond(system(), 2000.0)
-
-
-def test_coarse_steps_alone_miss_the_period(relieved):
-    adaptive = respond(relieved, FREQUENCY, Settings(method="dopri5"))
-    coarse = respond(relieved, FREQUENCY)
-    assert (coarse.multiple, adaptive.multiple) == (0, 8)
 
 
 def test_the_period_is_found_on_finer_steps(relieved):
