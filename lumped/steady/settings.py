@@ -9,8 +9,8 @@ from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
 
 Method = Literal["rk4", "dopri5"]
-# Steps per period of the fastest mesh. With the coupled model 80 made the RMS of a motion
-# at half the resonance 0.6 % too large, 112 0.2 %, for 10 % of a sweep's time.
+# Steps per period of the fastest mesh. With the coupled model 80 made the RMS of a
+# motion at half the resonance 0.6 % too large, 112 0.2 %, for 10 % of a sweep's time.
 SPRING_STEPS, CONTACT_STEPS = 64, 112
 MIN_STEP_ERROR, DEFAULT_STEP_ERROR = 1e-13, 1e-8  # the least is above round-off
 
