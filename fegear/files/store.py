@@ -38,6 +38,9 @@ NUMBERS = "biufc"  # kinds of arrays that are saved without pickle
 SEAL_SIZE = hashlib.sha256().digest_size
 SHOWN = 40  # characters of a value in a message
 RECORDS_FORMAT = "2"  # changes with what `Records` writes
+# NumPy reads the headers of arrays with `ast`, which in CPython 3.11 fails now and then
+# where several threads do so at once (python/cpython#106905)
+_ONE_READER = threading.Lock()
 
 
 def digest(inputs: Mapping[str, Any]) -> str:
@@ -90,7 +93,7 @@ def pack(arrays: Mapping[str, Array]) -> bytes:
 
 
 def unpack(content: bytes) -> dict[str, Array]:
-    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+    with _ONE_READER, np.load(io.BytesIO(content), allow_pickle=False) as archive:
         return {name[1:]: archive[name] for name in archive.files}
 
 

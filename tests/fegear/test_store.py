@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import random
 import sqlite3
@@ -14,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fegear.files.errors import InputError
-from fegear.files.store import open_checkpoint
+from fegear.files.store import open_checkpoint, pack, unpack
 
 INPUTS = {"gear set": "pair.toml", "torque_Nm": "100.0", "speeds": "100 200 300"}
 UP, DOWN = "100-up", "100-down"
@@ -354,6 +356,36 @@ def test_full_disk_leaves_a_usable_checkpoint(place, values, state):
         assert assert_true(checkpoint, UP) == 4
     with opened(place) as checkpoint:
         assert assert_true(checkpoint, UP) == 4
+
+
+def test_threads_read_arrays_at_once():
+    """Garbage is collected while one reads, which lets others read, at another depth
+    of calls.
+    """
+    arrays = {f"a{i}": np.full((3, 4), float(i)) for i in range(5)}
+    content, thresholds = pack(arrays), gc.get_threshold()
+    interval = sys.getswitchinterval()
+
+    def read_at(depth: int) -> list[dict[str, Any]]:
+        return read_at(depth - 1) if depth else [unpack(content) for _ in range(30)]
+
+    def hand_over(*_: object) -> None:
+        time.sleep(0.0)
+
+    gc.callbacks.append(hand_over)
+    gc.set_threshold(10)
+    sys.setswitchinterval(1e-5)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            read = [
+                found for all_ in pool.map(read_at, [0, 7, 14, 21]) for found in all_
+            ]
+    finally:
+        sys.setswitchinterval(interval)
+        gc.set_threshold(*thresholds)
+        gc.callbacks.remove(hand_over)
+    assert len(read) == 4 * 30
+    assert all(np.array_equal(found[n], arrays[n]) for found in read for n in arrays)
 
 
 def test_threads_share_a_checkpoint(place):
