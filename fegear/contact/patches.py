@@ -29,6 +29,7 @@ CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
 CORNER_OVERLAP = 2e-3  # of a flank's length, beyond the tip where an edge still touches
 COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
 CORNER_WIDTH = 1.5  # of a corner's contact, over load times compliance over angle
+MIN_CORNER_WIDTH = 1e-6  # of that of the flanks, so that a grazing corner has nodes
 MIN_ROLL = 0.02  # of the line of action, least radius of curvature
 MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
@@ -63,7 +64,8 @@ def corner_width(flanks, patch, half_width, load):
         return half_width
     compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
     ratio = 0.5 * half_width * angle / (CORNER_WIDTH * compliance * load)
-    return half_width * (math.sqrt(1.0 + ratio * ratio) - ratio)
+    share = 1.0 / (math.hypot(1.0, ratio) + ratio)
+    return half_width * max(share, MIN_CORNER_WIDTH)
 
 
 @compiled_part

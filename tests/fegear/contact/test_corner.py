@@ -80,6 +80,20 @@ def test_forces_turn_off_the_path_alone():
     assert (np.count_nonzero(cycle.turn[0], axis=-1) <= 1).all()
 
 
+def test_a_corner_that_grazes_has_a_load():
+    """However small the load is at which it begins to bear."""
+    problem, (low, high) = problem_at("coarse"), (1.0, TORQUE)
+
+    def least(torque: float) -> float:
+        return float(np.sort(solve_cycle(problem, [torque], [CORNER]).load[0, 0])[-2])
+
+    assert least(low) == 0.0
+    while low < 0.5 * (low + high) < high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if least(middle) > 0.0 else (middle, high)
+    assert 0.0 < least(high) < 1e-3  # N
+
+
 def test_what_only_steep_corners_need_is_solved_for_them_alone(monkeypatch):
     """Without it the answer is the same to the bound that decides."""
     calls = []
