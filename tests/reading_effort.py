@@ -22,7 +22,8 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from source_files import ROOT, parsed
+
 PACKAGES = "fegear", "lumped", "meshes", "validation"
 FOLDERS = *PACKAGES, "tests"
 CATCH_ALL = {
@@ -69,7 +70,7 @@ CAPITALS = {
 def sources(folders: tuple[str, ...] = FOLDERS) -> Iterator[tuple[Path, ast.Module]]:
     for folder in folders:
         for path in sorted((ROOT / folder).rglob("*.py")):
-            yield path.relative_to(ROOT), ast.parse(path.read_text(encoding="utf-8"))
+            yield path.relative_to(ROOT), parsed(path)
 
 
 def bindings(node: ast.AST) -> Iterator[tuple[str, int]]:

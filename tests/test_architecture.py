@@ -6,11 +6,13 @@ import ast
 import re
 import subprocess
 import sys
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
+from source_files import ROOT, parsed
 
-ROOT = Path(__file__).parents[1]
 PACKAGES = ("meshes", "fegear", "lumped", "validation")
 FILES = [p for name in PACKAGES for p in sorted((ROOT / name).rglob("*.py"))]
 UNIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios"}
@@ -61,9 +63,10 @@ ALLOWED = {
 }
 
 
+@cache
 def imported_modules(path: Path) -> set[str]:
     modules: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
             modules |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -75,8 +78,22 @@ def label(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
 
-@pytest.mark.parametrize("path", FILES, ids=label)
-def test_arrows_point_one_way(path):
+def violations(rule: Callable[[Path], Iterable[str]]) -> list[str]:
+    """What breaks a rule in the sources, with the file."""
+    return [f"{label(path)}: {text}" for path in FILES for text in rule(path)]
+
+
+def texts_of(path: Path) -> Iterator[str]:
+    for node in ast.walk(parsed(path)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def test_arrows_point_one_way():
+    assert violations(_wrong_imports) == []
+
+
+def _wrong_imports(path: Path) -> Iterator[str]:
     parts = path.relative_to(ROOT).parts
     in_roof = parts[:2] == ("fegear", "cli") or path.name == "__main__.py"
     allowed = ALLOWED.get(".".join(parts[:2]), ALLOWED[parts[0]])
@@ -85,23 +102,22 @@ def test_arrows_point_one_way(path):
     for module in imported_modules(path):
         if module.split(".")[0] not in PACKAGES:
             continue
-        assert any(module == a or module.startswith(a + ".") for a in allowed), module
-        if not in_roof:
-            assert not module.startswith("fegear.cli"), "nothing imports the roof"
+        if not any(module == a or module.startswith(a + ".") for a in allowed):
+            yield module
+        if not in_roof and module.startswith("fegear.cli"):
+            yield f"{module}, nothing imports the roof"
 
 
-@pytest.mark.parametrize("path", FILES, ids=label)
-def test_no_text_names_a_package_above(path):
+def test_no_text_names_a_package_above():
     """Studies of evidence are registered, not known by name."""
-    package = path.relative_to(ROOT).parts[0]
-    if package == "validation":
-        return
-    texts = [
-        node.value
-        for node in ast.walk(ast.parse(path.read_text()))
-        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    below = [path for path in FILES if path.relative_to(ROOT).parts[0] != "validation"]
+    named = [
+        (label(path), text)
+        for path in below
+        for text in texts_of(path)
+        if re.match(r"validation(\.|$)", text)
     ]
-    assert not [text for text in texts if re.match(r"validation(\.|$)", text)]
+    assert named == []
 
 
 def test_without_the_package_of_evidence_all_else_is_offered(tmp_path):
@@ -120,12 +136,15 @@ assert fegear.Sweep and not hasattr(fegear, "Validation")
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
 
 
-@pytest.mark.parametrize("path", FILES, ids=label)
-def test_modules_that_every_system_has(path):
+def test_modules_that_every_system_has():
     """Others are imported only where their absence is handled."""
+    assert violations(_modules_of_unix) == []
+
+
+def _modules_of_unix(path: Path) -> set[str]:
     handled = {
         alias.name
-        for node in ast.walk(ast.parse(path.read_text()))
+        for node in ast.walk(parsed(path))
         if isinstance(node, ast.Try)
         and [ast.unparse(handler.type) for handler in node.handlers] == ["ImportError"]
         for statement in node.body
@@ -133,7 +152,7 @@ def test_modules_that_every_system_has(path):
         for alias in statement.names
     }
     modules = {m.split(".")[0] for m in imported_modules(path)}
-    assert not (modules - handled) & UNIX_ONLY
+    return (modules - handled) & UNIX_ONLY
 
 
 @pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
@@ -199,17 +218,20 @@ def test_heavy_libraries_load_where_they_are_used(statement, heavy):
     assert not loaded_by(statement) & heavy
 
 
-@pytest.mark.parametrize("path", FILES, ids=label)
-def test_only_the_command_line_and_studies_name_options(path):
+def test_only_the_command_line_and_studies_name_options():
     """A Python user reads names of settings."""
+    assert violations(_named_options) == []
+
+
+def _named_options(path: Path) -> Iterator[str]:
     place = label(path)
     if not place.startswith(("fegear/", "lumped/")) or "/studies/" in place:
         return
     if place.startswith("fegear/cli/"):
         return
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            assert not re.search(r"(^|[\s`(])--[a-z]", node.value), node.value
+    for text in texts_of(path):
+        if re.search(r"(^|[\s`(])--[a-z]", text):
+            yield text
 
 
 def test_no_summary_reads_a_header():
@@ -232,9 +254,13 @@ NO_SUBJECT = "Of ", "By ", "The same ", "Those ", "With ", "As ", "Without "
 DOCUMENTED = ast.Module, ast.ClassDef, ast.FunctionDef
 
 
-@pytest.mark.parametrize("path", FILES, ids=label)
-def test_docstrings_begin_with_what_they_return_or_do(path):
-    for node in ast.walk(ast.parse(path.read_text())):
+def test_docstrings_begin_with_what_they_return_or_do():
+    assert violations(_docstrings_without_subject) == []
+
+
+def _docstrings_without_subject(path: Path) -> Iterator[str]:
+    for node in ast.walk(parsed(path)):
         if isinstance(node, DOCUMENTED):
             text = ast.get_docstring(node) or ""
-            assert not text.startswith(NO_SUBJECT), text
+            if text.startswith(NO_SUBJECT):
+                yield text

@@ -5,11 +5,9 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
-import pytest
+from source_files import ROOT, parsed
 
-ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
 PATHS = sorted(set(re.findall(r"`((?:[\w.]+/)+[\w.]*)`", PAGE)))
 NAMES = sorted(set(re.findall(r"`([a-z]+(?:_[a-z]+)+|[A-Z]\w+)`", PAGE)))
@@ -20,8 +18,7 @@ def definitions() -> Iterator[str]:
     """Functions, classes, their fields, and constants of modules."""
     for package in PACKAGES:
         for path in (ROOT / package).rglob("*.py"):
-            tree = ast.parse(path.read_text("utf-8"))
-            for node in ast.walk(tree):
+            for node in ast.walk(parsed(path)):
                 if isinstance(node, ast.FunctionDef | ast.ClassDef):
                     yield node.name
                 if isinstance(node, ast.Module | ast.ClassDef):
@@ -36,14 +33,9 @@ def _assigned(scope: ast.Module | ast.ClassDef) -> Iterator[str]:
                     yield node.id
 
 
-DEFINED = frozenset(definitions())
+def test_files_are_there():
+    assert [path for path in PATHS if not (ROOT / path).exists()] == []
 
 
-@pytest.mark.parametrize("path", PATHS)
-def test_files_are_there(path):
-    assert (ROOT / path).exists()
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_names_are_defined(name):
-    assert name in DEFINED
+def test_names_are_defined():
+    assert set(NAMES) - set(definitions()) == set()
