@@ -20,7 +20,6 @@ RTOL, ATOL = 1e-4, 1e-9
 # there, and how many, is compared
 SENSITIVE: Mapping[str, str] = {
     "3.12/*/*exponent*": "of chaotic motions, whose points part within few periods",
-    "3.13/*/*_at": "of ends of a whole cycle, at which values are equal",
 }
 
 

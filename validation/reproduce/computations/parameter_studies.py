@@ -42,6 +42,8 @@ Array = NDArray[np.float64]
 Point = tuple[float, ...]
 MICRO = 1e6
 QUICK_COUNT = 3  # of values over a parameter in a quick part
+# Part of a whole cycle in a quick part, in which no two values are equal by symmetry
+QUICK_PART = 0.23
 MIN_VALUES = 3  # speeds of a sweep at which a subharmonic is seen to grow
 
 
@@ -298,7 +300,9 @@ class IndicatorsPart(Part):
     resonances: Annotated[tuple[tuple[Mode, Order], ...], Field(min_length=1)]
 
     def quick(self) -> Self:
-        return replace(self, over=self.over.quick())
+        over = self.over
+        high = over.low + QUICK_PART * (over.high - over.low)
+        return replace(self, over=replace(over, high=high).quick())
 
 
 def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResult:
