@@ -16,15 +16,16 @@ from validation.reproduce import figure_numbers, load_figure
 from validation.study.data_files import few_speeds, parsed_speeds
 
 RTOL, ATOL = 1e-4, 1e-9
-# values that depend on the last bit, by figure, part and value: only that they are
-# there, and how many, is compared
-SENSITIVE: Mapping[str, str] = {
-    "3.12/*/*exponent*": "of chaotic motions, whose points part within few periods",
+# of values that depend on the last bit, by figure, part and value
+LOOSE_RTOL: Mapping[str, float] = {
+    # chaotic motions, whose points part within few periods: 3 to 9 % between processors
+    "3.12/*/*exponent*": 0.5,
 }
 
 
-def is_sensitive(number: str, part: str, name: str) -> bool:
-    return any(fnmatchcase(f"{number}/{part}/{name}", key) for key in SENSITIVE)
+def rtol_of(number: str, part: str, name: str) -> float:
+    place = f"{number}/{part}/{name}"
+    return next((r for key, r in LOOSE_RTOL.items() if fnmatchcase(place, key)), RTOL)
 
 
 def numbers_in(values: Any) -> Iterator[float | None]:
@@ -51,11 +52,12 @@ def test_a_quick_figure_gives_what_is_recorded(number, tmp_path):
             )
             place = f"{part}, {name}"
             assert [v is None for v in numbers] == [v is None for v in expected], place
-            if not is_sensitive(number, part, name):
-                close = pytest.approx(
-                    [v for v in expected if v is not None], rel=RTOL, abs=ATOL
-                )
-                assert [v for v in numbers if v is not None] == close, place
+            close = pytest.approx(
+                [v for v in expected if v is not None],
+                rel=rtol_of(number, part, name),
+                abs=ATOL,
+            )
+            assert [v for v in numbers if v is not None] == close, place
 
 
 def test_quick_parts_are_allowed_in_a_file_as_well():
