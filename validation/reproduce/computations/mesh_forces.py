@@ -20,7 +20,7 @@ from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
 from validation.study.metrics import CYCLE_POINTS, force_cycle
 
-DAMPING_STEPS = 8  # from one damping ratio to another
+DAMPING_STEPS = 40  # from one damping ratio to another
 CYCLE = np.arange(CYCLE_POINTS) / CYCLE_POINTS  # of a mesh
 
 
