@@ -857,8 +857,8 @@ def test_figures_of_chapter_2_have_one_damping_ratio():
 def test_the_damping_ratio_of_chapter_2_ends_a_branch_between_printed_speeds():
     """Printed are the upper branch at 2490 Hz and the lower one at 2470 Hz.
 
-    The branch is followed at 0.012, as in figure 2.12, then the damping ratio is raised,
-    on both sides of the interval that the note of the figures states.
+    The branch is followed at 0.012, as in figure 2.12, then the damping ratio is
+    raised, on both sides of the interval that the note of the figures states.
     """
     stiffness = StiffnessSource(relief_stiffness="unmodified")
     gears, excitations = load_gear_set("liu-idler"), Excitations(stiffness)
