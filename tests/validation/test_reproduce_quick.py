@@ -20,6 +20,7 @@ RTOL, ATOL = 1e-4, 1e-9
 LOOSE_RTOL: Mapping[str, float] = {
     # chaotic motions, whose points part within few periods: 3 to 9 % between processors
     "3.12/*/*exponent*": 0.5,
+    "3.11/sweep-pi-4/*": 0.03,  # averages of such motions, 0.4 to 0.8 %
 }
 
 

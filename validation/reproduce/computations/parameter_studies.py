@@ -42,8 +42,8 @@ Array = NDArray[np.float64]
 Point = tuple[float, ...]
 MICRO = 1e6
 QUICK_COUNT = 3  # of values over a parameter in a quick part
-# Part of a whole cycle in a quick part, in which no two values are equal by symmetry
-QUICK_PART = 0.23
+# Part of the range in a quick part, in which no two values are equal by symmetry
+QUICK_PART = 0.7
 MIN_VALUES = 3  # speeds of a sweep at which a subharmonic is seen to grow
 
 
