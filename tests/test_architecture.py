@@ -79,7 +79,7 @@ def label(path: Path) -> str:
 
 
 def violations(rule: Callable[[Path], Iterable[str]]) -> list[str]:
-    """What breaks a rule in the sources, with the file."""
+    """Return all that breaks a rule, each with the file it is in."""
     return [f"{label(path)}: {text}" for path in FILES for text in rule(path)]
 
 
