@@ -372,7 +372,7 @@ DOUBLED = (
 BEARING = "bearing SET --json"
 THEORY = "theory SET --excitation rectangular --json"
 SHARING = "sharing SET --excitation rectangular --model 1 --json"
-ABLATION = "ablation SET --speeds 2000 --json"
+ABLATION = "ablation SET --speeds 2000 --runs RUNS --json"  # each run is made once
 VALIDATE = "validate CASE -o out --json"
 ECCENTRIC = "eccentric --radius 20 --eccentricity 5 --json"
 TURN = f"{ECCENTRIC} --teeth 24 --torque 5 --positions 2"
@@ -932,7 +932,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--torque": plus(ABLATION, "--torque 30"),
         "--tolerance": plus(ABLATION, "--tolerance 0.9"),
         "--set": plus(ABLATION, "--set gear.a.inertia_kg_m2=1e-3"),
-        "--runs": plus(ABLATION, "--runs kept"),
+        "--runs": swap(ABLATION, "--runs RUNS", "--runs kept"),
         "--plot": plus(ABLATION, "--plot p.png"),
         "--json": less(ABLATION, "--json"),
     },
@@ -1217,7 +1217,8 @@ def files(tmp_path_factory) -> dict[str, str]:
         "falling.csv",
         "slower.csv",
     )
-    return {Path(name).stem.upper(): str(folder / name) for name in file_names}
+    paths = {Path(name).stem.upper(): str(folder / name) for name in file_names}
+    return paths | {"RUNS": str(folder / "runs")}
 
 
 @pytest.fixture(scope="module")

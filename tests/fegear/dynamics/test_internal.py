@@ -42,9 +42,9 @@ def rms(study):
     return columns["dte_rms_m"].astype(float), columns["force_peak_N"].astype(float)
 
 
-def coupled(gears, translations=False):
+def coupled(gears, translations=False, speeds=SPEEDS):
     model = fegear.LumpedModel(number="coupled", translations=translations)
-    return fegear.Sweep(gear_set=gears, speeds=SPEEDS, direction="up", model=model)
+    return fegear.Sweep(gear_set=gears, speeds=speeds, direction="up", model=model)
 
 
 @pytest.mark.slow
@@ -74,9 +74,10 @@ def test_it_does_not_matter_which_gear_drives():
 
     The ring's frames, modes and inertia are then those of a driver.
     """
-    one, _ = rms(coupled(planet_and_ring()))
-    two, _ = rms(coupled(planet_and_ring(1, torque=TORQUE * RATIO)))
-    np.testing.assert_allclose(one[:2], two[:2], rtol=0.01)
+    below = SPEEDS[:2]
+    one, _ = rms(coupled(planet_and_ring(), speeds=below))
+    two, _ = rms(coupled(planet_and_ring(1, torque=TORQUE * RATIO), speeds=below))
+    np.testing.assert_allclose(one, two, rtol=0.01)
 
 
 def test_the_train_of_a_ring_turns_in_the_sense_of_the_planet():

@@ -557,12 +557,14 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
 
 
 @pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
-def test_the_command_and_the_call_find_the_same(command, tmp_path):
+def test_command_call_and_saved_result_show_the_same(command, tmp_path):
+    """All that one run of a study is good for, as examples take seconds to run."""
     study = example_study(command)
     path = tmp_path / f"t{study.endings[0]}"
     files = ["-o", path] if study.output_names else []
     values = json.loads(printed(*study.argv, "--json", *files))
     result = fegear.run(study)
+    require_shown_where_nothing_else_is_left(result, tmp_path)
     summary = json.loads(strict_json(result.summary))
     assert values.pop("wall_time_s") >= 0.0
     assert strip_run_dependent(values) == strip_run_dependent(summary)
@@ -754,26 +756,22 @@ def test_no_path_of_a_file_that_is_read_is_written(link, tmp_path, capsys):
     assert profile.read_bytes() == other.read_bytes() == before
 
 
-@pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
-def test_a_saved_result_shows_the_same_where_nothing_else_is_left(command, tmp_path):
-    """In a new process, without the files that the study read."""
-    study = example_study(command)
-    result = fegear.run(study)
-    shown = what_is_shown(result)
+def require_shown_where_nothing_else_is_left(result: StudyResult, folder: Path) -> None:
+    """A saved result shows the same in a new process, without the files it read."""
+    study = result.study
     assert vars(study).keys() == {setting.name for setting in fields(study)}
-    result.save(tmp_path / "result.nc")
-    alone = tmp_path / "alone"
+    result.save(folder / "result.nc")
+    alone = folder / "alone"
     alone.mkdir()
-    script = Path(shown_results.__file__)
     process = subprocess.run(
-        [sys.executable, script, tmp_path / "result.nc"],
+        [sys.executable, Path(shown_results.__file__), folder / "result.nc"],
         cwd=alone,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
         capture_output=True,
         text=True,
     )
     assert not process.stderr
-    assert json.loads(process.stdout) == shown
+    assert json.loads(process.stdout) == what_is_shown(result)
 
 
 def strip_run_dependent(values: Any) -> Any:
