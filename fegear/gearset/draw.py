@@ -138,11 +138,13 @@ def _draw_gears(
         center = MM * place.x, MM * place.y
         hub = MM * abs(teeth.hub_radius)
         inside = "none" if teeth.sign < 0 else "white"
-        patches: list[Patch] = [
-            _filled_body(teeth, body, center, fc=colour, ec="none", alpha=0.30),
-            Polygon(body, fc="none", ec=colour, lw=outline_width),
-            Circle(center, hub, fc=inside, ec=colour, lw=outline_width),
-        ]
+        filled = _filled_body(teeth, body, center, fc=colour, ec="none", alpha=0.30)
+        outline = Polygon(body, fc="none", ec=colour, lw=outline_width)
+        for patch in (filled, outline):
+            # `add_patch` finds the limits edge by edge, of which there are thousands
+            axes.add_artist(patch).set_zorder(depth)
+            axes.update_datalim(patch.get_path().vertices)
+        patches = [Circle(center, hub, fc=inside, ec=colour, lw=outline_width)]
         for radius, dashes in (
             (teeth.base_radius, ":"),
             (teeth.reference_radius, "-."),
