@@ -141,7 +141,7 @@ def _draw_gears(
         filled = _filled_body(teeth, body, center, fc=colour, ec="none", alpha=0.30)
         outline = Polygon(body, fc="none", ec=colour, lw=outline_width)
         for patch in (filled, outline):
-            # `add_patch` finds the limits edge by edge, of which there are thousands
+            # `add_patch` would walk along thousands of edges to find the limits
             axes.add_artist(patch).set_zorder(depth)
             axes.update_datalim(patch.get_path().vertices)
         patches = [Circle(center, hub, fc=inside, ec=colour, lw=outline_width)]

@@ -99,15 +99,9 @@ def test_runs_of_another_program_are_refused(tmp_path, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def reports_of_few():
-    """What the progress of `few` is told, once it has run."""
-    return []
-
-
-@pytest.fixture(scope="module")
-def few(tmp_path_factory, private_cache, reports_of_few):
+def few(tmp_path_factory, private_cache):
     store = tmp_path_factory.mktemp("few")
-    return store, runs.run_case(FEW, store, lambda *told: reports_of_few.append(told))
+    return store, runs.run_case(FEW, store)
 
 
 def test_files_of_a_run(few):
@@ -205,16 +199,18 @@ def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
 
 
 @pytest.mark.parametrize("part", [0.2, 0.5, 0.7, 0.9])
-def test_a_run_that_is_stopped_is_not_finished(few, reports_of_few, tmp_path, part):
+def test_a_run_that_is_stopped_is_not_finished(few, tmp_path, part):
     """As by Ctrl-C in a study: the progress raises Stopped from then on."""
-    stopped_at, store = max(2, round(part * len(reports_of_few))), tmp_path / "stopped"
-    calls = []
+    calls, stopped_at = [], math.inf
 
     def report(*progress):
         calls.append(progress)
         if len(calls) >= stopped_at:
             raise Stopped
 
+    runs.run_case(FEW, tmp_path / "whole", report)
+    stopped_at, store = max(2, round(part * len(calls))), tmp_path / "stopped"
+    calls.clear()
     with pytest.raises(Stopped):
         runs.run_case(FEW, store, report)
     uninterrupted = few[1]
