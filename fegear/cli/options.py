@@ -52,11 +52,17 @@ class Outputs:
         require_outputs([None if self.folder else self.output], plot=self.plot)
 
     def show(
-        self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]
+        self,
+        values: dict[str, Any],
+        print_values: Callable[[dict[str, Any]], None],
+        said: Sequence[str] = (),
     ) -> None:
-        """Print the result as JSON or by the function, and a line for each warning."""
+        """Print the result as JSON or by the function, and a line for each warning.
+
+        said : lines that were printed before
+        """
         (print_json if self.as_json else print_values)(values)
-        print_warnings(values.get("warnings", ()))
+        print_warnings(w for w in values.get("warnings", ()) if w not in said)
 
     def progress(self) -> AbstractContextManager[Progress]:
         """A bar, unless the screen is for JSON."""
@@ -131,7 +137,6 @@ class ResumedOutputs(Outputs):
             checkpoint=self.checkpoint,
             resume=self.resume,
             overwrite=self.overwrite,
-            notify=print_error,
         )
 
     @property

@@ -29,6 +29,16 @@ def print_error(message: str) -> None:
     typer.echo(f"fegear: {printable(one_line(message))}", err=True)
 
 
+def print_announcement(line: str) -> None:
+    """A warning or another line, on the error stream."""
+    from fegear.files.codes import is_warning
+
+    if is_warning(line):
+        print_warnings([line])
+    else:
+        print_error(line)
+
+
 def print_warnings(warnings: Iterable[str]) -> None:
     """A line for each on the error stream; ValueError for one without its code."""
     from fegear.files.codes import require_warning_code

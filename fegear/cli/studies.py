@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, make_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from fegear.cli.options import (
     require_outputs,
 )
 from fegear.cli.screen import (
+    print_announcement,
     print_columns,
     print_error,
     print_line,
@@ -49,11 +50,11 @@ def command_of(study_class: type[Study]) -> Callable[..., None]:
         with protected_inputs(files_read(study)):
             _check_outputs(study, outputs)
             outputs = _make_directory(study, outputs)
-            result, summary = _run_study(study, workers.chosen, outputs)
+            result, summary, said = _run_study(study, workers.chosen, outputs)
         seconds = time.perf_counter() - begin
         values = {**summary, "wall_time_s": round(seconds, 3)}
         with named_as_options(group_of(study)):
-            outputs.show(values, lambda values: _show(result, outputs, seconds))
+            outputs.show(values, lambda _: _show(result, outputs, seconds), said)
         _exit_with_status(result, outputs)
 
     command.__doc__ = study_class.description
@@ -136,8 +137,11 @@ def _make_directory(study: Study, outputs: Any) -> Any:
 
 def _run_study(
     study: Study, workers: Any, outputs: Any
-) -> tuple[Any, Mapping[str, Any]]:
-    """Run with a progress bar and write the files; the result and its summary."""
+) -> tuple[Any, Mapping[str, Any], Sequence[str]]:
+    """Run with a progress bar and write the files.
+
+    Returns the result, its summary and the lines that were printed before it.
+    """
     from fegear.files.store import NO_CHECKPOINT
     from fegear.studies.running import run
 
@@ -147,6 +151,11 @@ def _run_study(
     )
     try:
         with named_as_options(group_of(study)), outputs.progress() as report:
+            said: list[str] = []
+
+            def notify(line: str) -> None:
+                said.append(line)
+                print_announcement(line)
 
             def deliver(result: Any) -> None:
                 nonlocal computed
@@ -155,8 +164,9 @@ def _run_study(
                 if not result.empty:
                     _write(result, outputs)
 
-            result = run(study, checkpoint_options, report, workers, deliver)
-            return result, result.summary
+            options = checkpoint_options, report, workers, deliver, notify
+            result = run(study, *options)
+            return result, result.summary, said
     except BaseException as error:
         if computed or isinstance(error, KeyboardInterrupt):
             _print_checkpoint(outputs)

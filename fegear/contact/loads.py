@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -63,6 +63,25 @@ def patch_load(problem: ContactProblem, solved: KernelResult, pair: int) -> Patc
     turn = solved.cells.turn[0, -1, pair]
     return PatchLoad(
         tooth, driver, driven, step, force, mu * force, (float(turn[0]), float(turn[1]))
+    )
+
+
+def in_plane_strain(problem: ContactProblem, load: PatchLoad) -> PatchLoad:
+    """A load whose contact is as narrow, and its pressure as high, as in plane strain.
+
+    Loads of the nodes stay; the nodes come closer to the centre of pressure.
+    """
+    ratio, total = problem.plane_strain_pressure, load.normal.sum()
+
+    def closer(arcs: Array) -> Array:
+        center = arcs @ load.normal / total
+        return center + (arcs - center) / ratio
+
+    return replace(
+        load,
+        driver_arcs=closer(load.driver_arcs),
+        driven_arcs=closer(load.driven_arcs),
+        step=load.step / ratio,
     )
 
 

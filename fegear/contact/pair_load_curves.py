@@ -235,12 +235,16 @@ def _loads(
     solutions: tuple[np.recarray, ...],
     positions: int,
 ) -> tuple[Array, Array]:
-    """Loads (n, 2, j) [N] and pressures (n, j) [Pa] of a pair, from 0 on."""
+    """Loads (n, 2, j) [N] and pressures (n, j) [Pa] of a pair, from 0 on.
+
+    Pressures are those of plane strain.
+    """
     count = solutions[0].shape[1] + 1
     load, pressure = np.zeros((positions, 2, count)), np.zeros((positions, count))
     load[facing, :, 1:] = (solutions[NOMINAL].load * problem.face_width)[:, None]
     load[facing, REVERSED, 1:] = solutions[-1].load * problem.face_width
     pressure[facing, 1:] = solutions[NOMINAL].pressure
+    pressure *= problem.plane_strain_pressure
     return load, pressure
 
 

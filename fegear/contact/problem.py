@@ -52,6 +52,9 @@ class ContactProblem:
         contact
     driver_faults, driven_faults : teeth that differ from the others, or None
     driver_offset, driven_offset : centre off the axis of rotation, or None
+    plane_stress_pressure, plane_strain_pressure : contact pressure in that plane over
+        that in the plane of the compliances; material below a narrow contact is in
+        plane strain
     """
 
     pair: GearPair
@@ -73,6 +76,8 @@ class ContactProblem:
     driven_faults: ToothFaults | None = None
     driver_offset: CenterOffset | None = None
     driven_offset: CenterOffset | None = None
+    plane_stress_pressure: float = 1.0
+    plane_strain_pressure: float = 1.0
 
     def __post_init__(self) -> None:
         if self.driver.normal.shape != self.driven.normal.shape:

@@ -38,8 +38,8 @@ LEGEND = {
     "dte_m, force_N": "positive where the drive flanks are pressed together",
     "pair": "numbered by base pitches ahead of the reference pair",
     "back": "the same, in contact with the other flanks",
-    "pressure_Pa": "largest of the pair; at a sharp tip corner it has no limit and is "
-    "that of the contact nodes",
+    "pressure_Pa": "largest of the pair, in plane strain; at a sharp tip corner it has "
+    "no limit and is that of the contact nodes",
     "rotation_rad": "counter-clockwise, in addition to the nominal rotation",
 }
 TOOTH_LEGEND = {

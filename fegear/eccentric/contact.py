@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactFailure
 from fegear.eccentric.elastic_wheel import ElasticWheel
+from fegear.elasticity.material import pressure_in_plane
 from fegear.result import Result
 from meshes.eccentric.base import LEADING, TRAILING, Side
 from meshes.eccentric.teeth import ToothedPair, ToothedWheel
@@ -52,7 +53,7 @@ class TurnContact(Result):
     effective_arm : of the normal force about the driver's bearing [m]
     pairs : in contact; error : approach of the flanks along the line of action [m]
     driver_error : turn of the driver with the driven wheel held [rad]
-    pressure : the largest of all contacts [Pa]
+    pressure : the largest of all contacts, in plane strain [Pa]
     largest_share : of the normal force that one pair carries
     torque_ratio : of the moments of the contact forces about both bearings, by the
         flanks as they are meshed
@@ -111,9 +112,10 @@ def solve_contact_cycle(
     loads = [(p.driven_tooth, p.driven_point) for p in contacts]
     driven_compliance, driven_arm = _compliances(driven, teeth.driven, LEADING, loads)
     softness = 1.0 / driver.material.modulus + 1.0 / driven.material.modulus
+    ratio = pressure_in_plane(driver.material, driven.material, "strain")
     pair, angle = teeth.pair, arcs / teeth.pair.radius
     arm = _arm(teeth, angle)
-    error, share, ratio, pressure = (np.empty(len(contacts)) for _ in range(4))
+    error, share, torque_ratio, pressure = (np.empty(len(contacts)) for _ in range(4))
     for n, pairs in enumerate(contacts):
         force, error[n] = share_load(
             driver_compliance[n] + driven_compliance[n],
@@ -123,10 +125,10 @@ def solve_contact_cycle(
         )
         share[n] = force.max() / force.sum()
         pressure[n] = np.sqrt(force / (math.pi * softness * pairs.radius)).max()
-        ratio[n] = (force @ driven_arm[n]) / (force @ driver_arm[n])
+        torque_ratio[n] = (force @ driven_arm[n]) / (force @ driver_arm[n])
     return TurnContact(
         *(angle, pair.driver_turn(angle), pair.driven_turn(angle), arm, count),
-        *(error, error / arm, pressure, share, ratio),
+        *(error, error / arm, ratio * pressure, share, torque_ratio),
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -41,3 +42,17 @@ class PlaneMaterial:
         """(lambda, mu) of the plane constitutive law [Pa]."""
         E, nu = self.modulus, self.poisson
         return E * nu / (1.0 - nu**2), 0.5 * E / (1.0 + nu)
+
+
+def pressure_in_plane(
+    first: PlaneMaterial, second: PlaneMaterial, plane: Plane
+) -> float:
+    """Contact pressure in a plane state over that in the plane of two materials.
+
+    Under the same load: it goes with the root of E* = 1 / (1 / E'_1 + 1 / E'_2), and
+    the width of the contact with its inverse (Johnson, 1985, eqs 4.43 and 4.45).
+    """
+    both = first, second
+    softness = sum(1.0 / material.modulus for material in both)
+    in_plane = sum(1.0 / replace(material, plane=plane).modulus for material in both)
+    return math.sqrt(softness / in_plane)

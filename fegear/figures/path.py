@@ -29,7 +29,8 @@ class PairAlongPath(NamedTuple):
     """One tooth pair from its first to its last contact, at t torques and m places.
 
     angle, sliding : (m,) driver's roll angle [deg] and sliding over pitch-line speed
-    pressure, driver_root, driven_root : (t, m) [Pa]; share : (t, m); empty without load
+    pressure, driver_root, driven_root : (t, m) [Pa], pressure of plane strain
+    share : (t, m); empty without load
     is_edge : (t, m) whether an edge is in contact, where pressure has no limit
     """
 
@@ -59,7 +60,7 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
     return PairAlongPath(
         angle=np.degrees(roll_angles(pair, place)[0])[every],
         sliding=sliding_over_pitch_speed(pair, place)[every],
-        pressure=under_load(cycle.pressure),
+        pressure=under_load(result.problem.plane_strain_pressure * cycle.pressure),
         share=under_load(cycle.load_share),
         driver_root=under_load(_root_stress(result, "driver")),
         driven_root=under_load(_root_stress(result, "driven")),

@@ -58,9 +58,14 @@ def with_code(code: str, text: str) -> str:
     return f"{text} [{codes()[code].code}]"
 
 
+def is_warning(line: str) -> bool:
+    """Whether a declared code of a warning ends a line."""
+    match = CODE_AT_END.search(line)
+    return match is not None and isinstance(codes().get(match[1]), WarningCode)
+
+
 def require_warning_code(line: str) -> str:
     """The line, if a declared code of a warning ends it; ValueError otherwise."""
-    match = CODE_AT_END.search(line)
-    if match is None or not isinstance(codes().get(match[1]), WarningCode):
+    if not is_warning(line):
         raise ValueError(f"a warning must end with a code such as [W01], got {line!r}")
     return line

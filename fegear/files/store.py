@@ -240,23 +240,26 @@ class CheckpointOptions:
     """The checkpoint of a run, and whether the run resumes from it.
 
     overwrite : discard the records of an earlier run; else it must be resumed
-    notify : called with a message on the content of the checkpoint
     """
 
     checkpoint: Path | None = None
     resume: bool = False
     overwrite: bool = False
-    notify: Callable[[str], None] = lambda message: None
 
-    def open(self, inputs: Mapping[str, str]) -> Checkpoint | None:
-        """The checkpoint of a run with these inputs, None if nothing is stored."""
+    def open(
+        self, inputs: Mapping[str, str], notify: Callable[[str], None]
+    ) -> Checkpoint | None:
+        """The checkpoint of a run with these inputs, None if nothing is stored.
+
+        notify : called with a message on the content of the checkpoint
+        """
         path = self.checkpoint
         if path is None:
             return None
         if self.resume and not path.exists():
             output = path.with_suffix("")
             done = f"{output} is finished and" if output.exists() else "it"
-            self.notify(f"there is no {path}, {done} is computed from the start")
+            notify(f"there is no {path}, {done} is computed from the start")
         return open_checkpoint(path, inputs, self.resume, self.overwrite)
 
 

@@ -33,6 +33,8 @@ from fegear.gearset.zones import relief
 from meshes import GearPair, GeometryError, SpurGear
 from meshes.gear import floored
 
+ROUND_OFF = 1e-9  # of a backlash, over the base pitch
+
 
 def build_gear_set(document: Document, folder: Path) -> GearSet:
     """The gear set; raises InputError on the first thing that does not fit.
@@ -78,7 +80,7 @@ def _gear_set(document: Document, folder: Path) -> GearSet:
         damping_ratio=document.dynamics.damping_ratio,
         inferences=(
             *document.inferences,
-            *_inferences(blanks),
+            *_inferences(blanks, spacings, tips),
             *carrier_inferences(document),
         ),
         carrier=carrier_of(document, gears, distances),
@@ -110,9 +112,12 @@ def require_known_gears(document: Document) -> None:
             raise InputError(f'shaft: gears: "{name}" is listed more than once')
 
 
-def _inferences(blanks: list[Blank]) -> list[str]:
-    """Sentences on what followed from measured tooth thicknesses."""
-    return [tooth.inference for b in blanks if (tooth := b.thickness).inference]
+def _inferences(
+    blanks: list[Blank], spacings: list[Spacing], tips: list[Tip]
+) -> list[str]:
+    """Sentences on what followed from other keys, or was taken by default."""
+    inferred = [blank.thickness for blank in blanks], spacings, tips
+    return [one.inference for parts in inferred for one in parts if one.inference]
 
 
 def _material(entry: GearEntry) -> tuple[str, NamedMaterial]:
@@ -191,11 +196,10 @@ def _center_line(entry: MeshEntry) -> float | None:
 
 
 def _backlash(entry: MeshEntry, pair: GearPair) -> float:
-    """Backlash as given, otherwise that of the teeth, which may round to less than 0
-    [m].
-    """
-    backlash_um = entry.backlash_um
-    return max(0.0, pair.backlash) if backlash_um is None else backlash_um * UM
+    """Backlash as given, otherwise that of the teeth without its round-off [m]."""
+    if entry.backlash_um is not None:
+        return entry.backlash_um * UM
+    return pair.backlash if pair.backlash > ROUND_OFF * pair.base_pitch else 0.0
 
 
 def _phase(entry: MeshEntry, first: bool) -> float | None:
@@ -239,6 +243,8 @@ def _refusal(
         return tip.refusal(where, error)
     name = entry.spacing_key
     stated = f"{entry.label}: {name} = {shown(getattr(entry, name))}"
+    if place.inference:
+        stated = place.inference
     if error.bound is None:
         return InputError(f"{stated}; {error.message}")
     key = Key("mesh", entry.label, (name,))

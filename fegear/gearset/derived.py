@@ -18,8 +18,9 @@ from fegear.gearset.planetary_figures import planetary_figures
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.shaft_bodies import ShaftBody
 from fegear.gearset.zones import Zones, zones
-from meshes import SpurGear
+from meshes import GearPair, SpurGear
 from meshes.internal import InternalGear
+from meshes.involute import inverse_involute, involute
 from meshes.tooth_thickness import (
     default_pin_diameter,
     default_span_teeth,
@@ -138,6 +139,26 @@ def _measured_figures(teeth: SpurGear) -> dict[str, Any]:
     }
 
 
+def _fitting(pair: GearPair) -> dict[str, float]:
+    """Sum of profile shifts, that which fits the centre distance, and the distance
+    that fits the sum: teeth of full thickness have no backlash."""
+    one, two = pair.driver, pair.driven
+    teeth, alpha = one.sign * one.teeth + two.sign * two.teeth, one.pressure_angle
+    shifts = one.profile_shift + two.profile_shift
+    rate = 2.0 * math.tan(alpha) / teeth
+    at_distance = (involute(pair.operating_pressure_angle) - involute(alpha)) / rate
+    value, bases = (
+        involute(alpha) + rate * shifts,
+        abs(one.base_radius + two.base_radius),
+    )
+    distance = bases / math.cos(inverse_involute(value)) if value > 0.0 else math.nan
+    return {
+        "profile_shift_sum": shifts,
+        "fitting_profile_shift_sum": at_distance,
+        "fitting_center_distance_mm": 1e3 * distance,
+    }
+
+
 def mesh_figures(gear_set: GearSet, number: int) -> dict[str, Any]:
     """Two gears in mesh; approach and recess lie before and after the pitch point.
 
@@ -154,6 +175,7 @@ def mesh_figures(gear_set: GearSet, number: int) -> dict[str, Any]:
         "ratio": pair.driven.teeth / pair.driver.teeth,
         "center_distance_mm": 1e3 * pair.center_distance,
         "operating_pressure_angle_deg": math.degrees(pair.operating_pressure_angle),
+        **_fitting(pair),
         "contact_ratio": pair.contact_ratio,
         "base_pitch_mm": 1e3 * pair.base_pitch,
         "normal_backlash_um": 1e6 * pair.backlash,

@@ -8,7 +8,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from fegear.files.codes import with_code
-from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.model import Gear, GearSet, Mesh
 from fegear.gearset.placing import layout
 from meshes.internal import InternalGear
 
@@ -40,6 +40,7 @@ def gear_set_warnings(gear_set: GearSet) -> Iterator[str]:
     yield from _overlap_warnings(gear_set)
     for number, mesh in enumerate(gear_set.meshes, start=1):
         yield from undercut_warnings(number, mesh.pair)
+        yield from backlash_warnings(number, mesh)
 
 
 def _thickness_warnings(gear: Gear) -> Iterator[str]:
@@ -140,6 +141,17 @@ def undercut_warnings(number: int, pair: GearPair) -> Iterator[str]:
             f"of the undercut {role} ({gear.teeth} teeth); contact ratio "
             f"{pair.contact_ratio:.4g}, {lost:.3g} less than without undercut",
         )
+
+
+def backlash_warnings(number: int, mesh: Mesh) -> Iterator[str]:
+    """A line for a mesh whose teeth jam; number : of the mesh, from 1."""
+    if mesh.backlash > 0.0:
+        return
+    yield with_code(
+        "W55",
+        f"mesh {number}: no backlash, the teeth jam in motion; set backlash_um, or "
+        "center_distance_mm and tooth_thinning_um",
+    )
 
 
 def _planes(gear_set: GearSet) -> list[set[int]]:

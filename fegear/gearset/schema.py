@@ -460,6 +460,12 @@ class MeshKeys(Keys):
         default=None,
         description="Contact ratio, from which tips follow that are not given.",
     )
+    tip_shortening: bool = Field(
+        default=False,
+        description="Shorten tips that are not given by as much as the sum of profile "
+        "shifts is more than the distance of the reference circles, which keeps the "
+        "tip clearance (DIN 3960); of external gears.",
+    )
     backlash_um: NotNegative | None = Field(
         default=None,
         description="Backlash along the line of action. [default: that of the teeth]",
@@ -518,7 +524,9 @@ class MeshEntry(MeshKeys):
     driver: Name = Field(description="Name of the driving gear.")
     driven: Name = Field(description="Name of the driven gear.")
     center_distance_mm: Length | None = Field(
-        default=None, description="Centre distance."
+        default=None,
+        description="Centre distance. [default: that at which teeth of full thickness "
+        "have no backlash, by the sum of profile shifts]",
     )
     operating_pressure_angle_deg: Annotated[float, Field(ge=5.0, le=45.0)] | None = (
         Field(
@@ -540,7 +548,7 @@ class MeshEntry(MeshKeys):
 
     @model_validator(mode="after")
     def _two_gears(self) -> MeshEntry:
-        require_exactly_one(self, *SPACING_KEYS)
+        require_at_most_one(self, *SPACING_KEYS)
         if self.driver == self.driven:
             raise ValueError(f'driven = "{self.driven}"; must differ from the driver')
         return self
@@ -552,7 +560,7 @@ class MeshEntry(MeshKeys):
     @property
     def spacing_key(self) -> str:
         """The one of the two exclusive keys that sets the centre distance."""
-        return self.present(*SPACING_KEYS)[0]
+        return next(iter(self.present(*SPACING_KEYS)), SPACING_KEYS[0])
 
 
 def mesh_label(driver: str, driven: str) -> str:

@@ -48,6 +48,7 @@ class Tip:
     """Tip radius [m] and the key, with its value, that it comes from.
 
     of_radius : the key's value by the magnitude of the radius [m]; unit : of the key
+    inference : sentence on what was inferred, empty where nothing was
     """
 
     radius: float
@@ -55,6 +56,7 @@ class Tip:
     key: Key
     of_radius: Callable[[float], float]
     unit: str = "mm"
+    inference: str = ""
 
     def refusal(self, where: str, error: GeometryError) -> InputError:
         """The error on this tip, with the limit of its key."""
@@ -175,9 +177,9 @@ class Blank(Involute):
 
         return Tip(radius, origin, key, of_radius)
 
-    @property
-    def default_tip(self) -> Tip:
-        addendum = (1.0 + self.thickness.profile_shift) * self.module
+    def default_tip(self, shortening: float = 0.0) -> Tip:
+        """The tip without keys; shortening : of the addendum [m]."""
+        addendum = (1.0 + self.thickness.profile_shift) * self.module - shortening
         return self._tip_of_addendum(addendum, " by default")
 
     def cut(self, tip: Tip) -> SpurGear:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
@@ -13,19 +13,27 @@ from fegear.gearset.schema import Document, MeshEntry
 from fegear.gearset.teeth import MM, Blank, Tip, blank_of
 from lumped.common.checks import require_present
 from meshes.gear import Bound
+from meshes.involute import inverse_involute, involute
 
 HIGHEST_ADDENDUM = 3.0  # modules, far beyond any pointed tooth
 CONTACT_RATIO_TOLERANCE = 1e-3
 FORM_MARGIN = 1e-4  # of a ring's tip from where the mate's fillet begins, relative
 
 
+MIN_SHORTENING = 1e-6  # m, of which an inference speaks
+
+
 @dataclass(frozen=True)
 class Spacing:
-    """Two gears without tips at their centre distance [m]."""
+    """Two gears without tips at their centre distance [m].
+
+    inference : sentence on the centre distance, empty where it is given
+    """
 
     one: Blank
     two: Blank
     center_distance: float
+    inference: str = ""
 
     @property
     def is_internal(self) -> bool:
@@ -36,6 +44,15 @@ class Spacing:
         bases = self.one.base_radius + self.two.base_radius
         line = math.sqrt(self.center_distance**2 - bases**2)
         return -line if self.is_internal else line
+
+    @property
+    def shortening(self) -> float:
+        """What the sum of profile shifts is more than the distance of the reference
+        circles [m]: tips shortened by it keep their clearance (DIN 3960)."""
+        one, two = self.one, self.two
+        shifts = one.thickness.profile_shift + two.thickness.profile_shift
+        reference = one.reference_radius + two.reference_radius
+        return shifts * one.module - (self.center_distance - abs(reference))
 
     def contact_ratio(self, tip_one: float, tip_two: float) -> float:
         """Contact ratio with tip radii [m] of at least the base radii."""
@@ -55,16 +72,38 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
     if one.sign + two.sign < 0:
         raise InputError(f"{mesh.label}: both gears are internal; only one may be")
     bases = abs(one.base_radius + two.base_radius)
-    if mesh.center_distance_mm is None:
-        name = f"{mesh.label}: operating_pressure_angle_deg"
-        angle = math.radians(require_present(mesh.operating_pressure_angle_deg, name))
+    if mesh.operating_pressure_angle_deg is not None:
+        angle = math.radians(mesh.operating_pressure_angle_deg)
         return Spacing(one, two, bases / math.cos(angle))
+    if mesh.center_distance_mm is None:
+        distance = bases / math.cos(_angle_without_backlash(mesh, one, two))
+        shifts = one.thickness.profile_shift + two.thickness.profile_shift
+        inference = (
+            f"{mesh.label}: center_distance_mm = {distance / MM:.7g} by default, at "
+            f"which teeth of full thickness have no backlash; sum of profile shifts "
+            f"{shifts:.6g}"
+        )
+        return Spacing(one, two, distance, inference)
     if not mesh.center_distance_mm * MM > bases:
         stated = f"center_distance_mm = {shown(mesh.center_distance_mm)}"
         bound = Bound("must be above", bases / MM, f"the {base_radii(one, two)}")
         key = Key("mesh", mesh.label, ("center_distance_mm",))
         raise Refusal(key, f"{mesh.label}: {stated}", bound, "mm")
     return Spacing(one, two, mesh.center_distance_mm * MM)
+
+
+def _angle_without_backlash(mesh: MeshEntry, one: Blank, two: Blank) -> float:
+    """Operating pressure angle [rad] at which teeth that are not thinned just fit."""
+    shifts = one.thickness.profile_shift + two.thickness.profile_shift
+    teeth = one.sign * one.teeth + two.sign * two.teeth
+    alpha = one.pressure_angle
+    value = involute(alpha) + 2.0 * math.tan(alpha) * shifts / teeth
+    if value <= 0.0:
+        raise InputError(
+            f"{mesh.label}: center_distance_mm is missing; the sum of profile shifts "
+            f"{shown(shifts)} fits none"
+        )
+    return inverse_involute(value)
 
 
 def base_radii(one: Blank, two: Blank) -> str:
@@ -104,13 +143,46 @@ def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
                     mesh, place, stated_tips, blanks[name], addendum, origin
                 )
         _require_contact_ratio(mesh, place, tips)
+    for mesh, place in zip(document.mesh, spacings, strict=True):
+        _require_shortening(mesh, place, tips)
     for name, blank in blanks.items():
         if name not in tips and not blank.entry.internal:
-            tips[name] = blank.default_tip
+            tips[name] = _default_tip(blank, document, spacings)
     for name, blank in blanks.items():
         if name not in tips:
             tips[name] = _ring_tip(blank, document, spacings, tips)
     return [tips[name] for name in document.gear_names]
+
+
+def _require_shortening(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> None:
+    """Refuse a shortening of tips that changes nothing; tips : that are given."""
+    if not mesh.tip_shortening:
+        return
+    reason = ""
+    if place.is_internal:
+        reason = "is that of external gears"
+    elif {mesh.driver, mesh.driven} <= tips.keys():
+        reason = "changes nothing, as both tips are given"
+    if reason:
+        raise InputError(f"{mesh.label}: tip_shortening = true; {reason}")
+
+
+def _default_tip(blank: Blank, document: Document, spacings: Sequence[Spacing]) -> Tip:
+    """Default tip of an external gear, shortened where a mesh says so."""
+    name, shortened, possible = blank.entry.name, 0.0, 0.0
+    for mesh, place in zip(document.mesh, spacings, strict=True):
+        if name in (mesh.driver, mesh.driven) and not place.is_internal:
+            possible = max(possible, place.shortening)
+            if mesh.tip_shortening:
+                shortened = max(shortened, place.shortening)
+    tip = blank.default_tip(shortened)
+    if possible < MIN_SHORTENING:
+        return tip
+    what = f"shortened by {shortened / MM:.4g} mm"
+    if not shortened:
+        what = f"not shortened; tip_shortening = true takes {possible / MM:.4g} mm"
+    stated = f"tip_radius_mm = {tip.radius / MM:.7g} by default"
+    return replace(tip, inference=f'gear "{name}": {stated}, {what}')
 
 
 def _ring_tip(
@@ -120,8 +192,9 @@ def _ring_tip(
 
     Nor does it go below the flank of its cutter.
     """
-    default = ring.default_tip
+    default = ring.default_tip()
     rolls = [ring.cutter.line_of_action if ring.cutter else 0.0]
+    by_cutter = rolls[0]
     for mesh, place in zip(document.mesh, spacings, strict=True):
         names = mesh.driver, mesh.driven
         if ring.entry.name not in names:
@@ -138,7 +211,15 @@ def _ring_tip(
     if least <= -default.radius:
         return default
     origin = f"tip_radius_mm = {shown(least / MM)} by default"
-    return ring.tip_of_radius(-least * (1.0 + FORM_MARGIN), origin)
+    tip = ring.tip_of_radius(-least * (1.0 + FORM_MARGIN), origin)
+    why = "the flank that its cutter cuts ends there"
+    if max(rolls) > by_cutter:
+        why = "further in it would reach a fillet of its mate"
+    inference = (
+        f'gear "{ring.entry.name}": tip_diameter_mm = {-2.0 * tip.radius / MM:.7g} '
+        f"instead of {-2.0 * default.radius / MM:.7g}; {why}"
+    )
+    return replace(tip, inference=inference)
 
 
 def _tip_of_contact_ratio(

@@ -18,7 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.edges import has_edge
-from fegear.contact.loads import PatchLoad, patch_loads, tooth_loads
+from fegear.contact.loads import (
+    PatchLoad,
+    in_plane_strain,
+    patch_loads,
+    tooth_loads,
+)
 from fegear.contact.problem import ContactProblem, run_kernel
 from fegear.elasticity.body_stress import ToothLoad, von_mises
 from fegear.files.errors import InputError
@@ -116,7 +121,7 @@ class PairField:
     points : (n, 2) contact nodes, without load, on the driver's flank
     normals : (n, 2) unit, out of the driver's flank
     motion : (n, 2) of the nodes with the driver [m]
-    pressure : (n,) [Pa]; load : normal force of the pair [N]
+    pressure : (n,) of plane strain [Pa]; load : normal force of the pair [N]
     has_edge : whether a tip corner or a kink of a flank is in contact: the
         largest pressure then follows the contact grid and has no limit
     """
@@ -367,6 +372,11 @@ class LoadedMesh:
         """Frame of a sector, see `MeshScene.frame`."""
         return self.scene.frame(role, self.pose.position, tooth, self.pose.back)
 
+    @cached_property
+    def narrow_loads(self) -> list[PatchLoad]:
+        """The loads on contacts as narrow as in plane strain."""
+        return [in_plane_strain(self.scene.problem, load) for load in self.loads]
+
 
 @dataclass(frozen=True, eq=False)
 class MeshSide:
@@ -394,7 +404,7 @@ class MeshSide:
 
     @property
     def tooth_loads(self) -> list[ToothLoad]:
-        return tooth_loads(self.mesh.loads, self.role)
+        return tooth_loads(self.mesh.narrow_loads, self.role)
 
     def frame(self, tooth: int = 0) -> Frame:
         return self.mesh.frame(self.role, tooth)
@@ -515,10 +525,11 @@ def gears_in_meshes(
         by_tooth = {sector.tooth: sector for sector in sectors[driver]}
         loaded = gears[driver]
         count = loaded.counts[[side.mesh for side in loaded.sides].index(mesh)]
-        for load in mesh.loads:
+        for load, narrow in zip(mesh.loads, mesh.narrow_loads, strict=True):
             sector = by_tooth[count.in_first(load.tooth)]
             contact = DriverContact(mesh, loaded.first, sector, count.mirrored)
-            pairs.append(contact.pair_field(load, turns[driver], number))
+            is_sharp = has_edge(mesh.scene.problem, load)
+            pairs.append(contact.pair_field(narrow, turns[driver], number, is_sharp))
     return fields, tuple(pairs)
 
 
@@ -548,7 +559,7 @@ def _gear_field(
         name=side.name,
         center=center,
         hub_motion=turn * np.stack([-y, x], axis=1),
-        out_of_plane=body.sector.material.out_of_plane(joined["stress"]),
+        out_of_plane=_out_of_plane(body, joined["stress"], joined.pop("beside")),
         is_internal=body.sector.gear.sign < 0,
         **joined,
     )
@@ -566,7 +577,19 @@ def _sector_in_world(
         "triangles": nodes,
         "displacement": frame.vectors(state[:, :2]),
         "stress": frame.stresses(state[:, 2:]),
+        "beside": sector.nearness(places),
     }
+
+
+def _out_of_plane(body: LoadableGear, stress: Array, beside: Array) -> Array:
+    """Stress zz (n,), beside a contact that of plane strain [Pa].
+
+    beside : (n,) from 1 at a contact to 0 far from it
+    """
+    material = body.sector.material
+    far = material.out_of_plane(stress)
+    near = replace(material, plane="strain").out_of_plane(stress)
+    return far + beside * (near - far)
 
 
 def _pair_tooth(role: Role, right: int, back: bool) -> int:
@@ -589,9 +612,13 @@ class DriverContact:
     sector: SectorField
     mirrored: bool
 
-    def pair_field(self, load: PatchLoad, turn: float, number: int) -> PairField:
-        """The pair in the world; turn is the driver's hub's rotation [rad], number
-        that of the mesh.
+    def pair_field(
+        self, load: PatchLoad, turn: float, number: int, is_sharp: bool
+    ) -> PairField:
+        """The pair in the world.
+
+        turn : the driver's hub's rotation [rad]; number : of the mesh
+        is_sharp : whether an edge is in contact
         """
         scene, pose = self.mesh.scene, self.mesh.pose
         flank, inward = flank_frame(scene.problem.pair.driver, load.driver_arcs)
@@ -611,6 +638,6 @@ class DriverContact:
             motion=elastic + turn * np.stack([-y, x], axis=1),
             pressure=pressure,
             load=float(load.normal.sum()) * scene.problem.face_width,
-            has_edge=has_edge(scene.problem, load),
+            has_edge=is_sharp,
             mesh=number,
         )

@@ -37,6 +37,9 @@ N_CANDIDATES = 16  # elements among which the one around a point is looked for
 CHILD_CORNERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))  # nodes of the parent
 MIRROR = np.array([-1.0, 1.0])  # of points and vectors, at a tooth's axis
 MIRROR_STATE = np.array([-1.0, 1.0, 1.0, 1.0, -1.0])
+# Distance from a contact at which plane strain gives way to the plane of the teeth,
+# over the module: several widths of a contact, and short of the root
+NEAR = 0.5
 MAX_LOCATED = 500  # points located at once, which bounds memory
 TRIANGLE = ElementTriP2()  # six nodes, as those of the mesh
 
@@ -220,6 +223,14 @@ class SectorField:
             )
             places, state = everything[:, :2], everything[:, 2:]
         return places, triangles, state + self.local(places)
+
+    def nearness(self, points: Array) -> Array:
+        """From 1 at points (n, 2) beside a contact to 0 far from all (n,)."""
+        if not (self.loads or self.back_loads):
+            return np.zeros(len(points))
+        apart = cKDTree(self._focus(0.0)[0]).query(points)[0]
+        reach = NEAR * self.body.sector.gear.module
+        return np.asarray(np.exp(-((apart / reach) ** 4)))
 
     def _focus(self, finest: float) -> tuple[Array, float]:
         """Points that carry load, and the size of the smallest triangles [m]."""

@@ -38,7 +38,11 @@ from fegear.elasticity.cache import (
     cached_root_influence,
 )
 from fegear.elasticity.flank import FlankCompliance
-from fegear.elasticity.material import Plane, PlaneMaterial
+from fegear.elasticity.material import (
+    Plane,
+    PlaneMaterial,
+    pressure_in_plane,
+)
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.files.errors import InputError
 from fegear.files.output import require_picture, write_text, write_whole
@@ -479,7 +483,7 @@ def solve_mesh(
         errors: tuple[ErrorEstimate, ...] = ()
         if settings.estimate_error:
             errors = _estimate(gear_set, mesh, settings, cycle, stresses, report)
-    columns = table_columns(problem.pair, cycle, stresses)
+    columns = table_columns(problem, cycle, stresses)
     header = table_header(gear_set, mesh, settings, cycle, errors)
     if pitches > 1:
         name = "faults" if _has_faults(gear_set, mesh) else "pitch errors"
@@ -565,9 +569,11 @@ def contact_problem(
     resolution = resolution or RESOLUTIONS[settings.resolution]
     spec = gear_set.meshes[mesh]
     flanks: list[FlankCompliance] = []
+    materials: list[PlaneMaterial] = []
     for i, gear in enumerate(gear_set.gears[g] for g in (spec.driver, spec.driven)):
         report(f"compliance of {gear.name}", i, 2)
         material = settings.material(gear)
+        materials.append(material)
         flank = cached_flank_compliance(gear.geometry, material, resolution.size)
         if settings.body == "free":
             from fegear.elasticity.inertia_relief import in_mean_axes, inertia_relief
@@ -602,6 +608,8 @@ def contact_problem(
         driven_faults=driven.faults,
         driver_offset=driver.offset,
         driven_offset=driven.offset,
+        plane_stress_pressure=pressure_in_plane(materials[0], materials[1], "stress"),
+        plane_strain_pressure=pressure_in_plane(materials[0], materials[1], "strain"),
     )
 
 
@@ -761,10 +769,16 @@ def largest_errors(errors: Sequence[ErrorEstimate]) -> ErrorEstimate | None:
 
 
 def table_columns(
-    pair: GearPair, cycle: ContactCycle, stresses: RootStresses | None = None
+    problem: ContactProblem,
+    cycle: ContactCycle,
+    stresses: RootStresses | None = None,
 ) -> dict[str, Array]:
-    """Columns of a contact cycle; pairs that never carry load are left out."""
-    share = cycle.load_share
+    """Columns of a contact cycle; pairs that never carry load are left out.
+
+    Contact pressures are those of plane strain.
+    """
+    share, pair = cycle.load_share, problem.pair
+    pressure = problem.plane_strain_pressure * cycle.pressure
     bending = np.nansum(share * cycle.friction_bending, axis=2)
     columns = {
         "n_pairs": (cycle.load != 0.0).sum(axis=2).astype(float),
@@ -772,7 +786,7 @@ def table_columns(
         "local_stiffness_N_per_m": cycle.local_stiffness,
         "ste_m": cycle.ste,
         "nlte_m": cycle.no_load,
-        "max_pressure_Pa": cycle.pressure.max(axis=2),
+        "max_pressure_Pa": pressure.max(axis=2),
         "friction_bending_ratio": bending,
         "driven_torque_Nm": cycle.driven_torque,
         **_path_columns(pair, cycle),
@@ -787,7 +801,7 @@ def table_columns(
             f"pair{number}_stiffness_N_per_m": cycle.pair_stiffness[..., k],
             f"pair{number}_load_share": share[..., k],
             f"pair{number}_gap_m": gap,
-            f"pair{number}_max_pressure_Pa": cycle.pressure[..., k],
+            f"pair{number}_max_pressure_Pa": pressure[..., k],
             f"pair{number}_friction_bending_ratio": cycle.friction_bending[..., k],
             f"pair{number}_driver_roll_angle_deg": angle[..., k],
             f"pair{number}_sliding_over_pitch_speed": sliding[..., k],
@@ -878,9 +892,9 @@ def table_header(
         "units": "in column names; torque is on the driver; transmission errors are "
         "driver rotation times base radius, driven gear held; compliance of two pairs "
         "is the transmission error of either per load of the other",
-        "pressure": "the largest of all positions; with a tip corner or a kink, such "
-        "as the start of a linear relief, in contact it has no limit and follows the "
-        "contact grid",
+        "pressure": "plane strain, as below a narrow contact; with a tip corner or a "
+        "kink, such as the start of a linear relief, in contact it has no limit and "
+        "follows the contact grid",
         "largest complementarity residual": f"{cycle.residual.max():.3g}",
     }
     error = largest_errors(errors)

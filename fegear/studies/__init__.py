@@ -80,7 +80,7 @@ STUDIES = {
     "modes": (
         "modes",
         "NaturalModes",
-        "Natural frequencies of a train, and the meshes they strain.",
+        "Natural frequencies of a train, and what its modes strain.",
     ),
     "bearing": (
         "bearing",

@@ -36,7 +36,7 @@ from fegear.studies.study import (
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
-    COUPLED,
+    ALL_MODELS,
     FREQUENCY,
     RPM,
     lumped_integration,
@@ -130,7 +130,7 @@ class Bifurcations(
         Range(1, 64),
     )
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(COUPLED)
+    model: LumpedModel = lumped_model(ALL_MODELS)
     integration: Settings = lumped_integration()
 
     def __post_init__(self) -> None:
@@ -207,6 +207,15 @@ class BifurcationsProblem(ParametricProblem):
                 return family.at(value)
 
         return system_at
+
+    @property
+    def motions(self) -> float:
+        # besides settling, sections and exponents
+        return 4.0 * len(self.study.over.values) * len(self.study.directions)
+
+    @property
+    def set_ups(self) -> int:
+        return 1 if self.study.over_speed else len(self.study.over.values)
 
     def tasks(self) -> Iterator[Task]:
         study, values = self.study, self.study.over.values

@@ -39,7 +39,7 @@ from fegear.studies.study import (
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
-    COUPLED,
+    ALL_MODELS,
     FREQUENCY,
     SOURCE,
     lumped_model,
@@ -50,7 +50,12 @@ from fegear.studies.trains import (
     with_frequencies,
 )
 from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
-from fegear.train.lumped_models import LumpedModel, body_modes_warnings
+from fegear.train.lumped_models import (
+    LumpedModel,
+    body_modes_warnings,
+    natural_frequencies,
+    natural_in_words,
+)
 from lumped.branches.cascades import Cascade, find_cascades
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
@@ -79,6 +84,7 @@ LEGEND = (
 )
 
 
+POINTS = 300.0  # of branches by mesh, about, as long as settled motions
 SHOT = "shooting integrates motions with true contact"
 FINDING = SettingsGroup(
     kind=BranchSettings,
@@ -147,7 +153,7 @@ class Branches(
         metavar="PER_UM",
     )
     finding: BranchSettings = group(FINDING)
-    model: LumpedModel = lumped_model(COUPLED | {"stiffness": WAVES})
+    model: LumpedModel = lumped_model(ALL_MODELS | {"stiffness": WAVES})
     table: tuple[str, ...] = tables_setting()
 
     def __post_init__(self) -> None:
@@ -158,7 +164,7 @@ class Branches(
             self._require_rpm()
         else:
             self._require_speeds()
-        if self.is_integrated:
+        if self.model.number == "coupled" or self.is_shooting:
             self._refuse_balance()
 
     def _require_rpm(self) -> None:
@@ -204,9 +210,20 @@ class Branches(
             raise refusal(self.finding, "harmonics", reason, FINDING)
 
     @property
-    def is_integrated(self) -> bool:
-        """Whether motions are fixed points of the map over their period."""
-        return self.model.number == "coupled" or self.finding.solver == "shooting"
+    def is_shooting(self) -> bool:
+        """Whether motions of models 1 to 3 are integrated over their period."""
+        return self.finding.solver == "shooting"
+
+    @property
+    def need_of_model_1(self) -> str:
+        if self.steepness is not None:
+            return "the coupled model has no contact function that could be smoothed"
+        defaults = BranchSettings()
+        if self.finding.solver != defaults.solver:
+            return "motions of the coupled model are integrated by its own method"
+        if self.finding.harmonics != defaults.harmonics:
+            return "the coupled model has no harmonic balance"
+        return super().need_of_model_1
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -253,11 +270,29 @@ class BranchesProblem(ParametricProblem):
         return self.system(() if self.study.over is None else self.study.ends[:1])
 
     @property
+    def first_torque(self) -> float:
+        """Torque on the input gear at the first value of the parameter [N m]."""
+        return self.study.ends[0] if TORQUE in self.study.names else self.load
+
+    @property
+    def is_integrated(self) -> bool:
+        """Whether motions are fixed points of the map over their period."""
+        return self.model.number == "coupled" or self.study.is_shooting
+
+    @property
     def family(self) -> Family:
         over, at, ends = self.study.over, self.study.at, self.study.ends
         if over is None or at is None:
             return SpeedFamily(self.first)
         return ParameterFamily(over.name, lambda v: self.system((v,)), at, ends)
+
+    @property
+    def motions(self) -> float:
+        return POINTS * len(self.gears.meshes)
+
+    @property
+    def set_ups(self) -> int:
+        return 1 if self.study.over is None else int(self.motions)
 
     def tasks(self) -> Iterator[Task]:
         yield Task("branches", self._followed)
@@ -289,7 +324,7 @@ class BranchesProblem(ParametricProblem):
     def _result(
         self, branches: Sequence[PeriodicBranch], complete: bool
     ) -> BranchesResult:
-        study, is_integrated = self.study, self.study.is_integrated
+        study, is_integrated = self.study, self.is_integrated
         header = self.header(STEPPED if is_integrated else SCHEME)
         if study.at is not None:
             header["speed_Hz"] = format_exact(study.at)
@@ -308,9 +343,11 @@ class BranchesProblem(ParametricProblem):
             study,
             self.facts(study.parameter, header, study.at, warnings),
             tuple(branches),
-            natural_Hz=tuple(self.first.resonances_Hz.tolist()),
+            natural_Hz=tuple(natural_frequencies(self.first)),
+            natural=natural_in_words(self.first, self.first_torque),
             cascades=tuple(find_cascades(branches, self.family.unit)),
             complete=complete,
+            is_integrated=is_integrated,
         )
 
     def _warnings(self, branches: Sequence[PeriodicBranch]) -> Iterator[str]:
@@ -329,15 +366,20 @@ class BranchesResult(StudyResult):
     """Branches of a gear set.
 
     natural_Hz : natural frequencies of modes that strain a mesh [Hz]
+    natural : which these are, in words
     cascades : of period doublings, from branch to branch
+    is_integrated : whether motions are fixed points of the map over their period, not
+        of harmonic balance
     """
 
     study: Branches
     facts: TrainFacts
     branches: tuple[PeriodicBranch, ...]
     natural_Hz: tuple[float, ...]
+    natural: str
     cascades: tuple[Cascade, ...] = ()
     complete: bool = True
+    is_integrated: bool = False
 
     @property
     def empty(self) -> bool:
@@ -375,11 +417,12 @@ class BranchesResult(StudyResult):
         study = self.study
         return {
             **self.facts.summary,
-            "harmonics": None if study.is_integrated else study.numerics.harmonics,
+            "harmonics": None if self.is_integrated else study.numerics.harmonics,
+            "natural_frequencies": self.natural,
             "natural_frequencies_Hz": list(self.natural_Hz),
             "interrupted": not self.complete,
             "branches": [
-                _branch_values(branch, study.parameter, study.is_integrated)
+                _branch_values(branch, study.parameter, self.is_integrated)
                 for branch in self.branches
             ],
             "cascades": [

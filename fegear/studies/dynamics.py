@@ -48,6 +48,7 @@ from fegear.studies.trains import (
     torques_setting,
     with_frequencies,
 )
+from fegear.train.loaded_modes import system_of_modes
 from fegear.train.lumped_models import (
     LumpedModel,
     TorqueOf,
@@ -55,6 +56,8 @@ from fegear.train.lumped_models import (
     default_speeds,
     file_header,
     lumped_system,
+    natural_frequencies,
+    natural_in_words,
     torque_entry,
 )
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
@@ -186,6 +189,12 @@ class DynamicsProblem(Problem):
         """Mesh frequencies of the first mesh [Hz]."""
         system = next(iter(self.systems.values()))
         return list(self.study.speeds) or default_speeds(system)
+
+    @cached_property
+    def natural_system(self) -> LumpedSystem:
+        """The system whose natural frequencies are shown, at the first torque."""
+        torque = next(iter(self.systems))
+        return system_of_modes(self.gears, torque, self.study.reference)[0]
 
     def under_friction(self, torque: float) -> LumpedSystem:
         """The lumped model 1 under the torques that the finite elements have."""
@@ -370,6 +379,8 @@ class DynamicsProblem(Problem):
                 ),
             ),
             frequencies=self.frequencies,
+            natural_Hz=tuple(natural_frequencies(self.natural_system)),
+            natural=natural_in_words(self.natural_system, next(iter(self.systems))),
             branches=by_elements,
             beside=beside,
             reasons=tuple(

@@ -30,7 +30,11 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations, StiffnessSource
-from fegear.studies.modes import FE_SETTINGS, mean_stiffnesses
+from fegear.studies.modes import (
+    FE_SETTINGS,
+    mean_stiffnesses,
+    require_stiffness_edits,
+)
 from fegear.studies.page import Page, RowTable, cell, number
 from fegear.studies.study import (
     NO_PICTURES,
@@ -51,9 +55,15 @@ from fegear.studies.trains import (
     mesh_index,
     torque_setting,
 )
+from fegear.train.loaded_modes import (
+    LinearModel,
+    linear_model,
+    linear_model_of_springs,
+    system_of_modes,
+)
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.checks import require_present
-from lumped.train.modes import Modes, natural_modes
+from lumped.train.modes import natural_modes
 from lumped.train.train import Train
 
 MODELS = (".mat", ".npz", ".json", FMU)  # endings of names
@@ -83,10 +93,12 @@ class ModelExport(
 ):
     """Mass, damping and stiffness matrices for other programs.
 
-    M x'' + C x' + K x = load, about the mean mesh stiffness. Row i of mesh_vectors
-    times x is the deflection of mesh i, from which models with varying mesh stiffness
-    are built. With --mesh, an FMU (FMI 2.0, co-simulation) of one mesh, whose torques
-    follow from angles and speeds of its gears.
+    M x'' + C x' + K x = load, about the state under load with the relief as it is cut;
+    vibration of the gears' bodies has coordinates of its own. Row i of mesh_vectors
+    times x is the deflection of mesh i. With --stiffness fe or given, K is made of mean
+    mesh stiffnesses, from which models with varying ones are built. With --mesh, an
+    FMU (FMI 2.0, co-simulation) of one mesh, whose torques follow from angles and
+    speeds of its gears.
     """
 
     pictures = NO_PICTURES
@@ -107,16 +119,19 @@ class ModelExport(
     damping_ratio: float | None = setting_of(
         LumpedModel, "damping_ratio", option="--damping"
     )
-    stiffness: Literal["given", "fe"] = setting(
-        "given",
-        "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, or "
-        "finite elements where it is missing; fe: by finite elements at the torque.",
+    stiffness: Literal["auto", "fe", "given"] = setting(
+        "auto",
+        "Mesh stiffness. auto: of the coupled model about its loaded state, or "
+        "averages of model 1 where the gear set needs that; fe: mean by finite "
+        "elements at the torque, without relief; given: mean_stiffness_N_per_m of the "
+        "gear set, or fe where it is missing.",
     )
     source: StiffnessSource = group(FE_SETTINGS)
 
     @property
     def gears(self) -> GearSet:
         """The gear set with its edits."""
+        require_stiffness_edits(self)
         return self.gear_set.healthy("exported models")
 
     def tasks(self) -> Iterator[Task]:
@@ -129,16 +144,38 @@ class ModelExport(
 
     def _model(self, gears: GearSet, job: Job) -> ModelExportResult:
         torque = chosen_torque(gears, self.torque)
-        use_given = self.stiffness == "given"
-        stiffnesses = mean_stiffnesses(gears, torque, self.source, use_given)
         train = train_of(gears, torque, self.translations, self.damping_ratio)
-        modes = natural_modes(train, [value for value, _ in stiffnesses])
-        origins = [origin for _, origin in stiffnesses]
+        if self.stiffness == "auto" and self.mesh is None:
+            linear, origins = self._under_load(gears, torque)
+        else:
+            use_given = self.stiffness != "fe"
+            stiffnesses = mean_stiffnesses(gears, torque, self.source, use_given)
+            modes = natural_modes(train, [value for value, _ in stiffnesses])
+            linear = linear_model_of_springs(modes, train.damping_ratio)
+            origins = [origin for _, origin in stiffnesses]
         fmu_mesh = None if self.mesh is None else self._fmu_mesh(gears, train, torque)
         warnings = (*gear_set_warnings(gears),)
         return ModelExportResult(
-            self, gears.name, torque, train, modes, origins, fmu_mesh, warnings
+            self, gears.name, torque, train, linear, origins, fmu_mesh, warnings
         )
+
+    def _under_load(
+        self, gears: GearSet, torque: float
+    ) -> tuple[LinearModel, list[str]]:
+        """The equations about the loaded state, and where each stiffness comes from."""
+        model = LumpedModel(
+            translations=self.translations,
+            damping_ratio=self.damping_ratio,
+            stiffness=self.source,
+        )
+        system, _ = system_of_modes(gears, torque, model)
+        origin = f"at {torque:g} N m on the input gear"
+        if system.contacts is None:
+            linear = linear_model_of_springs(system.modes, system.train.damping_ratio)
+            name = "average of model 1"
+        else:
+            linear, name = linear_model(system), "tangent of the coupled model"
+        return linear, [f"{name} {origin}"] * len(gears.meshes)
 
     def _fmu_mesh(self, gears: GearSet, train: Train, torque: float) -> FmuMesh:
         """The mesh with its tooth pairs at the torque on its driver."""
@@ -166,7 +203,7 @@ class ModelExport(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModelExportResult(StudyResult):
-    """A train about its mean mesh stiffness.
+    """A train about its state under load, or its mean mesh stiffness.
 
     torque : on the input gear [N m]
     origins : of the mean stiffness of each mesh, in words
@@ -177,7 +214,7 @@ class ModelExportResult(StudyResult):
     gear_set: str
     torque: float
     train: Train
-    modes: Modes
+    linear: LinearModel
     origins: list[str]
     fmu_mesh: FmuMesh | None = None
     warnings: tuple[str, ...] = ()
@@ -185,7 +222,7 @@ class ModelExportResult(StudyResult):
     @property
     def coordinates(self) -> list[str]:
         """Names of the coordinates, such as `pinion rotation`."""
-        return [" ".join(label) for label in self.modes.coordinates.labels]
+        return [" ".join(label) for label in self.linear.labels]
 
     @property
     def meshes(self) -> list[str]:
@@ -197,32 +234,22 @@ class ModelExportResult(StudyResult):
         ]
 
     @cached_property
-    def static_displacement(self) -> NDArray[np.float64]:
-        """Displacement (n,) under the load, without free motion [rad or m]."""
-        shapes, angular = self.modes.shapes, self.modes.angular
-        held = angular > 0.0
-        load = shapes[:, held].T @ self.modes.coordinates.load
-        return np.asarray(shapes[:, held] @ (load / angular[held] ** 2))
-
-    @cached_property
     def arrays(self) -> dict[str, NDArray[np.float64]]:
         """Matrices, vectors and numbers of the model, with the units `UNITS`."""
-        modes, coordinates = self.modes, self.modes.coordinates
-        train, displacement = self.train, self.static_displacement
+        linear, train = self.linear, self.train
         values: dict[str, Any] = {
-            "M": np.diag(coordinates.mass),
-            "C": modes.damping_matrix(train.damping_ratio),
-            "K": modes.stiffness_matrix,
-            "mesh_vectors": coordinates.mesh_rows,
-            "mesh_stiffness_N_per_m": modes.mean_stiffness,
+            "M": linear.mass,
+            "C": linear.damping,
+            "K": linear.stiffness,
+            "mesh_vectors": linear.mesh_rows,
+            "mesh_stiffness_N_per_m": linear.mesh_stiffness,
             "mesh_backlash_m": [mesh.backlash for mesh in train.meshes],
             "mesh_phase": [mesh.phase for mesh in train.meshes],
             "mesh_frequency_ratio": [float(rate) for rate in train.mesh_rates],
-            "load": coordinates.load,
-            "static_displacement": displacement,
-            "static_mesh_force_N": modes.mean_stiffness
-            * (coordinates.mesh_rows @ displacement),
-            "natural_frequency_Hz": modes.frequency_Hz,
+            "load": linear.load,
+            "static_displacement": linear.displacement,
+            "static_mesh_force_N": linear.mesh_force,
+            "natural_frequency_Hz": linear.frequency_Hz,
             "damping_ratio": train.damping_ratio,
             "torque_Nm": self.torque,
         }
@@ -231,10 +258,9 @@ class ModelExportResult(StudyResult):
     @property
     def texts(self) -> dict[str, list[str]]:
         """Names of coordinates and meshes, and where the stiffness comes from."""
-        directions = [direction for _, direction in self.modes.coordinates.labels]
         return {
             "coordinates": self.coordinates,
-            "coordinate_units": ["rad" if d == "rotation" else "m" for d in directions],
+            "coordinate_units": [unit_of_direction(d) for _, d in self.linear.labels],
             "meshes": self.meshes,
             "mesh_stiffness_origin": self.origins,
         }
@@ -274,14 +300,17 @@ class ModelExportResult(StudyResult):
 
     def _rows(self) -> tuple[tuple[tuple[str, str], ...], list[list[float]]]:
         """Labels and values of the coordinates, NaN where the unit is the other's."""
-        coordinates, turns = self.modes.coordinates, self.static_displacement
-        quantities = np.array([coordinates.mass, coordinates.load, turns])
-        rotates = np.array([label[1] == "rotation" for label in coordinates.labels])
+        linear = self.linear
+        quantities = np.array([np.diag(linear.mass), linear.load, linear.displacement])
+        rotates, moves = (
+            np.array([unit_of_direction(d) == unit for _, d in linear.labels])
+            for unit in ("rad", "m")
+        )
         split = np.empty((len(rotates), 6))
         split[:, ::2] = np.where(rotates, quantities, np.nan).T
-        split[:, 1::2] = np.where(rotates, np.nan, quantities).T
-        values = np.hstack([split, coordinates.mesh_rows.T])
-        return coordinates.labels, values.tolist()
+        split[:, 1::2] = np.where(moves, quantities, np.nan).T
+        values = np.hstack([split, linear.mesh_rows.T])
+        return linear.labels, values.tolist()
 
     def write(self, path: str | Path) -> None:
         """Write the model by the ending of the path, .mat, .npz, .json or .fmu."""
@@ -319,6 +348,11 @@ class ModelExportResult(StudyResult):
             "mean k from": lambda row: row["origin"],
         }
         yield RowTable(rows, columns, text_columns=("mesh", "mean k from"))
+
+
+def unit_of_direction(direction: str) -> str:
+    """Unit of a coordinate of unit mass for vibration of a body, rad or m."""
+    return {"rotation": "rad", "x": "m", "y": "m"}.get(direction, "m sqrt(kg)")
 
 
 def _write_matlab(path: Path, result: ModelExportResult) -> None:

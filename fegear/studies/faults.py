@@ -45,7 +45,7 @@ from fegear.studies.study import (
 )
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
-    COUPLED,
+    ALL_MODELS,
     RPM,
     GearSetRef,
     TrainStudy,
@@ -139,7 +139,7 @@ class FaultSignals(
     averages: bool = setting(
         False, "Leave out the signals, and write their averages over turns alone."
     )
-    model: LumpedModel = lumped_model(COUPLED, 1)
+    model: LumpedModel = lumped_model(ALL_MODELS)
     integration: Settings = lumped_integration()
 
     def __post_init__(self) -> None:
@@ -248,7 +248,7 @@ class FaultSignalsProblem(Problem):
     def of(cls, study: FaultSignals) -> FaultSignalsProblem:
         """The problem of a study; InputError for what no run can be."""
         settings, _ = split_point(study, study.points()[0])
-        signals = signals_of(study, settings, study.gear_set)
+        signals = signals_of(study, settings, study.gear_set, study.model)
         reference = signals.prepare_with(study.model.excitations)
         index = reference.turning.index
         teeth = reference.gears.gears[index].geometry.teeth
@@ -269,6 +269,12 @@ class FaultSignalsProblem(Problem):
     def inputs(self) -> Mapping[str, str]:
         inputs: Mapping[str, str] = self.study.inputs
         return inputs
+
+    @property
+    def announcements(self) -> Iterator[str]:
+        yield from super().announcements
+        teeth = self.reference.turning.teeth
+        yield from self.reference.duration(self.study.run_count, teeth)
 
     def tasks(self) -> Iterator[Task]:
         self._require_room()
@@ -413,7 +419,10 @@ def _require_changes(study: FaultSignals, edits: GearSetEdits) -> None:
 
 
 def signals_of(
-    study: FaultSignals, settings: Mapping[str, Any], gear_set: GearSetRef
+    study: FaultSignals,
+    settings: Mapping[str, Any],
+    gear_set: GearSetRef,
+    model: LumpedModel,
 ) -> Signals:
     """The study that computes the signals of one run."""
     return Signals(
@@ -425,7 +434,7 @@ def signals_of(
         samples=study.samples,
         noise_percent=settings["noise_percent"],
         seed=settings["seed"],
-        model=study.model,
+        model=model,
         integration=study.integration,
     )
 
@@ -464,8 +473,9 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
         if changes:
             texts = self.problem.edits.texts(changes, settings["tooth"])
             gear_set = self._shared(texts)
-        excitations = self.problem.reference.excitations
-        return signals_of(study, settings, gear_set).prepare_with(excitations)
+        reference = self.problem.reference
+        signals = signals_of(study, settings, gear_set, reference.model)
+        return signals.prepare_with(reference.excitations)
 
     @cached_property
     def _shared(self) -> Callable[[tuple[str, ...]], GearSetRef]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 WORDS = {  # of what a summary holds fixed
@@ -13,6 +13,7 @@ WORDS = {  # of what a summary holds fixed
     "damping_ratio": "damping ratio {:g}",
     "harmonics": "harmonics up to {}",
 }
+SHOWN_FREQUENCIES = 8  # natural frequencies in a line
 TORQUE_WORDS = {
     "nominal": "of gears without friction",
     "input": "of the input gear with friction",
@@ -53,3 +54,10 @@ def edits_in_words(header: Mapping[str, str]) -> str:
     """`KEY = VALUE, ...` of the entries in a header, for a title."""
     changes = (item for item in header.items() if item[0].startswith("set "))
     return ", ".join(f"{key[4:]} = {value}" for key, value in changes)
+
+
+def first_frequencies(frequencies: Sequence[float]) -> str:
+    """The lowest frequencies [Hz], and how many more there are."""
+    lines = ", ".join(f"{f:.1f}" for f in frequencies[:SHOWN_FREQUENCIES])
+    more = len(frequencies) - SHOWN_FREQUENCIES
+    return f"{lines} and {more} more, all by --json" if more > 0 else lines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -30,8 +31,8 @@ from fegear.studies.study import (
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
+    ALL_MODELS,
     BEARINGS,
-    COUPLED,
     FREQUENCY,
     MOVING,
     lumped_integration,
@@ -119,7 +120,7 @@ class Map(
     )
     torque: float | None = torque_setting()
     has_rolling = True
-    model: LumpedModel = lumped_model(COUPLED | MOVING | BEARINGS)
+    model: LumpedModel = lumped_model(ALL_MODELS | MOVING | BEARINGS)
     integration: Settings = lumped_integration()
 
     def __post_init__(self) -> None:
@@ -160,6 +161,14 @@ class MapProblem(ParametricProblem):
     """The points of a map."""
 
     study: Map
+
+    @property
+    def motions(self) -> float:
+        return float(self.set_ups * (2 * len(self.study.band) or 1))
+
+    @property
+    def set_ups(self) -> int:
+        return math.prod(len(axis.values) for axis in self.study.axes)
 
     def tasks(self) -> Iterator[Task]:
         yield Task("points", self._computed)

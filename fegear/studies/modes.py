@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, Literal
 
@@ -17,7 +18,7 @@ from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation import Excitations, StiffnessSource, unmodified
-from fegear.studies.page import ColumnTable, Page
+from fegear.studies.page import ColumnTable, Page, pluralize
 from fegear.studies.study import (
     NO_PICTURES,
     Job,
@@ -25,6 +26,7 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
+    display_name,
     expose,
     group,
     refusal,
@@ -35,6 +37,12 @@ from fegear.studies.study import (
 from fegear.studies.table import Table
 from fegear.studies.train_problem import bodies_described
 from fegear.studies.trains import RPM, GearSetRef, chosen_torque, torque_setting
+from fegear.train.loaded_modes import (
+    averages_of_modes,
+    mesh_stiffness_of_modes,
+    modes_under_load,
+    system_of_modes,
+)
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
@@ -43,7 +51,7 @@ from fegear.train.lumped_models import (
     lumped_system,
 )
 from fegear.train.rotating_frame import frame_warnings, speed_warnings
-from lumped.common.checks import require_present
+from lumped.train.coordinates import SPRING_KINDS
 from lumped.train.mode_families import (
     Family,
     Whirl,
@@ -51,15 +59,18 @@ from lumped.train.mode_families import (
     multiplicities,
     whirl_senses,
 )
-from lumped.train.modes import Modes, natural_modes
-from lumped.train.rotating_frame import (
-    RotatingFrameModes,
-    whirl_modes,
-    without_free_motions,
-)
+from lumped.train.modes import MIN_FELT_ENERGY, Modes, natural_modes
+from lumped.train.rotating_frame import RotatingFrameModes, whirl_modes
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Train
 
+ELSEWHERE = {
+    "shaft": "\nshafts\n[%]",
+    "bearing": "\nbearings\n[%]",
+    "body": "\nbodies\n[%]",
+}
+MIN_SHOWN_ENERGY = 5e-4  # part of which no mode has more: a column that is left out
+MAX_COLUMNS = 3  # of meshes with a column of their own on the screen
 FloatArray = NDArray[np.float64]
 MIN_MESH_ENERGY_FRACTION = (
     1e-6  # part of the strain energy in the meshes below which there is none
@@ -69,7 +80,11 @@ FE_SETTINGS = SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resol
 
 @dataclass(frozen=True, kw_only=True)
 class NaturalModes(Study, command="modes", example="modes liu-idler --translations"):
-    "Natural frequencies of a train, and the meshes they strain."
+    """Natural frequencies of a train, and what its modes strain.
+
+    They are those of small vibrations about the state under load, with the relief as it
+    is cut, by the coupled model. Averages of model 1 stand beside them.
+    """
 
     pictures = NO_PICTURES
 
@@ -78,11 +93,12 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     translations: bool = setting_of(
         LumpedModel, "translations", option="--translations"
     )
-    stiffness: Literal["given", "fe", "coupled"] = setting(
-        "given",
-        "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, or "
-        "finite elements where it is missing; fe: by finite elements at the "
-        "torque; coupled: of the coupled model about its loaded state.",
+    stiffness: Literal["auto", "coupled", "fe", "given"] = setting(
+        "auto",
+        "Mesh stiffness. auto: coupled, or averages of model 1 where the gear set "
+        "needs that; coupled: of the coupled model about its loaded state; fe: mean by "
+        "finite elements at the torque, without relief; given: mean_stiffness_N_per_m "
+        "of the gear set, or fe where it is missing.",
     )
     rpm: float | None = setting(
         None,
@@ -96,6 +112,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     @property
     def gears(self) -> GearSet:
         """The gear set with its edits."""
+        require_stiffness_edits(self)
         return self.gear_set.nominal("natural modes")
 
     @property
@@ -114,24 +131,36 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
                 "needs a planetary set and {translations}, whose modes depend on it"
             )
             raise refusal(self, "rpm", needed)
-        solve = self._under_load if self.stiffness == "coupled" else self._linear
+        by_averages = self.stiffness in ("fe", "given")
+        solve = self._of_averages if by_averages else self._under_load
         yield Task("modes", partial(solve, self.load))
 
     def _under_load(self, load: float | None, job: Job) -> ModesResult:
-        torque = load or 0.0
-        coupled = LumpedModel(
+        torque, gears = load or 0.0, self.gears
+        model = LumpedModel(
             number="coupled",
             translations=self.translations,
             bearings="linear",
             stiffness=self.source,
         )
-        system = lumped_system(self.gears, torque, coupled)
-        origin = f"tangent of the coupled model at {torque:g} N m on the input gear"
-        origins = [origin] * len(self.gears.meshes)
-        modes = self._at_speed(system.train, modes_under_load(system), system)
-        return self._result(load, system.train, modes, origins, system)
+        if self.stiffness == "auto":
+            system, reason = system_of_modes(gears, torque, model)
+        else:
+            system, reason = lumped_system(gears, torque, model), ""
+        origin = f"at {torque:g} N m on the input gear"
+        if system.contacts is None:
+            origins = [f"average of model 1 {origin}"] * len(gears.meshes)
+            modes = self._at_speed(system.train, system.modes)
+            return self._result(load, system.train, modes, origins, reason=reason)
+        origins = [f"tangent of the coupled model {origin}"] * len(gears.meshes)
+        at_rest = modes_under_load(system)
+        modes = self._at_speed(system.train, at_rest, system)
+        averages = [] if self.rpm else averages_of_modes(system, at_rest)
+        return self._result(
+            load, system.train, modes, origins, system, tuple(averages), reason
+        )
 
-    def _linear(self, load: float | None, job: Job) -> ModesResult:
+    def _of_averages(self, load: float | None, job: Job) -> ModesResult:
         torque = load or 0.0
         use_given = self.stiffness == "given"
         stiffnesses = mean_stiffnesses(self.gears, torque, self.source, use_given)
@@ -147,7 +176,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         if self.rpm is None:
             return modes
         frequency = mesh_frequency(cycles_per_turn(self.gears), self.rpm)
-        meshes = None if system is None else mesh_stiffness_of_modes(system)
+        meshes = None if system is None else mesh_stiffness_of_modes(system, modes)
         return whirl_modes(modes, train.carrier_angular_speed(frequency), meshes)
 
     def _result(
@@ -157,11 +186,15 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         modes: Modes,
         origins: list[str],
         system: LumpedSystem | None = None,
+        averages: tuple[float | None, ...] = (),
+        reason: str = "",
     ) -> ModesResult:
         at_speed = modes if isinstance(modes, RotatingFrameModes) else None
         return ModesResult(
             *(self, self.gears.name, load, train.damping_ratio, modes, origins),
             system=system,
+            averages=averages,
+            reason=reason,
             gear_warnings=(
                 *gear_set_warnings(self.gears),
                 *frame_warnings(train),
@@ -179,6 +212,9 @@ class ModesResult(StudyResult):
     torque : on the input gear [N m], None where nothing depends on it
     origins : of the mean stiffness of each mesh, in words
     system : of the coupled model, None for others
+    averages : natural frequency of each mode about the averages of model 1 [Hz], None
+        for vibration of the bodies; empty for others than the coupled model at rest
+    reason : why the model was chosen, empty where it was given
     families : of the modes of a planetary set, empty for others
     whirl : senses of the orbits of its members at speed, empty at rest
     """
@@ -190,6 +226,8 @@ class ModesResult(StudyResult):
     modes: Modes
     origins: list[str]
     system: LumpedSystem | None = None
+    averages: tuple[float | None, ...] = ()
+    reason: str = ""
     gear_warnings: tuple[str, ...] = ()
     families: tuple[Family, ...] = ()
     whirl: tuple[Whirl, ...] = ()
@@ -199,6 +237,7 @@ class ModesResult(StudyResult):
         study, modes = self.study, self.modes
         return {
             "gear_set": self.gear_set,
+            "model_reason": self.reason or None,
             "torque_Nm": self.torque,
             "translations": study.translations,
             "input_speed_rpm": study.rpm,
@@ -209,10 +248,16 @@ class ModesResult(StudyResult):
                     zip(modes.mean_stiffness, self.origins, strict=True), start=1
                 )
             ],
+            "natural_frequencies_Hz": [
+                float(modes.frequency_Hz[i])
+                for i in np.flatnonzero(modes.mesh_energy.sum(axis=0) > MIN_FELT_ENERGY)
+            ],
             "modes": [
                 {
                     "frequency_Hz": float(modes.frequency_Hz[i]),
+                    "average_frequency_Hz": self.averages[i] if self.averages else None,
                     "mesh_energy": [float(part) for part in modes.mesh_energy[:, i]],
+                    **{f"{part}_energy": v[i] for part, v in self._elsewhere.items()},
                     "kind": name_mode(modes, i),
                     **self._family(i),
                 }
@@ -220,6 +265,19 @@ class ModesResult(StudyResult):
             ],
             **self._bodies(),
         }
+
+    @cached_property
+    def _elsewhere(self) -> dict[str, list[float]]:
+        """Fractions (n,) of the strain energy that are not in the meshes.
+
+        What is left of the coupled model is in the bodies of the gears.
+        """
+        modes = self.modes
+        parts = {kind: modes.spring_energy(kind) for kind in SPRING_KINDS}
+        if self.system is not None:
+            known = modes.mesh_energy.sum(axis=0) + sum(parts.values())
+            parts["body"] = np.where(modes.strain > 0.0, 1.0 - known, 0.0)
+        return {kind: part.tolist() for kind, part in parts.items()}
 
     def _family(self, i: int) -> dict[str, Any]:
         """Family, multiplicity and whirl of a mode of a planetary set, None for
@@ -242,11 +300,22 @@ class ModesResult(StudyResult):
     def table(self) -> Table:
         """A row for every mode."""
         meshes = range(1, len(self.origins) + 1)
+        first = ["frequency_Hz", *(["average_frequency_Hz"] if self.averages else [])]
+        parts = [f"{kind}_energy" for kind in self._elsewhere]
         last = ["kind", *(("family", "multiplicity") if self.families else ())]
         last += ["whirl"] if self.whirl else []
-        names = "frequency_Hz", *(f"mesh{m}_energy_fraction" for m in meshes), *last
+        names = (
+            *first,
+            *(f"mesh{m}_energy_fraction" for m in meshes),
+            *(f"{part}_fraction" for part in parts),
+            *last,
+        )
         rows = [
-            (mode["frequency_Hz"], *mode["mesh_energy"], *(mode[key] for key in last))
+            (
+                *(math.nan if mode[key] is None else mode[key] for key in first),
+                *mode["mesh_energy"],
+                *(mode[key] for key in (*parts, *last)),
+            )
             for mode in self.summary["modes"]
         ]
         header = {
@@ -260,6 +329,8 @@ class ModesResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
+        if self.reason:
+            yield self.reason
         for entry in values["mean_stiffness"]:
             yield (
                 f"mesh {entry['mesh']}: mean stiffness "
@@ -276,76 +347,66 @@ class ModesResult(StudyResult):
             title += f", {torque:g} N m on the input gear"
         if self.whirl:
             title += f", input at {values['input_speed_rpm']:g} rpm"
-        modes = values["modes"]
-        columns = {
-            f"energy in\nmesh {entry['mesh']} [%]": [
-                f"{100.0 * mode['mesh_energy'][m]:.1f}" for mode in modes
+        modes = self._shown(values["modes"])
+        columns = {}
+        if self.averages:
+            columns["averages\nof model 1\n[Hz]"] = [
+                "-" if (f := mode["average_frequency_Hz"]) is None else f"{f:.1f}"
+                for mode in modes
             ]
-            for m, entry in enumerate(values["mean_stiffness"])
-        }
+        columns |= self._energies(modes)
         if self.families:
             columns["family"] = [mode["family"] for mode in modes]
         if self.whirl:
             columns["whirl"] = [mode["whirl"] for mode in modes]
         columns["what moves most"] = [mode["kind"] for mode in modes]
         frequencies = [f"{mode['frequency_Hz']:10.1f}" for mode in modes]
-        yield ColumnTable(frequencies, columns, "natural\nfrequency [Hz]", title)
+        yield ColumnTable(frequencies, columns, "natural\nfrequency\n[Hz]", title)
+        if left := values["modes"][len(modes) :]:
+            ends = (left[0]["frequency_Hz"], left[-1]["frequency_Hz"])
+            yield (
+                f"{pluralize(len(left), 'more mode')}, {ends[0]:.1f} to {ends[1]:.1f} "
+                "Hz, which the bodies add: all by -o or --json"
+            )
+
+    def _shown(self, modes: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        """The lowest modes, as many as the train has with rigid bodies."""
+        if self.system is None:
+            return modes
+        return modes[: self.system.modes.frequency_Hz.size]
+
+    def _energies(self, modes: list[dict[str, Any]]) -> dict[str, list[str]]:
+        """Columns of the parts of the strain energy, which add up to 100 %."""
+        meshes = range(len(self.origins))
+        if len(meshes) > MAX_COLUMNS:
+            columns = {
+                f"energy in\nmeshes 1 to {len(meshes)}\n[%]": [
+                    " ".join(f"{100.0 * part:.0f}" for part in mode["mesh_energy"])
+                    for mode in modes
+                ]
+            }
+        else:
+            columns = {
+                f"energy in\nmesh {m + 1}\n[%]": [
+                    f"{100.0 * mode['mesh_energy'][m]:.1f}" for mode in modes
+                ]
+                for m in meshes
+            }
+        for kind, parts in self._elsewhere.items():
+            if any(abs(part) > MIN_SHOWN_ENERGY for part in parts):
+                columns[ELSEWHERE[kind]] = [
+                    f"{100.0 * max(part, 0.0):.1f}" for part in parts[: len(modes)]
+                ]
+        return columns
 
 
-def modes_under_load(system: LumpedSystem) -> Modes:
-    """Modes that strain a mesh, of the coupled model about its loaded state.
-
-    Mean stiffnesses are tangents of the meshes.
-    """
-    contacts = require_present(system.contacts, "coupled model")
-    loaded, shapes, modes = system.loaded, system.arrays.shapes, system.modes
-    loaded = require_present(loaded, "loaded state")
-    bodies, hub_count = contacts.body_modes, system.moving.size
-    # of bodies that yield as they do at rest
-    at_rest = replace(system, contacts=replace(contacts, modes=None))
-    still = require_present(at_rest.loaded, "loaded state")
-    modal_stiffness = np.einsum("mi,mij,mj->m", shapes, still.meshes, shapes)
-    hub_and_body_shapes = bodies.to_unit @ loaded.shapes
-    space = modes.coordinates
-    names = [_name_of_body_mode(system, i) for i in range(bodies.count)]
-    # body modes have a mass of 1 and no place in the train; free motions are left out
-    frame = [
-        np.pad(matrix, (0, bodies.count))
-        for matrix in (space.gyroscopic, without_free_motions(modes))
-    ]
-    return Modes(
-        coordinates=replace(
-            space,
-            labels=(*space.labels, *names),
-            mass=np.append(space.mass, np.ones(bodies.count)),
-            gyroscopic=frame[0],
-            centripetal=frame[1],
-        ),
-        mean_stiffness=modal_stiffness / (shapes**2).sum(axis=1) ** 2,
-        frequency_Hz=loaded.frequency_Hz,
-        shapes=np.concatenate(
-            [
-                modes.shapes[:, system.moving] @ hub_and_body_shapes[:hub_count],
-                hub_and_body_shapes[hub_count:],
-            ]
-        ),
-        mesh_shapes=shapes @ hub_and_body_shapes[:hub_count],
-        mesh_energy=loaded.mesh_energy,
-    )
-
-
-def mesh_stiffness_of_modes(system: LumpedSystem) -> FloatArray:
-    """Tangent stiffness (m, n, n) of each mesh in the modes about the loaded state."""
-    loaded = require_present(system.loaded, "loaded state")
-    return np.asarray(loaded.shapes.T @ loaded.meshes @ loaded.shapes)
-
-
-def _name_of_body_mode(system: LumpedSystem, i: int) -> tuple[str, str]:
-    """Gear, and the number of nodal diameters."""
-    bodies = require_present(system.contacts, "coupled model").body_modes
-    gear, n = system.train.gears[int(bodies.gears[i])], int(bodies.nodal_diameters[i])
-    diameters = "1 nodal diameter" if n == 1 else f"{n} nodal diameters"
-    return gear.name, f"body, {diameters}" if n else "body against its hub"
+def require_stiffness_edits(study: Any) -> None:
+    """Refuse a change of a given mean stiffness that a study does not read."""
+    for key in study.gear_set.overrides:
+        if key.endswith("mean_stiffness_N_per_m") and study.stiffness != "given":
+            name = display_name(study, "stiffness")
+            reason = f"finite elements take its place, choose {name} given"
+            raise study.gear_set.rejection(key, reason)
 
 
 def stiffness_load(study: Any, gears: GearSet) -> float | None:

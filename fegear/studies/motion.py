@@ -40,10 +40,9 @@ from fegear.studies.train_problem import (
     TrainProblem,
     bearing_notes,
     bodies_described,
-    fault_notes,
 )
 from fegear.studies.trains import (
-    AUTO,
+    ALL_MODELS,
     BEARINGS,
     FREQUENCY,
     MOVING,
@@ -136,7 +135,7 @@ class Motion(
     from_rpm: float | None = rpm_setting("--from-speed")
     torque: float | None = torque_setting()
     has_rolling = True
-    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto")
+    model: LumpedModel = lumped_model(ALL_MODELS | MOVING | BEARINGS)
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 
@@ -186,6 +185,12 @@ class MotionProblem(TrainProblem):
         """Numerical settings of the motion."""
         return self.study.integration
 
+    @property
+    def motions(self) -> float:
+        study = self.study
+        start = study.frequency if study.from_speed is None else study.from_speed
+        return float(len(speeds_between(start, study.frequency)))
+
     def tasks(self) -> Iterator[Task]:
         yield Task("motion", self._settled)
 
@@ -227,7 +232,6 @@ class MotionProblem(TrainProblem):
         method = integration_in_words(self.integration, model.number == "coupled")
         return TrainFacts(
             summary=self.summary_head(ratio)
-            | {"model_reason": self.reason or None}
             | self.friction_entries()
             | static_entries(systems, len(self.gears.meshes))
             | bodies_described(bodies)
@@ -240,11 +244,7 @@ class MotionProblem(TrainProblem):
                 "speed_Hz": format_exact(study.frequency),
                 **study.gear_set.entries,
             },
-            notes=(
-                *((self.reason,) if self.reason else ()),
-                *fault_notes(self.gears),
-                *bearing_notes(system),
-            ),
+            notes=(*self.notes, *bearing_notes(system)),
             warnings=(
                 *self.warnings_at_rest(systems, (study.frequency,)),
                 *truncation_warnings(checks),
@@ -342,10 +342,12 @@ class MotionResult(StudyResult):
                     f"{mesh['friction_power_largest_W']:.4g} W; efficiency "
                     f"{100.0 * mesh['efficiency']:.3f} %"
                 )
-            for name, part in mesh["contact_conditions"].items():
+            parts = mesh["contact_conditions"].items()
+            if parts:
+                shares = (f"{CONDITIONS[n]} {100.0 * p:.2f} %" for n, p in parts)
                 yield (
-                    f"mesh {mesh['mesh']}, two pairs or more engaged, condition "
-                    f"{name}, {CONDITIONS[name]}: {100.0 * part:.2f} % of the cycle"
+                    f"mesh {mesh['mesh']}, part of the cycle in which two tooth pairs "
+                    f"or more can touch: {', '.join(shares)}"
                 )
 
 

@@ -35,7 +35,7 @@ DESIGN: Columns = {
     "relief": lambda row: row["relief"],
     "magnitude\num": cell("magnitude_um", 4),
     "length\nbase pitches": cell("length_pitches", 4),
-    "objective\nper um [um]": cell("objective_per_um", 3),
+    "objective [um]\nby 1 um more": cell("objective_per_um", 3),
 }
 TORQUES: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",

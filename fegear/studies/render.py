@@ -258,6 +258,7 @@ class ContactPicturesResult(StudyResult):
             "contact": self.title,
             "output": self.study.file,
             "frames": peaks.fields,
+            "plane_beside_contact": "strain",
             "largest_von_mises_MPa": {
                 name: 1e-6 * peak.value for name, peak in peaks.stress.items()
             },
@@ -286,7 +287,7 @@ class ContactPicturesResult(StudyResult):
         film = f" of {peaks.fields} frames" if peaks.fields > 1 else ""
         yield (
             f"largest von Mises stress in view{film}: {stress}; largest contact "
-            f"pressure {shown}"
+            f"pressure {shown}\nbeside a contact they are those of plane strain"
         )
         if peaks.edge_pairs:
             yield (

@@ -12,13 +12,16 @@ import numpy as np
 from fegear.files.codes import with_code
 from fegear.gearset.model import GearSet
 from fegear.statics.plausibility import motion_warnings
-from fegear.studies.headings import edits_in_words, friction_of_summary
+from fegear.studies.headings import (
+    edits_in_words,
+    first_frequencies,
+    friction_of_summary,
+)
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.study import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
 from fegear.train.lumped_models import (
-    natural_frequencies,
     static_line,
     truncation_warnings,
 )
@@ -37,7 +40,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Branches = Sequence[tuple[float, Branch]]  # torque on the input gear [N m], branch
-SHOWN_FREQUENCIES = 8  # natural frequencies in a line
 UNITS = {
     "frequency": "frequency_Hz",
     "frequency_from": "frequency_from_Hz",
@@ -59,6 +61,8 @@ class ResponsesResult(StudyResult):
 
     facts : head of the summary, header, notes and warnings: the train and its model
     frequencies : asked for, of the first mesh [Hz]
+    natural_Hz : natural frequencies of modes that strain a mesh, at the first torque
+    natural : which these are, in words
     branches : a branch for every torque and direction, in this order
     beside : branches of Model-1, to be shown with those found
     """
@@ -66,6 +70,8 @@ class ResponsesResult(StudyResult):
     study: Any
     facts: TrainFacts
     frequencies: Sequence[float]
+    natural_Hz: tuple[float, ...]
+    natural: str
     branches: Branches
     beside: Branches = ()
 
@@ -111,15 +117,6 @@ class ResponsesResult(StudyResult):
         done = sum(len(branch.responses) for _, branch in self.branches)
         return {"incomplete": f"{done} of {total} speeds"} if done < total else {}
 
-    @property
-    def natural(self) -> str:
-        """Which natural frequencies are shown."""
-        if self.branches[0][1].system.contacts is not None:
-            return "about the loaded state"
-        if self.model in ("1", "2", "3"):
-            return "about the mean mesh stiffness"
-        return "of model 1"  # with finite elements
-
     @cached_property
     def summary(self) -> dict[str, Any]:
         """Peaks, jumps and warnings."""
@@ -129,7 +126,7 @@ class ResponsesResult(StudyResult):
             "first_speed_Hz": min(self.frequencies),
             "last_speed_Hz": max(self.frequencies),
             "natural_frequencies": self.natural,
-            "natural_frequencies_Hz": natural_frequencies(self.branches[0][1].system),
+            "natural_frequencies_Hz": list(self.natural_Hz),
             "branches": _summarise_branches(self.branches),
         }
         if self.beside:
@@ -158,12 +155,13 @@ class ResponsesResult(StudyResult):
         curves += [
             ResponseCurve(torque, branch, "Model-1") for torque, branch in self.beside
         ]
-        return draw_sweep(curves, self.title, f"natural frequency {self.natural}")
+        label = f"natural frequency {self.natural}"
+        return draw_sweep(curves, self.title, label, self.natural_Hz)
 
     def page(self) -> Page:
         values = self.summary
         yield from self.facts.notes
-        lines = _first_frequencies(values["natural_frequencies_Hz"])
+        lines = first_frequencies(values["natural_frequencies_Hz"])
         first, last = values["first_speed_Hz"], values["last_speed_Hz"]
         span = f"{first:g} Hz" if first == last else f"{first:g} to {last:g} Hz"
         yield (
@@ -186,13 +184,6 @@ class ResponsesResult(StudyResult):
         if "model_1_branches" in values:
             yield "Model 1 for comparison"
             yield from _page_of_branches(values["model_1_branches"], values["speeds"])
-
-
-def _first_frequencies(frequencies: Sequence[float]) -> str:
-    """The lowest frequencies [Hz], and how many more there are."""
-    lines = ", ".join(f"{f:.1f}" for f in frequencies[:SHOWN_FREQUENCIES])
-    more = len(frequencies) - SHOWN_FREQUENCIES
-    return f"{lines} and {more} more, all by --json" if more > 0 else lines
 
 
 def _summarise_branches(branches: Branches) -> list[dict[str, Any]]:

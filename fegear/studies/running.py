@@ -46,6 +46,7 @@ def run(
     progress: Progress = silent,
     workers: int | Cluster | None = None,
     deliver: Callable[[Any], None] | None = None,
+    notify: Callable[[str], None] = lambda message: None,
 ) -> Any:
     """The result of a study.
 
@@ -63,6 +64,9 @@ def run(
     deliver : callable, optional
         Function called with the result, to write its files. Records in a checkpoint are
         removed after it, and stay if it fails.
+    notify : callable, optional
+        Function called with each line that is said before anything is computed:
+        warnings of the gear set, what takes long, and what a checkpoint holds.
 
     Returns
     -------
@@ -83,10 +87,12 @@ def run(
         require_between("workers", workers, 1, MAX_THREADS)
     progress("preparation", 0, 1)
     problem = study.prepare()
+    for line in problem.announcements:
+        notify(line)
     tasks, results = list(problem.tasks()), dict[str, Any]()
     checkpoint = None
     if study.resumes:
-        checkpoint = _opened(problem, tasks, checkpoint_options, study.unit)
+        checkpoint = _opened(problem, tasks, checkpoint_options, study.unit, notify)
     stop, done = threading.Event(), False
     board = TaskProgress(progress, {task.key: task.size for task in tasks})
     threads = None if isinstance(workers, Cluster) else workers
@@ -125,6 +131,7 @@ def _opened(
     tasks: Sequence[Task],
     checkpoint_options: CheckpointOptions,
     unit: str,
+    notify: Callable[[str], None],
 ) -> Checkpoint | None:
     """The checkpoint of a problem; says what was finished where it is taken up."""
     checkpoint = checkpoint_options.open(
@@ -132,7 +139,8 @@ def _opened(
             **problem.inputs,
             "version": package_version(),
             "format of records": RECORDS_FORMAT,
-        }
+        },
+        notify,
     )
     if (
         checkpoint is not None
@@ -142,7 +150,7 @@ def _opened(
         checkpoint.report_resumed(
             [task.key for task in tasks],
             sum(t.size if t.n_records is None else t.n_records for t in tasks),
-            checkpoint_options.notify,
+            notify,
             unit,
         )
     return checkpoint

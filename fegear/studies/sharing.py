@@ -19,7 +19,7 @@ from fegear.studies.study import NO_PICTURES, Job, Study, StudyResult, Task
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainProblem
 from fegear.studies.trains import (
-    AUTO,
+    ALL_MODELS,
     TrainStudy,
     chosen_torques,
     lumped_model,
@@ -31,7 +31,7 @@ from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import LoadSharing, load_sharing
 from lumped.train.system import LumpedSystem
 
-AT_REST = {name: AUTO[name] for name in ("number", "stiffness")}
+AT_REST = {name: ALL_MODELS[name] for name in ("number", "stiffness")}
 MIN_SHARE = 1e-3  # share below which a planet counts as one without contact
 FIXED, ON_BEARINGS = "fixed", "on bearings"
 COLUMNS: Columns = {
@@ -62,7 +62,7 @@ class PlanetLoadSharing(
     pictures = NO_PICTURES
 
     torque: tuple[float, ...] = torques_setting()
-    model: LumpedModel = lumped_model(AT_REST, "auto")
+    model: LumpedModel = lumped_model(AT_REST)
     table: tuple[str, ...] = tables_setting()
 
     def prepare(self) -> SharingProblem:
@@ -111,6 +111,14 @@ class SharingProblem(TrainProblem):
         movable = carrier.bearing_stiffness or any(g.bearing_stiffness for g in gears)
         return (FIXED, ON_BEARINGS) if movable else (FIXED,)
 
+    @property
+    def motions(self) -> float:
+        return 0.0
+
+    @property
+    def set_ups(self) -> int:
+        return len(self.torques) * len(self.centers)
+
     def tasks(self) -> Iterator[Task]:
         yield Task("sharing", self._solved)
 
@@ -127,7 +135,7 @@ class SharingProblem(TrainProblem):
             study=self.study,
             gears=self.gears,
             model=self.model,
-            notes=tuple(filter(None, (self.reason, *self.notes))),
+            notes=self.notes,
             cases=tuple(cases),
             train_warnings=(*self.warnings_at_rest(systems, speeds=(0.0,)),),
         )

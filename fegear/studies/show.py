@@ -44,6 +44,9 @@ HEADERS = {
     "young_modulus_GPa": "Young's modulus [GPa]",
     "poisson_ratio": "Poisson's ratio",
     "center_distance_mm": "Centre distance [mm]",
+    "profile_shift_sum": "Sum of profile shifts [modules]",
+    "fitting_profile_shift_sum": "Sum that fits this distance [modules]",
+    "fitting_center_distance_mm": "Distance that fits these shifts [mm]",
     "center_line_deg": "Centre line [deg]",
     "normal_backlash_um": "Normal backlash of the teeth [um]",
     "backlash_um": "Backlash of lumped models [um]",
@@ -157,7 +160,7 @@ class DerivedGeometryResult(StudyResult):
         if values["damping_ratio"] is not None:
             yield f"Damping ratio: {shown(values['damping_ratio'])}"
         if values["inferences"]:
-            yield "Inferred, not printed by the source:"
+            yield "Inferred:"
         yield from (f"- {inference}" for inference in values["inferences"])
 
 

@@ -29,8 +29,9 @@ from fegear.studies.axes import written_limits
 from fegear.studies.motion import Motion, MotionProblem
 from fegear.studies.signals_result import SignalsResult
 from fegear.studies.study import PLOT, Job, Task, display_name, setting
+from fegear.studies.train_problem import MOTION_PERIODS
 from fegear.studies.trains import (
-    COUPLED,
+    ALL_MODELS,
     FREQUENCY,
     RPM,
     RPM_HELP,
@@ -166,7 +167,7 @@ class Signals(
         "are fewer.",
         Range(1, 10_000),
     )
-    model: LumpedModel = lumped_model(COUPLED, 1)
+    model: LumpedModel = lumped_model(ALL_MODELS)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -312,6 +313,11 @@ class SignalsProblem(MotionProblem):
                 f"{study.samples} samples per mesh cycle make {samples} samples, at "
                 f"most {MAX_SAMPLES} are allowed"
             )
+
+    @property
+    def motions(self) -> float:
+        ramp = self.sampling.ramp
+        return super().motions + ramp.cycles / MOTION_PERIODS * self.study.is_ramp
 
     def tasks(self) -> Iterator[Task]:
         yield Task("signals", self._measured)

@@ -102,7 +102,7 @@ class Stability(
         "the cycle. `bench stability` compares both with integration.",
     )
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(SPRINGS | SLIDING)
+    model: LumpedModel = lumped_model(SPRINGS | SLIDING, 1)
     table: tuple[str, ...] = tables_setting()
 
     def __post_init__(self) -> None:

@@ -79,11 +79,13 @@ COLUMNS: Columns = {
     "STE\nmean um": cell("ste_mean_um"),
     "STE\np-p um": cell("ste_peak_to_peak_um"),
     "NLTE\np-p um": cell("nlte_peak_to_peak_um"),
-    "p pitch\nMPa": cell("pressure_at_pitch_point_MPa", none="none"),
     "friction\nbending": cell("friction_bending_ratio_mean", 3),
 }
-ROOT_COLUMNS: Columns = {
+STRESS_COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "p pitch\nMPa": cell("pressure_at_pitch_point_plane_strain_MPa", none="none"),
+    "p max\nMPa": cell("max_pressure_plane_strain_MPa", none="none"),
+    "at position\nbase pitches": cell("max_pressure_at_position", 4, none="none"),
     "root stress\ndriver MPa": cell("driver_root_stress_MPa", 4),
     "root stress\ndriven MPa": cell("driven_root_stress_MPa", 4),
     "loss factor\nH_V": cell("loss_factor", 4),
@@ -98,7 +100,7 @@ DROP_COLUMNS: Columns = {
     "at position\nbase pitches": cell("largest_drop_at_position", 5),
 }
 DROP_TITLE = "Mesh stiffness against that of the same gears without faults"
-ROOT_TITLE = "Root stress and loss factor"
+STRESS_TITLE = "Contact pressure in plane strain, root stress and loss factor"
 CRACK_COLUMNS = (
     *("torque_Nm", "position", "gear", "tooth"),
     *("mode1_stress_intensity_MPa_sqrt_m", "mode2_stress_intensity_MPa_sqrt_m"),
@@ -137,9 +139,11 @@ class MeshStiffness(
 ):
     """Mesh stiffness, transmission error and load sharing.
 
-    max_pressure_MPa and pressure_at_pitch_point_MPa of --json leave out positions with
-    a tip corner or a kink of a flank in contact, where a pressure has no
-    limit and follows the contact grid; the column max_pressure_Pa has all positions.
+    Contact pressures are those of plane strain, in which material below a narrow
+    contact is, whatever --plane the teeth are in; --json has those of plane stress too.
+    The largest one and that at the pitch point leave out positions with a tip corner or
+    a kink of a flank in contact, where a pressure has no limit and follows the contact
+    grid; the column max_pressure_Pa has all positions.
     """
 
     more_tables = MORE
@@ -338,7 +342,7 @@ class StiffnessResult(StudyResult):
                 "them are in the table"
             )
         yield RowTable(values["torques"], COLUMNS, text_columns=())
-        yield RowTable(values["torques"], ROOT_COLUMNS, ROOT_TITLE, text_columns=())
+        yield RowTable(values["torques"], STRESS_COLUMNS, STRESS_TITLE, text_columns=())
         if self.healthy is not None:
             yield RowTable(values["torques"], DROP_COLUMNS, DROP_TITLE, text_columns=())
         if values["crack_tips"]:
@@ -431,11 +435,12 @@ def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
         solved.table[name][t] for name in ("ste_m", "nlte_m", "max_pressure_Pa")
     )
     smooth = ~edge_positions(solved.problem, solved.cycle, t)
-    largest = pressure[smooth].max(initial=0.0)
+    largest = int(np.where(smooth, pressure, 0.0).argmax())
     # reference pairs are at the pitch point at the start of each base pitch
     pitch = slice(None, None, k.size // solved.pitches), solved.cycle.teeth == 0
     is_sharp = edge_pairs(solved.problem, solved.cycle, t)[pitch]
-    at_pitch_point = solved.cycle.pressure[t][pitch][~is_sharp].max(initial=0.0)
+    ratio = solved.problem.plane_strain_pressure
+    at_pitch_point = ratio * solved.cycle.pressure[t][pitch][~is_sharp].max(initial=0.0)
     return {
         "torque_Nm": float(solved.cycle.torque[t]),
         "mean_stiffness_N_per_m": float(k.mean()),
@@ -444,15 +449,36 @@ def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
         "ste_mean_um": 1e6 * float(ste.mean()),
         "ste_peak_to_peak_um": 1e6 * float(np.ptp(ste)),
         "nlte_peak_to_peak_um": 1e6 * float(np.ptp(no_load)),
-        "pressure_at_pitch_point_MPa": (
-            None if is_sharp.all() else 1e-6 * float(at_pitch_point)
+        **_in_both_planes(
+            "pressure_at_pitch_point",
+            None if is_sharp.all() else 1e-6 * float(at_pitch_point),
+            solved,
         ),
-        "max_pressure_MPa": 1e-6 * float(largest) if smooth.any() else None,
+        **_in_both_planes(
+            "max_pressure",
+            1e-6 * float(pressure[largest]) if smooth.any() else None,
+            solved,
+        ),
+        "max_pressure_at_position": (
+            float(solved.table.position[largest]) if smooth.any() else None
+        ),
         "positions_with_edge_contact": int((~smooth).sum()),
         "friction_bending_ratio_mean": float(bending.mean()),
         "driver_root_stress_MPa": _largest_root_stress(solved, "driver", t),
         "driven_root_stress_MPa": _largest_root_stress(solved, "driven", t),
         "loss_factor": float(solved.loss_factors[t]),
+    }
+
+
+def _in_both_planes(
+    name: str, strain: float | None, solved: StaticsResult
+) -> dict[str, float | None]:
+    """A pressure in plane strain [MPa], and what it is in plane stress."""
+    problem = solved.problem
+    ratio = problem.plane_stress_pressure / problem.plane_strain_pressure
+    return {
+        f"{name}_plane_strain_MPa": strain,
+        f"{name}_plane_stress_MPa": None if strain is None else ratio * strain,
     }
 
 

@@ -451,6 +451,10 @@ class Solvable(Protocol):
     def inputs(self) -> Mapping[str, str]:
         """All that determines the records of a checkpoint."""
 
+    @property
+    def announcements(self) -> Iterable[str]:
+        """Lines that are said before anything is computed."""
+
     def tasks(self) -> Iterable[Task]:
         """All parts; InputError for what cannot be computed."""
 
@@ -469,6 +473,12 @@ class Problem:
         """All that determines the records of a checkpoint."""
         inputs: Mapping[str, str] = self.study.inputs
         return inputs
+
+    @property
+    def announcements(self) -> Iterable[str]:
+        """Lines that are said before anything is computed."""
+        lines: Iterable[str] = self.study.announcements
+        return lines
 
     def tasks(self) -> Iterable[Task]:
         """All parts; InputError for what cannot be computed."""
@@ -583,6 +593,13 @@ class Study:
             If something cannot be computed.
         """
         return self
+
+    @property
+    def announcements(self) -> Iterable[str]:
+        """Lines that are said before anything is computed, such as warnings of the
+        gear set."""
+        lines: Iterable[str] = getattr(getattr(self, "gear_set", None), "warnings", ())
+        return lines
 
     def tasks(self) -> Iterable[Task]:
         """Parts of the study that depend on no other.

@@ -30,10 +30,9 @@ from fegear.studies.train_problem import (
     TrainProblem,
     bearing_notes,
     bodies_described,
-    fault_notes,
 )
 from fegear.studies.trains import (
-    AUTO,
+    ALL_MODELS,
     BEARINGS,
     MOVING,
     TrainStudy,
@@ -48,11 +47,14 @@ from fegear.studies.trains import (
     with_frequencies,
 )
 from fegear.train.lumped_models import (
+    DEFAULT_SPEEDS,
     LumpedModel,
     default_speeds,
     file_header,
     integration_in_words,
     lumped_system,
+    natural_frequencies,
+    natural_in_words,
     require_method,
     static_entries,
     truncation_entries,
@@ -137,7 +139,7 @@ class Sweep(
 
     torque: tuple[float, ...] = torques_setting()
     has_rolling = True
-    model: LumpedModel = lumped_model(AUTO | MOVING | BEARINGS, "auto")
+    model: LumpedModel = lumped_model(ALL_MODELS | MOVING | BEARINGS)
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 
@@ -165,6 +167,15 @@ class SweepProblem(TrainProblem):
     def frequencies(self) -> Sequence[float]:
         """Mesh frequencies of the first mesh [Hz]."""
         return self.study.speeds or default_speeds(next(iter(self.systems.values())))
+
+    @property
+    def motions(self) -> float:
+        speeds = len(self.study.speeds) or DEFAULT_SPEEDS
+        return float(speeds * len(self.study.directions) * self.set_ups)
+
+    @property
+    def set_ups(self) -> int:
+        return len(chosen_torques(self.gears, self.study.torque))
 
     def tasks(self) -> Iterator[Task]:
         for torque, system in self.systems.items():
@@ -200,7 +211,6 @@ class SweepProblem(TrainProblem):
         ]
         facts = TrainFacts(
             summary=self.summary_head(ratio)
-            | {"model_reason": self.reason or None}
             | self.friction_entries()
             | bodies_described(entries)
             | {"body_modes_error": truncation_error(checks)}
@@ -209,11 +219,7 @@ class SweepProblem(TrainProblem):
             | entries
             | study.gear_set.entries,
             cycles_per_turn=cycles_per_turn(self.gears),
-            notes=(
-                *((self.reason,) if self.reason else ()),
-                *fault_notes(self.gears),
-                *bearing_notes(system),
-            ),
+            notes=(*self.notes, *bearing_notes(system)),
             warnings=(
                 *self.warnings_at_rest(self.systems, self.frequencies),
                 *sweep_warnings(self.gears, branches),
@@ -223,6 +229,8 @@ class SweepProblem(TrainProblem):
             study=study,
             facts=facts,
             frequencies=self.frequencies,
+            natural_Hz=tuple(natural_frequencies(system)),
+            natural=natural_in_words(system, next(iter(self.systems))),
             branches=branches,
         )
 

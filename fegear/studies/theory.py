@@ -19,6 +19,7 @@ from fegear.gearset.speeds import cycles_per_turn
 from fegear.gearset.zones import zones
 from fegear.statics.excitation import ExcitationSource, unmodified
 from fegear.statics.plausibility import mesh_warnings
+from fegear.studies.headings import first_frequencies
 from fegear.studies.page import Cell, Columns, Page, RowTable, cell
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task
 from fegear.studies.table import Table
@@ -30,7 +31,14 @@ from fegear.studies.trains import (
     tables_setting,
     torque_setting,
 )
-from fegear.train.lumped_models import LumpedModel, file_header, lumped_system
+from fegear.train.loaded_modes import system_of_modes
+from fegear.train.lumped_models import (
+    LumpedModel,
+    file_header,
+    lumped_system,
+    natural_frequencies,
+    natural_in_words,
+)
 from lumped.closed_forms import (
     ParametricSystem,
     Prediction,
@@ -70,7 +78,7 @@ class Theory(
     """
 
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(SPRINGS)
+    model: LumpedModel = lumped_model(SPRINGS, 1)
     table: tuple[str, ...] = tables_setting()
 
     def prepare(self) -> TheoryProblem:
@@ -121,6 +129,7 @@ class TheoryProblem(TrainProblem):
             for mesh, on_mesh in enumerate(mesh_torques_at(self.gears, torque))
         )
         reliefs = range(len(self.gears.meshes))
+        natural, _ = system_of_modes(self.gears, torque, model)
         return TheoryResult(
             self.study,
             self._facts(torque, system, parametric),
@@ -134,6 +143,8 @@ class TheoryProblem(TrainProblem):
             other_reliefs=tuple(
                 tuple(_other_reliefs(self.gears, mesh)) for mesh in reliefs
             ),
+            natural_Hz=tuple(natural_frequencies(natural)),
+            natural=natural_in_words(natural, torque),
         )
 
     def _facts(
@@ -194,6 +205,8 @@ class TheoryResult(StudyResult):
     parametric : the lumped system as the closed forms take it
     optimal_reliefs : best tip relief of each mesh [m], None where it is not known
     other_reliefs : of each mesh, those to which it does not apply, in words
+    natural_Hz : natural frequencies of modes that strain a mesh [Hz]
+    natural : which these are, in words
     """
 
     study: Theory
@@ -204,12 +217,16 @@ class TheoryResult(StudyResult):
     predictions: tuple[Prediction, ...]
     optimal_reliefs: tuple[float | None, ...]
     other_reliefs: tuple[tuple[str, ...], ...]
+    natural_Hz: tuple[float, ...]
+    natural: str
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         """None where there is no such thing."""
         return {
             **self.facts.summary,
+            "natural_frequencies": self.natural,
+            "natural_frequencies_Hz": list(self.natural_Hz),
             "meshes": [self._mesh(m) for m in range(len(self.system.excitations))],
             "resonances": [
                 self._resonance(prediction) for prediction in self.predictions
@@ -335,8 +352,17 @@ class TheoryResult(StudyResult):
         yield (
             f"{values['gear_set']} by closed forms, {values['torque_Nm']:g} N m, model "
             f"{values['model']}, {values['excitation']}, damping ratio "
-            f"{values['damping_ratio']:g}; mesh frequencies are those of the first mesh"
+            f"{values['damping_ratio']:g}; mesh frequencies are those of the first "
+            "mesh\n"
+            f"natural frequencies {self.natural} that strain a mesh [Hz]: "
+            f"{first_frequencies(self.natural_Hz)}"
         )
+        if self.natural_Hz != tuple(natural_frequencies(self.system)):
+            averages = first_frequencies(natural_frequencies(self.system))
+            yield (
+                f"closed forms are about the averages of model {values['model']} "
+                f"[Hz]: {averages}"
+            )
         yield RowTable(values["meshes"], MESH, "Meshes", text_columns=())
         if any(row["optimal_tip_relief_m"] is not None for row in values["meshes"]):
             yield f"best tip relief: {OPTIMAL_RELIEF}"

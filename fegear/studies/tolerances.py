@@ -90,19 +90,22 @@ BAND: Columns = {
     "5 %": lambda row: _scaled(row, "p05"),
     "50 %": lambda row: _scaled(row, "p50"),
     "95 %": lambda row: _scaled(row, "p95"),
-    "5 %\n1st order": lambda row: _scaled(row, "first_order_p05"),
-    "95 %\n1st order": lambda row: _scaled(row, "first_order_p95"),
 }
 SOURCE: Columns = {
     "tolerance": lambda row: row["source"].replace("_", " "),
     "limit\n+- um": cell("limit_um", 3),
-    "part of variance\n1st order [%]": cell("share_of_ste_peak_to_peak", 3, 100.0),
-    "95 % without it\n1st order [um]": cell("first_order_p95_without_um", 4),
+    "part of variance\n[%]": cell("share_of_ste_peak_to_peak", 3, 100.0),
+    "95 % value\nwithout it [%]": lambda row: row["without"],
 }
 
 
 def _scaled(row: Mapping[str, Any], key: str) -> str:
     return f"{SCALES[row['quantity']][0] * row[key]:.4g}"
+
+
+def _percent(value: float, of: float) -> str:
+    """Change of a value [%], with its sign."""
+    return f"{100.0 * (value / of - 1.0):+.1f}"
 
 
 def _tolerance(text: str, gears: str = "both gears") -> Any:
@@ -339,15 +342,15 @@ class TolerancesResult(StudyResult):
         ]
 
     @property
-    def _all_tolerances(self) -> dict[str, Any]:
-        """The last row of the table, with which those above it are compared."""
+    def _sensitivities(self) -> list[dict[str, Any]]:
+        """A row for each tolerance, with the change of the 95 % value without it."""
         (row,) = (row for row in self.bands.rows if row["quantity"] == PEAK_TO_PEAK)
-        return {
-            "source": "none left out",
-            "limit_um": None,
-            "share_of_ste_peak_to_peak": None,
-            "first_order_p95_without_um": row["first_order_p95"] / UM,
-        }
+        every = row["first_order_p95"] / UM
+        return [
+            source
+            | {"without": f"{_percent(source['first_order_p95_without_um'], every)}"}
+            for source in self._sources
+        ]
 
     @property
     def _outside(self) -> Iterator[str]:
@@ -445,8 +448,8 @@ class TolerancesResult(StudyResult):
         kind = "uniform within the limits"
         if values["distribution"] == "normal":
             kind = f"normal, limits at {LIMIT_OVER_STD:g} standard deviations"
-        sources = [*values["tolerances"], self._all_tolerances]
-        yield RowTable(sources, SOURCE, f"Tolerances, {kind}", ("tolerance",))
+        title = f"Tolerances, {kind}: effect on STE p-p to first order"
+        yield RowTable(self._sensitivities, SOURCE, title, ("tolerance",))
         yield from self._outside
         yield (
             "contact ratio {contact_ratio_least:.4g} to {contact_ratio_largest:.4g}"

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
+from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.plausibility import gear_set_warnings
@@ -36,8 +38,13 @@ from lumped.bearings.kinematics import ball_pass_over_shaft
 from lumped.steady.settings import Settings
 from lumped.train.rolling_supports import bearing_loads
 from lumped.train.system import LumpedSystem
+from lumped.train.train import TrainError
 
 MODIFICATION_KEY = re.compile(r"_relief|[._]profile(\.|$)")
+# Processor time of the coupled model [s], of a set-up by mesh and of a settled motion
+# whose meshes repeat within so many periods, on a processor of 2021
+SET_UP_S, MOTION_S, MOTION_PERIODS = 1.3, 0.07, 16
+LONG_S = 60.0  # beyond which a command says so before it starts
 STIFFNESS_KEYS = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
 TRANSLATION_KEYS = {
     *("mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"),
@@ -99,7 +106,8 @@ class TrainProblem(Problem):
         model = _with_tables(study, gears)
         if not study.has_rolling and has_rolling_bearings(model, gears):
             model = replace(model, bearings="linear")
-        model, reason = resolve_model(model, gears, method)
+        need = study.need_of_model_1
+        model, reason = resolve_model(model, gears, method, need)
         return cls(study, gears=gears, model=model, reason=reason)
 
     @property
@@ -108,16 +116,61 @@ class TrainProblem(Problem):
         return chosen_torque(self.gears, self.study.torque)
 
     @property
+    def motions(self) -> float:
+        """How many settled motions are computed, about."""
+        return 1.0
+
+    @property
+    def set_ups(self) -> int:
+        """How many trains are set up."""
+        return 1
+
+    @property
+    def announcements(self) -> Iterator[str]:
+        yield from super().announcements
+        yield from self.duration()
+
+    def duration(self, runs: int = 1, pitches: int = 1) -> Iterator[str]:
+        """A line where the coupled model takes minutes.
+
+        runs : as long as this one; pitches : after which teeth repeat at least
+        """
+        with suppress(InputError, TrainError):  # the tasks refuse it
+            yield from self._duration(runs, pitches)
+
+    def _duration(self, runs: int, pitches: int) -> Iterator[str]:
+        if self.model.number != "coupled":
+            return
+        train = train_of(self.gears, 0.0, self.model.translations)
+        periods = train.common_period[0] * max(*pair_periods(self.gears), pitches)
+        motion = MOTION_S * max(1.0, periods / MOTION_PERIODS)
+        set_up = SET_UP_S * len(self.gears.meshes)
+        motions = runs * self.motions
+        seconds = motions * motion + runs * self.set_ups * set_up
+        if seconds < LONG_S:
+            return
+        repeats = ""
+        if periods > MOTION_PERIODS:
+            repeats = f" that repeat after {periods} periods of the first mesh"
+        option = display_name(self.study, "number")
+        yield (
+            f"coupled model: {motions:.3g} motions{repeats} take about "
+            f"{max(1.0, seconds / 60.0):.0f} min of processor time; {option} 1 takes a "
+            "tenth or less"
+        )
+
+    @property
     def notes(self) -> tuple[str, ...]:
-        """Lines that say what the model leaves out, and when faults come round."""
-        left_out = (self.model.leaves_out,) if self.model.leaves_out else ()
-        return (*left_out, *fault_notes(self.gears))
+        """Why the model was chosen, what it leaves out, and when faults come round."""
+        lines = self.reason, self.model.leaves_out, *fault_notes(self.gears)
+        return tuple(filter(None, lines))
 
     def summary_head(self, damping_ratio: float | None) -> dict[str, Any]:
         """First entries of a summary."""
         return {
             "gear_set": self.gears.name,
             "model": self.model.name,
+            "model_reason": self.reason or None,
             "excitation": self.model.stiffness.header["excitation"],
             "damping_ratio": damping_ratio,
             **fault_entries(self.gears),

@@ -17,6 +17,7 @@ from fegear.gearset.edit import parsed_value
 from fegear.gearset.fault_checks import require_no_faults, require_nominal
 from fegear.gearset.faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import input_torques
 from fegear.gearset.read import files_of_gear_set
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
@@ -38,7 +39,6 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.train.lumped_models import (
-    COUPLED_MODEL,
     SPRING_MODELS,
     LumpedModel,
     Number,
@@ -107,6 +107,11 @@ class GearSetRef:
     def loaded(self) -> GearSet:
         """The gear set as changed."""
         return self.changed({})
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the gear set, a line each."""
+        return tuple(gear_set_warnings(self.loaded))
 
     def healthy(self, model: str) -> GearSet:
         """The gear set; InputError with faults, which a model leaves out."""
@@ -344,17 +349,8 @@ SPRINGS = expose(
     translations=Setting(option="--translations"),
     stiffness=SOURCE,
 )
-COUPLED = SPRINGS | expose(
+ALL_MODELS = SPRINGS | expose(
     *("number", "without"),
-    number=Setting(
-        option="--model",
-        metavar="1|2|3|coupled",
-        text=f"{SPRING_MODELS}; {COUPLED_MODEL}.",
-        parse=_number,
-    ),
-)
-AUTO = COUPLED | expose(
-    "number",
     number=Setting(option="--model", metavar="auto|coupled|1|2|3", parse=_number),
 )
 SLIDING = expose(
@@ -397,7 +393,7 @@ def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
 
 def lumped_model(
     offers: Mapping[str, Setting | SettingsGroup],
-    number: Number = 1,
+    number: Number = "auto",
 ) -> Any:
     """A field for a lumped model with these settings; number : by default."""
     default = LumpedModel(number=number)
@@ -463,6 +459,11 @@ class TrainStudy:
     def has_friction(self) -> bool:
         """Whether teeth have friction somewhere."""
         return bool(self.model.friction)
+
+    @property
+    def need_of_model_1(self) -> str:
+        """Which of the settings, those of the model apart, needs model 1 to 3."""
+        return ""
 
     def rejection(self, name: str, reason: str) -> InputError:
         """Why the value of a setting of the model is refused.

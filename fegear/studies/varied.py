@@ -19,6 +19,7 @@ from fegear.studies.study import display_name, refusal
 from fegear.studies.train_problem import TrainFacts, TrainProblem
 from fegear.studies.trains import TrainStudy, require_torque_axis
 from fegear.train.lumped_models import (
+    NO_FRICTION,
     LumpedModel,
     body_entries,
     file_header,
@@ -32,6 +33,7 @@ from lumped.train.system import LumpedSystem
 Point = tuple[float, ...]
 TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set,
 FRICTION, BENDING = "friction", "friction_bending"  # of teeth, the same of all meshes
+HEAD = "gear_set", "model", "model_reason", "excitation"  # of a summary
 ENTRIES = {FRICTION: "friction coefficient", BENDING: "friction-bending ratio"}
 OF_TEETH = {FRICTION: "friction", BENDING: "bending"}  # fields of a lumped model
 DAMPING_RATIO = require_present(
@@ -70,6 +72,10 @@ class ParametricStudy(TrainStudy):
     def has_friction(self) -> bool:
         """Whether teeth have friction somewhere."""
         return bool(self.model.friction) or FRICTION in self.names
+
+    @property
+    def need_of_model_1(self) -> str:
+        return NO_FRICTION if self.has_friction else ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -206,7 +212,7 @@ class ParametricProblem(TrainProblem):
         """
         train = self.summary_head(self.ratio)
         summary = {
-            **{name: train[name] for name in ("gear_set", "model", "excitation")},
+            **{name: train[name] for name in HEAD},
             "over": over,
             "speed_Hz": speed,
             "torque_Nm": None if TORQUE in self.study.names else self.load,

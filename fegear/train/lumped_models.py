@@ -79,6 +79,7 @@ AUTO_MODEL = (
 Bearings = Literal["rolling", "linear"]
 BendingRatio = float | Mapping[int, Wave]
 LINEAR_ONLY = "the coupled model has linear bearings only"
+NO_FRICTION = "the coupled model has no friction"
 RATIO = "friction_bending_ratio"  # column of a mesh table
 
 
@@ -303,7 +304,7 @@ def lumped_system(
 
 
 def resolve_model(
-    model: LumpedModel, gear_set: GearSet, method: Method = "rk4"
+    model: LumpedModel, gear_set: GearSet, method: Method = "rk4", need: str = ""
 ) -> tuple[LumpedModel, str]:
     """Choose the model where its number is auto, and say why.
 
@@ -318,6 +319,8 @@ def resolve_model(
         Gear set whose train it is of.
     method : str
         Method of integration, which the coupled model has one of.
+    need : str
+        What else needs model 1, in words; empty where nothing does.
 
     Returns
     -------
@@ -328,7 +331,7 @@ def resolve_model(
     """
     if model.number != "auto":
         return model, ""
-    reason = _needs_model_1(model, gear_set, method)
+    reason = need or _needs_model_1(model, gear_set, method)
     if reason:
         return replace(model, number=1), f"model 1: {reason}"
     reason = "coupled model: nothing here needs model 1"
@@ -358,7 +361,7 @@ def _needs_model_1(model: LumpedModel, gear_set: GearSet, method: Method) -> str
     """Why a gear set cannot have the coupled model, empty if it can."""
     source = model.stiffness
     if model.friction:
-        return "the coupled model has no friction"
+        return NO_FRICTION
     if has_rolling_bearings(model, gear_set):
         return LINEAR_ONLY
     if method != "rk4":
@@ -777,6 +780,14 @@ def _round_up(value: float) -> float:
 def natural_frequencies(system: LumpedSystem) -> list[float]:
     """Natural frequencies of the modes that strain a mesh [Hz]."""
     return [float(f) for f in system.resonances_Hz]
+
+
+def natural_in_words(system: LumpedSystem, torque: float) -> str:
+    """Which natural frequencies a system has; torque : on the input gear [N m]."""
+    about = "averages of the mesh stiffness"
+    if system.contacts is not None:
+        about = "the loaded state"
+    return f"about {about} at {torque:g} N m"
 
 
 def file_header(

@@ -48,14 +48,19 @@ class ResponseCurve:
 
 
 def draw_sweep(
-    curves: Sequence[ResponseCurve], title: str = "", natural: str = "natural frequency"
+    curves: Sequence[ResponseCurve],
+    title: str = "",
+    natural: str = "natural frequency",
+    natural_Hz: Sequence[float] | None = None,
 ) -> Figure:
     """Plot the RMS of the dynamic transmission error over speed for each mesh.
 
     natural : label of the lines at resonances in the legend
+    natural_Hz : natural frequencies of these lines, by default those of the system
     """
     system = curves[0].branch.system
     meshes = len(system.excitations)
+    lines_at = system.resonances_Hz if natural_Hz is None else natural_Hz
     figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
     names = list(dict.fromkeys(curve.name for curve in curves))
     others = [_opposite(curve, curves) for curve in curves]
@@ -65,11 +70,8 @@ def draw_sweep(
         axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [um]")
         axes.set_ylim(bottom=0.0)
         axes.margins(x=0.01)
-        _mark_resonances(axes, system, m)
+        _mark_resonances(axes, system, m, lines_at)
     rows[-1][0].set_xlabel(_speed_label(system))
-    torques = list(dict.fromkeys(curve.torque_Nm for curve in curves))
-    if len(torques) > 1:
-        natural += f", {torques[0]:g} N m"
     directions: set[str] = {curve.branch.direction for curve in curves}
     _legend_of_sweep(figure, names, directions, natural)
     draw_title(figure, title)
@@ -119,11 +121,13 @@ def _draw_jump(
     axes.annotate("", xy=ends[1], xytext=ends[0], arrowprops=arrow, zorder=5)
 
 
-def _mark_resonances(axes: Axes, system: LumpedSystem, m: int) -> None:
+def _mark_resonances(
+    axes: Axes, system: LumpedSystem, m: int, natural_Hz: Sequence[float] | Array
+) -> None:
     """Draw thin lines at first-mesh frequencies at which a mesh excites a mode."""
     rates = sorted({float(rate) for rate in system.train.mesh_rates}, reverse=True)
     low, high = axes.get_xlim()
-    for natural in system.resonances_Hz:
+    for natural in natural_Hz:
         for rate in rates:
             frequency = natural / rate
             if not low < frequency < high:

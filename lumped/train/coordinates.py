@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from lumped.train.train import Carrier, Gear, Mesh, Train, TrainError
 
 Array = NDArray[np.float64]
+BEARING, SHAFT = SPRING_KINDS = "bearing", "shaft"  # with couplings at their ends
 BALANCE_RTOL = 1e-9  # of the moment of masses about the axis of a carrier
 
 
@@ -31,6 +32,7 @@ class Coordinates:
     mesh_rows : (meshes, n) rows; mesh deflection is row times displacement [m]
     spring_rows : (springs, n) elongations of bearings, couplings and shafts
     spring_stiffness : (springs,) [N/m or N m/rad]
+    spring_kinds : what each spring is, one of SPRING_KINDS
     gyroscopic : (n, n) skew G of the frame that rotates with the carrier; at its
         angular speed W the inertial forces are -W G v + W^2 C q
     centripetal : (n, n) symmetric C of that frame, positive semidefinite
@@ -43,6 +45,7 @@ class Coordinates:
     mesh_rows: Array
     spring_rows: Array
     spring_stiffness: Array
+    spring_kinds: tuple[str, ...]
     gyroscopic: Array
     centripetal: Array
 
@@ -72,9 +75,9 @@ def train_coordinates(train: Train) -> Coordinates:
     for index, added in _carried_masses(train, indices).items():
         mass[index] += added
     rows = np.array([_mesh_row(train, mesh, indices, n) for mesh in train.meshes])
-    stiffness, elongations = _springs(train, indices, n)
+    stiffness, elongations, kinds = _springs(train, indices, n)
     return Coordinates(
-        *(tuple(labels), indices, mass, load, rows, elongations, stiffness),
+        *(tuple(labels), indices, mass, load, rows, elongations, stiffness, kinds),
         *_rotating_frame(train, indices, mass),
     )
 
@@ -271,9 +274,9 @@ def _bearing_end(
 
 def _springs(
     train: Train, indices: dict[tuple[int, str], int], n: int
-) -> tuple[Array, Array]:
-    """Stiffness (springs,) and elongation rows (springs, n)."""
-    springs: list[tuple[float, list[tuple[int, float]]]] = []
+) -> tuple[Array, Array, tuple[str, ...]]:
+    """Stiffness (springs,), elongation rows (springs, n) and kinds (springs,)."""
+    springs: list[tuple[float, list[tuple[int, float]], str]] = []
     carrier = train.carrier
     for i, body in enumerate(_bodies(train)):
         for axis, stiffness in zip("xy", body.bearing_stiffness or (), strict=False):
@@ -282,9 +285,10 @@ def _springs(
                 place = carrier.gears.index(i)
                 point = _carrier_point(train, carrier, place, axis, indices)
                 ends += [(index, -motion) for index, motion in point]
-            springs.append((stiffness, ends))
+            springs.append((stiffness, ends, BEARING))
         if (i, "rotation") in indices:
-            springs.append((body.coupling_stiffness, [(indices[i, "rotation"], 1.0)]))
+            ends = [(indices[i, "rotation"], 1.0)]
+            springs.append((body.coupling_stiffness, ends, SHAFT))
     for shaft in train.shafts:
         if shaft.stiffness is not None:
             signed = zip(shaft.gears, (1.0, -1.0), strict=True)
@@ -293,10 +297,11 @@ def _springs(
                 for gear, sign in signed
                 if (gear, "rotation") in indices
             ]
-            springs.append((shaft.stiffness, ends))
-    springs = [(stiffness, ends) for stiffness, ends in springs if stiffness > 0.0]
+            springs.append((shaft.stiffness, ends, SHAFT))
+    springs = [spring for spring in springs if spring[0] > 0.0]
     rows = np.zeros((len(springs), n))
-    for row, (_, ends) in zip(rows, springs, strict=True):
+    for row, (_, ends, _) in zip(rows, springs, strict=True):
         for index, sign in ends:
             row[index] += sign
-    return np.array([stiffness for stiffness, _ in springs]), rows
+    stiffnesses = np.array([stiffness for stiffness, _, _ in springs])
+    return stiffnesses, rows, tuple(kind for _, _, kind in springs)

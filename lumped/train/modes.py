@@ -52,6 +52,32 @@ class Modes:
         """Natural angular frequencies (n,) [rad/s]."""
         return 2.0 * np.pi * self.frequency_Hz
 
+    @property
+    def strain(self) -> Array:
+        """Twice the strain energy (n,) of each mode [1/s2]."""
+        return np.asarray(self.angular**2)
+
+    def spring_energy(self, kind: str) -> Array:
+        """Fraction of the strain energy of each mode in springs of a kind.
+
+        Parameters
+        ----------
+        kind : str
+            One of `lumped.train.coordinates.SPRING_KINDS`.
+
+        Returns
+        -------
+        (n,) array
+            Fractions, 0 of free motions.
+        """
+        parts = self.coordinates
+        chosen = np.array([k == kind for k in parts.spring_kinds], bool)
+        elongation = parts.spring_rows[chosen] @ self.shapes
+        strain = parts.spring_stiffness[chosen] @ np.abs(elongation) ** 2
+        return np.divide(
+            strain, self.strain, out=np.zeros_like(strain), where=self.strain > 0.0
+        )
+
     def rotation_of(self, gear: int) -> Array:
         """Rotation of a gear in each mode.
 

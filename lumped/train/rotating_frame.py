@@ -100,6 +100,8 @@ class RotatingFrameModes(Modes):
         Angular speed of the frame [rad/s].
     growth : (n,) array
         Rates at which modes grow [1/s], 0 where they only vibrate.
+    total_strain : (n,) array
+        Twice the mean strain energy of each mode [1/s2].
     is_supercritical : bool
         Whether centrifugal forces exceed those of the springs in some motion. Only
         gyroscopic forces then stabilise it, which damping in the frame undoes.
@@ -107,7 +109,12 @@ class RotatingFrameModes(Modes):
 
     speed: float
     growth: Array
+    total_strain: Array
     is_supercritical: bool
+
+    @property
+    def strain(self) -> Array:
+        return self.total_strain
 
 
 def whirl_modes(
@@ -140,6 +147,7 @@ def whirl_modes(
     values, vectors = _eigenvalues(stiffness, skew, modes)
     vectors = vectors / np.sqrt((np.abs(vectors) ** 2).sum(axis=0))
     shapes = modes.shapes @ vectors
+    total_strain = modes.strain @ np.abs(vectors) ** 2
     if mesh_stiffness is None:
         rows = np.sqrt(modes.mean_stiffness)[:, None] * modes.mesh_shapes
         mesh_stiffness = rows[:, :, None] * rows[:, None, :]
@@ -149,9 +157,10 @@ def whirl_modes(
         frequency_Hz=values.imag / (2.0 * np.pi),
         shapes=shapes,
         mesh_shapes=modes.mesh_shapes @ vectors,
-        mesh_energy=_mesh_energy(modes, vectors, mesh_stiffness),
+        mesh_energy=_mesh_energy(total_strain, vectors, mesh_stiffness),
         speed=speed,
         growth=values.real,
+        total_strain=total_strain,
         is_supercritical=_is_indefinite(np.asarray(np.linalg.eigvalsh(stiffness))),
     )
 
@@ -198,12 +207,12 @@ def _general_eigenvalues(stiffness: Array, skew: Array) -> tuple[Complex, Comple
     return values[upper], states[:n, upper]
 
 
-def _mesh_energy(modes: Modes, vectors: Complex, mesh_stiffness: Array) -> Array:
+def _mesh_energy(total: Array, vectors: Complex, mesh_stiffness: Array) -> Array:
     """Part (m, n) of the strain energy of modes in each mesh, 0 of free motions.
 
+    total : (n,) twice the strain energy of the modes [1/s2]
     vectors : (n, n) modes in those at rest
     """
     strain = (vectors.conj() * (mesh_stiffness @ vectors)).real.sum(axis=1)
-    total = (modes.angular[:, None] ** 2 * np.abs(vectors) ** 2).sum(axis=0)
     strained = total > 0.0
     return np.divide(strain, total, out=np.zeros_like(strain), where=strained)

@@ -328,21 +328,19 @@ def test_a_first_order_that_fails_is_told_with_numbers():
     assert f"{percent:.0f} % of the pairs of gears" in warning
 
 
-def test_columns_of_the_first_order_say_so():
+def test_bands_of_the_screen_are_sampled_and_sensitivities_of_the_first_order():
     result = fegear.run(study_of())
     parts = result.page()
     bands, tolerances = (part for part in parts if not isinstance(part, str))
     (row,) = (r for r in bands.rows if r["quantity"] == PEAK_TO_PEAK)
-    assert [name for name in tolerances.columns if "1st order" in name] == [
-        "part of variance\n1st order [%]",
-        "95 % without it\n1st order [um]",
-    ]
-    last = tolerances.rows[-1]
-    assert last["source"] == "none left out"
+    assert [*bands.columns] == ["quantity", "nominal", "5 %", "50 %", "95 %"]
+    assert bands.columns["95 %"](row) == f"{1e6 * row['p95']:.4g}"
+    assert tolerances.title.endswith("effect on STE p-p to first order")
     most = 1e6 * row["first_order_p95"]
-    assert last["first_order_p95_without_um"] == pytest.approx(most)
-    without = [r["first_order_p95_without_um"] for r in tolerances.rows]
-    assert max(without) < 1.01 * most  # the same deviations, without those of a source
+    for source in tolerances.rows:  # the same deviations, without those of a source
+        change = 100.0 * (source["first_order_p95_without_um"] / most - 1.0)
+        assert source["without"] == f"{change:+.1f}"
+        assert change < 1.0
 
 
 def test_a_nominal_value_outside_its_band_is_explained():
@@ -405,8 +403,8 @@ def test_blocks_that_are_finished_are_gathered(tmp_path):
     count = part.summary["samples"]
     assert 250 <= count < 600
     messages: list[str] = []
-    again = replace(options, resume=True, notify=messages.append)
-    whole = fegear.run(study, again)
+    again = replace(options, resume=True)
+    whole = fegear.run(study, again, notify=messages.append)
     done = math.ceil(count / 250)
     units = "blocks are finished"
     assert messages == [f"{checkpoint}: {done} of 3 {units}"]

@@ -21,7 +21,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("stiffness", *PAIR, "-o", "table.csv"),
     ("stiffness", *PAIR, "-o", "table.mat"),
     ("export", *PAIR, "--stiffness", "fe", "-o", "train.npz"),
-    ("export", "liu-idler", "-o", "idler.npz"),
+    ("export", "liu-idler", "--stiffness", "given", "-o", "idler.npz"),
     ("export", *PAIR, "--mesh", "1", "-o", FMU),
     (
         *("motion", *PAIR, "--speed", str(LINEAR), "--model", "1"),

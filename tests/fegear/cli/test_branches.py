@@ -11,7 +11,9 @@ from drawn_figures import are_drawn, axis_labels, saved_figures
 from typer.testing import CliRunner
 
 import fegear
+from fegear import LumpedModel, StiffnessSource
 from fegear.cli import app
+from lumped.branches.periodic import BranchSettings
 from lumped.common.csv_text import parse_csv
 
 FAST = ("liu-idler", "--excitation", "fourier", "--excitation-harmonics", "3")
@@ -140,7 +142,7 @@ def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
 def test_two_doublings_between_two_steps_are_found():
     """At little damping a multiplier passes -1 and comes back within a step."""
     arguments = ("liu-pair", "--torque", 100, "--speeds", "1000:1430")
-    arguments += ("--damping", 0.005, "--period-multiple", 1, "--json")
+    arguments += ("--model", 1, "--damping", 0.005, "--period-multiple", 1, "--json")
     values = json.loads(run(*arguments))
     doublings = [
         bifurcation["frequency_Hz"]
@@ -200,12 +202,26 @@ def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
     assert are_drawn(*figures, points)
 
 
-def test_the_first_line_says_what_model_1_leaves_out():
+def test_the_first_lines_say_which_model_it_is_and_what_model_1_leaves_out():
     page = run("liu-idler", *FAST[1:], "--speeds", "2400:2500", "--harmonics", 8)
-    study = fegear.Branches(gear_set="liu-idler", speeds=(2400.0, 2500.0))
-    (line,) = study.prepare().notes
-    assert line.startswith("model 1")
-    assert " ".join(page.split()).startswith(" ".join(line.split()))
+    study = fegear.Branches(
+        gear_set="liu-idler",
+        speeds=(2400.0, 2500.0),
+        finding=BranchSettings(harmonics=8),
+    )
+    reason, line = study.prepare().notes
+    assert reason == "model 1: the coupled model has no harmonic balance"
+    assert line.startswith("model 1 leaves out")
+    source = "model 1: the coupled model has no fourier stiffness"
+    assert " ".join(page.split()).startswith(" ".join(f"{reason} {line}".split()))
+    by_source = fegear.Branches(
+        gear_set="liu-idler",
+        speeds=(2400.0, 2500.0),
+        model=LumpedModel(number="auto", stiffness=StiffnessSource(kind="fourier")),
+    )
+    assert by_source.prepare().notes[0] == source
+    plain = fegear.Branches(gear_set="liu-idler", speeds=(2400.0, 2500.0))
+    assert plain.prepare().notes == ("coupled model: nothing here needs model 1",)
 
 
 def test_shooting_refuses_what_belongs_to_harmonic_balance():

@@ -37,7 +37,7 @@ def test_rows_and_summary(tmp_path):
     assert table.header["fidelity"] == "quasistatic"
     summary = json.loads(result.stdout)
     assert summary["speeds"] == 3
-    assert summary["natural_frequencies"] == "of model 1"
+    assert summary["natural_frequencies"] == "about the loaded state at 100 N m"
     assert [branch["direction"] for branch in summary["branches"]] == ["up", "down"]
     assert not (tmp_path / "d.csv.partial").exists()
 

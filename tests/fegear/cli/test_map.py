@@ -82,7 +82,9 @@ def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
         over=SMALL_OVER,
         at=1700.0,
         torque=100.0,
-        model=fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular")),
+        model=fegear.LumpedModel(
+            number="auto", stiffness=fegear.StiffnessSource(kind="rectangular")
+        ),
     )
     with pytest.raises(KeyboardInterrupt):
         fegear.run(study, CheckpointOptions(checkpoint=checkpoint), stopped)

@@ -66,8 +66,8 @@ IDLER = {
     "defaults": {"module_mm": 2.0, "face_width_mm": 10.0, "hub_radius_mm": 8.0},
     "gear": [{"name": name, "teeth": 20} for name in "abc"],
     "mesh": [
-        {"driver": "a", "driven": "b", "center_distance_mm": 40.0},
-        {"driver": "b", "driven": "c", "center_distance_mm": 40.0},
+        {"driver": "a", "driven": "b", "backlash_um": 90.0},
+        {"driver": "b", "driven": "c", "backlash_um": 90.0},
     ],
     "load": {"gear": "a", "torques_Nm": [10.0]},
 }
@@ -102,7 +102,7 @@ def test_gears_behind_each_other_may_overlap():
         "gear": [{"name": name, "teeth": 20} for name in "abcd"],
         "mesh": [
             IDLER["mesh"][0],
-            {"driver": "c", "driven": "d", "center_distance_mm": 40.0},
+            {"driver": "c", "driven": "d", "backlash_um": 90.0},
         ],
         "shaft": [{"gears": ["b", "c"]}],
     }

@@ -243,10 +243,8 @@ def test_parts_that_are_finished_are_not_computed_again(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         run_study(study, CheckpointOptions(checkpoint=checkpoint), progress, workers=1)
     CALLS.clear()
-    options = CheckpointOptions(
-        checkpoint=checkpoint, resume=True, notify=messages.append
-    )
-    later = run_study(study, options, workers=1)
+    options = CheckpointOptions(checkpoint=checkpoint, resume=True)
+    later = run_study(study, options, workers=1, notify=messages.append)
     (line,) = messages
     finished = int(line.removeprefix(f"{checkpoint}: ").partition(" powers are")[0])
     assert 2 <= finished <= 5

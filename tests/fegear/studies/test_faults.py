@@ -159,8 +159,8 @@ def test_interrupted_and_resumed_is_whole_to_the_byte(noisy, result, tmp_path):
         fegear.run(noisy, options, stop, workers=1)
     assert checkpoint.exists()
     messages = []
-    options = replace(options, resume=True, notify=messages.append)
-    resumed = fegear.run(noisy, options)
+    options = replace(options, resume=True)
+    resumed = fegear.run(noisy, options, notify=messages.append)
     assert "runs are finished" in messages[0]
     pytest.importorskip("h5py")
     result.write(path)

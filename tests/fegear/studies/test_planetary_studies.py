@@ -39,7 +39,7 @@ def set_of(planets: int, *edits: str) -> GearSetRef:
 
 def modes(planets: int, *edits: str, translations: bool = True) -> list[dict]:
     study = fegear.NaturalModes(
-        gear_set=set_of(planets, *edits), translations=translations
+        gear_set=set_of(planets, *edits), translations=translations, stiffness="given"
     )
     return fegear.run(study).summary["modes"]
 
@@ -57,6 +57,27 @@ def test_modes_have_all_freedoms_but_the_held_and_their_families(planets):
             assert mode["multiplicity"] == 2
         if mode["family"] == "planet":
             assert mode["multiplicity"] == planets - 3
+
+
+def test_modes_under_load_have_the_families_of_rigid_bodies_and_what_bodies_add():
+    study = fegear.NaturalModes(gear_set=SET, translations=True)
+    result = fegear.run(study)
+    listed, count = result.summary["modes"], 3 * 6 - 1
+    families = [mode["family"] for mode in listed[:count]]
+    assert families.count("rotational") == 5
+    assert families.count("translational") == 12
+    assert all(
+        "body" in mode["kind"] or "rot" in mode["kind"] for mode in listed[count:]
+    )
+    averages = [mode["average_frequency_Hz"] for mode in listed]
+    assert None not in averages[:count]
+    assert set(averages[count:]) == {None}
+    for mode in listed[1:count]:  # relief and averages make model 1 softer
+        assert 0.85 < mode["average_frequency_Hz"] / mode["frequency_Hz"] < 1.0
+    for mode in listed[1:]:
+        parts = [mode[f"{part}_energy"] for part in ("shaft", "bearing", "body")]
+        assert sum(parts) + sum(mode["mesh_energy"]) == pytest.approx(1.0)
+        assert min(parts) > -1e-6
 
 
 def test_modes_without_translations_are_rotations():
@@ -139,9 +160,12 @@ def test_single_planets_that_differ_are_listed():
     )
 
 
-def at_speed(planets: int, rpm: float | None, *edits: str, **settings):
+def at_speed(planets: int, rpm: float | None, *edits: str):
     study = fegear.NaturalModes(
-        gear_set=set_of(planets, *edits), translations=True, rpm=rpm, **settings
+        gear_set=set_of(planets, *edits),
+        translations=True,
+        rpm=rpm,
+        stiffness="given",
     )
     return fegear.run(study)
 

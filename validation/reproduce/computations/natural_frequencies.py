@@ -26,7 +26,7 @@ class ModesPart(Part):
     kind: Literal["modes"] = "modes"
 
     def command(self, scene: Scene) -> Sequence[str]:
-        return ["modes", scene.set_name, *scene.train_words]
+        return ["modes", scene.set_name, *scene.train_words, "--stiffness", "given"]
 
 
 def modes(part: ModesPart, scene: Scene, report: Progress) -> PartResult:

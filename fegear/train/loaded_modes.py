@@ -1,0 +1,311 @@
+"""Natural modes of a gear set by the model that is right, about its loaded state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.gearset.model import GearSet
+from fegear.train.lumped_models import LumpedModel, lumped_system, resolve_model
+from lumped.common.checks import require_present
+from lumped.train.modes import Modes
+from lumped.train.system import LumpedSystem
+
+Array = NDArray[np.float64]
+
+
+def system_of_modes(
+    gear_set: GearSet, torque: float, model: LumpedModel
+) -> tuple[LumpedSystem, str]:
+    """The system whose natural frequencies are those of a gear set, and why it is.
+
+    The coupled model, or model 1 where something needs that, by `resolve_model`.
+
+    Parameters
+    ----------
+    gear_set : GearSet
+        Gear set of the train.
+    torque : float
+        Torque on the input gear [N m].
+    model : LumpedModel
+        Translations, damping ratio and source of the mesh stiffness; its number, its
+        friction and what it has of bearings are not read.
+
+    Returns
+    -------
+    system : LumpedSystem
+        System at the torque, with linear bearings.
+    reason : str
+        Reason for the choice of its model.
+    """
+    chosen = LumpedModel(
+        number="auto",
+        translations=model.translations,
+        bearings="linear",
+        damping_ratio=model.damping_ratio,
+        stiffness=model.stiffness,
+    )
+    chosen, reason = resolve_model(chosen, gear_set)
+    return lumped_system(gear_set, torque, chosen), reason
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel:
+    """Linear equations of motion M x'' + C x' + K x = load of a train.
+
+    labels : of the n coordinates, such as ("pinion", "rotation"); vibration of the
+        bodies against their hubs has coordinates of unit mass
+    mass, damping, stiffness : (n, n)
+    load : (n,) from outside
+    displacement : (n,) at rest, mean over a mesh cycle
+    mesh_rows : (m, n) deflection of the meshes by the hubs
+    mesh_stiffness : (m,) mean over a mesh cycle [N/m]
+    mesh_force : (m,) at rest, mean over a mesh cycle [N]
+    frequency_Hz : (n,) natural frequencies
+    """
+
+    labels: tuple[tuple[str, str], ...]
+    mass: Array
+    damping: Array
+    stiffness: Array
+    load: Array
+    displacement: Array
+    mesh_rows: Array
+    mesh_stiffness: Array
+    mesh_force: Array
+    frequency_Hz: Array
+
+
+def linear_model_of_springs(modes: Modes, damping_ratio: float) -> LinearModel:
+    """Linear equations of motion of a train whose meshes are springs.
+
+    Parameters
+    ----------
+    modes : Modes
+        Modes about the mean stiffnesses of the meshes.
+    damping_ratio : float
+        Damping ratio of every mode.
+
+    Returns
+    -------
+    LinearModel
+        Matrices in the coordinates of the train.
+    """
+    space, held = modes.coordinates, modes.angular > 0.0
+    load = modes.shapes[:, held].T @ space.load
+    displacement = modes.shapes[:, held] @ (load / modes.angular[held] ** 2)
+    return LinearModel(
+        labels=space.labels,
+        mass=np.diag(space.mass),
+        damping=modes.damping_matrix(damping_ratio),
+        stiffness=modes.stiffness_matrix,
+        load=space.load,
+        displacement=displacement,
+        mesh_rows=space.mesh_rows,
+        mesh_stiffness=modes.mean_stiffness,
+        mesh_force=modes.mean_stiffness * (space.mesh_rows @ displacement),
+        frequency_Hz=modes.frequency_Hz,
+    )
+
+
+def linear_model(system: LumpedSystem) -> LinearModel:
+    """Linear equations of motion of a coupled model about its loaded state.
+
+    Parameters
+    ----------
+    system : LumpedSystem
+        System of the coupled model.
+
+    Returns
+    -------
+    LinearModel
+        Matrices whose natural frequencies are those of `modes_under_load`.
+    """
+    arrays = require_present(system.coupled_arrays, "coupled model")
+    loaded = require_present(system.loaded, "loaded state")
+    fixed = _fixed(system)
+    to_unit = np.linalg.inv(_coordinates(system))
+    still = system.modes.angular[fixed]
+
+    def in_coordinates(of_fixed: Array, of_moving: Array) -> Array:
+        size = fixed.size
+        matrix = np.zeros((len(to_unit), len(to_unit)))
+        matrix[:size, :size] = np.diag(of_fixed)
+        matrix[size:, size:] = of_moving
+        return np.asarray(to_unit.T @ matrix @ to_unit)
+
+    rotation = loaded.coordinates[:-1].mean(axis=0)
+    at_rest = np.concatenate([_fixed_displacement(system), rotation])
+    load, modes = loaded.load[:-1].mean(axis=0), modes_under_load(system)
+    meshes = range(len(system.excitations))
+    return LinearModel(
+        labels=_labels(system),
+        mass=in_coordinates(np.ones(fixed.size), np.eye(len(to_unit) - fixed.size)),
+        damping=in_coordinates(
+            2.0 * system.train.damping_ratio * still, arrays.damping
+        ),
+        stiffness=in_coordinates(still**2, loaded.springs + loaded.meshes.sum(axis=0)),
+        load=modes.coordinates.load,
+        displacement=_coordinates(system) @ at_rest,
+        mesh_rows=modes.coordinates.mesh_rows,
+        mesh_stiffness=modes.mean_stiffness,
+        frequency_Hz=modes.frequency_Hz,
+        mesh_force=np.array([load[loaded.mesh_of == m].sum() for m in meshes]),
+    )
+
+
+def modes_under_load(system: LumpedSystem) -> Modes:
+    """Modes of the coupled model about its loaded state.
+
+    Mean stiffnesses are tangents of the meshes.
+
+    Parameters
+    ----------
+    system : LumpedSystem
+        System of the coupled model.
+
+    Returns
+    -------
+    Modes
+        Modes in the coordinates of the train and of the vibration of the bodies.
+    """
+    contacts = require_present(system.contacts, "coupled model")
+    loaded = require_present(system.loaded, "loaded state")
+    modes, fixed = system.modes, _fixed(system)
+    bodies, space = contacts.body_modes, modes.coordinates
+    # of bodies that yield as they do at rest, without loads by their inertia
+    without = tuple({*contacts.without, "body"})
+    at_rest = replace(system, contacts=replace(contacts, modes=None, without=without))
+    still = require_present(at_rest.loaded, "loaded state")
+    strains = system.arrays.shapes
+    modal_stiffness = np.einsum("mi,mij,mj->m", strains, still.meshes, strains)
+    frequency = np.concatenate([modes.frequency_Hz[fixed], loaded.frequency_Hz])
+    order = np.argsort(frequency, kind="stable")
+    shapes = _of_all(fixed.size, loaded.shapes)[:, order]
+    hubs = (bodies.to_unit @ loaded.shapes)[: system.moving.size]
+    return Modes(
+        coordinates=replace(
+            space,
+            labels=_labels(system),
+            mass=np.append(space.mass, np.ones(bodies.count)),
+            load=np.append(space.load, np.zeros(bodies.count)),
+            mesh_rows=np.pad(space.mesh_rows, ((0, 0), (0, bodies.count))),
+            spring_rows=np.pad(space.spring_rows, ((0, 0), (0, bodies.count))),
+            gyroscopic=np.pad(space.gyroscopic, (0, bodies.count)),
+            centripetal=np.pad(space.centripetal, (0, bodies.count)),
+        ),
+        mean_stiffness=modal_stiffness / (strains**2).sum(axis=1) ** 2,
+        frequency_Hz=frequency[order],
+        shapes=_coordinates(system) @ shapes,
+        mesh_shapes=np.hstack([modes.mesh_shapes[:, fixed], strains @ hubs])[:, order],
+        mesh_energy=np.hstack([modes.mesh_energy[:, fixed], loaded.mesh_energy])[
+            :, order
+        ],
+    )
+
+
+def mesh_stiffness_of_modes(system: LumpedSystem, modes: Modes) -> Array:
+    """Tangent stiffness of each mesh in the modes about the loaded state.
+
+    Parameters
+    ----------
+    system : LumpedSystem
+        System of the coupled model.
+    modes : Modes
+        Its `modes_under_load`.
+
+    Returns
+    -------
+    (m, n, n) array
+        Stiffness [1/s2].
+    """
+    loaded = require_present(system.loaded, "loaded state")
+    in_unit = np.linalg.solve(_coordinates(system), modes.shapes)[_fixed(system).size :]
+    return np.asarray(in_unit.T @ loaded.meshes @ in_unit)
+
+
+def averages_of_modes(system: LumpedSystem, modes: Modes) -> list[float | None]:
+    """Natural frequency about the averages of model 1 for each mode under load.
+
+    Modes in which the gears move alike on average belong together, so that the sum of
+    their likenesses is the largest.
+
+    Parameters
+    ----------
+    system : LumpedSystem
+        System of the coupled model.
+    modes : Modes
+        Its `modes_under_load`.
+
+    Returns
+    -------
+    list of float or None
+        Frequency [Hz] for each mode, None for those of the bodies that model 1 has not.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    own, moving = system.modes, system.moving
+    bodies = require_present(system.contacts, "coupled model").body_modes
+    hubs, of_bodies = np.split(modes.shapes, [own.coordinates.mass.size])
+    # mean motions of hubs and bodies, in which the momentum is that of rigid gears
+    mean = own.shapes.T @ (own.coordinates.mass[:, None] * hubs)
+    mean[moving] += bodies.coupling.T @ of_bodies
+    alike = mean**2
+    of_own, of_loaded = linear_sum_assignment(-alike)
+    averages: list[float | None] = [None] * modes.frequency_Hz.size
+    for i, j in zip(of_own.tolist(), of_loaded.tolist(), strict=True):
+        averages[j] = float(own.frequency_Hz[i])
+    return averages
+
+
+def _fixed(system: LumpedSystem) -> NDArray[np.intp]:
+    """Modes that strain no mesh, which take no part in motions."""
+    return np.setdiff1d(np.arange(system.modes.frequency_Hz.size), system.moving)
+
+
+def _coordinates(system: LumpedSystem) -> Array:
+    """Displacement (n, n) of hubs and bodies per modal coordinate of unit mass.
+
+    Coordinates are the modes that strain no mesh, then those of the coupled model.
+    """
+    bodies = require_present(system.contacts, "coupled model").body_modes
+    modes, fixed, moving = system.modes, _fixed(system), system.moving
+    hubs = modes.shapes[:, moving] @ bodies.to_unit[: moving.size]
+    none = np.zeros((bodies.count, fixed.size))
+    return np.block(
+        [[modes.shapes[:, fixed], hubs], [none, bodies.to_unit[moving.size :]]]
+    )
+
+
+def _of_all(fixed: int, shapes: Array) -> Array:
+    """Shapes (n, n) of all modes, of which the first strain no mesh."""
+    size = fixed + len(shapes)
+    every = np.zeros((size, size))
+    every[:fixed, :fixed] = np.eye(fixed)
+    every[fixed:, fixed:] = shapes
+    return every
+
+
+def _fixed_displacement(system: LumpedSystem) -> Array:
+    """Displacement at rest of modes that strain no mesh, without free motions."""
+    modes, fixed = system.modes, _fixed(system)
+    load = modes.shapes[:, fixed].T @ modes.coordinates.load
+    squares = modes.angular[fixed] ** 2
+    return np.divide(load, squares, out=np.zeros_like(load), where=squares > 0.0)
+
+
+def _labels(system: LumpedSystem) -> tuple[tuple[str, str], ...]:
+    """Names of coordinates: of the train, then of the bodies' vibration."""
+    bodies = require_present(system.contacts, "coupled model").body_modes
+    names = [_body_name(system, i) for i in range(bodies.count)]
+    return (*system.modes.coordinates.labels, *names)
+
+
+def _body_name(system: LumpedSystem, i: int) -> tuple[str, str]:
+    """Gear, and the number of nodal diameters."""
+    bodies = require_present(system.contacts, "coupled model").body_modes
+    gear, n = system.train.gears[int(bodies.gears[i])], int(bodies.nodal_diameters[i])
+    diameters = "1 nodal diameter" if n == 1 else f"{n} nodal diameters"
+    return gear.name, f"body, {diameters}" if n else "body against its hub"
