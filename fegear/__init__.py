@@ -109,8 +109,17 @@ def __getattr__(name: str) -> Any:
         return package_version()
     name = _ALIASES.get(name, name)
     if name not in _HOMES:
-        raise AttributeError(f"module 'fegear' has no attribute '{name}'")
+        raise AttributeError(f"module 'fegear' has no attribute '{name}'{_hint(name)}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def _hint(name: str) -> str:
+    """Which study a command has, for a name like that of the command."""
+    wanted = name.lower().replace("_", "")
+    for command, (_, study, _) in STUDIES.items():
+        if command.replace(" ", "").replace("-", "") == wanted:
+            return f"; the study of `fegear {command}` is {study}"
+    return ""
 
 
 def __dir__() -> list[str]:

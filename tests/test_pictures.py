@@ -32,7 +32,9 @@ TEETH = {
 @pytest.fixture(scope="module")
 def drawn():
     settings = StaticsSettings(resolution="coarse", positions=16)
-    result = solve_mesh(load_gear_set("liu-pair"), torques=TORQUES, settings=settings)
+    result = solve_mesh(
+        load_gear_set("liu-pair"), torques_on_driver=TORQUES, settings=settings
+    )
     figure = draw_table(result)
     figure.savefig(io.BytesIO(), format="png")
     return result, figure
@@ -69,7 +71,7 @@ def test_peak_to_peak_is_that_of_all_base_pitches_where_some_are_shown():
         }
     )
     settings = StaticsSettings(resolution="coarse", positions=16, estimate_error=False)
-    result = solve_mesh(gears, torques=[100.0], settings=settings)
+    result = solve_mesh(gears, torques_on_driver=[100.0], settings=settings)
     varying = draw_table(result).axes[2]
     error = 1e6 * result.table["ste_m"][0]
     shown = slice(11 * 16, 19 * 16)

@@ -9,6 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from fegear.cli.command import TYPER_OPTIONS, add_command
+from fegear.files.errors import nearest
 from fegear.studies import ALIASES, STUDIES, load_study
 
 
@@ -37,6 +38,12 @@ def group_class(
                 command = _load_command(prefix + cmd_name, cmd_name)
                 self.add_command(command, cmd_name)
             return command
+
+        def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+            if self.get_command(ctx, args[0]) is None:
+                hint = nearest(args[0], self.list_commands(ctx))
+                ctx.fail(f"no such command {args[0]}{hint}")
+            return super().resolve_command(ctx, args)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:
             width = max(map(len, self.list_commands(ctx)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 LONGEST_WORD, LONGEST_MESSAGE = 500, 4000  # letters
@@ -78,3 +78,11 @@ def foreign_reader(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
     except Exception:
         text = f"{os.fspath(path)}: is no {kind}, or damaged"
         raise InputError(text) from None
+
+
+def nearest(word: str, choices: Iterable[str]) -> str:
+    """', did you mean x?' or nothing."""
+    from difflib import get_close_matches
+
+    close = get_close_matches(word, list(choices), n=1, cutoff=0.6)
+    return f", did you mean {close[0]}?" if close else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,6 +10,7 @@ from contextvars import ContextVar
 
 from lumped.common.workers import require_running
 
+COMPILING = "compiling"
 _recorder: ContextVar[dict[str, float] | None] = ContextVar("recorder", default=None)
 
 
@@ -25,15 +27,26 @@ def recorded_stages() -> Iterator[dict[str, float]]:
 
 @contextmanager
 def stage(name: str) -> Iterator[None]:
-    """Count the block's time toward `name` if anyone records.
+    """Count the block's time toward `name` if anyone records, compiling apart from it.
 
     It does not begin in a task that is to end, after Ctrl-C.
     """
     require_running()
     seconds = _recorder.get()
-    start = time.perf_counter()
+    start, compiled = time.perf_counter(), _compiling_s()
     try:
         yield
     finally:
         if seconds is not None:
-            seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - start
+            compiling = _compiling_s() - compiled
+            spent = {name: time.perf_counter() - start - compiling}
+            if compiling > 0.0:
+                spent[COMPILING] = compiling
+            for part, value in spent.items():
+                seconds[part] = seconds.get(part, 0.0) + value
+
+
+def _compiling_s() -> float:
+    """Time that this process has spent on compiling kernels [s]."""
+    compiled = sys.modules.get("lumped.common.compiled")  # loaded with the kernels
+    return 0.0 if compiled is None else float(compiled.CLOCK.seconds)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fegear.files.errors import InputError
+from fegear.files.errors import InputError, nearest
 from fegear.gearset.bearing_keys import rolling_bearing
 from fegear.gearset.carriers import carrier_inferences, carrier_of
 from fegear.gearset.fault_building import faults_of
@@ -16,7 +16,7 @@ from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
 from fegear.gearset.modifications import FlankProfile, Relief
 from fegear.gearset.pitch_errors import require_room
-from fegear.gearset.problems import nearest, shown
+from fegear.gearset.problems import shown
 from fegear.gearset.profiles import flank_profile
 from fegear.gearset.refusals import Key, KeyOf, Refusal, build_or_refuse, in_unit
 from fegear.gearset.schema import MATERIAL_KEYS, Document, GearEntry, MeshEntry
@@ -28,7 +28,7 @@ from fegear.gearset.tips import (
     find_tips,
     spacing,
 )
-from fegear.gearset.torques import mesh_torques
+from fegear.gearset.torques import mesh_torques, torque_inferences
 from fegear.gearset.zones import relief
 from meshes import GearPair, GeometryError, SpurGear
 from meshes.gear import floored
@@ -82,6 +82,7 @@ def _gear_set(document: Document, folder: Path) -> GearSet:
             *document.inferences,
             *_inferences(blanks, spacings, tips),
             *carrier_inferences(document),
+            *torque_inferences(document),
         ),
         carrier=carrier_of(document, gears, distances),
     )

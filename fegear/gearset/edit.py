@@ -16,7 +16,7 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.planetary import MESH_SIDES, expanded
-from fegear.gearset.problems import known_keys, lists_tables, nearest
+from fegear.gearset.problems import known_keys, lists_tables, nearest_key
 from fegear.gearset.schema import START_KEYS, replaced_keys
 
 LISTS = ("gear", "mesh", "shaft", "planetary")
@@ -107,7 +107,7 @@ def require_known_key(name: str) -> None:
         step = steps.popleft()
         keys = known_keys(place)
         if step not in keys:
-            raise InputError(f"{name}: unknown key {step}{nearest(step, keys)}")
+            raise InputError(f"{name}: unknown key {step}{nearest_key(step, keys)}")
         place.append(step)
         if len(place) > 1 and steps and lists_tables(place):
             _require_number(steps.popleft(), name, place)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,6 +10,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from fegear.files.errors import nearest
 from fegear.gearset.schema import Document, mesh_label
 
 PHRASES = {
@@ -31,15 +31,38 @@ PHRASES = {
         "must not be empty nor hold quotes, control or format characters"
     ),
 }
+SYMBOLS = {  # of formulas, and the keys that have their values
+    "x": "profile_shift",
+    "z": "teeth",
+    "m": "module_mm",
+    "mn": "module_mm",
+    "a": "center_distance_mm",
+    "aw": "center_distance_mm",
+    "b": "face_width_mm",
+    "alpha": "pressure_angle_deg",
+    "alpha_n": "pressure_angle_deg",
+    "da": "tip_diameter_mm",
+    "d_a": "tip_diameter_mm",
+    "ra": "tip_radius_mm",
+    "hf": "dedendum_mm",
+    "h_f": "dedendum_mm",
+    "ha": "addendum_mm",
+    "h_a": "addendum_mm",
+    "E": "young_modulus_GPa",
+    "nu": "poisson_ratio",
+    "rho": "density_kg_per_m3",
+    "J": "inertia_kg_m2",
+    "T": "torques_Nm",
+}
 TABLES_IN_LISTS = ("gear", "mesh", "shaft", "planetary")
 OTHER_GEARS = re.compile(r"helix|helical|spiral|internal|bevel|worm|overlap", re.I)
 EXTERNAL_SPUR = "external spur gears only"
 
 
-def nearest(word: str, choices: Iterable[str]) -> str:
-    """', did you mean x?' or nothing."""
-    close = difflib.get_close_matches(word, list(choices), n=1, cutoff=0.6)
-    return f", did you mean {close[0]}?" if close else ""
+def nearest_key(word: str, keys: Iterable[str]) -> str:
+    """`nearest` of keys, which a symbol of the field may stand for."""
+    known, meant = list(keys), SYMBOLS.get(word, "")
+    return nearest(meant if meant in known else word, known)
 
 
 def shown(value: Any) -> str:
@@ -76,7 +99,7 @@ def _statement(item: ErrorDetails, key: str, document: type[BaseModel]) -> str:
     if kind == "extra_forbidden":
         if OTHER_GEARS.search(str(item["loc"][-1])):
             return f"{key}: {EXTERNAL_SPUR}"
-        hint = nearest(str(item["loc"][-1]), known_keys(item["loc"][:-1], document))
+        hint = nearest_key(str(item["loc"][-1]), known_keys(item["loc"][:-1], document))
         return f"unknown key {key}{hint}"
     if kind == "missing":
         return f"{_bracketed(key)} is missing"

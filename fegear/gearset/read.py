@@ -16,13 +16,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fegear.files.errors import InputError
+from fegear.files.errors import InputError, nearest
 from fegear.files.kinds import KIND_OF_ENDING, kind_of_text, require_kind
 from fegear.files.output import read_text
 from fegear.gearset.build import build_gear_set
 from fegear.gearset.edit import edited
 from fegear.gearset.model import GearSet
-from fegear.gearset.problems import first_problem, nearest
+from fegear.gearset.problems import first_problem
 from fegear.gearset.refusals import Refusal
 from fegear.gearset.schema import Document, with_defaults
 from lumped.common.checks import check_arguments

@@ -810,10 +810,11 @@ def _each_once(torques: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class LoadEntry(Keys):
-    """[load]: the torque cases on the input gear."""
+    """[load]: the torque cases."""
 
     gear: Name = Field(
-        description='Name of the input gear, or "carrier" of a planetary set.'
+        description='Name of the input gear, or "carrier" of a planetary set; of the '
+        "output gear, where torques are given on it and divided by the ratio."
     )
     torques_Nm: Annotated[
         Entries[

@@ -21,10 +21,14 @@ def mesh_torques(document: Document) -> list[tuple[float, ...]]:
         return _planetary_torques(document, load)
     shafts = _shaft_of(document)
     driving, driven = _meshes_by_shaft(document, shafts)
-    _require_input(document, driven, shafts)
     teeth = {gear.name: gear.teeth for gear in document.gear}
     factors: dict[int, float] = {}
-    shaft, factor = shafts[load.gear], 1.0
+    ratio = output_ratio(document)
+    if ratio is None:
+        _require_input(document, driven, shafts)
+    shaft, factor = shafts[load.gear], 1.0 / (ratio or 1.0)
+    while shaft in driven:  # back to the input
+        shaft = shafts[document.mesh[driven[shaft]].driver]
     while shaft in driving:
         number = driving.pop(shaft)
         mesh = document.mesh[number]
@@ -35,6 +39,38 @@ def mesh_torques(document: Document) -> list[tuple[float, ...]]:
     return [
         tuple(torque * factors[number] for torque in load.torques_Nm)
         for number in range(len(document.mesh))
+    ]
+
+
+def output_ratio(document: Document) -> float | None:
+    """Torque on the gear of [load] over that on the input, None if it is no output."""
+    load = document.load
+    if load is None or document.planetary:
+        return None
+    shafts = _shaft_of(document)
+    driving, driven = _meshes_by_shaft(document, shafts)
+    shaft, passed = shafts[load.gear], set[int]()
+    is_output = any(mesh.driven == load.gear for mesh in document.mesh)
+    if shaft in driving or not is_output:
+        return None
+    teeth, ratio = {gear.name: gear.teeth for gear in document.gear}, 1.0
+    while shaft in driven and shaft not in passed:
+        passed.add(shaft)
+        mesh = document.mesh[driven[shaft]]
+        ratio *= teeth[mesh.driven] / teeth[mesh.driver]
+        shaft = shafts[mesh.driver]
+    return ratio
+
+
+def torque_inferences(document: Document) -> list[str]:
+    """A sentence on torques that are given on the output gear."""
+    load, ratio = document.load, output_ratio(document)
+    if load is None or ratio is None:
+        return []
+    torques = ", ".join(f"{torque / ratio:.6g}" for torque in load.torques_Nm)
+    return [
+        f'load: torques_Nm are on the driven gear "{load.gear}"; divided by the ratio '
+        f"{ratio:.6g} they are {torques} N m on the input gear"
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -428,7 +429,9 @@ def solve_mesh(
     *,
     torques: Sequence[float] = (),
 ) -> StaticsResult:
-    """Mesh table of one mesh (index from 0) at torques on its driver [N m].
+    """Mesh table of one mesh at torques on its driver [N m].
+
+    Indices count from 0: mesh 0 is that of ``fegear stiffness --mesh 1``.
 
     With pitch errors the table continues until the tooth pairs repeat.
 
@@ -515,6 +518,11 @@ def _loads(
                 f"{name} = {list(torques)} and torques = {list(under_former_name)}; "
                 "one of both is allowed"
             )
+        warnings.warn(
+            f"torques of solve_mesh is now {name}",
+            DeprecationWarning,
+            stacklevel=4,  # behind the check of arguments, at the call
+        )
         name, torques = "torques", under_former_name
     for torque in torques:
         require_between(name, torque, 0, 1e9, below=True)

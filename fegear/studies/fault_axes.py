@@ -11,10 +11,9 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
-from fegear.files.errors import InputError
+from fegear.files.errors import InputError, nearest
 from fegear.files.toml import toml_value
 from fegear.gearset.edit import find_entry, require_known_key
-from fegear.gearset.problems import nearest
 from fegear.studies.axes import require_within
 from fegear.studies.study import display_name
 from fegear.studies.trains import require_torque_axis

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -20,6 +21,7 @@ from fegear.statics.best_relief import (
     PLACES,
     BestRelief,
     ReliefProblem,
+    ReliefRange,
     find_best_relief,
     relief_ranges,
     starting_designs,
@@ -453,10 +455,28 @@ def _reliefs(
             "relief": f"{entry.place}_relief",
             "magnitude_um": round(float(design[i]), 2),
             "length_pitches": round(float(design[count + i]), 4),
+            **_place_of(problem, entry, float(design[count + i])),
             "objective_per_um": float(change[i]),
         }
         for i, entry in enumerate(problem.ranges)
     ]
+
+
+def _place_of(
+    problem: ReliefProblem, entry: ReliefRange, length: float
+) -> dict[str, Any]:
+    """Where a relief begins, and whether one pair alone bears the load there.
+
+    length : [base pitches]
+    """
+    flank, pitch = entry.flank, problem.contact.pair.base_pitch
+    start = entry.start(length, pitch)
+    inside = start < flank.high if entry.is_tip else start > flank.low
+    return {
+        "start_diameter_mm": 2e3 * math.hypot(flank.gear.base_radius, start),
+        "length_mm": 1e3 * length * pitch,
+        "in_single_contact": bool(inside and flank.low < flank.high),
+    }
 
 
 def _left_out(places: list[str], reliefs: list[dict[str, Any]]) -> list[str]:

@@ -35,6 +35,8 @@ DESIGN: Columns = {
     "relief": lambda row: row["relief"],
     "magnitude\num": cell("magnitude_um", 4),
     "length\nbase pitches": cell("length_pitches", 4),
+    "begins at\ndiameter [mm]": cell("start_diameter_mm", 6),
+    "length on line\nof action [mm]": cell("length_mm", 4),
     "objective [um]\nby 1 um more": cell("objective_per_um", 3),
 }
 TORQUES: Columns = {
@@ -302,6 +304,12 @@ class ReliefResult(StudyResult):
         if self.reliefs:
             title = "Best relief" + (", none left out" if self.vibration else "")
             yield RowTable(self.reliefs, DESIGN, title, ("relief",))
+        inside = [r["relief"] for r in self.reliefs if r["in_single_contact"]]
+        if inside:
+            yield (
+                f"{' and '.join(inside)}: begins inside single contact, so that one "
+                "pair alone never bears the load on unrelieved flanks"
+            )
         if self.left_out:
             yield (
                 f"left out, as the objective changes by less than "

@@ -259,6 +259,18 @@ def to_argv(settings: Any, group: SettingsGroup | None = None) -> list[str]:
     return [*places, *options]
 
 
+def _as_declared(value: Any, declared: Setting, default: Any) -> Any:
+    """One number for a setting of several, and the only one of a list for one."""
+    if isinstance(value, bool):
+        return value
+    if declared.several:
+        return (value,) if isinstance(value, int | float) else value
+    takes_one = declared.parse is None and not isinstance(default, tuple)
+    if takes_one and isinstance(value, list | tuple) and len(value) == 1:
+        return value[0]
+    return value
+
+
 def options_of(group: SettingsGroup) -> dict[str, str]:
     """Options by the names of settings, those of groups among them."""
     options: dict[str, str] = {}
@@ -539,7 +551,11 @@ class Study:
     def _read(self, member: ExposedField) -> Any:
         """A value of a setting, which may be given as text."""
         value, declared = getattr(self, member.name), member.declared
-        if not isinstance(declared, Setting) or declared.parse is None:
+        if not isinstance(declared, Setting):
+            return value
+        value = _as_declared(value, declared, member.default)
+        object.__setattr__(self, member.name, value)
+        if declared.parse is None:
             return value
         if declared.several and isinstance(value, list | tuple):
             value = parse_several(member, value)

@@ -20,6 +20,8 @@ import logging
 import os
 import pickle
 import re
+import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache, partial
@@ -196,13 +198,26 @@ class CompileCount(event.Listener):
             self.names.add(f"{name}:{line} {event.data['args']}")
 
 
-class _CompileMessage(event.Listener):
-    """Logs once that a kernel is compiled and was not found in the cache."""
+class CompileClock(event.Listener):
+    """Logs once that a kernel is compiled and was not found in the cache, and counts
+    the time that compiling takes.
+
+    seconds : spent on it in this process; one kernel compiles others on the way
+    """
 
     def __init__(self) -> None:
         self.silent = False
+        self.seconds = 0.0
+        self._begun = threading.local()
 
     def on_start(self, event: event.Event) -> None:
+        depth = getattr(self._begun, "depth", 0)
+        if depth == 0:
+            self._begun.time = time.perf_counter()
+        self._begun.depth = depth + 1
+        self._announce(event)
+
+    def _announce(self, event: event.Event) -> None:
         if self.silent:
             return
         self.silent = True
@@ -216,10 +231,13 @@ class _CompileMessage(event.Listener):
             LOG.info("compiling numerical kernels for the first use, 5 s to a minute")
 
     def on_end(self, event: event.Event) -> None:
-        """Nothing is said."""
+        self._begun.depth -= 1
+        if self._begun.depth == 0:
+            self.seconds += time.perf_counter() - self._begun.time
 
 
-event.register("numba:compile", _CompileMessage())
+CLOCK = CompileClock()
+event.register("numba:compile", CLOCK)
 
 
 def compiled(function: F) -> F:

@@ -126,7 +126,9 @@ def test_an_edited_table_is_not_resumed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     gears = fegear.load_gear_set("liu-pair")
     elements = fegear.StaticsSettings(resolution="coarse", positions=8)
-    table = fegear.solve_mesh(gears, torques=(100.0,), settings=elements).table
+    table = fegear.solve_mesh(
+        gears, torques_on_driver=(100.0,), settings=elements
+    ).table
     Path("t.csv").write_text(format_table(table))
     study = with_table("stability", "t.csv")
     study = replace(study, model=fegear.LumpedModel(bending=0.39))

@@ -5,12 +5,14 @@ from __future__ import annotations
 import random
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from numba import config
 from numba.core import event
 
+from fegear.files.timing import COMPILING, recorded_stages, stage
 from lumped.common import compiled as module
 
 FOLDER = Path(module.__file__).parent / "kernels"
@@ -115,7 +117,7 @@ def test_other_users_of_numba_keep_their_cache_directory():
 def test_the_first_compilation_is_said_once(monkeypatch, caplog, cached, level):
     if not cached:
         monkeypatch.setattr(module, "kernel_cache", lambda folder: None)
-    watch = module._CompileMessage()
+    watch = module.CompileClock()
     event.register("numba:compile", watch)
     caplog.set_level("INFO", "lumped")
     try:
@@ -126,6 +128,31 @@ def test_the_first_compilation_is_said_once(monkeypatch, caplog, cached, level):
     said = [r for r in caplog.records if "compiling numerical kernels" in r.message]
     assert [r.levelname for r in said][:1] == [level]
     assert len(said) <= 2  # the process's own watch may speak as well
+    assert watch.seconds > 0.0
+
+
+def test_the_clock_counts_kernels_that_others_compile_once():
+    """The time of the outer one alone: it includes that of the inner ones."""
+    watch = module.CompileClock()
+    event.register("numba:compile", watch)
+    begin = time.perf_counter()
+    try:
+        inner = module.njit(lambda x: x + 1.0)
+        outer = module.njit(lambda x: 2.0 * inner(x))
+        assert outer(1.0) == 4.0
+        compiled = watch.seconds
+        assert outer(2.0) == 6.0
+    finally:
+        event.unregister("numba:compile", watch)
+    assert 0.0 < compiled <= time.perf_counter() - begin
+    assert watch.seconds == compiled  # a second call compiles nothing
+
+
+def test_stages_keep_compiling_apart():
+    with recorded_stages() as seconds, stage("solving"):
+        module.njit(lambda x: 3.0 * x)(1.0)
+    assert set(seconds) == {"solving", COMPILING}
+    assert seconds[COMPILING] > seconds["solving"] > 0.0
 
 
 def test_a_mode_of_contact_is_compiled_once():

@@ -94,3 +94,34 @@ def test_the_default_tip_of_a_ring_says_why_it_is_short():
         assert "instead of" in line
     reasons = {line.partition("; ")[2] for line in (*by_cutter, *by_mate)}
     assert {r for r in reasons if "cutter" in r or "fillet" in r}
+
+
+@pytest.mark.parametrize("teeth", [(18, 41), (25, 25)])
+def test_torque_on_the_driven_gear_is_divided_by_the_ratio(teeth):
+    tables = pair(teeth, (0.0, 0.0))
+    tables["load"] = {"gear": "b", "torques_Nm": [100.0, 200.0]}
+    gear_set = make_gear_set(tables)
+    ratio = teeth[1] / teeth[0]
+    assert gear_set.meshes[0].torques == pytest.approx((100 / ratio, 200 / ratio))
+    (line,) = [line for line in gear_set.inferences if line.startswith("load:")]
+    assert f"divided by the ratio {ratio:.6g}" in line
+
+
+def test_torque_on_the_output_of_a_counter_shaft():
+    """Through both meshes, by hand; a gear in the middle is refused."""
+    gears = [
+        {"name": name, "teeth": z, "hub_radius_mm": 0.3 * z}
+        for name, z in zip("abcd", (20, 60, 25, 50), strict=True)
+    ]
+    tables = pair() | {
+        "gear": gears,
+        "mesh": [{"driver": "a", "driven": "b"}, {"driver": "c", "driven": "d"}],
+        "shaft": [{"gears": ["b", "c"]}],
+        "load": {"gear": "d", "torques_Nm": [600.0]},
+    }
+    first, second = make_gear_set(tables).meshes
+    assert first.torques == pytest.approx((100.0,))
+    assert second.torques == pytest.approx((300.0,))
+    tables["load"] = {"gear": "b", "torques_Nm": [600.0]}
+    with pytest.raises(InputError, match='gear = "b"; must be the driver that no mesh'):
+        make_gear_set(tables)
