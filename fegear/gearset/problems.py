@@ -61,8 +61,8 @@ EXTERNAL_SPUR = "external spur gears only"
 
 def nearest_key(word: str, keys: Iterable[str]) -> str:
     """`nearest` of keys, which a symbol of the field may stand for."""
-    known, meant = list(keys), SYMBOLS.get(word, "")
-    return nearest(meant if meant in known else word, known)
+    names, meant = list(keys), SYMBOLS.get(word, "")
+    return nearest(meant if meant in names else word, names)
 
 
 def shown(value: Any) -> str:

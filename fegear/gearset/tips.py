@@ -178,11 +178,11 @@ def _default_tip(blank: Blank, document: Document, spacings: Sequence[Spacing]) 
     tip = blank.default_tip(shortened)
     if possible < MIN_SHORTENING:
         return tip
-    what = f"shortened by {shortened / MM:.4g} mm"
+    change = f"shortened by {shortened / MM:.4g} mm"
     if not shortened:
-        what = f"not shortened; tip_shortening = true takes {possible / MM:.4g} mm"
+        change = f"not shortened; tip_shortening = true takes {possible / MM:.4g} mm"
     stated = f"tip_radius_mm = {tip.radius / MM:.7g} by default"
-    return replace(tip, inference=f'gear "{name}": {stated}, {what}')
+    return replace(tip, inference=f'gear "{name}": {stated}, {change}')
 
 
 def _ring_tip(

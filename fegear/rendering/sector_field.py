@@ -39,7 +39,7 @@ MIRROR = np.array([-1.0, 1.0])  # of points and vectors, at a tooth's axis
 MIRROR_STATE = np.array([-1.0, 1.0, 1.0, 1.0, -1.0])
 # Distance from a contact at which plane strain gives way to the plane of the teeth,
 # over the module: several widths of a contact, and short of the root
-NEAR = 0.5
+PLANE_STRAIN_REACH = 0.5
 MAX_LOCATED = 500  # points located at once, which bounds memory
 TRIANGLE = ElementTriP2()  # six nodes, as those of the mesh
 
@@ -229,7 +229,7 @@ class SectorField:
         if not (self.loads or self.back_loads):
             return np.zeros(len(points))
         apart = cKDTree(self._focus(0.0)[0]).query(points)[0]
-        reach = NEAR * self.body.sector.gear.module
+        reach = PLANE_STRAIN_REACH * self.body.sector.gear.module
         return np.asarray(np.exp(-((apart / reach) ** 4)))
 
     def _focus(self, finest: float) -> tuple[Array, float]:

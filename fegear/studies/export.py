@@ -95,7 +95,7 @@ class ModelExport(
 
     M x'' + C x' + K x = load, about the state under load with the relief as it is cut;
     vibration of the gears' bodies has coordinates of its own. Row i of mesh_vectors
-    times x is the deflection of mesh i. With --stiffness fe or given, K is made of mean
+    times x is the deflection of mesh i. By fe or given stiffness K is made of mean
     mesh stiffnesses, from which models with varying ones are built. With --mesh, an
     FMU (FMI 2.0, co-simulation) of one mesh, whose torques follow from angles and
     speeds of its gears.

@@ -275,8 +275,8 @@ class ModesResult(StudyResult):
         modes = self.modes
         parts = {kind: modes.spring_energy(kind) for kind in SPRING_KINDS}
         if self.system is not None:
-            known = modes.mesh_energy.sum(axis=0) + sum(parts.values())
-            parts["body"] = np.where(modes.strain > 0.0, 1.0 - known, 0.0)
+            elsewhere = modes.mesh_energy.sum(axis=0) + sum(parts.values())
+            parts["body"] = np.where(modes.strain > 0.0, 1.0 - elsewhere, 0.0)
         return {kind: part.tolist() for kind, part in parts.items()}
 
     def _family(self, i: int) -> dict[str, Any]:

@@ -140,7 +140,7 @@ class MeshStiffness(
     """Mesh stiffness, transmission error and load sharing.
 
     Contact pressures are those of plane strain, in which material below a narrow
-    contact is, whatever --plane the teeth are in; --json has those of plane stress too.
+    contact is, whatever the plane of the teeth; JSON has those of plane stress too.
     The largest one and that at the pitch point leave out positions with a tip corner or
     a kink of a flank in contact, where a pressure has no limit and follows the contact
     grid; the column max_pressure_Pa has all positions.

@@ -65,6 +65,7 @@ class Setting:
     parse, write : convert text to a value and back, where types do not say how
     several : whether the option is repeated for a tuple of values that are read, of
         which a text may give more than one, as a tuple
+    one_or_list : whether one number is a list of one, or such a list is the number
     """
 
     text: str = ""
@@ -77,6 +78,7 @@ class Setting:
     flags: tuple[tuple[str, Any, str], ...] = ()
     reads: bool = False
     several: bool = False
+    one_or_list: bool = False
     parse: Callable[[str], Any] | None = None
     write: Callable[[Any], str] = str  # of floats to the last bit
 
@@ -259,16 +261,13 @@ def to_argv(settings: Any, group: SettingsGroup | None = None) -> list[str]:
     return [*places, *options]
 
 
-def _as_declared(value: Any, declared: Setting, default: Any) -> Any:
+def _one_or_list(value: Any, several: bool) -> Any:
     """One number for a setting of several, and the only one of a list for one."""
-    if isinstance(value, bool):
-        return value
-    if declared.several:
-        return (value,) if isinstance(value, int | float) else value
-    takes_one = declared.parse is None and not isinstance(default, tuple)
-    if takes_one and isinstance(value, list | tuple) and len(value) == 1:
-        return value[0]
-    return value
+    if several:
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        return (value,) if is_number else value
+    is_list = isinstance(value, list | tuple) and len(value) == 1
+    return value[0] if is_list else value
 
 
 def options_of(group: SettingsGroup) -> dict[str, str]:
@@ -553,8 +552,9 @@ class Study:
         value, declared = getattr(self, member.name), member.declared
         if not isinstance(declared, Setting):
             return value
-        value = _as_declared(value, declared, member.default)
-        object.__setattr__(self, member.name, value)
+        if declared.one_or_list:
+            value = _one_or_list(value, declared.several)
+            object.__setattr__(self, member.name, value)
         if declared.parse is None:
             return value
         if declared.several and isinstance(value, list | tuple):

@@ -248,6 +248,7 @@ def torque_setting() -> Any:
         None,
         "Torque on the input gear [N\u00a0m]. [default: middle load case of the gear "
         "set]",
+        one_or_list=True,
     )
 
 
@@ -264,6 +265,7 @@ def torques_setting(gear: str = "input gear") -> Any:
         metavar="A:B:STEP",
         parse=_torques,
         several=True,
+        one_or_list=True,
     )
 
 

@@ -246,17 +246,17 @@ def averages_of_modes(system: LumpedSystem, modes: Modes) -> list[float | None]:
     """
     from scipy.optimize import linear_sum_assignment
 
-    own, moving = system.modes, system.moving
+    rigid, moving = system.modes, system.moving
     bodies = require_present(system.contacts, "coupled model").body_modes
-    hubs, of_bodies = np.split(modes.shapes, [own.coordinates.mass.size])
+    hubs, of_bodies = np.split(modes.shapes, [rigid.coordinates.mass.size])
     # mean motions of hubs and bodies, in which the momentum is that of rigid gears
-    mean = own.shapes.T @ (own.coordinates.mass[:, None] * hubs)
+    mean = rigid.shapes.T @ (rigid.coordinates.mass[:, None] * hubs)
     mean[moving] += bodies.coupling.T @ of_bodies
-    alike = mean**2
-    of_own, of_loaded = linear_sum_assignment(-alike)
+    likeness = mean**2
+    of_rigid, of_loaded = linear_sum_assignment(-likeness)
     averages: list[float | None] = [None] * modes.frequency_Hz.size
-    for i, j in zip(of_own.tolist(), of_loaded.tolist(), strict=True):
-        averages[j] = float(own.frequency_Hz[i])
+    for i, j in zip(of_rigid.tolist(), of_loaded.tolist(), strict=True):
+        averages[j] = float(rigid.frequency_Hz[i])
     return averages
 
 

@@ -43,10 +43,28 @@ def test_other_types_are_refused_by_name(function, name, value):
 def test_arrays_without_a_length_are_no_lists():
     gears = fegear.load_gear_set("liu-pair")
     for study in (fegear.Sweep, fegear.Dynamics):
-        with pytest.raises(ValueError, match="torque must be a tuple"):
-            study(gear_set=gears, torque=np.array(100.0), speeds=[2000.0])
+        with pytest.raises(ValueError, match="speeds must be a tuple"):
+            study(gear_set=gears, torque=100.0, speeds=np.array(2000.0))
     with pytest.raises(ValueError, match="torques must be a list"):
         fegear.solve_mesh(gears, torques=np.array(100.0))
+
+
+def test_one_torque_is_a_list_of_one_and_the_other_way_round():
+    gears = fegear.load_gear_set("liu-pair")
+    for torque in (240.0, 240, np.array(240.0), [240.0], np.array([240.0])):
+        assert fegear.Sweep(gear_set=gears, torque=torque).torque == (240.0,)
+        assert fegear.Motion(gear_set=gears, torque=torque, speed=1e3).torque == 240.0
+    with pytest.raises(ValueError, match="torque must be"):
+        fegear.Motion(gear_set=gears, torque=[240.0, 250.0], speed=1e3)
+    with pytest.raises(ValueError, match="torque must be"):
+        fegear.Sweep(gear_set=gears, torque=True)
+
+
+def test_names_of_commands_say_which_study_theirs_is():
+    with pytest.raises(AttributeError, match="`fegear modes` is NaturalModes"):
+        _ = fegear.Modes
+    with pytest.raises(AttributeError, match=r"no attribute 'Nothing'$"):
+        _ = fegear.Nothing
 
 
 def test_numbers_of_numpy_are_numbers():

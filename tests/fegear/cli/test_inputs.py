@@ -1536,6 +1536,7 @@ KEYS: dict[str, Key] = {
     "mesh.center_distance_mm": Key(43.3, TEETH),
     "mesh.operating_pressure_angle_deg": Key(23.8, TEETH),
     "mesh.contact_ratio": Key(1.2, (*TEETH, ONE_SWEEP)),
+    "mesh.tip_shortening": Key(True, TEETH),
     "mesh.phase": Key(0.3, (ONE_SWEEP, MOVING), TRAIN, entry=2),
     "mesh.center_line_deg": Key(70.0, (PLANE, ONE_SWEEP, MOVING), TRAIN, entry=2),
     "mesh.backlash_um": Key(1.0, (HARD,)),

@@ -137,7 +137,12 @@ def test_vtu_holds_all_fields_with_their_units(tmp_path):
     assert mesh.point_data["displacement_m"].shape == (len(mesh.points), 3)
     assert set(np.unique(mesh.cell_data["gear"][0])) == {0, 1}
     x, y, xy = (mesh.point_data[f"stress_{c}_Pa"] for c in ("xx", "yy", "xy"))
-    expected = np.sqrt(x**2 + y**2 - x * y + 3.0 * xy**2)
+    z = mesh.point_data["stress_zz_Pa"]
+    squares = (x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2
+    expected = np.sqrt(0.5 * squares + 3.0 * xy**2)
+    strain = np.abs(z - 0.3 * (x + y)) < 1e-3 * np.abs(x + y)
+    assert strain.any()  # beside the contact
+    assert (z == 0.0).any()  # far from it
     np.testing.assert_allclose(mesh.point_data["von_mises_Pa"], expected, rtol=1e-9)
 
 
@@ -366,7 +371,9 @@ def test_teeth_that_no_load_leaves_in_mesh_are_not_drawn(tmp_path):
 def test_render_says_what_it_drew(tmp_path):
     path = tmp_path / "contact.png"
     arguments = ("render", "liu-pair", "--resolution", "coarse", "--position", "0.5")
-    drawn, largest, written = printed(*arguments, "-o", path).splitlines()[-4:-1]
+    lines = printed(*arguments, "-o", path).splitlines()
+    drawn, largest, plane, written = lines[-5:-1]
+    assert plane == "beside a contact they are those of plane strain"
     assert "liu-pair" in drawn
     assert re.match(r"largest von Mises stress in view: \w+ \d+ MPa, \w+ \d+", largest)
     assert largest.endswith(" MPa")

@@ -66,17 +66,17 @@ def test_tips_are_shortened_as_in_tables():
     for gear_set, clearance in ((plain, 0.558), (short, 0.75)):
         (figures,) = gear_set_figures(gear_set)["meshes"]
         for flank in figures["flanks"]:
-            found = flank["tip_root_clearance_mm"]
-            assert found == pytest.approx(clearance, abs=5e-4)
+            value = flank["tip_root_clearance_mm"]
+            assert value == pytest.approx(clearance, abs=5e-4)
     assert short.meshes[0].pair.contact_ratio < plain.meshes[0].pair.contact_ratio
     assert sum("not shortened; tip_shortening" in s for s in plain.inferences) == 2
     assert sum("shortened by 0.1919 mm" in s for s in short.inferences) == 2
 
 
 def test_shortening_that_changes_nothing_is_refused():
-    given = pair(mesh={"tip_shortening": True}, addendum_mm=3.0)
+    tables = pair(mesh={"tip_shortening": True}, addendum_mm=3.0)
     with pytest.raises(InputError, match="tip_shortening = true; changes nothing, as"):
-        make_gear_set(given)
+        make_gear_set(tables)
     with pytest.raises(InputError, match="tip_shortening = true; is that of external"):
         make_gear_set(ring(mesh={"tip_shortening": True}))
 

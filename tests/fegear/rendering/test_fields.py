@@ -177,7 +177,7 @@ def test_largest_shear_is_below_the_contact_where_hertz_has_it(scene):
     radii = pair.pitch_point, pair.line_of_action - pair.pitch_point
     R = hertz.effective_radius(*radii)
     steel = hertz.Material(206e9, 0.3)
-    modulus = hertz.effective_modulus(steel, steel, "stress")
+    modulus = hertz.effective_modulus(steel, steel, "strain")
     b = float(hertz.half_width(load.normal.sum(), R, modulus))
     peak = float(hertz.peak_pressure(load.normal.sum(), R, modulus))
     centre = load.normal @ load.driver_arcs / load.normal.sum()

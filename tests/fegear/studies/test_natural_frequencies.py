@@ -53,22 +53,22 @@ def studies_of(gear_set, torque: float):
 def test_every_command_has_the_same(number):
     gear_set = random_gear_set(number)
     (torque,) = gear_set.meshes[0].torques
-    found = {
+    summaries = {
         name: fegear.run(study).summary
         for name, study in studies_of(gear_set, torque).items()
     }
-    model = found.pop("export")
-    expected = found["modes"]["natural_frequencies_Hz"]
+    model = summaries.pop("export")
+    expected = summaries["modes"]["natural_frequencies_Hz"]
     assert expected
-    for name, summary in found.items():
+    for name, summary in summaries.items():
         assert summary["natural_frequencies_Hz"] == pytest.approx(expected), name
         if name != "modes":
-            words = f"about the loaded state at {torque:g} N m"
-            assert summary["natural_frequencies"] == words
+            text = f"about the loaded state at {torque:g} N m"
+            assert summary["natural_frequencies"] == text
     exported = np.array(model["natural_frequency_Hz"])
     for frequency in expected:
         assert np.abs(exported - frequency).min() < 1e-9 * frequency
-    averages = [mode["average_frequency_Hz"] for mode in found["modes"]["modes"]]
+    averages = [mode["average_frequency_Hz"] for mode in summaries["modes"]["modes"]]
     system = lumped_system(gear_set, torque, SPRINGS)
     assert sorted(f for f in averages if f is not None) == pytest.approx(
         sorted(system.modes.frequency_Hz), abs=1e-6

@@ -11,7 +11,7 @@ from fegear.cli import run
 from fegear.files.errors import InputError
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.studies.axes import parsed_axis
-from fegear.studies.responses import SHOWN_FREQUENCIES, _first_frequencies
+from fegear.studies.headings import SHOWN_FREQUENCIES, first_frequencies
 from fegear.studies.trains import GearSetRef
 from validation.studies.budget import Ablation
 
@@ -40,9 +40,9 @@ def test_one_position_is_refused(capsys):
 
 def test_only_the_first_natural_frequencies_are_printed():
     few = [100.0 * n for n in range(1, SHOWN_FREQUENCIES + 1)]
-    assert _first_frequencies(few).endswith(f"{few[-1]:.1f}")
-    text = _first_frequencies([*few, 1e4, 1e5])
-    assert text == f"{_first_frequencies(few)} and 2 more, all by --json"
+    assert first_frequencies(few).endswith(f"{few[-1]:.1f}")
+    text = first_frequencies([*few, 1e4, 1e5])
+    assert text == f"{first_frequencies(few)} and 2 more, all by --json"
 
 
 def test_bifurcations_over_the_speed_of_rotation():
