@@ -195,8 +195,7 @@ def test_no_setting_passes_unchecked(kind, name, hint):
     for wrong in wrong_values(hint):
         as_one = wrong is not True and wrong in (1.0, [2.0])
         if as_one and getattr(declared, "one_or_list", False):
-            assert replace(good, **{name: wrong}) is not None
-            continue
+            continue  # see test_arguments
         with pytest.raises(ValueError, match=rf"\b{name}\b"):
             replace(good, **{name: wrong})
 
