@@ -25,6 +25,7 @@ INDEFINITE_RTOL = 1e-12  # of the largest stiffness: a negative one that is roun
 # Part of the largest eigenvalue below which one is zero, or its real part is; double
 # zeros are known to the root of round-off alone
 ZERO_RTOL = 1e-6
+SOFT_RTOL = 1e-14  # of the largest stiffness, below which one is round-off
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,13 +165,17 @@ def _eigenvalues(
     squares, axes = np.linalg.eigh(stiffness)
     if _is_indefinite(squares):
         return _general_eigenvalues(stiffness, skew)
-    n, zeros = len(stiffness), int(free.sum())
+    # so soft a mode has the same round-off as a free motion
+    soft = squares < SOFT_RTOL * squares.max()
+    at_rest = np.eye(len(stiffness), dtype=complex)[:, free]
+    if soft.sum() > free.sum():
+        at_rest = axes[:, soft].astype(complex)
+    n, zeros = len(stiffness), at_rest.shape[1]
     root = axes * np.sqrt(np.maximum(squares, 0.0))  # L
     matrix = np.block([[np.zeros((n, n)), root.T], [-root, -skew]])
     angular, states = np.linalg.eigh(-1j * matrix)
     # the eigenvalues are pairs of opposite sign
     angular, velocities = angular[n + zeros :], states[n:, n + zeros :]
-    at_rest = np.eye(n, dtype=complex)[:, free]
     values = np.concatenate([np.zeros(zeros), angular])
     return 1j * values, np.concatenate([at_rest, velocities / (1j * angular)], axis=1)
 
