@@ -400,7 +400,8 @@ def test_structure_of_the_matrices(one, other, speed, stiffness, angle):
     assert (modes.frequency > 0.0).all()
 
 
-# frequencies from 2 to 24 000 Hz, of which the highest has 8 digits
+# A shaft whose six lowest natural frequencies reach from 2 to 29 000 Hz. Of the higher
+# ones eight digits are right.
 STIFF_ABOVE_SOFT = (
     [(0.05, 0.19987171959352515)],
     ((1e5, 1e5), (229713790.5215998, 1e7)),
