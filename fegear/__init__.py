@@ -88,6 +88,8 @@ _HOMES = {
     "solve_mesh": "fegear.statics.solving",
     "solve_stress": "fegear.rendering.pictures",
     "run": "fegear.studies.running",
+    "to_opentorsion": "fegear.train.other_programs",
+    "to_ross": "fegear.train.other_programs",
     **{name: home_of(module) for module, name, _ in STUDIES.values()},
 }
 __all__ = ["__version__", *_HOMES]

@@ -237,3 +237,77 @@ def as_json(tree: dict[str, Any]) -> str:
 def _json_type(value: Any) -> str:
     names = {int: "integer", float: "floating_point", list: "floating_point_array"}
     return names.get(type(value), "string")
+
+
+class RexsParts:
+    """Components and relations of a REXS file, added one by one."""
+
+    def __init__(self) -> None:
+        self.components: list[dict[str, Any]] = []
+        self.relations: list[dict[str, Any]] = []
+        self.planets: list[int] = []
+
+    def component(self, kind: str, name: str, *attributes: dict[str, Any]) -> int:
+        number = len(self.components) + 1
+        self.components.append(
+            {"id": number, "type": kind, "name": name, "attributes": [*attributes]}
+        )
+        return number
+
+    def relate(self, kind: str, **roles: int) -> None:
+        refs = [{"id": number, "role": role} for role, number in roles.items()]
+        number = len(self.relations) + 1
+        self.relations.append({"id": number, "type": kind, "refs": refs})
+
+    def shaft(self, name: str, diameter: float, *attributes: dict[str, Any]) -> int:
+        """A shaft of one section, outside which gears are."""
+        shaft = self.component("shaft", name, *attributes)
+        section = self.component(
+            "shaft_section",
+            name,
+            attribute("u_coordinate_on_shaft", 0.0, "mm"),
+            attribute("length", 50.0, "mm"),
+            attribute("outer_diameter_begin", diameter, "mm"),
+        )
+        self.relate("assembly", assembly=shaft, part=section)
+        return shaft
+
+    def gear(
+        self,
+        name: str,
+        teeth: int,
+        place: tuple[float, float],
+        shaft: int,
+        kind: str = "cylindrical_gear",
+    ) -> int:
+        """A spur gear of module 4 mm on a shaft; place : across the axis [mm]."""
+        gear = self.component(
+            kind,
+            name,
+            attribute("number_of_teeth", teeth),
+            attribute("normal_module", 4.0, "mm"),
+            attribute("helix_angle_reference_diameter", 0.0, "deg"),
+            attribute("face_width", 50.0, "mm"),
+            attribute("u_coordinate_on_shaft", 25.0, "mm"),
+            attribute("support_vector", [125.0, *place], "mm"),
+        )
+        self.relate("assembly", assembly=shaft, part=gear)
+        return gear
+
+    def change(self, name: str, key: str, value: Any) -> None:
+        """Another value of an attribute of components of a name."""
+        for component in self.components:
+            for entry in component["attributes"]:
+                if (component["name"], entry["id"]) == (name, key):
+                    entry["value"] = value
+
+    def tree(self) -> dict[str, Any]:
+        return {
+            "version": "1.4",
+            "applicationId": "test",
+            "applicationVersion": "1",
+            "date": "2024-01-01T00:00:00+00:00",
+            "relations": self.relations,
+            "components": self.components,
+            "load_spectrum": {"id": 1, "load_cases": []},
+        }

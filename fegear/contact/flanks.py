@@ -24,6 +24,7 @@ RELIEF = np.dtype(
     [("magnitude", "f8"), ("start", "f8"), ("end", "f8"), ("power", "f8")], align=True
 )
 MAX_KNOTS = 1000  # of a measured profile
+MAX_SPALLS = 8  # of a flank, as in `fegear.gearset.faults`
 # Deviations over the active profile from `middle` - `half_range` to its tip: crowning
 # and slope, and measured depths at `count` roll lengths with their slopes. Between
 # knots the depth is linear where `is_linear` is set, else cubic.
@@ -43,7 +44,7 @@ PROFILE = np.dtype(
     align=True,
 )
 # Spall of a flank between two roll lengths, where `share` of the face width is missing;
-# 0 where there is none.
+# 0 where there is none, in spalls those after the last.
 SPALL = np.dtype([("start", "f8"), ("end", "f8"), ("share", "f8")], align=True)
 # One flank; length and grading as in FlankCompliance. The tip corner is at the arc
 # tip_arc and the roll length corner_roll, 0 and tip_roll unless it is broken off.
@@ -67,7 +68,7 @@ FLANK = np.dtype(
         ("tip_relief", RELIEF),
         ("root_relief", RELIEF),
         ("profile", PROFILE),
-        ("spall", SPALL),
+        ("spalls", SPALL, (MAX_SPALLS,)),
     ],
     align=True,
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.gearset.faults import MAX_SPALLS
 from fegear.gearset.model import Relief
 from meshes import SpurGear
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 NO_RELIEF = (0.0, 0.0, 1.0, 1.0)
-NO_SPALL = (0.0, 0.0, 0.0)
+NO_SPALLS = [(0.0, 0.0, 0.0)] * MAX_SPALLS
 
 
 class PairTeeth(NamedTuple):
@@ -127,7 +128,7 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
             _relief_record(tip, gear.tip_roll_length),
             _relief_record(root, lowest[i]),
             profile_record(profiles[i], lowest[i], gear.tip_roll_length),
-            NO_SPALL,
+            NO_SPALLS,
         )
     tables = np.array([[c.normal, c.tangential] for c in compliances])
     return mesh[0], flanks, tables

@@ -312,8 +312,13 @@ def lay_nodes(constants, flanks, patch, nodes, extra_gap, half_width):
 @compiled_part
 def width_at(flank, s):
     """Share of the face width that a flank has at roll length s, 1 without spall."""
-    spall = flank.spall
-    return 1.0 - spall.share if spall.start <= s <= spall.end else 1.0
+    width = 1.0
+    for spall in flank.spalls:
+        if spall.share == 0.0:
+            break
+        if spall.start <= s <= spall.end:
+            width -= spall.share
+    return width
 
 
 @compiled_part

@@ -61,7 +61,7 @@ class ToothFaults:
     clockwise: int = 1
     cracked: Mapping[int, Crack] = field(default_factory=dict)
     damaged: frozenset[int] = frozenset()
-    spalls: Mapping[int, FlankSpall] = field(default_factory=dict)
+    spalls: Mapping[int, tuple[FlankSpall, ...]] = field(default_factory=dict)
     profiles: Mapping[int, FlankProfile] = field(default_factory=dict)
     corners: Mapping[int, float] = field(default_factory=dict)
     missing: frozenset[int] = frozenset()
@@ -127,8 +127,8 @@ class ToothFaults:
 
         lowest : roll length of the lowest point of contact [m]
         """
-        if tooth in self.spalls:
-            flank.spall = tuple(self.spalls[tooth])
+        for n, spall in enumerate(self.spalls.get(tooth, ())):
+            flank.spalls[n] = spall
         if tooth in self.profiles:
             profile = self.profiles[tooth]
             flank.profile = profile_record(profile, lowest, flank.tip_roll)

@@ -13,6 +13,7 @@ FILE_KINDS = {
     "gear-set": ("fegear.gearset.schema", "Document"),
     "machine": ("fegear.rattle.machines", "MachineFile"),
     "gearbox": ("fegear.clatter.gearboxes", "GearboxFile"),
+    "bearing": ("fegear.gearset.bearing_file", "BearingFile"),
 }
 # by the end of a key or of a column, longer ends first
 UNITS = {

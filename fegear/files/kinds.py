@@ -14,12 +14,14 @@ SIGNS = {
     "machine": ("machine",),
     "gearbox": ("wheel",),
     "case": ("gear_set", "metric"),
+    "bearing": ("ball_bearing", "roller_bearing"),
 }
 READ_BY = {
     "gear-set": "`fegear stiffness` and `fegear sweep` read",
     "machine": "`fegear rattle critical` and `fegear rattle basin` read",
     "gearbox": "`fegear clatter` reads",
     "case": "`fegear validate` reads",
+    "bearing": "`fegear bearing` reads",
 }
 REXS = "a REXS file, which `fegear new` reads"
 MESH_TABLE = "a table, such as `fegear sweep` reads of meshes"

@@ -6,7 +6,7 @@ from importlib import resources
 
 # by kind, the package with its file in the folder `templates`; see `register_template`
 TEMPLATES = dict.fromkeys(
-    ("pair", "idler", "counter-shaft", "planetary", "machine", "gearbox"),
+    ("pair", "idler", "counter-shaft", "planetary", "machine", "gearbox", "bearing"),
     "fegear.files",
 )
 

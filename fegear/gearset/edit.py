@@ -49,6 +49,18 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     return copy
 
 
+def with_values(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a file without lists, with values set by `table.key`.
+
+    Whether there is such a key is for the file's schema to say.
+    """
+    changed = dict(tables)
+    for name, value in edits.items():
+        table, _, key = name.partition(".")
+        changed[table] = {**changed.get(table, {}), key: value}
+    return changed
+
+
 def _set_all(tables: dict[str, Any], edits: Mapping[str, Any]) -> None:
     """Set values in order, then complete reliefs and take away what has no size."""
     for name, value in edits.items():

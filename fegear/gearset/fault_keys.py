@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Protocol, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
 
-from fegear.gearset.faults import MAX_WIDTH_SHARE
+from fegear.gearset.faults import MAX_SPALLS, MAX_WIDTH_SHARE
 from fegear.gearset.modifications import Interpolation
 
 Item = TypeVar("Item")
@@ -57,7 +57,7 @@ class CrackEntry(FaultEntry):
 
 
 class SpallEntry(FaultEntry):
-    """spalls of a gear."""
+    """spalls of a gear; several may be on one tooth, also side by side."""
 
     tooth: ToothNumber = Field(description=TOOTH)
     start_roll_angle_deg: RollAngle = Field(
@@ -80,6 +80,10 @@ class SpallEntry(FaultEntry):
                 f"{start:g}"
             )
         return self
+
+    def covers(self, angle: float) -> bool:
+        """Whether the spall is at a roll angle [deg]."""
+        return self.start_roll_angle_deg <= angle <= self.end_roll_angle_deg
 
 
 class BrokenTipEntry(FaultEntry):
@@ -209,7 +213,7 @@ def require_faults(gear: HasFaults) -> None:
     _require_once("missing_teeth", gear.missing_teeth)
     roots = [f"{crack.tooth} at the {crack.root} root" for crack in gear.cracks]
     _require_once("cracks", roots)
-    _require_once("spalls", [spall.tooth for spall in gear.spalls])
+    _require_width(gear.spalls)
     _require_once("broken_tips", [tip.tooth for tip in gear.broken_tips])
     _require_once("worn_teeth", [wear.tooth for wear in gear.worn_teeth])
     if gear.eccentricity_angle_deg and not gear.eccentricity_um:
@@ -235,6 +239,27 @@ def _require_present(
                 f"{key} entry {position}.tooth = {number}; must not be one of "
                 "missing_teeth"
             )
+
+
+def _require_width(spalls: Sequence[SpallEntry]) -> None:
+    """Require that spalls side by side on a tooth leave a part of its width."""
+    of_teeth: dict[int, list[SpallEntry]] = {}
+    for position, spall in enumerate(spalls, 1):
+        others = of_teeth.setdefault(spall.tooth, [])
+        others.append(spall)
+        if len(others) > MAX_SPALLS:
+            raise ValueError(
+                f"spalls: tooth {spall.tooth} has {len(others)}; at most {MAX_SPALLS} "
+                "are allowed"
+            )
+        for start in (other.start_roll_angle_deg for other in others):
+            missing = sum(o.width_share for o in others if o.covers(start))
+            if missing > MAX_WIDTH_SHARE:
+                raise ValueError(
+                    f"spalls entry {position}: at {start:g} deg of roll angle spalls "
+                    f"of tooth {spall.tooth} take {missing:g} of the width; at most "
+                    f"{MAX_WIDTH_SHARE:g}"
+                )
 
 
 def _require_once(key: str, teeth: Iterable[int | str | None]) -> None:

@@ -25,6 +25,7 @@ FaultKind = Literal[
     "cracks", "spalls", "broken_tips", "missing", "worn", "eccentricity"
 ]
 FAULT_KINDS: tuple[FaultKind, ...] = get_args(FaultKind)
+MAX_SPALLS = 8  # of a tooth
 MAX_WIDTH_SHARE = 0.95  # of the face width, what a spall takes at most
 
 
@@ -148,9 +149,6 @@ class Faults:
     def cracks_of(self, tooth: int) -> tuple[ToothCrack, ...]:
         """Cracks of a tooth, one root or both."""
         return tuple(crack for crack in self.cracks if crack.tooth == tooth)
-
-    def spall_of(self, tooth: int) -> Spall | None:
-        return next((spall for spall in self.spalls if spall.tooth == tooth), None)
 
     def broken_height(self, tooth: int) -> float:
         """Height of a tooth's broken tip, 0 without."""

@@ -8,7 +8,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from fegear.files.codes import with_code
-from fegear.gearset.model import Gear, GearSet, Mesh
+from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.placing import layout
 from meshes.internal import InternalGear
 
@@ -40,7 +40,7 @@ def gear_set_warnings(gear_set: GearSet) -> Iterator[str]:
     yield from _overlap_warnings(gear_set)
     for number, mesh in enumerate(gear_set.meshes, start=1):
         yield from undercut_warnings(number, mesh.pair)
-        yield from backlash_warnings(number, mesh)
+    yield from _backlash_warnings(gear_set)
 
 
 def _thickness_warnings(gear: Gear) -> Iterator[str]:
@@ -143,15 +143,15 @@ def undercut_warnings(number: int, pair: GearPair) -> Iterator[str]:
         )
 
 
-def backlash_warnings(number: int, mesh: Mesh) -> Iterator[str]:
-    """A line for a mesh whose teeth jam; number : of the mesh, from 1."""
-    if mesh.backlash > 0.0:
-        return
-    yield with_code(
-        "W55",
-        f"mesh {number}: no backlash, the teeth jam in motion; set backlash_um, or "
-        "center_distance_mm and tooth_thinning_um",
-    )
+def _backlash_warnings(gear_set: GearSet) -> Iterator[str]:
+    """A line for the meshes whose teeth jam."""
+    tight = [n for n, mesh in enumerate(gear_set.meshes, 1) if not mesh.backlash > 0.0]
+    if tight:
+        where = "mesh " if len(tight) == 1 else "meshes "
+        where += ", ".join(map(str, tight))
+        text = "no backlash, the teeth jam in motion; set backlash_um, or"
+        keys = "center_distance_mm and tooth_thinning_um"
+        yield with_code("W55", f"{where}: {text} {keys}")
 
 
 def _planes(gear_set: GearSet) -> list[set[int]]:

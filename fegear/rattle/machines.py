@@ -15,6 +15,7 @@ from pydantic import Field, ValidationError, model_validator
 from fegear.files.errors import InputError
 from fegear.files.kinds import require_kind
 from fegear.files.output import read_text
+from fegear.gearset.edit import with_values
 from fegear.gearset.problems import first_problem
 from fegear.gearset.read import builtin_names, parsed_toml, path_of
 from fegear.gearset.schema import (
@@ -249,7 +250,7 @@ def load_machine(
     else:
         text = read_text(path_of(name_or_path, "machine", names))
     try:
-        return _named(_edited(parsed_toml(text), edits or {}), changes or {})
+        return _named(with_values(parsed_toml(text), edits or {}), changes or {})
     except (InputError, ValueError) as error:
         raise InputError(f"{name_or_path}: {error}") from None
 
@@ -262,13 +263,6 @@ def machine_names() -> list[str]:
 
 def _folder() -> Traversable:
     return resources.files("fegear.rattle") / "machines"
-
-
-def _edited(tables: dict[str, Any], edits: Mapping[str, Any]) -> dict[str, Any]:
-    for name, value in edits.items():
-        table, _, key = name.partition(".")
-        tables = tables | {table: {**tables.get(table, {}), key: value}}
-    return tables
 
 
 def _named(tables: dict[str, Any], changes: Mapping[str, Any]) -> NamedMachine:

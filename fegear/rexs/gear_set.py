@@ -19,13 +19,16 @@ from fegear.rexs.geometry import (
 )
 from fegear.rexs.left_out import parts_left_out, speeds_left_out
 from fegear.rexs.model import Component, RexsModel
-from fegear.rexs.stages import RexsGearbox, Stage, ratios_from_input
+from fegear.rexs.planetary import PlanetaryStage, planetary_stage
+from fegear.rexs.stages import RexsGearbox, Stage, is_internal, ratios_from_input
 
+NO_TORQUE = "torque: none is stated; add [load], or give it to commands"
 SHIFT_TOLERANCE = 1e-3  # of profile shifts that a file states twice
 SHIFT = ("addendum_modification_coefficient", "profile_shift_coefficient")
-TOOLS = ("rack_shaped_tool",)
+TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")  # of external, internal gears
 # of the reference diameter, of a bore that the file does not state
 DEFAULT_HUB = 0.6
+DEFAULT_RIM_MODULES = 3.0  # between root and outside of an internal gear
 MIN_RIM_MODULES = 1.0  # between bore and root, of a bore that is a shaft's diameter
 
 
@@ -56,11 +59,17 @@ class _Conversion:
             raise InputError(f"{gear.label}: attribute normal_module is missing")
         teeth = gear.require_integer("number_of_teeth")
         entry: dict[str, Any] = {"name": name, "teeth": teeth, "module_mm": module}
+        if is_internal(gear):
+            entry |= {"teeth": abs(teeth), "internal": True}
         entry |= self._pressure_angle(gear, sources)
         entry |= self._shift(gear, sources, module)
         entry |= self._tip(gear, sources)
         entry |= self._root(gear, sources, entry)
         entry["face_width_mm"] = gear.require_quantity("face_width", "length")
+        if is_internal(gear):
+            entry["rim_radius_mm"] = self._rim(gear, entry)
+            self.assumed.append(f"tooth thickness of {gear.label}: without thinning")
+            return entry | self._material(gear)
         entry["hub_diameter_mm"] = self._hub(gear, entry)
         return entry | self._span(gear, sources, entry) | self._material(gear)
 
@@ -126,12 +135,14 @@ class _Conversion:
     def _tip(self, gear: Component, sources: list[Component]) -> dict[str, float]:
         tip = self._first(sources, "tip_diameter", "length")
         if tip is None:
+            where = "one module inside" if is_internal(gear) else "above"
+            modules = "" if is_internal(gear) else "1 + profile shift modules "
             self.assumed.append(
-                f"tip of {gear.label}: 1 + profile shift modules above the reference "
-                "circle, not stated"
+                f"tip of {gear.label}: {modules}{where} the reference circle, not "
+                "stated"
             )
             return {}
-        return {"tip_diameter_mm": tip}
+        return {"tip_diameter_mm": abs(tip)}
 
     def _root(
         self, gear: Component, sources: list[Component], entry: dict[str, Any]
@@ -145,10 +156,14 @@ class _Conversion:
         if "dedendum_mm" not in result and root is not None:
             reference = 0.5 * module * entry["teeth"]
             shift = module * entry.get("profile_shift", 0.0)
-            result["dedendum_mm"] = reference + shift - 0.5 * root
+            outward = reference - 0.5 * abs(root)
+            result["dedendum_mm"] = shift + (-outward if is_internal(gear) else outward)
+        if tool is not None and is_internal(gear):
+            result["cutter_teeth"] = tool.require_integer("number_of_teeth")
         if "dedendum_mm" not in result:
+            kind = TOOLS[is_internal(gear)]
             self.assumed.append(
-                f"dedendum of {gear.label}: 1.25 modules, no rack_shaped_tool with "
+                f"dedendum of {gear.label}: 1.25 modules, no {kind} with "
                 "addendum_coefficient_reference_profile, and no root_diameter"
             )
         return result
@@ -159,7 +174,8 @@ class _Conversion:
             *parts("reference", "origin", gear.number, "referenced"),
             *parts("", "workpiece", gear.number, "tool"),
         ]
-        return next((tool for tool in tools if tool.kind in TOOLS), None)
+        kind = TOOLS[is_internal(gear)]
+        return next((tool for tool in tools if tool.kind == kind), None)
 
     def _hub(self, gear: Component, entry: dict[str, Any]) -> float:
         """Diameter of the bore: that of the shaft, where it leaves a rim."""
@@ -181,6 +197,19 @@ class _Conversion:
             f"bore of {gear.label}: {DEFAULT_HUB:g} of the reference diameter, {reason}"
         )
         return DEFAULT_HUB * reference
+
+    def _rim(self, gear: Component, entry: dict[str, Any]) -> float:
+        """Outer radius of an internal gear: its shaft's, where that leaves a rim."""
+        module = entry["module_mm"]
+        root = 0.5 * module * entry["teeth"] + entry.get("dedendum_mm", 1.25 * module)
+        diameter = self._shaft_diameter(gear)
+        if diameter is not None and 0.5 * diameter >= root + MIN_RIM_MODULES * module:
+            return 0.5 * diameter
+        self.assumed.append(
+            f"outer radius of {gear.label}: {DEFAULT_RIM_MODULES:g} modules outside "
+            "the root, no shaft_section there"
+        )
+        return float(root + DEFAULT_RIM_MODULES * module)
 
     def _shaft_diameter(self, gear: Component) -> float | None:
         """Outer diameter of the shaft at the middle of the gear."""
@@ -277,9 +306,7 @@ class _Conversion:
         self.assumed.append(f"input: gear {names[gear.number]}, by {spur.rule}")
         torques = self._input_torques()
         if not torques:
-            self.assumed.append(
-                "torque: none is stated; add [load], or give it to commands"
-            )
+            self.assumed.append(NO_TORQUE)
             return {}
         return {"load": {"gear": names[gear.number], "torques_Nm": torques}}
 
@@ -311,13 +338,90 @@ class _Conversion:
                     break
         return abs(total)
 
+    def planetary(self, stage: PlanetaryStage, names: list[str]) -> dict[str, Any]:
+        """Tables of a planetary stage and of its load; names : of its gears."""
+        roles = stage.roles(self.assumed)
+        keys: dict[str, Any] = dict(zip(("sun", "planet", "ring"), names, strict=True))
+        keys |= {"planets": len(stage.planets), **roles}
+        keys["center_distance_mm"] = self._center_distance(stage)
+        if positions := stage.positions_deg():
+            keys["positions_deg"] = positions
+        driver = roles["input"]
+        torques = [
+            sum(self._torque_on(axis, case) for axis in stage.axes[driver])
+            for case in self.gearbox.model.load_cases or [{}]
+        ]
+        tables: dict[str, Any] = {"planetary": [keys]}
+        if stated := list(dict.fromkeys(t for t in torques if t > 0.0)):
+            gear = keys.get(driver, "carrier")
+            return tables | {"load": {"gear": gear, "torques_Nm": stated}}
+        self.assumed.append(NO_TORQUE)
+        return tables
+
+    def _center_distance(self, stage: PlanetaryStage) -> float:
+        """That of all meshes; InputError where they differ."""
+        stated = {
+            mesh.component.label: mesh.component.require_quantity(
+                "center_distance", "length"
+            )
+            for mesh in stage.stages
+        }
+        (first, distance), *others = stated.items()
+        for label, other in others:
+            if not math.isclose(other, distance, rel_tol=1e-9):
+                raise InputError(
+                    f"{label}: center_distance = {other:g}; must be that of {first}, "
+                    f"{distance:g}"
+                )
+        return distance
+
 
 def convert_gearbox(model: RexsModel, source: str, name: str) -> RexsGearSet:
-    """The spur stages of a model as a gear-set file.
+    """The spur stages of a model, or its planetary stage, as a gear-set file.
 
     source : name of the REXS file; name : of the gear set
     """
     gearbox = RexsGearbox(model)
+    try:
+        _ = gearbox.spur_stages
+    except InputError as error:
+        if not model.of_kind("planetary_stage"):
+            raise
+        try:
+            return _planetary(gearbox, source, name)
+        except InputError as other:
+            raise InputError(f"{error}; {other}") from None
+    return _spur(gearbox, source, name)
+
+
+def _planetary(gearbox: RexsGearbox, source: str, name: str) -> RexsGearSet:
+    stage, others = planetary_stage(gearbox)
+    convert = _Conversion(gearbox)
+    names = [*_names([stage.sun, stage.ring]).values()]
+    names.insert(1, stage.planet_name or "planet")
+    if len({*names}) < len(names):
+        names = ["sun", "planet", "ring"]
+    gears = [convert.gear(g, n) for g, n in zip(stage.gears, names, strict=True)]
+    tables = {"gear": gears, **convert.planetary(stage, names)}
+    axis = stage.axes[tables["planetary"][0]["input"]]
+    inside = {mesh.component.number for mesh in stage.stages}
+    left_out = (
+        *others,
+        *(
+            f"{mesh.component.label}: beside the planetary stage"
+            for mesh in gearbox.all_stages
+            if mesh.component.number not in inside
+        ),
+        *parts_left_out(gearbox, stage.stages),
+        *(line for number in axis for line in speeds_left_out(gearbox, number)),
+    )
+    labels = {"[[gear]]": [gear.label for gear in stage.gears]}
+    labels["[[planetary]]"] = [stage.component.label]
+    about = f"Planetary stage of {source}, REXS {gearbox.model.version}"
+    return _gear_set(name, about, tables, convert.assumed, left_out, labels)
+
+
+def _spur(gearbox: RexsGearbox, source: str, name: str) -> RexsGearSet:
     spur, convert = gearbox.spur_stages, _Conversion(gearbox)
     names = _names(spur.gears)
     gears = [convert.gear(gear, names[gear.number]) for gear in spur.gears]
@@ -326,15 +430,31 @@ def convert_gearbox(model: RexsModel, source: str, name: str) -> RexsGearSet:
     if shafts := list(convert.shafts(names)):
         tables["shaft"] = shafts
     tables |= convert.load(names)
-    heading = {
-        "name": name,
-        "description": f"Spur stages of {source}, REXS {model.version}",
-        "inferences": convert.assumed,
+    left_out = (
+        *spur.left_out,
+        *parts_left_out(gearbox, spur.stages),
+        *speeds_left_out(gearbox, spur.input_axis),
+    )
+    labels = {
+        "[[gear]]": [gear.label for gear in spur.gears],
+        "[[mesh]]": [stage.component.label for stage in spur.stages],
     }
-    left_out = (*spur.left_out, *parts_left_out(gearbox), *speeds_left_out(gearbox))
-    text = toml_text(heading | tables)
-    text = _commented(text, gearbox, convert.assumed, left_out)
-    return RexsGearSet(text, tuple(convert.assumed), left_out)
+    about = f"Spur stages of {source}, REXS {gearbox.model.version}"
+    return _gear_set(name, about, tables, convert.assumed, left_out, labels)
+
+
+def _gear_set(
+    name: str,
+    description: str,
+    tables: dict[str, Any],
+    assumed: list[str],
+    left_out: tuple[str, ...],
+    labels: dict[str, list[str]],
+) -> RexsGearSet:
+    """The file of tables; labels : of the components, by the headings of tables."""
+    heading = {"name": name, "description": description, "inferences": assumed}
+    text = _commented(toml_text(heading | tables), assumed, left_out, labels)
+    return RexsGearSet(text, tuple(assumed), left_out)
 
 
 def _names(gears: list[Component]) -> dict[int, str]:
@@ -356,14 +476,13 @@ def _on_lines(assumed: Iterable[str]) -> Iterator[str]:
 
 
 def _commented(
-    text: str, gearbox: RexsGearbox, assumed: Iterable[str], left_out: tuple[str, ...]
+    text: str,
+    assumed: Iterable[str],
+    left_out: tuple[str, ...],
+    labels: dict[str, list[str]],
 ) -> str:
     """The file with what was left out, and the component of each table."""
-    spur = gearbox.spur_stages
-    labels = {
-        "[[gear]]": iter([gear.label for gear in spur.gears]),
-        "[[mesh]]": iter([stage.component.label for stage in spur.stages]),
-    }
+    components = {heading: iter(names) for heading, names in labels.items()}
     lines = [
         "# From a REXS file; `inferences` lists what was assumed. Left out of it:",
         *(f"# - {line}" for line in left_out or ["nothing"]),
@@ -371,7 +490,7 @@ def _commented(
         "",
     ]
     for line in text.splitlines():
-        if line in labels:
-            lines.append(f"# {next(labels[line])}")
+        if line in components:
+            lines.append(f"# {next(components[line])}")
         lines += [*_on_lines(assumed)] if line.startswith("inferences = ") else [line]
     return "\n".join(lines) + "\n"

@@ -73,12 +73,12 @@ class RexsGearbox:
 
     @cached_property
     def spur_stages(self) -> SpurStages:
-        """InputError where there is no spur stage."""
-        stages = self._all_stages()
+        """InputError where there is no spur stage, with the reason of each stage."""
+        stages = self.all_stages
         reasons = self._rejections(stages)
         spur = [s for s in stages if s.component.number not in reasons]
         if not spur:
-            raise InputError(f"no spur stage: {next(iter(reasons.values()))}")
+            raise InputError(f"no spur stage: {'; '.join(reasons.values())}")
         axis, rule = self._input(spur)
         reached = self._oriented(spur, axis)
         numbers = {stage.component.number for stage in reached}
@@ -89,7 +89,8 @@ class RexsGearbox:
         ]
         return SpurStages(tuple(reached), axis, rule, (*reasons.values(), *beyond))
 
-    def _all_stages(self) -> list[Stage]:
+    @cached_property
+    def all_stages(self) -> list[Stage]:
         """All pairs of gears that the model has, of any kind."""
         stages = []
         for relation in self.model.relations:
@@ -116,12 +117,12 @@ class RexsGearbox:
         reasons = {
             stage.component.number: reason
             for stage in stages
-            if (reason := _rejection(stage))
+            if (reason := rejection(stage))
         }
         planets = {
             gear.number
             for stage in stages
-            if any(_is_internal(gear) for gear in stage.gears)
+            if any(is_internal(gear) for gear in stage.gears)
             for gear in stage.gears
         }
         for stage in stages:
@@ -189,21 +190,24 @@ class RexsGearbox:
         return any(self.axis_of(gear) in reached for gear in stage.gears)
 
 
-def _is_internal(gear: Component) -> bool:
+def is_internal(gear: Component) -> bool:
     if gear.kind == "ring_gear":
         return True
     return (gear.quantity("number_of_teeth", "ratio") or 0.0) < 0.0
 
 
-def _rejection(stage: Stage) -> str:
-    """Why a stage is no spur stage of external gears, or nothing."""
+def rejection(stage: Stage, internal: bool = False) -> str:
+    """Why a stage is no spur stage, or nothing.
+
+    internal : whether an internal gear is allowed
+    """
     label = stage.component.label
     if stage.component.kind != "cylindrical_stage":
         return f"{label}: not a cylindrical_stage"
     for gear in stage.gears:
-        if _is_internal(gear):
+        if is_internal(gear) and not internal:
             return f"{label}: {gear.label} is an internal gear"
-        if gear.kind != "cylindrical_gear":
+        if gear.kind not in ("cylindrical_gear", "ring_gear"):
             return f"{label}: {gear.label} is not a cylindrical_gear"
     for part in (*stage.gears, stage.component):
         for name in HELIX:

@@ -87,9 +87,11 @@ class ReliefProblem:
     """Magnitudes and lengths of reliefs that make the transmission error least.
 
     contact : of the mesh without the reliefs that are sought
-    ranges : reliefs that are sought, n of them
+    ranges : reliefs that are sought
     torques : on the driver (t,) [N m]; positions : of the mesh cycle (p,)
     max_magnitude : [m]
+    symmetric : whether reliefs of both gears have one magnitude and one length in
+        base pitches
     """
 
     contact: ContactProblem
@@ -98,20 +100,43 @@ class ReliefProblem:
     positions: Array
     max_magnitude: float
     shape: ReliefShape = "linear"
+    symmetric: bool = False
+
+    @property
+    def groups(self) -> tuple[tuple[ReliefRange, ...], ...]:
+        """Ranges that share their magnitude and length, n groups."""
+        if not self.symmetric:
+            return tuple((entry,) for entry in self.ranges)
+        ends = True, False
+        groups = [tuple(e for e in self.ranges if e.is_tip == tip) for tip in ends]
+        return tuple(group for group in groups if group)
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
         """Limits of a design (2 n,): magnitudes [um], then lengths [base pitches]."""
-        magnitudes = [(0.0, self.max_magnitude / MICRO)] * len(self.ranges)
-        return magnitudes + [entry.lengths for entry in self.ranges]
+        magnitudes = [(0.0, self.max_magnitude / MICRO)] * len(self.groups)
+        limits = [[entry.lengths for entry in group] for group in self.groups]
+        lengths = [
+            (max(low for low, _ in each), min(high for _, high in each))
+            for each in limits
+        ]
+        return magnitudes + lengths
+
+    def separate(self, design: Array) -> tuple[ReliefProblem, Array]:
+        """The problem with each relief by itself, and the design that is the same."""
+        sizes = [len(group) for group in self.groups]
+        ranges = tuple(entry for group in self.groups for entry in group)
+        each = np.repeat(design.reshape(2, -1), sizes, axis=1).ravel()
+        return replace(self, ranges=ranges, symmetric=False), each
 
     def contact_of(self, design: Array) -> ContactProblem:
         """The contact problem with the reliefs of a design."""
         pitch = self.contact.pair.base_pitch
-        count = len(self.ranges)
+        problem, each = self.separate(design)
+        count = len(problem.ranges)
         reliefs: dict[str, Any] = {}
         for entry, size, length in zip(
-            self.ranges, design[:count], design[count:], strict=True
+            problem.ranges, each[:count], each[count:], strict=True
         ):
             relief = Relief(
                 magnitude=max(MICRO * float(size), MIN_MAGNITUDE),
@@ -125,12 +150,15 @@ class ReliefProblem:
         """Transmission errors (t, p) [m] and their derivatives (t, p, 2 n)."""
         contact = self.contact_of(design)
         cycle = solve_cycle(contact, self.torques, self.positions)
-        count, pitch = len(self.ranges), contact.pair.base_pitch
-        derivative = np.empty((*cycle.ste.shape, 2 * count))
-        for i, entry in enumerate(self.ranges):
-            by_magnitude, by_start = np.moveaxis(cycle.relief_slope[entry.index], -1, 0)
-            derivative[..., i] = MICRO * by_magnitude
-            derivative[..., count + i] = by_start * (-pitch if entry.is_tip else pitch)
+        count, pitch = len(self.groups), contact.pair.base_pitch
+        derivative = np.zeros((*cycle.ste.shape, 2 * count))
+        for i, group in enumerate(self.groups):
+            for entry in group:
+                slopes = cycle.relief_slope[entry.index]
+                by_magnitude, by_start = np.moveaxis(slopes, -1, 0)
+                derivative[..., i] += MICRO * by_magnitude
+                sign = -1.0 if entry.is_tip else 1.0
+                derivative[..., count + i] += sign * pitch * by_start
         return cycle.ste, derivative
 
 
@@ -160,7 +188,7 @@ def starting_designs(problem: ReliefProblem, count: int) -> list[Array]:
     of the generalised golden ratio (Roberts 2018). Root reliefs have the pattern of
     the tip reliefs of their mates.
     """
-    reliefs, bounds = len(problem.ranges), np.array(problem.bounds)
+    reliefs, bounds = len(problem.groups), np.array(problem.bounds)
     patterns = [
         np.concatenate([np.resize(sizes, reliefs), np.resize(lengths, reliefs)])
         for sizes, lengths in PATTERNS
@@ -238,16 +266,16 @@ def without_idle_reliefs(
 ) -> tuple[ReliefProblem, Array, int]:
     """The problem and design without reliefs that hardly change the objective.
 
-    From the smallest on, each is left out if the objective rises by less than
-    MIN_EFFECT of that without any relief. Where the rise is larger, but less than
-    REFINED_EFFECT, the others are refined first. The last value is the number of
-    solutions of the mesh cycle.
+    From the smallest on, each (or that of both gears) is left out if the objective
+    rises by less than MIN_EFFECT of that without any relief. Where the rise is larger,
+    but less than REFINED_EFFECT, the others are refined first. The last value is the
+    number of solutions of the mesh cycle.
     """
     none = replace(problem, ranges=())
     bare = objective.of(none.ste(np.empty(0))[0])
     value, evaluations = objective.of(problem.ste(design)[0]), 2
-    for place in _by_size(problem, design):
-        fewer, rest = _without(problem, design, place)
+    for group in _by_size(problem, design):
+        fewer, rest = _without(problem, design, group)
         reached = objective.of(fewer.ste(rest)[0])
         evaluations += 1
         if fewer.ranges and MIN_EFFECT < (reached - value) / bare < REFINED_EFFECT:
@@ -259,17 +287,17 @@ def without_idle_reliefs(
     return problem, design, evaluations
 
 
-def _by_size(problem: ReliefProblem, design: Array) -> list[str]:
-    order = np.argsort(design[: len(problem.ranges)])
-    return [problem.ranges[i].place for i in order]
+def _by_size(problem: ReliefProblem, design: Array) -> list[tuple[ReliefRange, ...]]:
+    order = np.argsort(design[: len(problem.groups)])
+    return [problem.groups[i] for i in order]
 
 
 def _without(
-    problem: ReliefProblem, design: Array, place: str
+    problem: ReliefProblem, design: Array, group: tuple[ReliefRange, ...]
 ) -> tuple[ReliefProblem, Array]:
-    """The problem and design without the relief at a place."""
-    stays = [entry.place != place for entry in problem.ranges]
-    ranges = tuple(entry for entry in problem.ranges if entry.place != place)
+    """The problem and design without the reliefs of a group."""
+    stays = [other != group for other in problem.groups]
+    ranges = tuple(entry for entry in problem.ranges if entry not in group)
     return replace(problem, ranges=ranges), design.reshape(2, -1)[:, stays].ravel()
 
 

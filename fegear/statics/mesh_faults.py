@@ -89,14 +89,14 @@ def _tooth_faults(
     cracks = {clockwise * tooth % teeth: crack for tooth, crack in cracked.items()}
     near = range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
     damaged = {(tooth + offset) % teeth for tooth in cracked for offset in near}
-    spalls, profiles = {}, {}
+    spalls: dict[int, tuple[FlankSpall, ...]] = {}
+    profiles = {}
     if same_flank:
-        spalls = {
-            number[spall.tooth]: FlankSpall(
-                spall.start_roll_length, spall.end_roll_length, spall.width_share
-            )
-            for spall in faults.spalls
-        }
+        for spall in faults.spalls:
+            ends = spall.start_roll_length, spall.end_roll_length
+            others = spalls.get(number[spall.tooth], ())
+            added = FlankSpall(*ends, spall.width_share)
+            spalls[number[spall.tooth]] = (*others, added)
         for wear in faults.worn:
             worn = _with_wear(gear_set, mesh, gear, profile, wear.tooth)
             if wear.tooth is not None and worn is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from fegear.figures.bearing import draw_bearing
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
+from fegear.gearset.bearing_file import NamedBearing, bearing_of
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
+from fegear.gearset.read import load_tables
 from fegear.studies.page import Page
 from fegear.studies.study import (
     Draw,
@@ -56,7 +58,8 @@ class BearingLoad(
 ):
     """Load on a bearing's balls or rollers, and its stiffness.
 
-    Ball and roller bearings under a radial load, with clearance.
+    Ball and roller bearings under a radial load, with clearance: that of a gear, or the
+    one of a bearing file, which has a table `ball_bearing` or `roller_bearing` alone.
     """
 
     more_tables = {  # noqa: RUF012  declared as in the base class
@@ -81,6 +84,18 @@ class BearingLoad(
         super().__post_init__()
         if self.load is not None and self.torque is not None:
             raise refusal(self, "torque", "{load} replaces it, leave it out")
+
+    @cached_property
+    def alone(self) -> NamedBearing | None:
+        """The bearing of a bearing file, None where there is a gear set."""
+        of = self.gear_set
+        if of.preloaded is not None:
+            return None
+        return bearing_of(load_tables(of.name, {}), of.overrides, of.name)
+
+    @property
+    def announcements(self) -> Iterable[str]:
+        return () if self.alone else super().announcements
 
     @property
     def gears(self) -> GearSet:
@@ -109,7 +124,17 @@ class BearingLoad(
         return with_bearing[names.index(self.gear_name)]
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("bearing", self._solve)
+        yield Task("bearing", self._solve_alone if self.alone else self._solve)
+
+    def _solve_alone(self, job: Job) -> BearingLoadResult:
+        name, bearing = require_present(self.alone, "bearing")
+        for unused in ("gear_name", "torque"):
+            if getattr(self, unused):
+                raise refusal(self, unused, f"{name} has no gears, leave it out")
+        if self.load is None:
+            shown = display_name(self, "load")
+            raise InputError(f"{shown} is missing; a bearing without gears needs it")
+        return solve_bearing(self, {"bearing": name}, bearing, self.load, 0.0)
 
     def _solve(self, job: Job) -> BearingLoadResult:
         gears, index = self.gears, self.index
@@ -120,20 +145,23 @@ class BearingLoad(
             along_x, along_y = bearing_loads(train_of(gears, torque, True))[index]
             load = math.hypot(along_x, along_y)
             direction = math.atan2(along_y, along_x)
-        return solve_bearing(self, gears.gears[index].name, bearing, load, direction)
+        of = {"gear_set": gears.name, "gear": gears.gears[index].name}
+        return solve_bearing(self, of, bearing, load, direction)
 
 
 def solve_bearing(
     study: BearingLoad,
-    gear: str,
+    of: dict[str, str],
     bearing: RollingBearing,
     load: float,
     direction: float,
 ) -> BearingLoadResult:
     """Load distribution with an element under the load, and figures over the load.
 
+    of : what the bearing is of, or its name, for the summary; the last names it
     load : radial [N]; direction : of it, counter-clockwise from x [rad]
     """
+    name = [*of.values()][-1]
     force = load * math.cos(direction), load * math.sin(direction)
     state = load_distribution(bearing, force, cage_angle=direction)
     loads = load * np.logspace(-LOAD_DECADES, LOAD_DECADES, LOADS)
@@ -141,8 +169,7 @@ def solve_bearing(
     support = mean_support(bearing, load)
     pressures = bearing.pressures(support.max_load)
     summary = {
-        "gear_set": study.gear_set.loaded.name,
-        "gear": gear,
+        **of,
         "kind": f"{bearing.noun} bearing",
         f"{bearing.noun}s": bearing.elements,
         "load_N": load,
@@ -161,7 +188,7 @@ def solve_bearing(
         "ball_pass_frequency_over_shaft": ball_pass_over_shaft(bearing),
         "inner_ball_pass_frequency_over_shaft": inner_ball_pass_over_shaft(bearing),
         "element_spin_over_shaft": element_spin_over_shaft(bearing),
-        "warnings": list(_pressure_warnings(gear, bearing, max(pressures))),
+        "warnings": list(_pressure_warnings(name, bearing, max(pressures))),
     }
     return BearingLoadResult(
         study=study,
@@ -184,12 +211,12 @@ def solve_bearing(
 
 
 def _pressure_warnings(
-    gear: str, bearing: RollingBearing, pressure: float
+    name: str, bearing: RollingBearing, pressure: float
 ) -> Iterator[str]:
     if bearing.contact_stiffness is None and pressure > bearing.max_pressure:
         yield with_code(
             "W33",
-            f"bearing of {gear}: contact pressure {1e-6 * pressure:.0f} MPa, above "
+            f"bearing of {name}: contact pressure {1e-6 * pressure:.0f} MPa, above "
             f"{1e-6 * bearing.max_pressure:.0f} MPa of a static load rating",
         )
 
@@ -210,9 +237,18 @@ class BearingLoadResult(StudyResult):
     @cached_property
     def header(self) -> dict[str, str]:
         """Entries above the tables."""
-        names = "gear_set", "gear", "kind", "load_N"
-        entries = {name: str(self.summary[name]) for name in names}
-        return {"gear set": entries.pop("gear_set"), **entries}
+        names = "gear_set", "gear", "bearing", "kind", "load_N"
+        shown = [name for name in names if name in self.summary]
+        return {
+            name.replace("gear_set", "gear set"): str(self.summary[name])
+            for name in shown
+        }
+
+    @property
+    def _name(self) -> str:
+        """Of the bearing alone, or of its gear."""
+        name: str = self.summary.get("bearing") or self.summary["gear"]
+        return name
 
     @property
     def table(self) -> Table:
@@ -232,13 +268,14 @@ class BearingLoadResult(StudyResult):
 
     def _draw(self) -> Any:
         values = self.summary
-        title = f"{values['gear']}: {values['kind']} under {values['load_N']:.5g} N"
+        title = f"{self._name}: {values['kind']} under {values['load_N']:.5g} N"
         return draw_bearing(self.distribution, self.over_load, values["load_N"], title)
 
     def page(self) -> Page:
         v = self.summary
+        of = f" of {v['gear_set']}" if "gear_set" in v else ""
         yield (
-            f"{v['gear']} of {v['gear_set']}: {v['kind']} under {v['load_N']:.5g} N, "
+            f"{self._name}{of}: {v['kind']} under {v['load_N']:.5g} N, "
             f"{v['contact_stiffness_N_per_m_n']:.4g} N/m^n with n = {v['exponent']:.4g}"
         )
         yield (

@@ -8,24 +8,24 @@ from functools import reduce
 from operator import or_
 from typing import Any, get_type_hints
 
+from fegear.studies.columns import MAIN, columns
+from fegear.studies.python_example import python_example
 from fegear.studies.study import (
     ExposedField,
     SettingsGroup,
     exposed_fields,
     group_of,
 )
-from lumped.common.docstrings import INDENT, parameters_section
+from lumped.common.docstrings import INDENT, filled_item, parameters_section
 from lumped.common.options import allowed_of, help_of, with_limits
 
 
 def study_section(study: Any) -> str:
     """The command of a study, and the numpydoc section of its settings."""
-    command = (
-        f"{INDENT}The command is ``fegear {study.command}``, for example::\n\n"
-        f"{2 * INDENT}{study.example}"
-    )
+    command = "\n\n".join(_examples(study))
+    listed = "\n".join(_columns(study))
     if not fields(study):
-        return command
+        return f"{command}\n\n{listed}" if listed else command
     hints, group = get_type_hints(study), group_of(study)
     members = {member.name: member for member in exposed_fields(group)}
     settings = parameters_section(
@@ -36,7 +36,31 @@ def study_section(study: Any) -> str:
         )
         for name in (entry.name for entry in fields(study))
     )
-    return f"{command}\n\n{settings}"
+    return "\n\n".join(filter(None, (command, settings, listed)))
+
+
+def _examples(study: Any) -> Iterator[str]:
+    """Paragraphs with an example as a command, and the same in Python."""
+    yield f"{INDENT}The command is ``fegear {study.command}``, for example::"
+    yield f"{2 * INDENT}{study.example}"
+    if lines := python_example(study):
+        yield f"{INDENT}In Python::"
+        yield "\n".join(f"{2 * INDENT}{line}" for line in lines)
+
+
+def _columns(study: Any) -> Iterator[str]:
+    """Lines of the section that says what the columns of the result's table mean."""
+    declared = [
+        column
+        for column in columns()
+        if study.command in column.commands and column.table == MAIN
+    ]
+    if declared:
+        yield from (f"{INDENT}Notes", f"{INDENT}-----")
+        yield f"{INDENT}Columns of ``table`` of the result:"
+        yield ""
+    for column in declared:
+        yield filled_item(f"`{column.name}`: {column.meaning}")
 
 
 def _accepted(kind: Any, member: ExposedField | None) -> Any:

@@ -33,6 +33,7 @@ COMMANDS = {
     ),
     "machine": "read by rattle critical and rattle basin",
     "gearbox": "read by clatter",
+    "bearing": "read by bearing",
     "case": "read by validate",
 }
 
@@ -52,8 +53,8 @@ class NewFile(Study, command="new", example="new pair -o my-pair.toml"):
 
     kind: str = argument(
         "KIND",
-        "pair, idler, counter-shaft, planetary, machine, gearbox or case; none with "
-        "--from.",
+        "pair, idler, counter-shaft, planetary, machine, gearbox, bearing or case; "
+        "none with --from.",
         default="",
     )
     source: str = setting(

@@ -153,6 +153,10 @@ class ReliefDesign(
     )
     shape: ReliefShape = setting("linear", "Depth of the reliefs over the roll angle.")
     root: bool = setting(False, "Seek root reliefs as well as tip reliefs.")
+    symmetric: bool = setting(
+        False,
+        "Seek one magnitude and one length in base pitches for both gears.",
+    )
     max_relief_um: float | None = setting(
         None,
         "Largest magnitude of a relief [um]. [default: twice the largest static "
@@ -255,6 +259,7 @@ class ReliefDesign(
         if vibration is None:
             problem, design, more = without_idle_reliefs(problem, design, objective)
             evaluations += more
+        problem, design = problem.separate(design)
         reliefs = _reliefs(problem, design, objective)
         edits = self._edits(places, reliefs)
         after = self.gear_set.changed(edits)
@@ -315,6 +320,7 @@ class ReliefDesign(
             if self.max_relief_um
             else MAX_OVER_ERROR * largest,
             shape=self.shape,
+            symmetric=self.symmetric,
         )
 
     def _static(self, name: Objective) -> ReliefObjective:
@@ -356,7 +362,7 @@ class ReliefDesign(
         )
 
         def changed(design: Array) -> GearSet:
-            reliefs = _reliefs(problem, design, None)
+            reliefs = _reliefs(*problem.separate(design), None)
             places = [entry.place for entry in problem.ranges]
             edits = self._edits(places, reliefs)
             return self.gear_set.changed(edits)
@@ -388,14 +394,15 @@ class ReliefDesign(
             partial(job.report, "compromises"),
         )
         count = len(problem.ranges)
+        designs = [problem.separate(point.design)[1] for point in points]
         return [
             {
                 "lowest_um": float(point.measures[0]) / MICRO,
                 "highest_um": float(point.measures[1]) / MICRO,
-                "magnitudes_um": point.design[:count].tolist(),
-                "lengths_pitches": point.design[count:].tolist(),
+                "magnitudes_um": design[:count].tolist(),
+                "lengths_pitches": design[count:].tolist(),
             }
-            for point in points
+            for point, design in zip(points, designs, strict=True)
         ], evaluations
 
     def _tolerance(

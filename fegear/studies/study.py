@@ -501,8 +501,17 @@ class Problem:
         return result
 
 
+class _StudyType(type):
+    # Class of studies, whose `dir` and `help` leave out what every Python class has.
+    # A docstring of its own would hide theirs from `help`.
+    __doc__ = type.__dict__["__doc__"]
+
+    def __dir__(cls) -> list[str]:
+        return [name for name in super().__dir__() if not name.startswith("__")]
+
+
 @dataclass(frozen=True)
-class Study:
+class Study(metaclass=_StudyType):
     """Base of all studies; see the top of this file."""
 
     command: ClassVar[str]

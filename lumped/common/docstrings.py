@@ -51,8 +51,12 @@ def parameters_section(described: Iterable[tuple[str, Any, Iterable[str]]]) -> s
     return "\n".join(lines)
 
 
-def _filled(text: str) -> str:
-    first = 2 * INDENT
+def filled_item(text: str) -> str:
+    """An item of a list in a section."""
+    return _filled(f"- {text}", INDENT)
+
+
+def _filled(text: str, first: str = 2 * INDENT) -> str:
     later = first + "  " if text.startswith("- ") else first
     return fill(
         text,

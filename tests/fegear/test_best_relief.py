@@ -200,6 +200,47 @@ def test_a_relief_that_ends_at_its_limit_is_told():
     assert warning.endswith("3 um, which --max-relief-um raises [W37]")
 
 
+def test_symmetric_reliefs_have_one_size_and_the_sum_of_derivatives(contact):
+    apart = relief_problem(contact)
+    problem = replace(apart, symmetric=True)
+    ste, slopes = problem.ste(np.array([8.0, 0.4]))
+    ste_apart, slopes_apart = apart.ste(np.array([8.0, 8.0, 0.4, 0.4]))
+    np.testing.assert_array_equal(ste, ste_apart)
+    np.testing.assert_array_equal(slopes, slopes_apart.reshape(3, 16, 2, 2).sum(-1))
+    lengths = [entry.lengths for entry in problem.ranges]
+    assert problem.bounds[1] == (lengths[0][0], min(high for _, high in lengths))
+
+
+def test_the_best_symmetric_relief_is_that_of_a_grid(contact):
+    problem = replace(relief_problem(contact), symmetric=True)
+    goal = ReliefObjective("largest")
+    found = find_best_relief(problem, starting_designs(problem, 5), goal)
+    grid = itertools.product(*(np.linspace(*ends, 13) for ends in problem.bounds))
+    best = min(goal.of(problem.ste(np.array(x))[0]) for x in grid)
+    assert found.value < 1.001 * best
+
+
+def test_symmetric_reliefs_of_root_and_tip_are_those_of_both_gears():
+    study = fegear.ReliefDesign(
+        torque=(80.0, 120.0),
+        symmetric=True,
+        root=True,
+        starts=2,
+        elements=StaticsSettings(resolution="coarse", positions=16),
+    )
+    summary = fegear.run(study).summary
+    sizes = {}
+    for relief in summary["reliefs"]:
+        end = relief["relief"].split("_")[1]
+        sizes.setdefault(end, []).append(
+            (relief["magnitude_um"], relief["length_pitches"])
+        )
+    assert "tip" in sizes
+    for one, other in sizes.values():
+        assert one == other
+    assert summary["objective_after_um"] < 0.7 * summary["objective_before_um"]
+
+
 def test_reliefs_without_effect_are_left_out(contact):
     """One too small to count, and one whose mate is refined in its place."""
     problem, objective = relief_problem(contact), ReliefObjective()

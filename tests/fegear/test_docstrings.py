@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import inspect
+import pydoc
+import shlex
 from collections.abc import Iterator
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import pytest
 from numpydoc.docscrape import FunctionDoc, NumpyDocString
+from typer.testing import CliRunner
 
 import fegear
 import lumped
+from fegear.cli import app
 from fegear.rendering.pictures import StressResult
 from fegear.statics.solving import ErrorEstimate, StaticsResult
+from fegear.studies import STUDIES, load_study
+from fegear.studies.python_example import python_example
 from fegear.studies.study import StudyResult
 from fegear.studies.table import Table
 from lumped import closed_forms
@@ -108,6 +115,46 @@ def test_public_methods_are_documented(name):
         require_function(text or "", value)
     else:
         assert text
+
+
+class ParsedError(Exception):
+    """A command line was read."""
+
+
+def study_of_command(words: list[str], monkeypatch) -> Any:
+    """The study that a command makes of its words, without a run."""
+
+    def stop(study: Any, outputs: Any) -> None:
+        raise ParsedError(study)
+
+    monkeypatch.setattr("fegear.cli.studies._check_outputs", stop)
+    result = CliRunner().invoke(app, words)
+    assert isinstance(result.exception, ParsedError), result.exception
+    return result.exception.args[0]
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_the_example_in_python_is_that_of_the_command(command, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    for name in ("best.toml", "pair.toml", "my-pair.toml", "measured.csv"):
+        Path(name).touch()  # are read later
+    kind = load_study(command)
+    lines = python_example(kind)
+    if command == "rattle critical":  # by parameters that have no public class
+        assert lines == []
+        return
+    names = {"fegear": fegear}
+    exec(lines[0], names)
+    words = shlex.split(kind.example)[1:]
+    assert names["study"] == study_of_command(words, monkeypatch)
+    assert lines[0] in inspect.getdoc(kind)
+
+
+def test_help_of_a_study_has_its_columns_and_no_methods_of_all_classes():
+    text = pydoc.plain(pydoc.render_doc(fegear.Sweep))
+    assert "- `dte_rms_m`: RMS of the dynamic" in text
+    assert 'fegear.Sweep(gear_set="liu-idler", speeds="800:4200:20")' in text
+    assert "__setattr__" not in text
 
 
 def test_help_of_a_study_lists_its_settings():

@@ -17,14 +17,24 @@ from fegear.clatter.gearboxes import load_gearbox
 from fegear.cli import app
 from fegear.files.keys import FILE_KINDS, file_keys, unit_of_key
 from fegear.files.templates import TEMPLATES, template_text
+from fegear.gearset.bearing_file import bearing_of
+from fegear.gearset.read import load_tables
 from fegear.gearset.schema import Document
 from fegear.rattle.machines import load_machine
 from validation.study.cases import load_case
+
+
+def load_bearing(path: str) -> object:
+    bearing = bearing_of(load_tables(path, {}), {}, path)
+    assert bearing is not None
+    return bearing
+
 
 READERS = {
     "machine": load_machine,
     "gearbox": load_gearbox,
     "case": load_case,
+    "bearing": load_bearing,
 }
 GEAR_SETS = "pair", "idler", "counter-shaft", "planetary"
 TEMPLATES_OF = {kind: (kind,) for kind in READERS} | {"gear-set": GEAR_SETS}

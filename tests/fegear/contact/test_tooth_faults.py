@@ -10,15 +10,18 @@ import pytest
 from numpy.testing import assert_allclose
 from oracles.offset_involutes import driver_lead
 
+from fegear.contact import flanks
 from fegear.contact.offset_centers import CenterOffset
 from fegear.contact.problem import ContactProblem, solve_cycle
 from fegear.contact.tooth_faults import FlankSpall, ToothFaults
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, FlankCompliance
+from fegear.gearset.faults import MAX_SPALLS
 from fegear.gearset.modifications import FlankProfile
 from meshes import GearPair, SpurGear
 
 POSITIONS = np.arange(32) / 32
 TORQUES = [50.0, 150.0]
+TWO_STRETCHES = (-0.213, 0.107), (-0.097, 0.243)  # from the pitch point [base pitches]
 COMPARED = "ste", "no_load", "local_stiffness", "load", "pressure", "driven_torque"
 
 
@@ -163,7 +166,7 @@ def test_a_broken_tip_ends_the_contact_of_its_tooth_alone(problem):
 def with_spall(problem: ContactProblem, share: float) -> ContactProblem:
     """All flanks of the driver, from tip to root, with a spall."""
     teeth = problem.pair.driver.teeth
-    spalls = dict.fromkeys(range(teeth), FlankSpall(0.0, 1.0, share))
+    spalls = dict.fromkeys(range(teeth), (FlankSpall(0.0, 1.0, share),))
     return replace(problem, driver_faults=ToothFaults(teeth=teeth, spalls=spalls))
 
 
@@ -242,7 +245,7 @@ def test_a_spall_acts_where_its_flank_touches(problem):
     spall = FlankSpall(
         middle - 0.1 * pair.base_pitch, middle + 0.1 * pair.base_pitch, 0.5
     )
-    faults = equal_faults(problem, "driver", spalls={0: spall})
+    faults = equal_faults(problem, "driver", spalls={0: (spall,)})
     positions = np.linspace(-0.3, 0.3, 25)
     cycle = solve_cycle(replace(problem, driver_faults=faults), [100.0], positions)
     healthy = solve_cycle(problem, [100.0], positions)
@@ -250,6 +253,34 @@ def test_a_spall_acts_where_its_flank_touches(problem):
     inside = np.abs(positions) < 0.08
     assert (softer[inside] > 0.01).all()
     assert_allclose(softer[np.abs(positions) > 0.15], 0.0, atol=1e-12)
+
+
+def test_spalls_side_by_side_are_one_of_their_width(problem):
+    pitch, middle = problem.pair.base_pitch, problem.pair.pitch_point
+    ends = [(middle + a * pitch, middle + b * pitch) for a, b in TWO_STRETCHES]
+    parts = FlankSpall(*ends[0], 0.2), FlankSpall(*ends[1], 0.3)
+    pieces = (
+        FlankSpall(ends[0][0], ends[1][0] - 1e-12, 0.2),
+        FlankSpall(ends[1][0], ends[0][1], 0.5),
+        FlankSpall(ends[0][1] + 1e-12, ends[1][1], 0.3),
+    )
+    positions = np.linspace(-0.4, 0.4, 33)
+    solved = [
+        solve_cycle(
+            replace(
+                problem, driver_faults=equal_faults(problem, "driver", spalls={0: each})
+            ),
+            [100.0],
+            positions,
+        )
+        for each in (parts, pieces)
+    ]
+    assert_allclose(solved[0].ste, solved[1].ste, rtol=1e-12)
+    assert_allclose(solved[0].pressure, solved[1].pressure, rtol=1e-12)
+
+
+def test_as_many_spalls_fit_on_a_flank_as_a_file_may_have():
+    assert MAX_SPALLS == flanks.MAX_SPALLS
 
 
 @pytest.mark.parametrize("side", ["driver", "driven"])
@@ -290,7 +321,7 @@ def test_back_flanks_have_neither_spalls_nor_open_cracks(problem):
         change=ShareOfAll(problem.driver, 0.25, teeth),
         clockwise=-1,
         damaged=frozenset(everywhere),
-        spalls=dict.fromkeys(everywhere, FlankSpall(0.0, 1.0, 0.5)),
+        spalls=dict.fromkeys(everywhere, (FlankSpall(0.0, 1.0, 0.5),)),
     )
     torques = [-torque for torque in TORQUES]
     healthy = solve_cycle(problem, torques, POSITIONS)

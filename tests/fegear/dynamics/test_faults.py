@@ -268,7 +268,7 @@ def test_centers_open_back_flanks_by_what_they_close(elements):
 
 def test_spalls_of_all_teeth_are_one_kind_of_pair(elements):
     problem = contact_problem(load_gear_set("liu-pair"), 0, SOURCE.statics)
-    spall = FlankSpall(0.015, 0.018, 0.4)
+    spall = (FlankSpall(0.015, 0.018, 0.4),)
     faults = ToothFaults(teeth=38, spalls=dict.fromkeys(range(38), spall))
     from fegear.contact.pair_load_curves import pair_load_curves
 

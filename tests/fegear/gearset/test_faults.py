@@ -256,6 +256,9 @@ def random_faults(r: np.random.Generator, pair: GearPair, second: bool) -> dict:
     }
     if r.random() < 0.3:
         del faults["worn_teeth"][0]["tooth"]
+    (spall,) = faults["spalls"]
+    if spall["width_share"] < 0.45:  # another one beside it
+        faults["spalls"] += [spall | {"start_roll_angle_deg": 0.5 * (start + end)}]
     return {key: value for key, value in faults.items() if r.random() < 0.7}
 
 
@@ -317,6 +320,36 @@ def single_values(faults: dict):
                 yield from ((f"{key}.{n}.{name}", v) for name, v in entry.items())
         else:
             yield key, value
+
+
+SPALL = {
+    "tooth": 3,
+    "start_roll_angle_deg": 20.0,
+    "end_roll_angle_deg": 25.0,
+    "width_share": 0.5,
+}
+
+
+@pytest.mark.parametrize(
+    ("others", "message"),
+    [
+        (
+            [{"start_roll_angle_deg": 24.0, "end_roll_angle_deg": 26.0}],
+            "spalls entry 2: at 24 deg of roll angle spalls of tooth 3 take 1 of",
+        ),
+        (
+            [
+                {"start_roll_angle_deg": 20.0 + n / 2, "end_roll_angle_deg": 25.0}
+                | {"width_share": 0.01}
+                for n in range(8)
+            ],
+            "tooth 3 has 9; at most 8 are allowed",
+        ),
+    ],
+)
+def test_spalls_that_leave_no_width_or_are_too_many_are_refused(others, message):
+    with pytest.raises(InputError, match=message):
+        tall({"spalls": [SPALL, *(SPALL | other for other in others)]})
 
 
 @pytest.mark.parametrize(
