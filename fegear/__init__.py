@@ -49,7 +49,7 @@ Stress in the teeth, and a picture of it:
 
 >>> stress = fegear.solve_stress(gears, 100.0, position=0.9)
 >>> {name: f"{1e-6 * value:.0f} MPa" for name, value in stress.largest_Pa.items()}
-{'pinion': '577 MPa', 'idler': '576 MPa'}
+{'pinion': '361 MPa', 'idler': '363 MPa'}
 >>> stress.draw("contact.png")
 
 Studies, such as `Sweep` and `Dynamics`, `LumpedModel`, `StiffnessSource`,

@@ -736,7 +736,8 @@ def patience(arguments: list[str]) -> Iterator[None]:
 
 def complaint(code: int, out: str, err: str) -> str | None:
     """What is wrong with the end of a command, if anything."""
-    lines = err.splitlines()
+    # warnings of the gear set are said before anything is computed
+    lines = [line for line in err.splitlines() if not line.startswith("warning: ")]
     if code not in ALLOWED:
         return f"exit code {code}"
     if "--debug for a traceback" in err or "Traceback" in err + out:

@@ -141,7 +141,8 @@ def _kinematics(gear_set: GearSet, reference: LumpedSystem) -> Kinematics:
     train = reference.train
     gears = np.array([(mesh.driver, mesh.driven) for mesh in gear_set.meshes])
     members = range(len(gear_set.gears))
-    first_mesh = [int(np.flatnonzero((gears == g).any(axis=1))[0]) for g in members]
+    # 0 for a gear without mesh, such as a flywheel: it has no contacts
+    first_mesh = [int(np.argmax((gears == g).any(axis=1))) for g in members]
     teeth = gear_set.gears[gear_set.meshes[0].driver].geometry.teeth
     deflection = is_supported(reference) * reference.modes.mesh_shapes
     return Kinematics(

@@ -11,6 +11,7 @@ from typing import Any, get_args, get_origin
 
 from fegear.studies.study import ExposedField, Setting, exposed_fields, group_of
 
+_Path = tuple[ExposedField, ...]  # through groups to a setting
 RUN = "result = fegear.run(study)"
 
 
@@ -21,7 +22,7 @@ class _Settings:
     kind: type
     values: dict[str, Any] = field(default_factory=dict)
 
-    def give(self, path: tuple[ExposedField, ...], text: str) -> None:
+    def give(self, path: _Path, text: str) -> None:
         first, *rest = path
         if first.group is not None:
             inner = self.values.setdefault(first.name, _Settings(first.group.kind))
@@ -57,7 +58,7 @@ def python_example(study: Any) -> list[str]:
 
     _, *words = shlex.split(study.example)
     del words[: len(study.command.split())]
-    places, options = list[tuple[ExposedField, ...]](), dict[str, Any]()
+    places, options = list[_Path](), dict[str, _Path]()
     for path in _paths(group_of(study)):
         if isinstance(path[-1].declared, Setting) and path[-1].declared.place:
             places.append(path)
@@ -67,7 +68,8 @@ def python_example(study: Any) -> list[str]:
     settings, files = _Settings(study), list[str]()
     while words:
         word = words.pop(0)
-        if path := options.get(word):
+        if word in options:
+            path = options[word]
             is_flag = _kind(path[-1]) is bool
             settings.give(path, "True" if is_flag else _value(path, words.pop(0)))
         elif word.startswith("-"):
@@ -82,7 +84,7 @@ def python_example(study: Any) -> list[str]:
     return [f"study = {settings.text}", RUN, *files]
 
 
-def _paths(group: Any) -> Iterator[tuple[ExposedField, ...]]:
+def _paths(group: Any) -> Iterator[_Path]:
     """Ways to the settings of a group and of the groups in it."""
     for member in exposed_fields(group):
         if member.group is None:
@@ -104,7 +106,7 @@ def _is_list(member: ExposedField) -> bool:
     return get_origin(member.kind) is tuple and several
 
 
-def _value(path: tuple[ExposedField, ...], word: str) -> str:
+def _value(path: _Path, word: str) -> str:
     """A value of the command line as it is written in Python.
 
     A study reads text of its settings, a group in it does not.

@@ -87,9 +87,9 @@ def run(
         require_between("workers", workers, 1, MAX_THREADS)
     progress("preparation", 0, 1)
     problem = study.prepare()
+    tasks, results = list(problem.tasks()), dict[str, Any]()
     for line in problem.announcements:
         notify(line)
-    tasks, results = list(problem.tasks()), dict[str, Any]()
     checkpoint = None
     if study.resumes:
         checkpoint = _opened(problem, tasks, checkpoint_options, study.unit, notify)

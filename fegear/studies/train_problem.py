@@ -44,7 +44,11 @@ MODIFICATION_KEY = re.compile(r"_relief|[._]profile(\.|$)")
 # Processor time of the coupled model [s], of a set-up by mesh and of a settled motion
 # whose meshes repeat within so many periods, on a processor of 2021
 SET_UP_S, MOTION_S, MOTION_PERIODS = 1.3, 0.07, 16
-LONG_S = 60.0  # beyond which a command says so before it starts
+# beyond which a command says so before it starts, one without motions
+LONG_S, LONG_AT_REST_S = 60.0, 10.0
+# Longer motion of bodies with many modes, which only the set-up finds; of trains with
+# two shafts or more some have them
+MORE_BODY_MODES = 10.0
 STIFFNESS_KEYS = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
 TRANSLATION_KEYS = {
     *("mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"),
@@ -81,6 +85,10 @@ class TrainFacts:
     def title(self) -> str:
         """Heading of pages and pictures."""
         return title_of(self.summary)
+
+
+def _rounded(seconds: float) -> str:
+    return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,20 +151,25 @@ class TrainProblem(Problem):
             return
         train = train_of(self.gears, 0.0, self.model.translations)
         periods = train.common_period[0] * max(*pair_periods(self.gears), pitches)
+        repeats_late = periods > MOTION_PERIODS
         motion = MOTION_S * max(1.0, periods / MOTION_PERIODS)
         set_up = SET_UP_S * len(self.gears.meshes)
-        motions = runs * self.motions
-        seconds = motions * motion + runs * self.set_ups * set_up
-        if seconds < LONG_S:
+        motions, set_ups = runs * self.motions, runs * self.set_ups
+        least = motions * motion + set_ups * set_up
+        most = least + (MORE_BODY_MODES - 1.0) * motions * motion * repeats_late
+        if most < (LONG_S if motions else LONG_AT_REST_S):
             return
-        repeats = ""
-        if periods > MOTION_PERIODS:
-            repeats = f" that repeat after {periods} periods of the first mesh"
+        what = f"{motions:.3g} motions"
+        if repeats_late:
+            what += f" that repeat after {periods} periods of the first mesh"
+        if not motions:
+            meshes = len(self.gears.meshes)
+            what = f"load curves of {meshes} meshes, solved {set_ups} times,"
         option = display_name(self.study, "number")
+        times = " to ".join(dict.fromkeys(map(_rounded, (least, most))))
         yield (
-            f"coupled model: {motions:.3g} motions{repeats} take about "
-            f"{max(1.0, seconds / 60.0):.0f} min of processor time; {option} 1 takes a "
-            "tenth or less"
+            f"coupled model: {what} take about {times} of processor time; {option} 1 "
+            "takes a tenth or less"
         )
 
     @property

@@ -182,7 +182,9 @@ def _springs(gear_set: GearSet, torque: float, model: LumpedModel) -> LumpedSyst
 
 
 def _statics(model: LumpedModel) -> StaticsSettings:
-    source: StiffnessSource = model.stiffness
+    source = model.stiffness
+    if not isinstance(source, StiffnessSource):
+        raise InputError("stiffness = tables of meshes; needs a StiffnessSource")
     return StaticsSettings(
         plane=source.plane, resolution=source.resolution, estimate_error=False
     )

@@ -66,6 +66,9 @@ MAX_FACING_GAP = 5e-3  # m, gaps beyond which flanks do not face each other
 MAX_NEWTON_ITERATIONS = 60  # iterations of Newton's method for static equilibrium
 POSITION_ROUND_OFF = 1e-9  # round-off of a position in a mesh cycle
 EQUILIBRIUM_RTOL = 1e-12  # error relative to the range of the contacts' tables
+# Negative tangent stiffness of a mesh over its largest: with meshes that deflect each
+# other it may be a thousandth, as a load of both counts half for each
+MAX_PULL = 0.1
 MAX_HALVINGS = 12  # of a step of this method that would overshoot
 # Stiffness over the typical one that is added where there may be none, as of a planet
 # that has lost contact
@@ -166,6 +169,9 @@ class CoupledContacts:
     truncation_model : inertia of all solved body modes, and of the rest of the bodies
     retained : (b,) mask of the solved modes that are coordinates
     without : those of COMPONENTS that are left out
+    rest_has_inertia : whether that of modes which are not coordinates is there. It is
+        the difference of what all modes and those of `modes` have, nearly equal where
+        these leave the hubs a hundredth of their inertia or less.
     """
 
     contacts: Contacts
@@ -181,6 +187,7 @@ class CoupledContacts:
     truncation_model: TruncationModel | None = None
     retained: NDArray[np.bool_] | None = None
     without: tuple[str, ...] = ()
+    rest_has_inertia: bool = True
 
     @property
     def with_all_modes(self) -> CoupledContacts:
@@ -314,6 +321,12 @@ class LoadedState:
         return np.asarray(one_way + np.swapaxes(one_way, 1, 2)) / (2.0 * len(B))
 
     @property
+    def meshes_pull(self) -> bool:
+        """Whether contacts yield energy when they deflect, which none can."""
+        stiffness = np.linalg.eigvalsh(self.meshes)
+        return bool((stiffness[:, 0] < -MAX_PULL * stiffness[:, -1]).any())
+
+    @property
     def _contacts_of_meshes(self) -> list[NDArray[np.intp]]:
         meshes = range(self.deflection.shape[1])
         return [np.flatnonzero(self.mesh_of == m) for m in meshes]
@@ -418,6 +431,8 @@ def _with_body_modes(
     inertial = coupled.inertia_rows - (E / squares) @ G
     work = np.zeros((size, size))
     work[:hubs, :hubs] = coupled.work - (G.T / squares) @ G
+    if not coupled.rest_has_inertia:
+        inertial, work = np.zeros_like(inertial), np.zeros_like(work)
     stiffness = np.zeros((size, size))
     stiffness[:hubs, :hubs] = train.stiffness
     stiffness[hubs:, hubs:] = np.diag(squares)

@@ -274,6 +274,7 @@ VIBRATION = (
 )
 IDENTIFY = f"identify SET {COARSE} --json"
 MODES = "modes SET --json"
+GIVEN_MODES = "modes SET --stiffness given --json"
 CAMPBELL = "campbell SET --points 3 --elements 2 --json"
 EXPORT = "export SET -o m.json --json"
 MESH = f"mesh SET {COARSE} -o m.vtu --json"
@@ -1521,6 +1522,10 @@ SHAFT_KEYS = {
     name: Key(value, (CAMPBELL,), BENT) for name, value in SHAFT_VALUES.items()
 }
 LONE = {"name": "z", "teeth": 31, "inertia_kg_m2": 5e-4, "mass_kg": 0.5}
+SHIFTED = PAIR | {
+    "defaults": PAIR["defaults"] | {"profile_shift": 0.5},
+    "mesh": [{"driver": "a", "driven": "b"}],
+}
 SPARE = {k: v for k, v in PAIR.items() if k != "load"} | {"gear": [*PAIR["gear"], LONE]}
 JOINED = SHAFT | {"gear": [*SHAFT["gear"], LONE]}
 KEYS: dict[str, Key] = {
@@ -1531,16 +1536,16 @@ KEYS: dict[str, Key] = {
         f"gear.{name}": key
         for name, key in (GEAR_KEYS | RING_KEYS | FAULT_KEYS).items()
     },
-    "mesh.driver": Key("z", (MODES,), SPARE),
-    "mesh.driven": Key("z", (MODES,), SPARE),
+    "mesh.driver": Key("z", (GIVEN_MODES,), SPARE),
+    "mesh.driven": Key("z", (GIVEN_MODES,), SPARE),
     "mesh.center_distance_mm": Key(43.3, TEETH),
     "mesh.operating_pressure_angle_deg": Key(23.8, TEETH),
     "mesh.contact_ratio": Key(1.2, (*TEETH, ONE_SWEEP)),
-    "mesh.tip_shortening": Key(True, TEETH),
+    "mesh.tip_shortening": Key(True, TEETH, SHIFTED),
     "mesh.phase": Key(0.3, (ONE_SWEEP, MOVING), TRAIN, entry=2),
     "mesh.center_line_deg": Key(70.0, (PLANE, ONE_SWEEP, MOVING), TRAIN, entry=2),
     "mesh.backlash_um": Key(1.0, (HARD,)),
-    "mesh.mean_stiffness_N_per_m": Key(1.1e8, (MODES, ONE_SWEEP)),
+    "mesh.mean_stiffness_N_per_m": Key(1.1e8, (GIVEN_MODES, ONE_SWEEP)),
     "mesh.stiffness_variation": Key(0.2, (ONE_SWEEP,)),
     "mesh.load_share": Key(0.6, (ONE_SWEEP,), RELIEVED),
     **{
@@ -1557,7 +1562,7 @@ KEYS: dict[str, Key] = {
     "shaft.stiffness_Nm_per_rad": Key(2e4, (MODES, ONE_SWEEP), SHAFT),
     **{f"shaft.{name}": key for name, key in SHAFT_KEYS.items()},
     **{f"planetary.{name}": key for name, key in PLANETARY_KEYS.items()},
-    "load.gear": Key("b"),
+    "load.gear": Key("b", (SHOWN,)),
     "load.torques_Nm": Key([30.0], TEETH),
     "dynamics.damping_ratio": Key(0.1, (ONE_SWEEP, MOVING)),
 }
