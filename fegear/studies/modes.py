@@ -381,7 +381,7 @@ class ModesResult(StudyResult):
         if len(meshes) > MAX_COLUMNS:
             columns = {
                 f"energy in\nmeshes 1 to {len(meshes)}\n[%]": [
-                    " ".join(f"{100.0 * part:.0f}" for part in mode["mesh_energy"])
+                    " ".join(str(round(100.0 * part)) for part in mode["mesh_energy"])
                     for mode in modes
                 ]
             }

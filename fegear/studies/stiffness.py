@@ -116,6 +116,10 @@ TIP_COLUMNS: Columns = {
     "estimated\nerror J/m2": cell("energy_release_rate_error_J_per_m2", 2),
     "at position\nbase pitches": cell("position", 5),
 }
+ROOT_BESIDE_CRACKS = (
+    "root stress is that of teeth without a crack: while a cracked tooth carries the "
+    "load, that of the fillets of its neighbours"
+)
 TIP_TITLE = "Tips of cracks where their energy release rate is largest"
 MORE = {
     "cracks": "Write stress intensities and energy release rate of all open cracks to "
@@ -343,6 +347,8 @@ class StiffnessResult(StudyResult):
             )
         yield RowTable(values["torques"], COLUMNS, text_columns=())
         yield RowTable(values["torques"], STRESS_COLUMNS, STRESS_TITLE, text_columns=())
+        if values["crack_tips"]:
+            yield ROOT_BESIDE_CRACKS
         if self.healthy is not None:
             yield RowTable(values["torques"], DROP_COLUMNS, DROP_TITLE, text_columns=())
         if values["crack_tips"]:

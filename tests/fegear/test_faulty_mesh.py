@@ -147,8 +147,10 @@ def test_the_page_tells_the_largest_drop():
         name="liu-pair", edits=("gear.pinion.cracks=[{tooth=5,depth_mm=2}]",)
     )
     study = MeshStiffness(gear_set=ref, torque=(TORQUE,), elements=COARSE)
-    summary = fegear.run(study).summary
-    at_torque = summary["torques"][0]
+    result = fegear.run(study)
+    at_torque = result.summary["torques"][0]
+    lines = [part for part in result.page() if isinstance(part, str)]
+    assert any("root stress is that of teeth without a crack" in line for line in lines)
     healthy = solved("liu-pair").table["stiffness_N_per_m"][0]
     cracked = solved("liu-pair", {"gear.pinion.cracks": crack(5, 2.0)})
     drop = 1.0 - by_pitch(cracked, "stiffness_N_per_m") / healthy
