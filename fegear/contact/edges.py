@@ -1,18 +1,21 @@
 """Edges of flanks, where the contact pressure of an elastic body has no limit.
 
-Tip corners are edges, and so are the ends of undercut flanks, the start of a linear
-relief and the points of a measured profile that is interpolated linearly: the flank has
-a kink there, and the pressure on it grows as the logarithm of the contact grid's
-fineness. The start of a parabolic relief and the points of a cubic profile have none.
+Tip corners are edges, and so are the ends of spalls and of undercut flanks, the start
+of a linear relief and the points of a measured profile that is interpolated linearly:
+the flank has a kink or a step there, and the pressure on it grows with the contact
+grid's fineness. The start of a parabolic relief and the points of a cubic profile have
+none.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.loads import PatchLoad
-from fegear.contact.problem import ContactCycle, ContactProblem, corner_positions
+from fegear.contact.problem import ContactCycle, ContactProblem, corner_pairs
 from fegear.contact.profiles import profile_kinks
 from fegear.gearset.modifications import FlankProfile, Relief
 from meshes import SpurGear
@@ -67,6 +70,25 @@ def _profile_edges(gear: SpurGear, profile: FlankProfile | None, start: float) -
     return arc_from_tip(gear, profile_kinks(profile, start, gear.tip_roll_length))
 
 
+def _spall_edges(
+    problem: ContactProblem, cycle: ContactCycle
+) -> Iterator[tuple[int, tuple[NDArray[np.bool_], Array]]]:
+    """Of each tooth with spalls: its gear, the pairs (n, k) that it is in, and the arcs
+    (e,) of the edges of its spalls from the tip corner [m].
+    """
+    # pairs count anew in each base pitch
+    number = np.floor(cycle.position).astype(np.int64)[:, None] - cycle.teeth
+    pair = problem.pair
+    for i, (gear, faults) in enumerate(
+        ((pair.driver, problem.driver_faults), (pair.driven, problem.driven_faults))
+    ):
+        for tooth, spalls in faults.spalls.items() if faults else ():
+            ends = [end for spall in spalls for end in (spall.start, spall.end)]
+            low, high = sorted((0.0, gear.tip_roll_length))
+            arcs = arc_from_tip(gear, np.clip(ends, low, high))
+            yield i, (number % gear.teeth == tooth, arcs)
+
+
 def has_edge(problem: ContactProblem, load: PatchLoad) -> bool:
     """Whether nodes under load, and the free ones beside them, contain an edge."""
     loaded = load.normal > 0.0
@@ -91,8 +113,20 @@ def edge_positions(
 
     torque : index of one of the cycle's torques
     """
-    corners = corner_positions(problem, cycle, torque)
-    return np.asarray(edge_pairs(problem, cycle, torque).any(axis=1) | corners)
+    return np.asarray(edge_pairs(problem, cycle, torque).any(axis=1))
+
+
+def finite_pressures(
+    problem: ContactProblem, cycle: ContactCycle, torque: int
+) -> Array:
+    """Largest pressure of each pair (n, k) in plane strain [Pa], 0 of those whose
+    contact contains an edge.
+
+    torque : index of one of the cycle's torques
+    """
+    is_sharp = edge_pairs(problem, cycle, torque)
+    finite = np.where(is_sharp, 0.0, cycle.pressure[torque])
+    return np.asarray(problem.plane_strain_pressure * finite)
 
 
 def edge_pairs(
@@ -124,4 +158,8 @@ def edge_pairs(
     for i, edges in enumerate(edge_arcs(problem)):
         distance = np.abs(arc[..., i, None] - edges).min(axis=-1)
         is_edge |= distance < HERTZ_MARGIN * half_width
-    return is_edge & (load > 0.0)
+    for i, (of_teeth, edges) in _spall_edges(problem, cycle):
+        distance = np.abs(arc[..., i, None] - edges).min(axis=-1)
+        is_edge |= of_teeth & (distance < HERTZ_MARGIN * half_width)
+    corners = corner_pairs(problem, cycle, torque)
+    return np.asarray(corners | (is_edge & (load > 0.0)))

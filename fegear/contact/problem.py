@@ -175,8 +175,15 @@ class ContactCycle:
 def corner_positions(
     problem: ContactProblem, cycle: ContactCycle, torque: int
 ) -> NDArray[np.bool_]:
-    """Positions (n,) at which the nominal contact of a loaded pair is off the path, or
-    within a Hertz width of its end, at one torque.
+    """Positions (n,) at which there is one of `corner_pairs`."""
+    return corner_pairs(problem, cycle, torque).any(axis=1)
+
+
+def corner_pairs(
+    problem: ContactProblem, cycle: ContactCycle, torque: int
+) -> NDArray[np.bool_]:
+    """Whether the nominal contact of a loaded pair (n, k) is off the path, or within a
+    Hertz width of its end, at one torque.
     """
     pair = problem.pair
     # pairs count anew in each base pitch
@@ -184,7 +191,7 @@ def corner_positions(
     s1 = pair.pitch_point + pair.base_pitch * (position[:, None] + cycle.teeth[None, :])
     margin = 0.01 * pair.base_pitch
     inside = (s1 > pair.path_start + margin) & (s1 < pair.path_end - margin)
-    return ((cycle.load[torque] != 0.0) & ~inside).any(axis=1)
+    return (cycle.load[torque] != 0.0) & ~inside
 
 
 def solve_cycle(

@@ -813,8 +813,9 @@ class LoadEntry(Keys):
     """[load]: the torque cases."""
 
     gear: Name = Field(
-        description='Name of the input gear, or "carrier" of a planetary set; of the '
-        "output gear, where torques are given on it and divided by the ratio."
+        description="Name of the input gear, in a planetary set also of the carrier; "
+        "without planets also of the output gear, on which torques are then given and "
+        "divided by the ratio."
     )
     torques_Nm: Annotated[
         Entries[

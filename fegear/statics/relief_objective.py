@@ -49,20 +49,6 @@ class ReliefObjective:
         """Objective [m] of transmission errors (t, p)."""
         return self.value(self.measures(ste))
 
-    def slopes(self, ste: Array, slopes: Array) -> Array:
-        """Derivatives (t, n) of the measures by derivatives (t, p, n)."""
-        if self.name != "harmonics":
-            torques = np.arange(len(ste))
-            return (
-                slopes[torques, ste.argmax(axis=1)]
-                - slopes[torques, ste.argmin(axis=1)]
-            )
-        matrix = harmonic_parts(ste.shape[1], self.harmonics)
-        parts = ste @ matrix.T
-        lengths = np.maximum(np.linalg.norm(parts, axis=1), np.finfo(float).tiny)
-        directions = parts / lengths[:, None]
-        return np.asarray(np.einsum("tk,kp,tpn->tn", directions, matrix, slopes))
-
 
 def peak_to_peak(ste: Array) -> Array:
     """Peak to peak of transmission errors (t, p), at each torque."""

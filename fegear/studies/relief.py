@@ -449,19 +449,20 @@ def _reliefs(
 ) -> list[dict[str, Any]]:
     """Sought reliefs with rounded sizes, and what a micrometre more would change.
 
-    objective : that changes, at the worst torque
+    objective : that changes
     """
     count = len(problem.ranges)
-    change = np.zeros(2 * count)
-    if objective is not None:
-        ste, slopes = problem.ste(design)
-        worst = int(np.argmax(objective.measures(ste)))
-        change = objective.slopes(ste, slopes)[worst] / MICRO
+    design = np.concatenate([design[:count].round(2), design[count:].round(4)])
+    change = np.zeros(count)
+    if objective is not None:  # which has a kink at the best design: no derivative
+        larger = [design + unit for unit in np.eye(2 * count)[:count]]
+        values = [objective.of(problem.ste(each)[0]) for each in (design, *larger)]
+        change = (np.array(values[1:]) - values[0]) / MICRO
     return [
         {
             "relief": f"{entry.place}_relief",
-            "magnitude_um": round(float(design[i]), 2),
-            "length_pitches": round(float(design[count + i]), 4),
+            "magnitude_um": float(design[i]),
+            "length_pitches": float(design[count + i]),
             **_place_of(problem, entry, float(design[count + i])),
             "objective_per_um": float(change[i]),
         }

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fegear.contact.edges import edge_pairs, edge_positions
+from fegear.contact.edges import edge_positions, finite_pressures
 from fegear.figures.path import draw_harris, draw_path
 from fegear.figures.statics import draw_table
 from fegear.files.codes import with_code
@@ -100,7 +100,10 @@ DROP_COLUMNS: Columns = {
     "at position\nbase pitches": cell("largest_drop_at_position", 5),
 }
 DROP_TITLE = "Mesh stiffness against that of the same gears without faults"
-STRESS_TITLE = "Contact pressure in plane strain, root stress and loss factor"
+STRESS_TITLE = (
+    "Contact pressure in plane strain without tip corners and kinks, root stress and "
+    "loss factor"
+)
 CRACK_COLUMNS = (
     *("torque_Nm", "position", "gear", "tooth"),
     *("mode1_stress_intensity_MPa_sqrt_m", "mode2_stress_intensity_MPa_sqrt_m"),
@@ -145,9 +148,9 @@ class MeshStiffness(
 
     Contact pressures are those of plane strain, in which material below a narrow
     contact is, whatever the plane of the teeth; JSON has those of plane stress too.
-    The largest one and that at the pitch point leave out positions with a tip corner or
-    a kink of a flank in contact, where a pressure has no limit and follows the contact
-    grid; the column max_pressure_Pa has all positions.
+    The largest one and that at the pitch point leave out tooth pairs that touch at a
+    tip corner or a kink of a flank, where a pressure has no limit and follows the
+    contact grid; the column max_pressure_Pa has all pairs.
     """
 
     more_tables = MORE
@@ -431,22 +434,19 @@ def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
 def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
     """Means and ranges over the mesh cycle at one of the torques, by its index.
 
-    Pressures are None where an edge is in contact, see `fegear.contact.edges`: at the
-    pitch point, or at all positions. Where tooth pairs differ, that at the pitch point
+    Pressures are those of pairs without an edge in contact, see `fegear.contact.edges`,
+    None where there is no such pair. Where tooth pairs differ, that at the pitch point
     is the largest of all pairs.
     """
     names = "stiffness_N_per_m", "local_stiffness_N_per_m", "friction_bending_ratio"
     k, local, bending = (solved.table[name][t] for name in names)
-    ste, no_load, pressure = (
-        solved.table[name][t] for name in ("ste_m", "nlte_m", "max_pressure_Pa")
-    )
-    smooth = ~edge_positions(solved.problem, solved.cycle, t)
-    largest = int(np.where(smooth, pressure, 0.0).argmax())
+    ste, no_load = (solved.table[name][t] for name in ("ste_m", "nlte_m"))
+    pressures = finite_pressures(solved.problem, solved.cycle, t)
+    of_all_pairs = pressures.max(axis=1)
+    largest = int(of_all_pairs.argmax())
     # reference pairs are at the pitch point at the start of each base pitch
     pitch = slice(None, None, k.size // solved.pitches), solved.cycle.teeth == 0
-    is_sharp = edge_pairs(solved.problem, solved.cycle, t)[pitch]
-    ratio = solved.problem.plane_strain_pressure
-    at_pitch_point = ratio * solved.cycle.pressure[t][pitch][~is_sharp].max(initial=0.0)
+    at_pitch_point = pressures[pitch].max(initial=0.0)
     return {
         "torque_Nm": float(solved.cycle.torque[t]),
         "mean_stiffness_N_per_m": float(k.mean()),
@@ -457,18 +457,20 @@ def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
         "nlte_peak_to_peak_um": 1e6 * float(np.ptp(no_load)),
         **_in_both_planes(
             "pressure_at_pitch_point",
-            None if is_sharp.all() else 1e-6 * float(at_pitch_point),
+            1e-6 * float(at_pitch_point) if at_pitch_point > 0.0 else None,
             solved,
         ),
         **_in_both_planes(
             "max_pressure",
-            1e-6 * float(pressure[largest]) if smooth.any() else None,
+            1e-6 * float(of_all_pairs[largest]) if of_all_pairs.any() else None,
             solved,
         ),
         "max_pressure_at_position": (
-            float(solved.table.position[largest]) if smooth.any() else None
+            float(solved.table.position[largest]) if of_all_pairs.any() else None
         ),
-        "positions_with_edge_contact": int((~smooth).sum()),
+        "positions_with_edge_contact": int(
+            edge_positions(solved.problem, solved.cycle, t).sum()
+        ),
         "friction_bending_ratio_mean": float(bending.mean()),
         "driver_root_stress_MPa": _largest_root_stress(solved, "driver", t),
         "driven_root_stress_MPa": _largest_root_stress(solved, "driven", t),
@@ -550,8 +552,7 @@ def _tip_lines(solved: StaticsResult) -> Iterator[str]:
 
 def _finite_pressure(solved: StaticsResult, t: int) -> float:
     """Largest contact pressure [Pa], but for that of edges, which has no limit."""
-    smooth = ~edge_positions(solved.problem, solved.cycle, t)
-    return float(solved.table["max_pressure_Pa"][t][smooth].max(initial=0.0))
+    return float(finite_pressures(solved.problem, solved.cycle, t).max(initial=0.0))
 
 
 def _evidence_warnings(solved: StaticsResult) -> Iterator[str]:

@@ -615,11 +615,13 @@ class LumpedSystem:
         if self.fits_memory(steps):
             return
         quantity, teeth = "excitation", ""
-        remedies = "higher speeds or simpler tooth ratios"
+        remedies = "higher speeds, fewer steps or simpler tooth ratios"
         if self.repetitions > 1:
             quantity, teeth = "motion", " and tooth pairs with pitch errors or faults"
             remedies = "pitch errors or faults of fewer gears or that repeat sooner, "
             remedies += "higher speeds or fewer steps"
+        if self.contacts is not None:
+            remedies += ", the coupled model without body modes, or model 1"
         raise TrainError(
             f"{self.common_period[0]} periods of the first mesh, after which all "
             f"meshes{teeth} repeat, of {steps:.3g} steps each: "

@@ -54,20 +54,6 @@ def test_the_measure_of_harmonics_is_that_of_their_amplitudes():
             assert measure == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ["largest", "harmonics"])
-def test_slopes_of_measures_are_those_of_differences(name):
-    ste, slopes, _ = random_change(2)
-    objective = ReliefObjective(name)
-    step = 1e-6
-    for i, direction in enumerate(np.eye(4)):
-        ends = [
-            objective.measures(ste + s * step * slopes @ direction) for s in (1, -1)
-        ]
-        difference = (ends[0] - ends[1]) / (2.0 * step)
-        expected = objective.slopes(ste, slopes)[:, i]
-        np.testing.assert_allclose(difference, expected, rtol=1e-6)
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_the_step_of_harmonics_is_that_of_another_solver(seed):
     ste, slopes, limits = random_change(seed)

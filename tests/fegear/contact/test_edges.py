@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 
 import numpy as np
 import pytest
 
 from fegear.cli import run
-from fegear.contact.edges import edge_positions, has_edge
+from fegear.contact.edges import (
+    edge_pairs,
+    edge_positions,
+    finite_pressures,
+    has_edge,
+)
 from fegear.contact.loads import patch_loads
 from fegear.contact.problem import corner_positions
 from fegear.gearset import load_gear_set
@@ -118,3 +124,34 @@ def test_commands_leave_the_pressure_of_a_kink_out(capsys, tmp_path):
     output = ["--position", "0.25", "-o", str(tmp_path / "c.html")]
     assert run(["render", *argv, *output]) == 0
     assert "the start of a linear relief, in contact" in capsys.readouterr().out
+
+
+def test_an_end_of_a_spall_is_an_edge_of_its_tooth_alone():
+    """At the pitch point of the others the pressure is that of healthy teeth."""
+    pair = load_gear_set("liu-pair").meshes[0].pair
+    middle = math.degrees(pair.pitch_point / pair.driver.base_radius)
+    spall = {"tooth": 1, "width_share": 0.4}
+    spall |= {"start_roll_angle_deg": middle - 2.0, "end_roll_angle_deg": middle}
+    edits = {"gear.pinion.spalls": [spall]}
+    result = solved(load_gear_set("liu-pair", edits), "coarse", 50.0)
+    of_positions = edge_pairs(result.problem, result.cycle, 0)
+    at_start = of_positions[:: result.table.position.size // 38]
+    of_pair = at_start[:, result.cycle.teeth.tolist().index(0)]
+    assert of_pair.tolist() == [True] + 37 * [False]
+    values = at_torque(result, 0)
+    healthy = at_torque(solved(load_gear_set("liu-pair"), "coarse", 50.0), 0)
+    name = "pressure_at_pitch_point_plane_strain_MPa"
+    assert values[name] == pytest.approx(healthy[name], rel=1e-9)
+    # beside its edges the tooth has the pressure of 0.6 of the width
+    ratio = values["max_pressure_plane_strain_MPa"] / healthy[name]
+    assert 1.2 < ratio < 1.45
+
+
+def test_another_pair_counts_while_a_tip_corner_is_in_contact():
+    """The largest pressure is that at the end of single contact, by Hertz."""
+    result = solved(load_gear_set("liu-pair"), "fine")
+    values = at_torque(result, 0)
+    pressures = finite_pressures(result.problem, result.cycle, 0)
+    corners = corner_positions(result.problem, result.cycle, 0)
+    assert pressures[corners].max() > 0.0
+    assert 1e6 * values["max_pressure_plane_strain_MPa"] == pressures.max()
