@@ -176,7 +176,7 @@ def corner_positions(
     problem: ContactProblem, cycle: ContactCycle, torque: int
 ) -> NDArray[np.bool_]:
     """Positions (n,) at which there is one of `corner_pairs`."""
-    return corner_pairs(problem, cycle, torque).any(axis=1)
+    return np.asarray(corner_pairs(problem, cycle, torque).any(axis=1))
 
 
 def corner_pairs(
