@@ -220,29 +220,15 @@ def with_body_modes(
         gear_set, contacts, reference, modes, static, loaded
     )
     if retained is None or retained.size != modes.count:
-        with_all_modes = _passive(reference, replace(contacts, modes=modes))
-        band = loaded_resonance_band(replace(reference, contacts=with_all_modes))
-        retained = truncation_model.choose(band)
-    chosen = replace(
+        with_all_modes = replace(reference, contacts=replace(contacts, modes=modes))
+        retained = truncation_model.choose(loaded_resonance_band(with_all_modes))
+    return replace(
         contacts,
         modes=modes.select(retained),
         solved_modes=modes,
         truncation_model=truncation_model,
         retained=retained,
     )
-    return _passive(reference, chosen)
-
-
-def _passive(reference: LumpedSystem, contacts: CoupledContacts) -> CoupledContacts:
-    """The contacts, without the inertia of modes that are no coordinates where its
-    errors make meshes pull.
-    """
-    system = replace(reference, contacts=contacts)
-    try:
-        pulls = require_present(system.loaded, "loaded state").meshes_pull
-    except ArithmeticError:  # no equilibrium of contacts that pull
-        pulls = True
-    return replace(contacts, rest_has_inertia=not pulls)
 
 
 def loaded_resonance_band(system: LumpedSystem) -> tuple[float, float]:
