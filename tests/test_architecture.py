@@ -130,7 +130,7 @@ from typer.testing import CliRunner
 result = CliRunner().invoke(app, ["--help"])
 assert "sweep" in result.output and "reproduce" not in result.output, result.output
 assert " bench " not in result.output, result.output
-assert "No such command" in CliRunner().invoke(app, ["bench"]).output
+assert "no such command" in CliRunner().invoke(app, ["bench"]).output
 assert fegear.Sweep and not hasattr(fegear, "Validation")
 """
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)

@@ -15,7 +15,7 @@ MAX_UNEVEN_DEG = 1e-3  # of planets that are called equally spaced
 MIN_PLANETS = 2
 COUPLINGS = "coupling", "switchable_coupling"
 SEPARATORS = " -_@.,:\u00b00123456789"  # before what differs in the names of planets
-ALIKE = (
+EQUAL_OF_PLANETS = (
     *("number_of_teeth", "normal_module", "face_width", "tip_diameter"),
     "root_diameter",
 )
@@ -72,8 +72,11 @@ class PlanetaryStage:
             assumed.append("held: the ring, no coupling of one shaft with the casing")
             held = ["ring"]
         moving = [name for name in self.axes if name not in held]
-        found = self._input(moving)
-        driver, rule = found or (moving[0], "no defines_speed or defines_torque")
+        driver_and_rule = self._input(moving)
+        driver, rule = driver_and_rule or (
+            moving[0],
+            "no defines_speed or defines_torque",
+        )
         assumed.append(f"input: {driver}, by {rule}")
         (driven,) = (name for name in moving if name != driver)
         return {"input": driver, "output": driven, "held": held[0]}
@@ -131,16 +134,16 @@ def planetary_stage(gearbox: RexsGearbox) -> tuple[PlanetaryStage, list[str]]:
     Raises InputError where none can be converted, with all reasons.
     """
     reasons: list[str] = []
-    found: list[PlanetaryStage] = []
+    converted: list[PlanetaryStage] = []
     for component in gearbox.model.of_kind("planetary_stage"):
         try:
-            found.append(_stage(gearbox, component))
+            converted.append(_stage(gearbox, component))
         except InputError as error:
             reasons.append(str(error))
-    if not found:
+    if not converted:
         raise InputError("; ".join(reasons) or "no planetary_stage")
-    beyond = (f"{stage.component.label}: a second one" for stage in found[1:])
-    return found[0], [*reasons, *beyond]
+    beyond = (f"{stage.component.label}: a second one" for stage in converted[1:])
+    return converted[0], [*reasons, *beyond]
 
 
 def _stage(gearbox: RexsGearbox, component: Component) -> PlanetaryStage:
@@ -174,7 +177,7 @@ def _stage(gearbox: RexsGearbox, component: Component) -> PlanetaryStage:
 def _require_alike(label: str, planets: list[Component]) -> None:
     first, *others = planets
     for other in others:
-        for name in ALIKE:
+        for name in EQUAL_OF_PLANETS:
             one, two = (gear.attributes.get(name) for gear in (first, other))
             if (one and one.value) != (two and two.value):
                 raise InputError(

@@ -117,8 +117,8 @@ class ReliefProblem:
         magnitudes = [(0.0, self.max_magnitude / MICRO)] * len(self.groups)
         limits = [[entry.lengths for entry in group] for group in self.groups]
         lengths = [
-            (max(low for low, _ in each), min(high for _, high in each))
-            for each in limits
+            (max(low for low, _ in of_group), min(high for _, high in of_group))
+            for of_group in limits
         ]
         return magnitudes + lengths
 
@@ -126,17 +126,17 @@ class ReliefProblem:
         """The problem with each relief by itself, and the design that is the same."""
         sizes = [len(group) for group in self.groups]
         ranges = tuple(entry for group in self.groups for entry in group)
-        each = np.repeat(design.reshape(2, -1), sizes, axis=1).ravel()
-        return replace(self, ranges=ranges, symmetric=False), each
+        separate = np.repeat(design.reshape(2, -1), sizes, axis=1).ravel()
+        return replace(self, ranges=ranges, symmetric=False), separate
 
     def contact_of(self, design: Array) -> ContactProblem:
         """The contact problem with the reliefs of a design."""
         pitch = self.contact.pair.base_pitch
-        problem, each = self.separate(design)
+        problem, design = self.separate(design)
         count = len(problem.ranges)
         reliefs: dict[str, Any] = {}
         for entry, size, length in zip(
-            problem.ranges, each[:count], each[count:], strict=True
+            problem.ranges, design[:count], design[count:], strict=True
         ):
             relief = Relief(
                 magnitude=max(MICRO * float(size), MIN_MAGNITUDE),

@@ -431,7 +431,7 @@ def solve_mesh(
 ) -> StaticsResult:
     """Mesh table of one mesh at torques on its driver [N m].
 
-    Indices count from 0: mesh 0 is that of ``fegear stiffness --mesh 1``.
+    Indices count from 0: mesh 0 is the first one, mesh 1 of commands.
 
     With pitch errors the table continues until the tooth pairs repeat.
 

@@ -85,7 +85,7 @@ class BearingLoad(
         if self.load is not None and self.torque is not None:
             raise refusal(self, "torque", "{load} replaces it, leave it out")
 
-    @cached_property
+    @property
     def alone(self) -> NamedBearing | None:
         """The bearing of a bearing file, None where there is a gear set."""
         of = self.gear_set
@@ -246,7 +246,7 @@ class BearingLoadResult(StudyResult):
 
     @property
     def _name(self) -> str:
-        """Of the bearing alone, or of its gear."""
+        """Name of the bearing alone, or of its gear."""
         name: str = self.summary.get("bearing") or self.summary["gear"]
         return name
 

@@ -45,8 +45,8 @@ class _Settings:
 
     @property
     def text(self) -> str:
-        given = ", ".join(f"{name}={_text(v)}" for name, v in self.values.items())
-        return f"fegear.{self.kind.__name__}({given})"
+        settings = ", ".join(f"{name}={_text(v)}" for name, v in self.values.items())
+        return f"fegear.{self.kind.__name__}({settings})"
 
 
 def python_example(study: Any) -> list[str]:
@@ -56,8 +56,8 @@ def python_example(study: Any) -> list[str]:
     """
     import fegear
 
-    _, *words = shlex.split(study.example)
-    del words[: len(study.command.split())]
+    _, *arguments = shlex.split(study.example)
+    del arguments[: len(study.command.split())]
     places, options = list[_Path](), dict[str, _Path]()
     for path in _paths(group_of(study)):
         if isinstance(path[-1].declared, Setting) and path[-1].declared.place:
@@ -66,14 +66,16 @@ def python_example(study: Any) -> list[str]:
             names = path[-1].option, getattr(path[-1].declared, "short", "")
             options |= dict.fromkeys(filter(None, names), path)
     settings, files = _Settings(study), list[str]()
-    while words:
-        word = words.pop(0)
+    while arguments:
+        word = arguments.pop(0)
         if word in options:
             path = options[word]
             is_flag = _kind(path[-1]) is bool
-            settings.give(path, "True" if is_flag else _value(path, words.pop(0)))
+            settings.give(path, "True" if is_flag else _value(path, arguments.pop(0)))
         elif word.startswith("-"):
-            files.append(_file(study, word.lstrip("-").replace("-", "_"), words.pop(0)))
+            files.append(
+                _file(study, word.lstrip("-").replace("-", "_"), arguments.pop(0))
+            )
         else:
             path = places[0]
             settings.give(path, _value(path, word))

@@ -456,7 +456,7 @@ def _reliefs(
     change = np.zeros(count)
     if objective is not None:  # which has a kink at the best design: no derivative
         larger = [design + unit for unit in np.eye(2 * count)[:count]]
-        values = [objective.of(problem.ste(each)[0]) for each in (design, *larger)]
+        values = [objective.of(problem.ste(one)[0]) for one in (design, *larger)]
         change = (np.array(values[1:]) - values[0]) / MICRO
     return [
         {

@@ -159,16 +159,16 @@ class TrainProblem(Problem):
         most = least + (MORE_BODY_MODES - 1.0) * motions * motion * repeats_late
         if most < (LONG_S if motions else LONG_AT_REST_S):
             return
-        what = f"{motions:.3g} motions"
+        task = f"{motions:.3g} motions"
         if repeats_late:
-            what += f" that repeat after {periods} periods of the first mesh"
+            task += f" that repeat after {periods} periods of the first mesh"
         if not motions:
             meshes = len(self.gears.meshes)
-            what = f"load curves of {meshes} meshes, solved {set_ups} times,"
+            task = f"load curves of {meshes} meshes, solved {set_ups} times,"
         option = display_name(self.study, "number")
         times = " to ".join(dict.fromkeys(map(_rounded, (least, most))))
         yield (
-            f"coupled model: {what} take about {times} of processor time; {option} 1 "
+            f"coupled model: {task} take about {times} of processor time; {option} 1 "
             "takes a tenth or less"
         )
 

@@ -69,8 +69,8 @@ EQUILIBRIUM_RTOL = 1e-12  # error relative to the range of the contacts' tables
 # Share of the hubs' inertia that body modes leave them, below which the inertia of all
 # other modes is left out. That is the difference of nearly equal numbers, whose error
 # makes contacts too stiff or springs that pull: vibration was off by a third, or grew
-# beyond bounds. Where it was still right, leaving it out changed the RMS by up to 0.2 %.
-MIN_LEFT_INERTIA = 0.05
+# beyond bounds. Where it was still right, leaving it out changed RMS by up to 0.2 %.
+MIN_LEFT_INERTIA = 0.025
 MAX_HALVINGS = 12  # of a step of this method that would overshoot
 # Stiffness over the typical one that is added where there may be none, as of a planet
 # that has lost contact

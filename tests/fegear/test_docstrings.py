@@ -121,14 +121,14 @@ class ParsedError(Exception):
     """A command line was read."""
 
 
-def study_of_command(words: list[str], monkeypatch) -> Any:
+def study_of_command(argv: list[str], monkeypatch) -> Any:
     """The study that a command makes of its words, without a run."""
 
     def stop(study: Any, outputs: Any) -> None:
         raise ParsedError(study)
 
     monkeypatch.setattr("fegear.cli.studies._check_outputs", stop)
-    result = CliRunner().invoke(app, words)
+    result = CliRunner().invoke(app, argv)
     assert isinstance(result.exception, ParsedError), result.exception
     return result.exception.args[0]
 
@@ -145,8 +145,8 @@ def test_the_example_in_python_is_that_of_the_command(command, monkeypatch, tmp_
         return
     names = {"fegear": fegear}
     exec(lines[0], names)
-    words = shlex.split(kind.example)[1:]
-    assert names["study"] == study_of_command(words, monkeypatch)
+    argv = shlex.split(kind.example)[1:]
+    assert names["study"] == study_of_command(argv, monkeypatch)
     assert lines[0] in inspect.getdoc(kind)
 
 

@@ -134,5 +134,5 @@ def test_ross_has_the_table_and_frequency_of_a_pair():
     disks = fegear.lumped_system(gears, 100.0).train.gears
     mobility = sum(disk.base_radius**2 / disk.inertia for disk in disks)
     expected = np.sqrt(table.mean() * mobility) / (2.0 * np.pi)
-    found = train.run_modal(0.0).wn / (2.0 * np.pi)
-    assert np.abs(found / expected - 1.0).min() < 1e-3
+    frequency_Hz = train.run_modal(0.0).wn / (2.0 * np.pi)
+    assert np.abs(frequency_Hz / expected - 1.0).min() < 1e-3

@@ -26,7 +26,7 @@ def test_the_fuzzer_knows_every_option():
     flags |= {"--overwrite", "--whole", "--corner-contact", "--no-bending"}
     flags |= {"--varying-bending"}
     flags |= {"--all", "--quick"}  # take minutes
-    flags |= {"--chaos", "--exponents", "--root", "--averages"}
+    flags |= {"--chaos", "--exponents", "--root", "--averages", "--symmetric"}
     for name, options in option_lists().items():
         assert name in BASE
         for option in options:

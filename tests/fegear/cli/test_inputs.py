@@ -605,6 +605,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--front": plus(f"{RELIEF} --compromises 3", "--front p.png"),
         "--shape": plus(RELIEF, "--shape parabolic"),
         "--root": plus(RELIEF, "--root"),
+        "--symmetric": plus(RELIEF, "--symmetric"),
         "--max-relief-um": plus(RELIEF, "--max-relief-um 1"),
         "--starts": swap(RELIEF, "--starts 1", "--starts 2"),
         "--friction": plus(RELIEF, "--friction 0.1"),

@@ -268,12 +268,13 @@ def test_spalls_side_by_side_are_one_of_their_width(problem):
     solved = [
         solve_cycle(
             replace(
-                problem, driver_faults=equal_faults(problem, "driver", spalls={0: each})
+                problem,
+                driver_faults=equal_faults(problem, "driver", spalls={0: spalls}),
             ),
             [100.0],
             positions,
         )
-        for each in (parts, pieces)
+        for spalls in (parts, pieces)
     ]
     assert_allclose(solved[0].ste, solved[1].ste, rtol=1e-12)
     assert_allclose(solved[0].pressure, solved[1].pressure, rtol=1e-12)

@@ -98,11 +98,11 @@ def test_all_commands_choose_the_coupled_model_or_the_one_that_is_needed(command
     name = "planetary-24-36-96" if command == "sharing" else "liu-pair"
     gears = fegear.load_gear_set(name)
     assert problem(command, gears, **settings).model.number == "coupled"
-    given = fegear.LumpedModel(
+    of_figures = fegear.LumpedModel(
         number="auto", stiffness=fegear.StiffnessSource(kind="rectangular")
     )
     if command != "sharing":
-        needed = problem(command, gears, model=given, **settings)
+        needed = problem(command, gears, model=of_figures, **settings)
         assert needed.model.number == 1
         assert needed.reason.startswith("model 1: ")
 
