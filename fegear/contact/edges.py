@@ -73,8 +73,8 @@ def _profile_edges(gear: SpurGear, profile: FlankProfile | None, start: float) -
 def _spall_edges(
     problem: ContactProblem, cycle: ContactCycle
 ) -> Iterator[tuple[int, tuple[NDArray[np.bool_], Array]]]:
-    """Of each tooth with spalls: its gear, the pairs (n, k) that it is in, and the arcs
-    (e,) of the edges of its spalls from the tip corner [m].
+    """Gear of each tooth with spalls, the pairs (n, k) that it is in, and the arcs (e,)
+    of the edges of its spalls from the tip corner [m].
     """
     # pairs count anew in each base pitch
     number = np.floor(cycle.position).astype(np.int64)[:, None] - cycle.teeth

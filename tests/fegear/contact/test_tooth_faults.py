@@ -265,17 +265,11 @@ def test_spalls_side_by_side_are_one_of_their_width(problem):
         FlankSpall(ends[0][1] + 1e-12, ends[1][1], 0.3),
     )
     positions = np.linspace(-0.4, 0.4, 33)
-    solved = [
-        solve_cycle(
-            replace(
-                problem,
-                driver_faults=equal_faults(problem, "driver", spalls={0: spalls}),
-            ),
-            [100.0],
-            positions,
-        )
-        for spalls in (parts, pieces)
-    ]
+    solved = []
+    for spalls in (parts, pieces):
+        faults = equal_faults(problem, "driver", spalls={0: spalls})
+        faulty = replace(problem, driver_faults=faults)
+        solved.append(solve_cycle(faulty, [100.0], positions))
     assert_allclose(solved[0].ste, solved[1].ste, rtol=1e-12)
     assert_allclose(solved[0].pressure, solved[1].pressure, rtol=1e-12)
 
