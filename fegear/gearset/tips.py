@@ -20,7 +20,7 @@ CONTACT_RATIO_TOLERANCE = 1e-3
 FORM_MARGIN = 1e-4  # of a ring's tip from where the mate's fillet begins, relative
 
 
-MIN_SHORTENING = 1e-6  # m, of which an inference speaks
+MIN_SHORTENING = 1e-6  # [m]; smaller ones are not listed as inferred
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ class Spacing:
 
     @property
     def shortening(self) -> float:
-        """What the sum of profile shifts is more than the distance of the reference
-        circles [m]: tips shortened by it keep their clearance (DIN 3960)."""
+        """Difference of the sum of profile shifts and the distance of the reference
+        circles [m]. Tips that are shortened by it keep their clearance (DIN 3960)."""
         one, two = self.one, self.two
         shifts = one.thickness.profile_shift + two.thickness.profile_shift
         reference = one.reference_radius + two.reference_radius

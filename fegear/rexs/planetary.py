@@ -42,14 +42,11 @@ class PlanetaryStage:
 
     @property
     def planet_name(self) -> str:
-        """What the names of the planets have in common."""
-        first, *others = (gear.name for gear in self.planets)
-        same = 0
-        while same < len(first) and all(
-            o[: same + 1] == first[: same + 1] for o in others
-        ):
-            same += 1
-        return first[:same].rstrip(SEPARATORS)
+        """Common start of the names of the planets."""
+        common, *others = (gear.name for gear in self.planets)
+        while not all(name.startswith(common) for name in others):
+            common = common[:-1]
+        return common.rstrip(SEPARATORS)
 
     @cached_property
     def axes(self) -> dict[str, list[int]]:
@@ -72,11 +69,8 @@ class PlanetaryStage:
             assumed.append("held: the ring, no coupling of one shaft with the casing")
             held = ["ring"]
         moving = [name for name in self.axes if name not in held]
-        driver_and_rule = self._input(moving)
-        driver, rule = driver_and_rule or (
-            moving[0],
-            "no defines_speed or defines_torque",
-        )
+        by_default = moving[0], "no defines_speed or defines_torque"
+        driver, rule = self._input(moving) or by_default
         assumed.append(f"input: {driver}, by {rule}")
         (driven,) = (name for name in moving if name != driver)
         return {"input": driver, "output": driven, "held": held[0]}

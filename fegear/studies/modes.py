@@ -69,7 +69,7 @@ ELSEWHERE = {
     "bearing": "\nbearings\n[%]",
     "body": "\nbodies\n[%]",
 }
-MIN_SHOWN_ENERGY = 5e-4  # part of which no mode has more: a column that is left out
+MIN_SHOWN_ENERGY = 5e-4  # part of the energy; a column without a larger one is left out
 MAX_COLUMNS = 3  # of meshes with a column of their own on the screen
 FloatArray = NDArray[np.float64]
 MIN_MESH_ENERGY_FRACTION = (

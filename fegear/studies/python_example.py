@@ -17,7 +17,7 @@ RUN = "result = fegear.run(study)"
 
 @dataclass
 class _Settings:
-    """What an example gives a class: values as text, and groups of them."""
+    """Settings that an example gives to a class, as text of Python."""
 
     kind: type
     values: dict[str, Any] = field(default_factory=dict)

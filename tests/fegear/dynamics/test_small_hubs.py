@@ -4,49 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from counter_shafts import counter_shaft
+from loaded_frequencies import require_frequencies_of_finite_elements
 
 import fegear
 import lumped
-from fegear.gearset import GearSet, read_gear_set
-from fegear.statics.excitation import Excitations
+from fegear.gearset import read_gear_set
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.train.coupled import MIN_LEFT_INERTIA
-from validation.random_sets.measuring import (
-    elastic_gears,
-    highest_resonance,
-    natural_frequencies,
-    reduced_gears,
-    speeds_of,
-)
 
 COARSE = fegear.StiffnessSource(resolution="coarse", positions=32)
-TEETH = {"input": 23, "wheel": 67, "pinion": 21, "output": 55}
 TORQUE = 60.0
-
-
-def counter_shaft(hub_mm: float, shaft: str = "", lone: str = "") -> GearSet:
-    gears = "".join(
-        f'[[gear]]\nname = "{name}"\nteeth = {teeth}\n' for name, teeth in TEETH.items()
-    )
-    text = f"""
-name = "counter-shaft"
-[defaults]
-module_mm = 2.0
-face_width_mm = 20.0
-hub_diameter_mm = {hub_mm}
-tooth_thinning_um = 40.0
-{gears}{lone}
-[[mesh]]
-driver = "input"
-driven = "wheel"
-[[mesh]]
-driver = "pinion"
-driven = "output"
-[[shaft]]
-gears = ["wheel", "pinion"]
-{shaft}
-"""
-    return read_gear_set(text)
 
 
 @pytest.mark.parametrize("hub_mm", [16.0, 20.0, 26.0])
@@ -130,22 +98,7 @@ def test_vibration_of_usual_hubs_is_that_of_finite_elements():
 
 @pytest.mark.slow
 def test_natural_frequencies_are_those_of_finite_elements():
-    gear_set = counter_shaft(20.0)
-    excitations = Excitations(COARSE)
-    plain = lumped_system(gear_set, TORQUE, LumpedModel(stiffness=COARSE), excitations)
-    resonance = highest_resonance(plain)
-    coupled = lumped_system(
-        gear_set, TORQUE, LumpedModel(number="coupled", stiffness=COARSE)
-    )
-    speeds = speeds_of(resonance, 3)
-    elastic = elastic_gears(gear_set, speeds, excitations.source.statics, 1.0)
-    model = reduced_gears(gear_set, TORQUE, plain, excitations, elastic)
-    ours, theirs = natural_frequencies(coupled, model, elastic, resonance)
-    strained = [row[0] for row in ours if row[1] > 0.25 and row[0] < 1.2 * resonance]
-    assert strained
-    for frequency in strained:
-        apart = min(abs(row[0] - frequency) for row in theirs if row[1] > 0.1)
-        assert apart < 0.03 * frequency
+    require_frequencies_of_finite_elements(counter_shaft(20.0), TORQUE, COARSE)
 
 
 FLYWHEEL = """

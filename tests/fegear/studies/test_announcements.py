@@ -3,44 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from counter_shafts import counter_shaft
 
 import fegear
-from fegear.gearset.read import read_gear_set
 from fegear.studies import STUDIES, load_study
 from fegear.studies.trains import TrainStudy
 
-COUNTER_SHAFT = """
-name = "counter-shaft"
-[defaults]
-module_mm = 2.0
-face_width_mm = 20.0
-hub_diameter_mm = 20.0
-tooth_thinning_um = 40.0
-[[gear]]
-name = "input"
-teeth = 23
-[[gear]]
-name = "wheel"
-teeth = 67
-[[gear]]
-name = "pinion"
-teeth = 21
-[[gear]]
-name = "output"
-teeth = 55
-[[mesh]]
-driver = "input"
-driven = "wheel"
-[[mesh]]
-driver = "pinion"
-driven = "output"
-[[shaft]]
-gears = ["wheel", "pinion"]
-stiffness_Nm_per_rad = 2e4
-[load]
-gear = "input"
-torques_Nm = [60.0]
-"""
 SPEEDS = tuple(float(speed) for speed in range(1000, 4000, 100))
 MODELS = {  # settings that commands need besides the gear set
     "sweep": {},
@@ -58,7 +26,7 @@ def problem(command: str, gear_set, **settings):
 
 
 def test_a_counter_shaft_says_after_how_many_periods_its_meshes_repeat():
-    gears = read_gear_set(COUNTER_SHAFT)
+    gears = counter_shaft(20.0)
     (line,) = problem("sweep", gears, speeds=SPEEDS).announcements
     assert "60 motions that repeat after 67 periods of the first mesh" in line
     assert "s to 3 min of processor time; number 1 takes a tenth or less" in line

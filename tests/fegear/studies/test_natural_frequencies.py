@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from loaded_frequencies import require_frequencies_of_finite_elements
 
 import fegear
-from fegear.statics.excitation import Excitations
 from fegear.train.loaded_modes import linear_model, modes_under_load, system_of_modes
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from validation.random_sets.generator import random_gear_set
-from validation.random_sets.measuring import (
-    elastic_gears,
-    highest_resonance,
-    natural_frequencies,
-    reduced_gears,
-    speeds_of,
-)
+from validation.random_sets.measuring import highest_resonance
 
 COARSE = fegear.StiffnessSource(resolution="coarse", positions=32)
 SPRINGS = LumpedModel(stiffness=COARSE)
@@ -78,22 +72,9 @@ def test_every_command_has_the_same(number):
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(3))
 def test_they_are_those_of_finite_elements_without_loss_of_contact(number):
-    """Within 3 %, by equations that share nothing; modes that strain the meshes."""
     gear_set = random_gear_set(number)
     (torque,) = gear_set.meshes[0].torques
-    excitations = Excitations(COARSE)
-    plain = lumped_system(gear_set, torque, SPRINGS, excitations)
-    resonance = highest_resonance(plain)
-    coupled, _ = system_of_modes(gear_set, torque, SPRINGS)
-    speeds = speeds_of(resonance, 3)
-    elastic = elastic_gears(gear_set, speeds, excitations.source.statics, 1.0)
-    model = reduced_gears(gear_set, torque, plain, excitations, elastic)
-    ours, theirs = natural_frequencies(coupled, model, elastic, resonance)
-    strained = [row[0] for row in ours if row[1] > 0.25 and row[0] < 1.2 * resonance]
-    assert strained
-    for frequency in strained:
-        apart = min(abs(row[0] - frequency) for row in theirs if row[1] > 0.1)
-        assert apart < 0.03 * frequency
+    require_frequencies_of_finite_elements(gear_set, torque, COARSE)
 
 
 def test_mean_stiffness_is_the_slope_of_the_static_transmission_error():
