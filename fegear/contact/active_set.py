@@ -11,130 +11,124 @@ friction.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lumped.common.compiled import allocating, compiled_part
+from lumped.common.compiled import compiled_part
 from lumped.kernels.elimination import eliminate
 
 MAX_JOINT_EXCHANGES = 40  # sweeps that exchange every violated node together
 CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
 # which of the two is given; numba would compile everything once for each plain int
 TORQUE, STE = np.int64(0), np.int64(1)
-
-
-class NodeConditions(NamedTuple):
-    """What the nodes of all patches obey, arrays (n,).
-
-    gap : without load at zero transmission error [m]
-    penetration_rate : contact approach per transmission error
-    effective_arm : of the nodal force about the driver's centre, friction included [m]
-    """
-
-    gap: NDArray[np.float64]
-    penetration_rate: NDArray[np.float64]
-    effective_arm: NDArray[np.float64]
-
-
-@allocating
-def solve_active(C, nodes, kind, target, active, q, rate):
-    """(transmission error, slope d torque / d ste) with the active nodes in contact.
-
-    nodes : NodeConditions; q and rate, its slope d q / d ste, are overwritten
-    kind, target : TORQUE or STE, and its value
-    """
-    active_nodes = np.empty(q.size, np.int64)
-    n = 0
-    for i in range(q.size):
-        q[i], rate[i] = 0.0, 0.0
-        if active[i]:
-            active_nodes[n] = i
-            n += 1
-    matrix = np.empty((n, n + 2))  # preload and closing on the right
-    for i in range(n):
-        matrix[i, n] = nodes.gap[active_nodes[i]]
-        matrix[i, n + 1] = nodes.penetration_rate[active_nodes[i]]
-        for j in range(n):
-            matrix[i, j] = C[active_nodes[i], active_nodes[j]]
-    eliminate(matrix, n, n + 2)
-    slope, preload = 0.0, 0.0
-    for i in range(n):
-        preload += nodes.effective_arm[active_nodes[i]] * matrix[i, n]
-        slope += nodes.effective_arm[active_nodes[i]] * matrix[i, n + 1]
-    d = target if kind == STE else (target + preload) / slope
-    for i in range(n):
-        rate[active_nodes[i]] = matrix[i, n + 1]
-        q[active_nodes[i]] = d * matrix[i, n + 1] - matrix[i, n]
-    return d, slope
-
-
-@allocating
-def moment_rates(C, arm, active, rates):
-    """Fill rates (n,) with minus the slope of arm . q over each gap, C' rates = arm.
-
-    It is zero for nodes out of contact.
-    """
-    active_nodes = np.flatnonzero(active)
-    n = active_nodes.size
-    matrix = np.empty((n, n + 1))
-    for i in range(n):
-        matrix[i, n] = arm[active_nodes[i]]
-        for j in range(n):
-            matrix[i, j] = C[active_nodes[j], active_nodes[i]]
-    eliminate(matrix, n, n + 1)
-    rates[:] = 0.0
-    for i in range(n):
-        rates[active_nodes[i]] = matrix[i, n]
+# Node of a patch as an unknown.
+#   gap : without load at zero transmission error [m]
+#   closing : contact approach per transmission error
+#   arm : of the nodal force about the driver's centre, friction included [m]
+#   force : q [N/m];  rate : its slope over the transmission error [Pa]
+#   moment_rate : slope of the driver's moment over the gap, over minus its base radius
+#       [Pa]; without friction that is `rate`
+#   in_contact, was_in_contact : now and before an exchange
+#   touching : in element i of an array, the index of the i-th node in contact
+UNKNOWN = np.dtype(
+    [
+        ("gap", "f8"),
+        ("closing", "f8"),
+        ("arm", "f8"),
+        ("force", "f8"),
+        ("rate", "f8"),
+        ("moment_rate", "f8"),
+        ("touching", "i8"),
+        ("in_contact", "?"),
+        ("was_in_contact", "?"),
+    ],
+    align=True,
+)
 
 
 @compiled_part
-def require_contact(nodes, active):
+def solve_active(C, nodes, kind, target, matrix):
+    """(transmission error, slope d torque / d ste) with the active nodes in contact.
+
+    nodes : (n,) records UNKNOWN, of which forces and rates are overwritten
+    kind, target : TORQUE or STE, and its value
+    matrix : space for (n, n + 2) numbers
+    """
+    n = list_touching(nodes)
+    for i in range(n):
+        row = nodes[nodes[i].touching]
+        matrix[i, n] = row.gap  # preload and closing on the right
+        matrix[i, n + 1] = row.closing
+        for j in range(n):
+            matrix[i, j] = C[nodes[i].touching, nodes[j].touching]
+    eliminate(matrix, n, n + 2)
+    slope, preload = 0.0, 0.0
+    for i in range(n):
+        arm = nodes[nodes[i].touching].arm
+        preload += arm * matrix[i, n]
+        slope += arm * matrix[i, n + 1]
+    d = target if kind == STE else (target + preload) / slope
+    for i in range(n):
+        node = nodes[nodes[i].touching]
+        node.rate = matrix[i, n + 1]
+        node.force = d * matrix[i, n + 1] - matrix[i, n]
+    return d, slope
+
+
+@compiled_part
+def list_touching(nodes):
+    """Number of nodes in contact; lists them and clears all forces and rates."""
+    n = 0
+    for i in range(nodes.size):
+        nodes[i].force, nodes[i].rate = 0.0, 0.0
+        if nodes[i].in_contact:
+            nodes[n].touching = i
+            n += 1
+    return n
+
+
+@compiled_part
+def require_contact(nodes):
     """Put the node that closes first in contact where none is."""
     best = 0
-    for i in range(active.size):
-        if active[i]:
+    for i in range(nodes.size):
+        if nodes[i].in_contact:
             return
-        if (
-            nodes.gap[i] / nodes.penetration_rate[i]
-            < nodes.gap[best] / nodes.penetration_rate[best]
-        ):
+        if nodes[i].gap / nodes[i].closing < nodes[best].gap / nodes[best].closing:
             best = i
-    active[best] = True
+    nodes[best].in_contact = True
 
 
-@allocating
-def exchange(C, nodes, q, d, active, one_only):
+@compiled_part
+def exchange(C, nodes, d, one_only):
     """Move violated nodes in or out of contact; (whether any was, residual)."""
-    n = q.size
     changed, residual, max_force = False, 0.0, 0.0
-    was_active = np.empty(n, np.bool_)
-    for i in range(n):
-        was_active[i] = active[i]
-        max_force = max(max_force, q[i])
+    for i in range(nodes.size):
+        nodes[i].was_in_contact = nodes[i].in_contact
+        max_force = max(max_force, nodes[i].force)
     roundoff = 1e-13 * abs(d)
-    for i in range(n):
-        if was_active[i]:
-            is_violated = q[i] < 0.0
+    for i in range(nodes.size):
+        node = nodes[i]
+        if node.was_in_contact:
+            is_violated = node.force < 0.0
             if is_violated and max_force > 0.0:
-                residual = max(residual, -q[i] / max_force)
+                residual = max(residual, -node.force / max_force)
         else:
-            opening = nodes.gap[i] - d * nodes.penetration_rate[i]
-            for j in range(n):
-                if was_active[j]:
-                    opening += C[i, j] * q[j]
+            opening = node.gap - d * node.closing
+            for j in range(nodes.size):
+                if nodes[j].was_in_contact:
+                    opening += C[i, j] * nodes[j].force
             is_violated = opening < -roundoff
             residual = max(residual, -opening / abs(d))
         if is_violated and not (one_only and changed):
-            active[i] = not was_active[i]
+            node.in_contact = not node.was_in_contact
             changed = True
     return changed, residual
 
 
-@allocating
-def solve_contact(C, nodes, kind, target, active, q, rate):
-    """(ste, slope, residual, status, sweeps); active, q and rate are overwritten.
+@compiled_part
+def solve_contact(C, nodes, kind, target, matrix):
+    """(ste, slope, residual, status, sweeps); nodes as in `solve_active`.
 
     kind, target : TORQUE or STE, and its value
 
@@ -144,17 +138,15 @@ def solve_contact(C, nodes, kind, target, active, q, rate):
     residual is the largest violation: of gaps relative to the transmission error, of
     pressures relative to the largest one.
     """
-    max_sweeps = MAX_JOINT_EXCHANGES + 20 * q.size
+    max_sweeps = MAX_JOINT_EXCHANGES + 20 * nodes.size
     d, slope, residual = math.nan, math.nan, math.nan
     for sweep in range(max_sweeps):
         if kind == TORQUE:
-            require_contact(nodes, active)
-        d, slope = solve_active(C, nodes, kind, target, active, q, rate)
+            require_contact(nodes)
+        d, slope = solve_active(C, nodes, kind, target, matrix)
         if not math.isfinite(d):
             return d, slope, math.nan, NOT_FINITE, sweep + 1
-        changed, residual = exchange(
-            C, nodes, q, d, active, sweep >= MAX_JOINT_EXCHANGES
-        )
+        changed, residual = exchange(C, nodes, d, sweep >= MAX_JOINT_EXCHANGES)
         if not changed:
             return d, slope, residual, CONVERGED, sweep + 1
     return d, slope, residual, NOT_CONVERGED, max_sweeps

@@ -16,11 +16,14 @@ import numpy as np
 
 from fegear.contact.grid import SUPPORT
 from fegear.elasticity.flank_grid import STENCIL
-from lumped.common.compiled import allocating, compiled_part
+from lumped.common.compiled import compiled_part
 
 NORMAL, TANGENTIAL, ROOTWARD = np.int64(0), np.int64(1), np.int64(2)
 
 # Contact patch of one pair.
+#   tooth : base pitches by which it is ahead of the reference pair
+#   extra_gap : from pitch errors [m];  half_width : of the patch [m]
+#   has_nodes : whether its nodes are placed
 #   present : whether its flanks face each other
 #   is_fitted : whether the patch of a corner has the width of its own load
 #   master : gear whose flank carries the nodes, 0 driver or 1 driven
@@ -40,6 +43,10 @@ NORMAL, TANGENTIAL, ROOTWARD = np.int64(0), np.int64(1), np.int64(2)
 #   beyond : how far these are before the first point, as from `beyond_first`
 PATCH = np.dtype(
     [
+        ("tooth", "i8"),
+        ("extra_gap", "f8"),
+        ("half_width", "f8"),
+        ("has_nodes", "?"),
         ("present", "?"),
         ("is_fitted", "?"),
         ("master", "i8"),
@@ -121,13 +128,10 @@ def add_flank(block, factors, tables, ahead, behind, gear, receiver, source):
 
 
 @compiled_part
-def smooth_compliance_block(
-    constants, patches, pairs, teeth_apart, normal, rootward, block
-):
+def smooth_compliance_block(constants, patches, pairs, normal, rootward, block):
     """Both gears' smooth compliance (SUPPORT, SUPPORT), filled into block.
 
     pairs : indices of the patches where displacement is read and where load acts
-    teeth_apart : teeth by which the first one is ahead of the second
     normal, rootward : parts of the unit load
 
     Load and displacement are those along the normal that both flanks have, and across
@@ -135,10 +139,13 @@ def smooth_compliance_block(
     """
     tables, changes = constants.tables, constants.changes
     max_tooth_offset, (p, q) = tables.shape[2] // 2, pairs
-    block[:, :] = 0.0
+    receiver, source = patches[p], patches[q]
+    for a in range(SUPPORT):
+        for b in range(SUPPORT):
+            block[a, b] = 0.0
+    teeth_apart = receiver.tooth - source.tooth
     if abs(teeth_apart) > max_tooth_offset:
         return
-    receiver, source = patches[p], patches[q]
     for gear in range(2):
         # ahead is to the right on the driver and to the left on the driven gear
         tooth_offset = teeth_apart if gear == 0 else -teeth_apart
@@ -185,47 +192,46 @@ def local_tangential(flanks, grid, master, i, j):
     return total * grid.sign[i, j]
 
 
-@allocating
+@compiled_part
 def add_interpolated_block(C, row, column, lagrange, block):
-    """C[row:, column:] += lagrange block lagrange^T."""
-    nodes = lagrange.shape[0]
-    half = np.empty(SUPPORT)
-    for i in range(nodes):
+    """C[row:, column:] += lagrange block lagrange^T.
+
+    block : with a row of space below
+    """
+    for i in range(lagrange.shape[0]):
         for b in range(SUPPORT):
-            half[b] = 0.0
+            block[SUPPORT, b] = 0.0
             for a in range(SUPPORT):
-                half[b] += lagrange[i, a] * block[a, b]
-        for j in range(nodes):
+                block[SUPPORT, b] += lagrange[i, a] * block[a, b]
+        for j in range(lagrange.shape[0]):
             total = 0.0
             for b in range(SUPPORT):
-                total += half[b] * lagrange[j, b]
+                total += block[SUPPORT, b] * lagrange[j, b]
             C[row + i, column + j] += total
 
 
-@allocating
-def fill_compliance(C, constants, patches, all_nodes, active_pairs, teeth):
+@compiled_part
+def fill_compliance(constants, work, count):
     """Compliance [m/(N/m)] over the nodes of the active pairs, friction included.
 
     C = C_nn + mu C_nt with mu the friction coefficient in the direction of sliding.
 
-    all_nodes : (pairs, nodes) of all patches
+    count : of active pairs
     """
-    grid = constants.grid
+    C, block, grid = work.C, work.block, constants.grid
     nodes = grid.lagrange.shape[0]
-    block = np.empty((SUPPORT, SUPPORT))
-    for p in range(active_pairs.size):
-        for q in range(active_pairs.size):
-            pairs = active_pairs[p], active_pairs[q]
-            teeth_apart = teeth[pairs[0]] - teeth[pairs[1]]
-            source = patches[pairs[1]]
+    for p in range(count):
+        for q in range(count):
+            pairs = work.active_pairs[p], work.active_pairs[q]
+            source = work.patches[pairs[1]]
             mu = constants.mesh.friction * source.sliding_sign
-            smooth_compliance_block(
-                constants, patches, pairs, teeth_apart, 1.0, mu, block
-            )
-            C[p * nodes : (p + 1) * nodes, q * nodes : (q + 1) * nodes] = 0.0
+            smooth_compliance_block(constants, work.patches, pairs, 1.0, mu, block)
+            for i in range(nodes):
+                for j in range(nodes):
+                    C[p * nodes + i, q * nodes + j] = 0.0
             if p == q:
                 k = pairs[1]
-                fill_local(C, p * nodes, constants, k, source, all_nodes[k], mu)
+                fill_local(C, p * nodes, constants, k, source, work.nodes[k], mu)
             add_interpolated_block(C, p * nodes, q * nodes, grid.lagrange, block)
 
 
@@ -266,29 +272,32 @@ def concentrated(flanks, grid, patch, mu, i, j):
 
 
 @compiled_part
-def quadratic_form(block, support_loads):
+def quadratic_form(block):
+    """The loads below a block times the block times these loads."""
     total = 0.0
-    for a in range(support_loads.size):
-        for b in range(support_loads.size):
-            total += support_loads[a] * block[a, b] * support_loads[b]
+    for a in range(SUPPORT):
+        for b in range(SUPPORT):
+            total += block[SUPPORT, a] * block[a, b] * block[SUPPORT, b]
     return total
 
 
-@allocating
-def friction_bending(constants, patches, k, nodes, q):
+@compiled_part
+def friction_bending(constants, work, k):
     """Stiffening of a pair by rootward friction: -(q' C_nt q) / (q' C_nn q).
 
     The friction-bending ratio, eq. 4.42 of the multi-mesh source, of the pair k under
-    the forces q (n,) of its nodes.
+    the forces q of its nodes.
     """
-    flanks, grid, patch = constants.flanks[k], constants.grid, patches[k]
-    support_loads = np.zeros(SUPPORT)
+    flanks, grid, patch = constants.flanks[k], constants.grid, work.patches[k]
+    nodes, block = work.nodes[k], work.block
     normal, tangential = 0.0, 0.0
-    for i in range(q.size):
+    for a in range(SUPPORT):
+        block[SUPPORT, a] = 0.0
+    for i in range(nodes.size):
         for a in range(SUPPORT):
-            support_loads[a] += grid.lagrange[i, a] * q[i]
-        for j in range(q.size):
-            load = q[i] * q[j]
+            block[SUPPORT, a] += grid.lagrange[i, a] * nodes[i].force
+        for j in range(nodes.size):
+            load = nodes[i].force * nodes[j].force
             if load != 0.0:
                 normal += load * local_normal(flanks, grid, patch.step, i, j)
                 tangential += load * local_tangential(flanks, grid, patch.master, i, j)
@@ -298,11 +307,8 @@ def friction_bending(constants, patches, k, nodes, q):
                     tangential += more * local_tangential(
                         flanks, grid, patch.master, i, j
                     )
-    block = np.empty((SUPPORT, SUPPORT))
-    teeth_apart = np.int64(0)  # a literal would be compiled for separately
-    pair = k, k
-    smooth_compliance_block(constants, patches, pair, teeth_apart, 1.0, 0.0, block)
-    normal += quadratic_form(block, support_loads)
-    smooth_compliance_block(constants, patches, pair, teeth_apart, 0.0, 1.0, block)
-    tangential += quadratic_form(block, support_loads)
+    smooth_compliance_block(constants, work.patches, (k, k), 1.0, 0.0, block)
+    normal += quadratic_form(block)
+    smooth_compliance_block(constants, work.patches, (k, k), 0.0, 1.0, block)
+    tangential += quadratic_form(block)
     return -tangential / normal

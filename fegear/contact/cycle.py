@@ -11,14 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.active_set import (
-    NOT_FINITE,
-    STE,
-    TORQUE,
-    NodeConditions,
-    moment_rates,
-    solve_contact,
-)
+from fegear.contact.active_set import NOT_FINITE, STE, TORQUE, solve_contact
 from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import NO_FLANK_GAP
 from fegear.contact.grid import PatchTables
@@ -30,8 +23,8 @@ from fegear.contact.patches import (
     place_patch,
     reach_of_patch,
 )
-from fegear.contact.relief_rates import store_profile_rates, store_relief_rates
-from lumped.common.compiled import allocating, compiled, compiled_part
+from fegear.contact.relief_rates import store_rates
+from lumped.common.compiled import compiled_part, not_allocating
 
 PATCH_MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
 PATCH_GROWTH = 1.6  # of a patch whose pressure reaches its end
@@ -63,11 +56,6 @@ ROW = np.dtype(
 #   sliding_sign, moment_arms : as in `compliance.PATCH`
 #   turn : sine of the angle of `compliance.PATCH.tilt`, on driver and driven
 #   arc : of the load's centre, or of the closest point, on driver and driven [m]
-#   relief_rate : the pair's part of the derivatives of the transmission error times
-#       the slope of the load, by magnitude and start of tip and root relief of driver
-#       and driven [Pa]
-#   profile_rate : slopes of nodal forces times the derivatives of their gaps, by
-#       crowning and slope of the profiles of driver and driven [Pa]
 CELL = np.dtype(
     [
         ("load", "f8"),
@@ -79,8 +67,6 @@ CELL = np.dtype(
         ("moment_arms", "f8", (4,)),
         ("turn", "f8", (2,)),
         ("arc", "f8", (2,)),
-        ("relief_rate", "f8", (2, 2, 2)),
-        ("profile_rate", "f8", (2, 2)),
     ],
     align=True,
 )
@@ -105,154 +91,173 @@ class Constants(NamedTuple):
     grid: PatchTables
 
 
+class Places(NamedTuple):
+    """Where the contact is solved.
+
+    teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
+    gaps : (positions, pairs) extra gap of each pair, from pitch errors [m]
+    positions : (positions,) base pitches from the pitch point
+    """
+
+    teeth: NDArray[np.int64]
+    gaps: NDArray[np.float64]
+    positions: NDArray[np.float64]
+
+
 class Workspace(NamedTuple):
     """State of k pairs of n nodes at one position, left as at the last one.
 
     patches : (k,) records `compliance.PATCH`; nodes : (k, n) records `patches.NODE`
-    half_width : (k,) of the patches [m]
-    has_nodes : (k,) whether the nodes of a patch are placed
-    in_contact : (k, n) contact state, at which the next position starts
-    C : (k n, k n) compliance of the active pairs [m/(N/m)]
-    q : (k n,) their nodal forces [N/m];  rate : their slope over ste [Pa]
-    moment_rate : (k n,) slope of the driver's moment over the gap of each node, over
-        minus its base radius [Pa]; without friction that is `rate`
+    active_pairs : (k,) those in contact, first
+    unknowns : (k n,) records `active_set.UNKNOWN` of the nodes of the active pairs
+    C : (k n, k n) their compliance [m/(N/m)]
+    matrix : (k n, k n + 2) space for equations
+    block : (SUPPORT + 1, SUPPORT) space for the compliance of two pairs
     """
 
     patches: NDArray[Any]
     nodes: NDArray[Any]
-    half_width: NDArray[np.float64]
-    has_nodes: NDArray[np.bool_]
-    in_contact: NDArray[np.bool_]
+    active_pairs: NDArray[np.int64]
+    unknowns: NDArray[Any]
     C: NDArray[np.float64]
-    q: NDArray[np.float64]
-    rate: NDArray[np.float64]
-    moment_rate: NDArray[np.float64]
+    matrix: NDArray[np.float64]
+    block: NDArray[np.float64]
 
 
-@compiled
-def solve_cycle(constants, teeth, gaps, positions, kind, targets, work, results):
-    """Fill rows and cells; the last contact state starts the next position.
+@not_allocating
+def solve_cycle(constants, places, kind, targets, work, results, rates):
+    """Fill results; the last contact state starts the next position.
 
-    constants, work : Constants, Workspace
-    teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
-    gaps : (positions, pairs) extra gap of each pair, from pitch errors [m]
-    positions : base pitches from the pitch point
+    constants, places, work : Constants, Places, Workspace
     kind, targets : TORQUE on the driver [N], or STE [m], at each of some load cases and
         positions (cases, positions)
     results : rows (cases, positions) and cells (cases, positions, pairs)
+    rates : records `relief_rates.RATE`, shaped as cells, or None, without which what
+        they take is not compiled
     """
-    rows, cells = results
+    (teeth, gaps, positions), (rows, cells) = places, results
     for t in range(targets.shape[0]):
-        work.in_contact[:, :] = False
+        for k in range(teeth.size):
+            forget_contact(work.nodes[k])
         for n in range(positions.size):
             if constants.lines.shape[0] > 0:
                 constants.mesh.line_of_action = constants.lines[n, 0]
                 constants.mesh.pitch_point = constants.lines[n, 1]
-            place_pairs(
-                constants, teeth, gaps[n], positions[n], kind, targets[t, n], work
-            )
-            solve_position(
-                constants, teeth, gaps[n], kind, targets[t, n], work, rows[t, n],
-                cells[t, n],
-            )  # fmt: skip
+            for k in range(teeth.size):
+                work.patches[k].tooth = teeth[k]
+                work.patches[k].extra_gap = gaps[n, k]
+            place_pairs(constants, positions[n], kind, targets[t, n], work)
+            count = solve_position(constants, kind, targets[t, n], work, rows[t, n])
+            if count < 0:
+                continue
+            store_cells(constants, work, count, cells[t, n])
+            if rates is not None:
+                store_rates(constants, work, count, rows[t, n].ste, rates[t, n])
 
 
 @compiled_part
-def place_pairs(constants, teeth, gaps, position, kind, target, work):
+def forget_contact(nodes):
+    """Take the nodes of a patch out of contact."""
+    for i in range(nodes.size):
+        nodes[i].in_contact = False
+
+
+@compiled_part
+def place_pairs(constants, position, kind, target, work):
     """Closest points of all pairs, and patches as wide as the whole load would need."""
     mesh = constants.mesh
-    for k in range(teeth.size):
-        flanks = constants.flanks[k]
+    for k in range(work.patches.size):
+        flanks, patch = constants.flanks[k], work.patches[k]
         compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
-        s1 = mesh.pitch_point + (position + teeth[k]) * mesh.base_pitch
-        place_patch(mesh, flanks, work.patches[k], s1, gaps[k])
+        s1 = mesh.pitch_point + (position + patch.tooth) * mesh.base_pitch
+        place_patch(mesh, flanks, patch, s1)
         load = target / flanks[0].base_radius
         if kind == STE:
-            depth = max(target - work.patches[k].closing_ste, 0.0)
+            depth = max(target - patch.closing_ste, 0.0)
             load = depth / (SOFT_TEETH * compliance)
         half_width = hertz_half_width(mesh, flanks, s1, load)
-        if work.patches[k].present:
-            half_width = reach_of_patch(mesh, flanks, work.patches[k], half_width)
-            half_width = corner_width(flanks, work.patches[k], half_width, load)
-        work.half_width[k] = PATCH_MARGIN * half_width
-        work.has_nodes[k] = False
+        if patch.present:
+            half_width = reach_of_patch(mesh, flanks, patch, half_width)
+            half_width = corner_width(flanks, patch, half_width, load)
+        patch.half_width = PATCH_MARGIN * half_width
+        patch.has_nodes = False
 
 
-@allocating
-def solve_position(constants, teeth, gaps, kind, target, work, row, cells):
+@compiled_part
+def solve_position(constants, kind, target, work, row):
     """Solve one position; patches grow until they hold all the pressure.
 
     kind, target : TORQUE on the driver [N], or STE [m], and its value
+
+    Returns how many of the pairs are active, -1 without a solution.
     """
     patches, flanks = work.patches, constants.flanks[0]
-    work.q[:] = 0.0
     row.no_load = NO_FLANK_GAP
-    for k in range(teeth.size):
+    for k in range(patches.size):
         row.no_load = min(row.no_load, patches[k].closing_ste)
     if row.no_load >= NO_FLANK_GAP:
         row.status = NOT_FINITE
-        return
+        return -1
     limit = target
     if kind == TORQUE:
         compliance = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
         limit = row.no_load + FIRST_GUESS * target / flanks[0].base_radius * compliance
-    active_pairs = np.empty(0, np.int64)
+    count = 0
     for _ in range(MAX_PATCH_ITERATIONS):
-        active_pairs = choose_pairs(constants, work, gaps, limit)
-        solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row)
+        count = choose_pairs(constants, work, limit)
+        solve_active_pairs(constants, kind, target, work, count, row)
         if row.status != 0:
-            return
-        any_resized = resize_patches(constants, work, active_pairs)
-        for k in range(teeth.size):
+            return -1
+        any_resized = resize_patches(constants, work, count)
+        for k in range(patches.size):
             if patches[k].present and limit <= patches[k].closing_ste < row.ste:
                 any_resized = True
         limit = max(limit, row.ste)
         if not any_resized:
             break
-    store_cells(constants, work, active_pairs, row.ste, cells)
-
-
-@allocating
-def choose_pairs(constants, work, gaps, limit):
-    """Pairs that close below a transmission error [m], with their nodes laid."""
-    active_pairs = np.empty(gaps.size, np.int64)
-    count = 0
-    for k in range(gaps.size):
-        patch = work.patches[k]
-        if patch.present and patch.closing_ste < limit:
-            active_pairs[count] = k
-            count += 1
-            if not work.has_nodes[k]:
-                lay_nodes(
-                    constants, constants.flanks[k], patch, work.nodes[k], gaps[k],
-                    work.half_width[k],
-                )  # fmt: skip
-                work.has_nodes[k] = True
-    return active_pairs[:count]
+    return count
 
 
 @compiled_part
-def resize_patches(constants, work, active_pairs):
+def choose_pairs(constants, work, limit):
+    """Number of pairs that close below a transmission error [m]; lays their nodes."""
+    count = 0
+    for k in range(work.patches.size):
+        patch = work.patches[k]
+        if patch.present and patch.closing_ste < limit:
+            work.active_pairs[count] = k
+            count += 1
+            if not patch.has_nodes:
+                lay_nodes(constants, constants.flanks[k], patch, work.nodes[k])
+                patch.has_nodes = True
+    return count
+
+
+@compiled_part
+def resize_patches(constants, work, count):
     """Widen patches that pressure reaches an end of, and fit those of corners to their
     own load once; whether there were any.
     """
     size, any_resized = work.nodes.shape[1], False
-    for p in range(active_pairs.size):
-        k = active_pairs[p]
-        q = work.q[p * size : (p + 1) * size]
-        patch, half_width = work.patches[k], work.half_width[k]
+    for p in range(count):
+        k = work.active_pairs[p]
+        nodes = work.unknowns[p * size : (p + 1) * size]
+        patch, half_width = work.patches[k], work.patches[k].half_width
         # the far end is cut short where the flank ends at its tip
         reaches_far_end = patch.step * (size - 1) > 2.0 * half_width * (1.0 - 1e-9)
         # and the near end where an undercut ends the flank
         is_cut = ends_at_edge(constants.flanks[k], patch)
         reaches_far_end = reaches_far_end or is_cut
+        is_loaded_there = nodes[0].force > 0.0, nodes[size - 1].force > 0.0
         factor = 1.0
-        if (q[0] > 0.0 and not is_cut) or (reaches_far_end and q[-1] > 0.0):
+        if (is_loaded_there[0] and not is_cut) or (
+            reaches_far_end and is_loaded_there[1]
+        ):
             factor = PATCH_GROWTH
         elif patch.tilt[1] != 0.0 and not patch.is_fitted:
             load = 0.0
-            for force in q:
-                load += force
+            for i in range(size):
+                load += nodes[i].force
             width = corner_width(constants.flanks[k], patch, half_width, load)
             if load > 0.0 and PATCH_MARGIN * width < half_width:
                 # in steps, so that a small change of the load leaves the nodes in place
@@ -260,98 +265,87 @@ def resize_patches(constants, work, active_pairs):
                 factor = PATCH_STEP ** math.floor(ratio / math.log(PATCH_STEP))
             patch.is_fitted = True
         if factor != 1.0:
-            work.half_width[k] *= factor
-            work.has_nodes[k], any_resized = False, True
-            work.in_contact[k, :] = False
+            patch.half_width *= factor
+            patch.has_nodes, any_resized = False, True
+            forget_contact(work.nodes[k])
     return any_resized
 
 
-@allocating
-def solve_active_pairs(constants, teeth, kind, target, work, active_pairs, row):
-    """Nodal forces q of the active pairs, node after node, and the row's result.
+@compiled_part
+def solve_active_pairs(constants, kind, target, work, count, row):
+    """Nodal forces of the active pairs, node after node, and the row's result.
 
     The arm of a nodal force is that of the normal force less that of the friction
     force times the friction coefficient in the direction of sliding.
     """
     size, mesh = work.nodes.shape[1], constants.mesh
     base_radius = constants.flanks[0, 0].base_radius
-    count = active_pairs.size * size
-    gap, closing, arm = np.empty(count), np.empty(count), np.empty(count)
-    active = np.empty(count, np.bool_)
-    C, q = work.C, work.q[:count]
-    fill_compliance(C, constants, work.patches, work.nodes, active_pairs, teeth)
-    for p in range(active_pairs.size):
-        patch = work.patches[active_pairs[p]]
+    unknowns = work.unknowns[: count * size]
+    fill_compliance(constants, work, count)
+    for p in range(count):
+        k = work.active_pairs[p]
+        patch = work.patches[k]
         mu = mesh.friction * patch.sliding_sign
         for i in range(size):
-            row_index = p * size + i
-            gap[row_index] = work.nodes[active_pairs[p], i].gap
-            closing[row_index] = patch.moment_arms[0] / base_radius
-            arm[row_index] = patch.moment_arms[0] - mu * patch.moment_arms[2]
-            active[row_index] = work.in_contact[active_pairs[p], i]
-    conditions = NodeConditions(gap, closing, arm)
+            unknown = unknowns[p * size + i]
+            unknown.gap = work.nodes[k, i].gap
+            unknown.closing = patch.moment_arms[0] / base_radius
+            unknown.arm = patch.moment_arms[0] - mu * patch.moment_arms[2]
+            unknown.in_contact = work.nodes[k, i].in_contact
     ste, slope, residual, status, sweeps = solve_contact(
-        C, conditions, kind, target, active, q, work.rate[:count]
+        work.C, unknowns, kind, target, work.matrix
     )
-    work.moment_rate[:count] = work.rate[:count]
-    if mesh.friction > 0.0:
-        moment_rates(C, arm, active, work.moment_rate[:count])
-        work.moment_rate[:count] /= base_radius
-    for p in range(active_pairs.size):
+    for p in range(count):
         for i in range(size):
-            work.in_contact[active_pairs[p], i] = active[p * size + i]
+            in_contact = unknowns[p * size + i].in_contact
+            work.nodes[work.active_pairs[p], i].in_contact = in_contact
     row.ste, row.slope = ste, slope / base_radius
     row.residual, row.status = residual, status
     row.sweeps += sweeps
 
 
-@allocating
-def store_cells(constants, work, active_pairs, ste, cells):
+@compiled_part
+def store_cells(constants, work, count, cells):
     """Fill cells and the nodes' forces from the patches and their nodal forces."""
     size = work.nodes.shape[1]
     for k in range(work.patches.size):
-        patch = work.patches[k]
+        patch, cell = work.patches[k], cells[k]
         for i in range(size):
             work.nodes[k, i].force = 0.0
-        cells[k].gap = patch.closing_ste
-        cells[k].sliding_sign = patch.sliding_sign
-        cells[k].turn[patch.master] = patch.tilt[1]
+        cell.gap = patch.closing_ste
+        cell.sliding_sign = patch.sliding_sign
+        cell.turn[patch.master] = patch.tilt[1]
         for a in range(4):
-            cells[k].moment_arms[a] = patch.moment_arms[a]
-        cells[k].arc[patch.master] = patch.arc
-        cells[k].arc[1 - patch.master] = patch.mate_arc
-    for p in range(active_pairs.size):
-        k = active_pairs[p]
-        q = work.q[p * size : (p + 1) * size]
-        store_pair(constants, work.patches, k, work.nodes[k], q, cells[k])
-        rate = work.rate[p * size : (p + 1) * size]
+            cell.moment_arms[a] = patch.moment_arms[a]
+        cell.arc[patch.master] = patch.arc
+        cell.arc[1 - patch.master] = patch.mate_arc
+    for p in range(count):
+        k = work.active_pairs[p]
+        unknowns = work.unknowns[p * size : (p + 1) * size]
         for i in range(size):
-            cells[k].slope += rate[i]
-        by_gap = work.moment_rate[p * size : (p + 1) * size]
-        store_relief_rates(
-            constants.mesh, constants.flanks[k], work.patches[k], work.nodes[k], q,
-            by_gap, ste, cells[k],
-        )  # fmt: skip
-        store_profile_rates(
-            constants.flanks[k], work.patches[k], work.nodes[k], by_gap, cells[k]
-        )
+            work.nodes[k, i].force = unknowns[i].force
+            cells[k].slope += unknowns[i].rate
+        store_pair(work.patches[k], work.nodes[k], cells[k])
+        if cells[k].load > 0.0:
+            cells[k].bending = friction_bending(constants, work, k)
 
 
-@allocating
-def store_pair(constants, patches, k, nodes, q, cell):
-    """Load, largest pressure and load centre of pair k with nodal forces q (n,)."""
-    patch = patches[k]
+@compiled_part
+def store_pair(patch, nodes, cell):
+    """Load, largest pressure and load centre of a pair from its nodal forces."""
     master_moment, slave_moment = 0.0, 0.0
+    last = nodes[nodes.size - 1]
     # the nodes at both ends carry half a hat
-    peak = 2.0 * max(q[0] / nodes[0].width_share, q[-1] / nodes[-1].width_share)
-    for i in range(q.size):
-        nodes[i].force = q[i]
-        cell.load += q[i]
-        master_moment += q[i] * (patch.first_arc - i * patch.step)
-        slave_moment += q[i] * nodes[i].mate_arc
-        peak = max(peak, q[i] / nodes[i].width_share)
+    peak = 2.0 * max(
+        nodes[0].force / nodes[0].width_share, last.force / last.width_share
+    )
+    for i in range(nodes.size):
+        node = nodes[i]
+        cell.load += node.force
+        master_moment += node.force * (patch.first_arc - i * patch.step)
+        slave_moment += node.force * node.mate_arc
+        peak = max(peak, node.force / node.width_share)
     if cell.load > 0.0:
         cell.pressure = peak / patch.step
         cell.arc[patch.master] = master_moment / cell.load
         cell.arc[1 - patch.master] = slave_moment / cell.load
-        cell.bending = friction_bending(constants, patches, k, nodes, q)

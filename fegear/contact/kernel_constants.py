@@ -35,11 +35,13 @@ class Conditions(NamedTuple):
     teeth : that differ, of pairs (k,), or None
     lines : (n, 2) as in `fegear.contact.cycle.Constants`
     friction_reversed : friction acts against the nominal sliding direction
+    with_rates : whether rates by reliefs and profiles are asked for
     """
 
     teeth: PairTeeth | None = None
     lines: Array = np.empty((0, 2))
     friction_reversed: bool = False
+    with_rates: bool = False
 
 
 NOMINAL = Conditions()

@@ -33,10 +33,17 @@ MIN_CORNER_WIDTH = 1e-6  # of that of the flanks, so that a grazing corner has n
 MIN_ROLL = 0.02  # of the line of action, least radius of curvature
 MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
-# Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m], and
-# the share of the face width on which both flanks are there.
+# Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m],
+# the share of the face width on which both flanks are there, and whether they touch,
+# as which the next position starts.
 NODE = np.dtype(
-    [("gap", "f8"), ("mate_arc", "f8"), ("force", "f8"), ("width_share", "f8")],
+    [
+        ("gap", "f8"),
+        ("mate_arc", "f8"),
+        ("force", "f8"),
+        ("width_share", "f8"),
+        ("in_contact", "?"),
+    ],
     align=True,
 )
 
@@ -75,7 +82,7 @@ def curvature_radius(flank, line, s):
 
 
 @compiled_part
-def place_patch(mesh, flanks, patch, s1, extra_gap):
+def place_patch(mesh, flanks, patch, s1):
     """Find one pair's closest point; s1 is the driver's nominal roll length."""
     patch.master = 0 if s1 >= mesh.pitch_point else 1
     patch.present, patch.closing_ste = False, NO_FLANK_GAP
@@ -88,7 +95,7 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     nominal = patch.crossings[0]  # the master's roll length
     is_undercut = slave.undercut_roll > 0.0
     if is_undercut and patch.crossings[1] < slave.undercut_roll * (1.0 - 1e-12):
-        place_edge_patch(mesh, flanks, patch, s1, extra_gap)
+        place_edge_patch(mesh, flanks, patch, s1)
         if patch.present or nominal <= master.corner_roll:
             return
         # the edge has not reached the mate's tip, whose corner may touch above it
@@ -109,11 +116,11 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
         # levers and gaps are those where the flanks touch, the driver turned so far
         turn_driver(mesh, patch, s1, min(patch.closing_ste, MAX_TURN * mesh.base_pitch))
         find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
-    set_contact(mesh, flanks, patch, off_path, extra_gap)
+    set_contact(mesh, flanks, patch, off_path, patch.extra_gap)
 
 
 @compiled_part
-def place_edge_patch(mesh, flanks, patch, s1, extra_gap):
+def place_edge_patch(mesh, flanks, patch, s1):
     """Contact of the edge at which an undercut ends the slave's flank.
 
     The edge touches the mate's flank off the line of action, as a tip corner does: its
@@ -130,10 +137,10 @@ def place_edge_patch(mesh, flanks, patch, s1, extra_gap):
     gap = separation(master, slave, mesh.line_of_action, patch.crossings, s)[0]
     # levers and gap are those where they touch, maybe just below the mate's tip
     turn_driver(mesh, patch, s1, min(gap, MAX_TURN * mesh.base_pitch))
-    set_contact(mesh, flanks, patch, True, extra_gap)
+    set_contact(mesh, flanks, patch, True, patch.extra_gap)
     if not patch.present:
         turn_driver(mesh, patch, s1, 0.0)
-        set_contact(mesh, flanks, patch, True, extra_gap)
+        set_contact(mesh, flanks, patch, True, patch.extra_gap)
 
 
 @compiled_part
@@ -278,12 +285,12 @@ def normal_gap(flanks, patch, gap):
 
 
 @compiled_part
-def lay_nodes(constants, flanks, patch, nodes, extra_gap, half_width):
+def lay_nodes(constants, flanks, patch, nodes):
     """Gaps and opposite arcs of a pair's nodes (n,), stencils at support points."""
     m, mesh, points = patch.master, constants.mesh, constants.grid.points
     line, crossings = mesh.line_of_action, patch.crossings
     master, slave = flanks[m], flanks[1 - m]
-    count = constants.tables.shape[3]
+    count, half_width = constants.tables.shape[3], patch.half_width
     tip_end = max(master.tip_arc, patch.arc - half_width)
     root_end = patch.arc + half_width
     if master.undercut_roll > 0.0:
@@ -292,7 +299,7 @@ def lay_nodes(constants, flanks, patch, nodes, extra_gap, half_width):
         tip_end = arc_facing_edge(mesh, flanks, patch, tip_end)
     patch.first_arc = root_end
     patch.step = (root_end - tip_end) / (nodes.size - 1)
-    initial_gap = extra_gap + patch.driver_advance * closing_rate(flanks, patch)
+    initial_gap = patch.extra_gap + patch.driver_advance * closing_rate(flanks, patch)
     for i in range(nodes.size):
         s = roll_of_arc(master, root_end - i * patch.step)
         gap, s_slave, _ = separation(master, slave, line, crossings, s)

@@ -109,10 +109,11 @@ class ContactCycle:
         pressed together [N/m]
     relief_slope : (t, n, 2, 2, 2) derivatives of the transmission error with respect
         to magnitude [m] and start roll length [m] of tip and root relief of driver and
-        driven gear, nodes of the patches in place; 0 for flanks without relief
+        driven gear, nodes of the patches in place; 0 for flanks without relief; (t, 0,
+        2, 2, 2) where they were not asked for
     profile_slope : (t, n, 2, 2) the same with respect to crowning and slope [m] of the
         profiles of driver and driven gear, at fixed moment arms; 0 for flanks without
-        profile
+        profile; (t, 0, 2, 2) where they were not asked for
     gap : (t, n, k) transmission error that closes each pair [m]; infinite where its
         flanks do not face each other
     pressure : (t, n, k) largest contact pressure [Pa]
@@ -199,11 +200,13 @@ def solve_cycle(
     torques: ArrayLike,
     positions: ArrayLike,
     pitches: ArrayLike = 0,
+    with_slopes: bool = False,
 ) -> ContactCycle:
     """Solve the contact at every torque [N m] on the driver and every position.
 
     pitches : whole base pitches (n,) that come to the positions; pairs count anew in
         each
+    with_slopes : whether the slopes by reliefs and profiles are asked for
 
     A negative torque turns the driver back through the backlash and loads the other
     flanks. Raises ContactFailure where no solution was found and ValueError
@@ -217,9 +220,10 @@ def solve_cycle(
     if not np.isfinite(position).all():
         raise ValueError(f"positions must be finite, got {position.tolist()}")
     if (torque > 0.0).all():
-        return _solve_drive_side(problem, torque, position, pitch)
+        solved = run_kernel(problem, torque, position, pitch, with_rates=with_slopes)
+        return _collect(problem, torque, position + pitch, solved)
     if (torque < 0.0).all():
-        return _solve_back_side(problem, torque, position, pitch)
+        return _solve_back_side(problem, torque, position, pitch, with_slopes)
     raise ValueError(f"torques must have one sign, got {torque.tolist()}")
 
 
@@ -233,19 +237,16 @@ def back_side_position(pair: GearPair, position: ArrayLike) -> Array:
     return -(np.asarray(position, float) + back_lead(pair))
 
 
-def _solve_drive_side(
-    problem: ContactProblem, torque: Array, position: Array, pitch: Indices
-) -> ContactCycle:
-    solved = run_kernel(problem, torque, position, pitch)
-    return _collect(problem, torque, position + pitch, solved)
-
-
 def _solve_back_side(
-    problem: ContactProblem, torque: Array, position: Array, pitch: Indices
+    problem: ContactProblem,
+    torque: Array,
+    position: Array,
+    pitch: Indices,
+    with_slopes: bool,
 ) -> ContactCycle:
     mirrored = back_side_position(problem.pair, position)
     of_back = with_back_flanks(problem)
-    solved = run_kernel(of_back, -torque, mirrored, -pitch, back=True)
+    solved = run_kernel(of_back, -torque, mirrored, -pitch, True, with_slopes)
     cycle = _collect(of_back, -torque, mirrored, solved)
     backlash = problem.pair.backlash
     return replace(
@@ -262,13 +263,23 @@ def _solve_back_side(
 
 
 class KernelResult(NamedTuple):
-    """What the kernel leaves behind; nodes are those of the last position."""
+    """What the kernel leaves behind; nodes are those of the last position.
+
+    rates : of no positions where they were not asked for
+    """
 
     teeth: Indices
     rows: np.recarray
     cells: np.recarray
+    rates: np.recarray
     patches: np.recarray
     nodes: np.recarray
+
+    def replace_at(self, places: Indices, other: KernelResult) -> None:
+        """Take what another result has for some of the positions."""
+        self.rows[:, places], self.cells[:, places] = other.rows, other.cells
+        if self.rates.size:
+            self.rates[:, places] = other.rates
 
 
 def run_kernel(
@@ -277,11 +288,13 @@ def run_kernel(
     position: Array,
     pitch: Indices | None = None,
     back: bool = False,
+    with_rates: bool = False,
 ) -> KernelResult:
     """Solve at positive torques (t,) [N m] and positions (n,).
 
     pitch : (n,) whole base pitches that come to the positions; none by default
     back : whether the flanks are the back flanks, seen in a mirror
+    with_rates : whether rates by reliefs and profiles are asked for
     """
     from fegear.contact.cycle import TORQUE
 
@@ -293,13 +306,13 @@ def run_kernel(
     targets = kernel_torques(problem, torque, position.size)
     different = different_teeth(problem, numbers, back)
     if different is None:
-        still = Conditions(lines=lines)
+        still = Conditions(lines=lines, with_rates=with_rates)
         solved = solve_pairs(
             problem, teeth, gaps, place, TORQUE, targets, conditions=still
         )
     else:
-        where = place, lines
-        solved = _solve_groups(problem, teeth, gaps, where, targets, different)
+        common = Conditions(different, lines, with_rates=with_rates)
+        solved = _solve_groups(problem, teeth, gaps, place, targets, common)
     _require_solved(solved.rows, torque, position)
     return solved
 
@@ -356,36 +369,33 @@ def _solve_groups(
     problem: ContactProblem,
     teeth: Indices,
     gaps: Array,
-    where: tuple[Array, Array],
+    position: Array,
     targets: Array,
-    different: PairTeeth,
+    conditions: Conditions,
 ) -> KernelResult:
-    """Run the kernel for the positions of each set of teeth in the pairs (n, k).
+    """Run the kernel for the positions of each set of teeth in the pairs.
 
-    where : positions (n,) and lines of `Conditions`
+    conditions : with teeth (n, k) at all positions
     """
-    from fegear.contact import cycle
+    from fegear.contact.cycle import TORQUE
 
-    position, lines = where
-    rows = np.zeros(targets.shape, cycle.ROW).view(np.recarray)
-    cells = np.zeros((*targets.shape, teeth.size), cycle.CELL).view(np.recarray)
+    assert conditions.teeth is not None
+    lines, different = conditions.lines, conditions.teeth
+    result = _empty_result(teeth, targets.shape, problem.nodes, conditions.with_rates)
     both = np.concatenate(different, axis=1)
     groups, group = np.unique(both, axis=0, return_inverse=True)
     for number in range(len(groups)):
         places = np.flatnonzero(group.ravel() == number)
-        here = PairTeeth(*(part[places[0]] for part in different))
-        solved = solve_pairs(
-            problem,
-            teeth,
-            np.ascontiguousarray(gaps[places]),
-            position[places],
-            cycle.TORQUE,
-            np.ascontiguousarray(targets[:, places]),
-            Conditions(here, lines[places] if lines.size else lines),
+        here = conditions._replace(
+            teeth=PairTeeth(*(part[places[0]] for part in different)),
+            lines=lines[places] if lines.size else lines,
         )
-        rows[:, places], cells[:, places] = solved.rows, solved.cells
-        last = solved
-    return KernelResult(teeth, rows, cells, last.patches, last.nodes)
+        solved = solve_pairs(
+            problem, teeth, gaps[places], position[places], TORQUE, targets[:, places],
+            here,
+        )  # fmt: skip
+        result.replace_at(places, solved)
+    return result._replace(patches=solved.patches, nodes=solved.nodes)
 
 
 def solve_pair_alone(
@@ -438,7 +448,10 @@ def solve_pairs(
         constants.mesh.friction = -constants.mesh.friction
     if conditions.teeth is not None:
         gaps = gaps + MISSING_GAP * missing_pairs(problem, conditions.teeth)
-    solved = solve_constants(constants, teeth, gaps, position, kind, targets)
+    with_rates = conditions.with_rates
+    solved = solve_constants(
+        constants, teeth, gaps, position, kind, targets, with_rates
+    )
     places = turned_positions(solved.cells)
     full = with_rootward(constants, problem) if places.size else None
     if full is None:
@@ -446,11 +459,12 @@ def solve_pairs(
     if full.lines.size:
         full = full._replace(lines=full.lines[places])
     again = solve_constants(
-        full, teeth, gaps[places], position[places], kind, targets[:, places]
-    )
-    solved.rows[:, places], solved.cells[:, places] = again.rows, again.cells
+        full, teeth, gaps[places], position[places], kind, targets[:, places],
+        with_rates,
+    )  # fmt: skip
+    solved.replace_at(places, again)
     if places[-1] == position.size - 1:
-        return again._replace(rows=solved.rows, cells=solved.cells)
+        return solved._replace(patches=again.patches, nodes=again.nodes)
     return solved
 
 
@@ -470,39 +484,61 @@ def solve_constants(
     position: Array,
     kind: np.int64,
     targets: Array,
+    with_rates: bool = False,
 ) -> KernelResult:
     """Run the kernel once, with gaps, kind and targets as in `solve_pairs`."""
     from fegear.contact import cycle
 
-    pairs, size = teeth.size, len(constants.grid.logarithm)
-    rows = np.zeros(targets.shape, cycle.ROW).view(np.recarray)
-    cells = np.zeros((*targets.shape, pairs), cycle.CELL).view(np.recarray)
-    work = workspace(pairs, size)
+    size = len(constants.grid.logarithm)
+    result = _empty_result(teeth, targets.shape, size, with_rates)
+    work = workspace(teeth.size, size)
     # positions may be every other one of an array: kernels are compiled for whole ones
     gaps, position, targets = map(np.ascontiguousarray, (gaps, position, targets))
-    cycle.solve_cycle(
-        constants, teeth, gaps, position, kind, targets, work, (rows, cells)
-    )
+    places = cycle.Places(teeth, gaps, position)
+    rates = result.rates if with_rates else None
+    filled = result.rows, result.cells
+    cycle.solve_cycle(constants, places, kind, targets, work, filled, rates)
     patches, nodes = (a.view(np.recarray) for a in (work.patches, work.nodes))
-    return KernelResult(teeth, rows, cells, patches, nodes)
+    return result._replace(patches=patches, nodes=nodes)
+
+
+def _empty_result(
+    teeth: Indices, shape: tuple[int, ...], size: int, with_rates: bool
+) -> KernelResult:
+    """Result to be filled, for cases and positions (t, n) and patches of some nodes."""
+    from fegear.contact.cycle import CELL, ROW
+    from fegear.contact.relief_rates import RATE
+
+    cases, positions = shape
+    work = workspace(teeth.size, size)
+    rated = cases, positions if with_rates else 0, teeth.size
+    return KernelResult(
+        teeth,
+        np.zeros(shape, ROW).view(np.recarray),
+        np.zeros((*shape, teeth.size), CELL).view(np.recarray),
+        np.zeros(rated, RATE).view(np.recarray),
+        work.patches.view(np.recarray),
+        work.nodes.view(np.recarray),
+    )
 
 
 def workspace(pairs: int, size: int) -> Workspace:
     """State of tooth pairs with patches of `size` nodes, for the kernel."""
+    from fegear.contact.active_set import UNKNOWN
     from fegear.contact.compliance import PATCH
     from fegear.contact.cycle import Workspace
+    from fegear.contact.grid import SUPPORT
     from fegear.contact.patches import NODE
 
+    count = pairs * size
     return Workspace(
         patches=np.zeros(pairs, PATCH).view(np.recarray),
         nodes=np.zeros((pairs, size), NODE).view(np.recarray),
-        half_width=np.empty(pairs),
-        has_nodes=np.zeros(pairs, np.bool_),
-        in_contact=np.zeros((pairs, size), np.bool_),
-        C=np.empty((pairs * size, pairs * size)),
-        q=np.zeros(pairs * size),
-        rate=np.zeros(pairs * size),
-        moment_rate=np.zeros(pairs * size),
+        active_pairs=np.zeros(pairs, np.int64),
+        unknowns=np.zeros(count, UNKNOWN).view(np.recarray),
+        C=np.empty((count, count)),
+        matrix=np.empty((count, count + 2)),
+        block=np.empty((SUPPORT + 1, SUPPORT)),
     )
 
 
@@ -572,8 +608,7 @@ def _collect(
 ) -> ContactCycle:
     from fegear.contact.flanks import NO_FLANK_GAP
 
-    teeth, rows, cells, _, _ = solved
-
+    teeth, rows, cells, rates = solved[:4]
     width = problem.face_width
     load = cells.load * width
     mu = problem.friction * cells.sliding_sign
@@ -582,7 +617,7 @@ def _collect(
     closing = cells.moment_arms[..., 0] / base_radius
     driver_arm = cells.moment_arms[..., 0] - mu * cells.moment_arms[..., 2]
     moment_slope = (cells.slope * (driver_arm / base_radius)).sum(axis=2)
-    total_slope = moment_slope[..., None, None, None]
+    total_slope = moment_slope[:, : rates.shape[1], None, None, None]
     return ContactCycle(
         torque=torque,
         position=position,
@@ -593,8 +628,8 @@ def _collect(
         local_stiffness=rows.slope * width,
         load=load,
         load_slope=cells.slope * width,
-        relief_slope=cells.relief_rate.sum(axis=2) / total_slope,
-        profile_slope=cells.profile_rate.sum(axis=2) / total_slope[..., 0],
+        relief_slope=rates.relief.sum(axis=2) / total_slope,
+        profile_slope=rates.profile.sum(axis=2) / total_slope[..., 0],
         gap=np.where(cells.gap >= NO_FLANK_GAP, np.inf, cells.gap),
         pressure=cells.pressure,
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),

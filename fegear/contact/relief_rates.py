@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fegear.contact.flanks import (
     KINK,
     base_tangent_angle,
@@ -23,54 +25,102 @@ from fegear.contact.flanks import (
     separation,
 )
 from lumped.common.compiled import compiled_part
+from lumped.kernels.elimination import eliminate
 
 CROSSING_STEP = 1e-8  # of the line of action, for differences over a crossing
 MAX_BEND = 100.0  # of a normal over the roll length, per base radius; more is a kink
 
 
-@compiled_part
-def store_relief_rates(mesh, flanks, patch, nodes, q, rate, ste, cell):
-    """Fill a pair's `relief_rate`; zero for flanks without relief.
+# Per (torque, position, pair): the pair's part of derivatives of the transmission error
+# times the slope of the load [Pa].
+#   relief : by magnitude and start of tip and root relief of driver and driven
+#   profile : slopes of nodal forces times the derivatives of their gaps, by crowning
+#       and slope of the profiles of driver and driven
+RATE = np.dtype([("relief", "f8", (2, 2, 2)), ("profile", "f8", (2, 2))], align=True)
 
-    q : nodal forces [N/m]; rate : `Workspace.moment_rate` of the nodes, without
-        friction the slope of their forces over the transmission error `ste`
+
+@compiled_part
+def store_rates(constants, work, count, ste, rates):
+    """Fill the rates of the active pairs, zero for flanks without modifications.
+
+    count : of active pairs
+    """
+    size = work.nodes.shape[1]
+    unknowns = work.unknowns[: count * size]
+    set_moment_rates(constants, work, unknowns)
+    for p in range(count):
+        k = work.active_pairs[p]
+        by_gap = unknowns[p * size : (p + 1) * size]
+        flanks, patch, nodes = constants.flanks[k], work.patches[k], work.nodes[k]
+        add_relief_rates(constants.mesh, flanks, patch, nodes, by_gap, ste, rates[k])
+        add_profile_rates(flanks, patch, nodes, by_gap, rates[k])
+
+
+@compiled_part
+def set_moment_rates(constants, work, unknowns):
+    """Fill `moment_rate` of nodes: C' rates = arm over those in contact."""
+    for i in range(unknowns.size):
+        unknowns[i].moment_rate = unknowns[i].rate
+    if constants.mesh.friction == 0.0:
+        return
+    n, matrix, base_radius = 0, work.matrix, constants.flanks[0, 0].base_radius
+    for i in range(unknowns.size):
+        unknowns[i].moment_rate = 0.0
+        if unknowns[i].in_contact:
+            unknowns[n].touching = i
+            n += 1
+    for i in range(n):
+        matrix[i, n] = unknowns[unknowns[i].touching].arm
+        for j in range(n):
+            matrix[i, j] = work.C[unknowns[j].touching, unknowns[i].touching]
+    eliminate(matrix, n, n + 1)
+    for i in range(n):
+        unknowns[unknowns[i].touching].moment_rate = matrix[i, n] / base_radius
+
+
+@compiled_part
+def add_relief_rates(mesh, flanks, patch, nodes, unknowns, ste, rate):
+    """Add a pair's rates by reliefs; none for flanks without.
+
+    unknowns : of the nodes of the pair, under the transmission error `ste`
     """
     m = patch.master
     if not (is_relieved(flanks[0]) or is_relieved(flanks[1])):
         return
     master, slave = flanks[m], flanks[1 - m]
     contact = contact_point(mesh, master, slave, patch)
-    sums = node_sums(mesh, master, slave, patch, nodes, q, rate)
+    sums = node_sums(mesh, master, slave, patch, unknowns)
     for gear in range(2):
         s = contact[0] if gear == m else contact[1]
         for end in range(2):
-            opened = gap_rates(mesh, flanks, patch, nodes, rate, gear, end)
+            opened = gap_rates(mesh, flanks, patch, nodes, unknowns, gear, end)
             for parameter in range(2):
                 depth, slope = depth_and_slope(flanks[gear], end, parameter, s)
                 turned = turn_normal(master, slave, patch, contact, gear, depth, slope)
                 total = opened[parameter] + pair_rate(
                     mesh, flanks, patch, contact, sums, ste, turned
                 )
-                cell.relief_rate[gear, end, parameter] += total
+                rate.relief[gear, end, parameter] += total
 
 
 @compiled_part
-def store_profile_rates(flanks, patch, nodes, rate, cell):
-    """Fill a pair's `profile_rate`, at fixed moment arms; zero without profiles."""
+def add_profile_rates(flanks, patch, nodes, unknowns, rate):
+    """Add a pair's rates by profiles, at fixed moment arms; none without profiles."""
     slave = 1 - patch.master
     factor = patch.moment_arms[slave] / flanks[slave].base_radius
     for gear in range(2):
         flank = flanks[gear]
         if not flank.profile.is_there:
             continue
-        for i in range(rate.size):
+        for i in range(nodes.size):
             arc = nodes[i].mate_arc
             if gear == patch.master:
                 arc = patch.first_arc - i * patch.step
             s = roll_of_arc(flank, arc)
             by_crowning, by_slope = profile_derivatives(flank.profile, s)
-            cell.profile_rate[gear, 0] += factor * rate[i] * by_crowning
-            cell.profile_rate[gear, 1] += factor * rate[i] * by_slope
+            moment_rate = unknowns[i].moment_rate
+            rate.profile[gear, 0] += factor * moment_rate * by_crowning
+            rate.profile[gear, 1] += factor * moment_rate * by_slope
 
 
 @compiled_part
@@ -97,22 +147,23 @@ def gap_by_crossing(mesh, master, slave, patch, s):
 
 
 @compiled_part
-def node_sums(mesh, master, slave, patch, nodes, q, rate):
+def node_sums(mesh, master, slave, patch, unknowns):
     """Sums over nodes: load, its slope, slopes times gaps and times gaps' slopes."""
     load, stiffness, gaps, by_crossing = 0.0, 0.0, 0.0, 0.0
-    for i in range(q.size):
-        load += q[i]
-        if rate[i] != 0.0:
+    for i in range(unknowns.size):
+        load += unknowns[i].force
+        rate = unknowns[i].moment_rate
+        if rate != 0.0:
             s = roll_of_arc(master, patch.first_arc - i * patch.step)
             gap, slope = gap_by_crossing(mesh, master, slave, patch, s)
-            stiffness += rate[i]
-            gaps += rate[i] * gap
-            by_crossing += rate[i] * slope
+            stiffness += rate
+            gaps += rate * gap
+            by_crossing += rate * slope
     return load, stiffness, gaps, by_crossing
 
 
 @compiled_part
-def gap_rates(mesh, flanks, patch, nodes, rate, gear, end):
+def gap_rates(mesh, flanks, patch, nodes, unknowns, gear, end):
     """Slopes of nodal forces times derivatives of gaps, at fixed normals.
 
     By magnitude and start. A modification of the master is a shift of its crossing.
@@ -123,13 +174,13 @@ def gap_rates(mesh, flanks, patch, nodes, rate, gear, end):
     by_magnitude, by_start = 0.0, 0.0
     if relief.magnitude == 0.0:
         return by_magnitude, by_start
-    for i in range(rate.size):
-        if rate[i] == 0.0:
+    for i in range(nodes.size):
+        weight = unknowns[i].moment_rate
+        if weight == 0.0:
             continue
         arc = patch.first_arc - i * patch.step if gear == m else nodes[i].mate_arc
         s = roll_of_arc(flank, arc)
         depth = relief_derivatives(relief, s)
-        weight = rate[i]
         if gear == m and depth[0] != 0.0:
             weight *= -gap_by_crossing(mesh, flank, slave, patch, s)[1]
         by_magnitude += weight * depth[0]

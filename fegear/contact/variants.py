@@ -110,10 +110,9 @@ def solve_variants(
         _move_centers(constants.mesh, problem, variants.center_distance[i])
         gaps = np.tile(variants.gap[i], (position.size, 1))
         cells[:] = np.zeros((), cycle.CELL)
+        where = cycle.Places(teeth, gaps, position)
         results = rows[i : i + 1], cells
-        cycle.solve_cycle(
-            constants, teeth, gaps, position, cycle.TORQUE, target, work, results
-        )
+        cycle.solve_cycle(constants, where, cycle.TORQUE, target, work, results, None)
         places = turned_positions(cells)
         full = with_rootward(constants, problem) if places.size else None
         if full is not None:

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from lumped.common.compiled import compiled, compiled_part
+from lumped.common.compiled import compiled_part, not_allocating
 
 STENCIL = 4  # points that an interpolated value is made of
 MIN_ARC_RATIO = 1e-2  # of an arc over that of the first point
@@ -69,13 +69,11 @@ def point_arc(i, length, grading, both_ends, count):
     return length * math.sinh(grading * t) / math.sinh(grading)
 
 
-@compiled
-def _place_stencils(arcs, length, grading, both_ends, count):
-    first = np.empty(arcs.size, np.int64)
-    weights = np.empty((arcs.size, STENCIL))
+@not_allocating
+def _place_stencils(arcs, length, grading, both_ends, count, first, weights):
+    """Fill indices (n,) and weights (n, 4) of arcs (n,)."""
     for i in range(arcs.size):
         first[i] = place_stencil(arcs[i], length, grading, both_ends, count, weights[i])
-    return first, weights
 
 
 def flank_stencils(arcs, length, grading, count, both_ends=False):
@@ -86,8 +84,9 @@ def flank_stencils(arcs, length, grading, count, both_ends=False):
     """
     positions = np.asarray(arcs, float)
     flat = np.ascontiguousarray(positions.ravel())
-    first, weights = _place_stencils(
-        flat, float(length), float(grading), both_ends, count
+    first, weights = np.empty(flat.size, np.int64), np.empty((flat.size, STENCIL))
+    _place_stencils(
+        flat, float(length), float(grading), both_ends, count, first, weights
     )
     index = first.reshape(positions.shape)[..., None] + np.arange(STENCIL)
     return index, weights.reshape(*positions.shape, STENCIL)

@@ -149,7 +149,7 @@ class ReliefProblem:
     def ste(self, design: Array) -> tuple[Array, Array]:
         """Transmission errors (t, p) [m] and their derivatives (t, p, 2 n)."""
         contact = self.contact_of(design)
-        cycle = solve_cycle(contact, self.torques, self.positions)
+        cycle = solve_cycle(contact, self.torques, self.positions, with_slopes=True)
         count, pitch = len(self.groups), contact.pair.base_pitch
         derivative = np.zeros((*cycle.ste.shape, 2 * count))
         for i, group in enumerate(self.groups):

@@ -233,7 +233,7 @@ def ste_derivatives(problem: ToleranceProblem) -> Array:
     Zero for the centre distance.
     """
     contact = with_profiles(problem.contact)
-    cycle = solve_cycle(contact, problem.torque, problem.position)
+    cycle = solve_cycle(contact, problem.torque, problem.position, with_slopes=True)
     by_crowning, by_slope = np.moveaxis(cycle.profile_slope[0], -1, 0)
     by_gap = cycle.load_slope / (cycle.load_slope * cycle.closing).sum(
         -1, keepdims=True

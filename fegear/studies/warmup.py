@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 
 PAIR, GEARBOX, MACHINE = "liu-pair", "seed-five-speed", "roots-scaled"
 SPEED = 1000.0  # Hz, of the first mesh
-DECORATED = re.compile(r"^@(compiled|compiled_part|inlined|allocating)$", re.M)
+DECORATED = re.compile(
+    r"^@(compiled|not_allocating|compiled_part|shared_part|inlined|allocating)$", re.M
+)
 SPUR = """
 name = "spur"
 [excitation]
@@ -72,6 +74,8 @@ def _damped(model: LumpedModel) -> Study:
 def _statics() -> Iterator[Study]:
     elements = fegear.StaticsSettings(resolution="coarse", positions=4)
     yield _study("stiffness", gear_set=PAIR, torque=[100.0], elements=elements)
+    at = {"gear_set": PAIR, "torque": [100.0], "starts": 1}
+    yield _study("relief", **at, max_relief_um=1.0, elements=elements)
 
 
 def _springs() -> Iterator[Study]:
@@ -163,7 +167,7 @@ USES: Mapping[str, tuple[int, Callable[[], Iterator[Study]]]] = {
     "clatter": (3, _clatter),
     "adaptive": (1, _adaptive),
     "bearings": (1, _bearings),
-    "statics": (1, _statics),
+    "statics": (2, _statics),
     "rattle": (6, _rattle),
 }
 

@@ -10,6 +10,8 @@ A full disk only costs time.
 
 The first compilation of a process is logged, since it takes seconds: as information,
 or as a warning where its result cannot be kept.
+
+Parts are called by other compiled functions alone, see `lumped.common.linking`.
 """
 
 from __future__ import annotations
@@ -34,12 +36,29 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.types import unliteral
 from numba.extending import overload
 
+from lumped.common import linking
+from lumped.common.linking import (
+    CACHE_FORMS,
+    InlineCompiler,
+    PartCompiler,
+    RootCompiler,
+    SharedCompiler,
+)
+
 IMPORT_LINE = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
-PART_OPTIONS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 DIGEST_SIZE = 32  # bytes of SHA-256 before what a file of the cache holds
 CACHE_SUFFIX = ".nbc"
-INLINE_OPTIONS = {**PART_OPTIONS, "_nrt": False, "forceinline": True}
+PART_OPTIONS = {
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "pipeline_class": PartCompiler,
+}
+INLINE_OPTIONS = PART_OPTIONS | {
+    "pipeline_class": InlineCompiler,
+    "_nrt": False,
+    "forceinline": True,
+}
 LOG = logging.getLogger(__name__)
 
 
@@ -47,6 +66,7 @@ LOG = logging.getLogger(__name__)
 def kernel_cache(folder: Path) -> Path | None:
     """A writable directory for the kernels of a source folder as it is, or None."""
     digest = hashlib.sha256(Path(__file__).read_bytes())
+    digest.update(Path(linking.__file__).read_bytes())
     for path in sorted(
         {p for f in (folder, *_imported_folders(folder)) for p in f.glob("*.py")}
     ):
@@ -132,7 +152,10 @@ class _SealedFiles(IndexDataCacheFile):
 
 
 class _SealedCache(FunctionCache):
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(
+        self, function: Callable[..., Any], compiler: type[RootCompiler]
+    ) -> None:
+        self._impl_class = CACHE_FORMS[compiler]
         super().__init__(function)
         base, stamp = self._impl.filename_base, None
         self._cache_file = _SealedFiles(self._cache_path, base, stamp)
@@ -146,13 +169,14 @@ def _warn_damaged(directory: Path) -> None:
 def _compile(function: F, **options: Any) -> F:
     options["error_model"] = "numpy"  # division by zero gives inf, caught as such
     options["nogil"] = True
+    compiler = options.setdefault("pipeline_class", RootCompiler)
     dispatcher = njit(**options)(function)
     dispatcher.get_call_template = partial(_call_template, dispatcher.get_call_template)
     directory = kernel_cache(Path(inspect.getfile(function)).parent)
     if directory is None:
         return dispatcher
     with _cache_in(directory):
-        dispatcher._cache = _SealedCache(function)
+        dispatcher._cache = _SealedCache(function, compiler)
     return dispatcher
 
 
@@ -245,6 +269,11 @@ def compiled(function: F) -> F:
     return _compile(function)
 
 
+def not_allocating(function: F) -> F:
+    """Compile as `compiled` does a function that makes and returns no arrays."""
+    return _compile(function, _nrt=False)
+
+
 def compiled_part(function: F) -> F:
     """Compile for use in other compiled functions only, in half the time.
 
@@ -253,6 +282,15 @@ def compiled_part(function: F) -> F:
     the work of a small step. Python calls a part uncompiled as `function.py_func`.
     """
     return _compile(function, _nrt=False, **PART_OPTIONS)
+
+
+def shared_part(function: F) -> F:
+    """A part whose machine code all callers share: for work that is much more than the
+    call, which hands over every array in several words.
+    """
+    return _compile(
+        function, **PART_OPTIONS | {"pipeline_class": SharedCompiler, "_nrt": False}
+    )
 
 
 def inlined(function: F) -> F:

@@ -18,7 +18,13 @@ import math
 
 import numpy as np
 
-from lumped.common.compiled import allocating, compiled, compiled_part, inlined
+from lumped.common.compiled import (
+    allocating,
+    compiled,
+    compiled_part,
+    inlined,
+    shared_part,
+)
 from lumped.kernels.arrays import CoupledMotion
 from lumped.kernels.contact import (
     CONVERGED,
@@ -254,45 +260,62 @@ def find_loads(system, steps, node, motion, compliance):
     return n_active
 
 
-@inlined
-def advance(system, steps, node, motion):
-    """A step to a node (step of the common period, whole rounds before it); how many
-    contacts may touch there."""
-    motion.head[0] = (motion.head[0] + 1) % FORCE_NODES
-    advance_linear_part(steps, motion)
-    set_displacement(motion)
-    add_constant_loads(system, steps, motion)
-    n_active = find_loads(system, steps, node, motion, steps.compliance)
-    add_end_forces(steps, motion)
+@shared_part
+def advance(system, steps, k, count, motion):
+    """Steps k to k + count; how many contacts may touch at the end of the last."""
+    grid_steps, n_active = steps.grid.gap.shape[0], 0
+    for step in range(k, k + count):
+        motion.head[0] = (motion.head[0] + 1) % FORCE_NODES
+        advance_linear_part(steps, motion)
+        set_displacement(motion)
+        add_constant_loads(system, steps, motion)
+        node = next_node(step, grid_steps)
+        n_active = find_loads(system, steps, node, motion, steps.compliance)
+        add_end_forces(steps, motion)
     return n_active
 
 
-@compiled_part
-def set_start_forces(system, steps, repetition, motion, changes):
-    """Forces before the first step: those of the parabola through the next nodes."""
-    state, waves, number = motion.state, motion.waves, steps.grid.gap.shape[0]
-    has_changes, compliance = changes.q.shape[1] > 0, steps.grid.compliance
+@inlined
+def next_node(k, grid_steps):
+    """Step of the grid, of so many, and whole rounds before it, after step k."""
+    return (k + 1) % grid_steps, (k + 1) // grid_steps
+
+
+@shared_part
+def set_start_forces(system, steps, motion, changes):
+    """Forces before the first step: those of the parabola through the next nodes.
+
+    changes : CoupledChanges that are carried along, or None
+    """
+    state, waves = motion.state, motion.waves
     copy_variables(state, waves, motion.start_state, motion.start_waves)
     for iteration in range(START_ITERATIONS + 1):
-        copy_variables(motion.start_state, motion.start_waves, state, waves)
-        set_displacement(motion)
-        motion.head[0] = 0
-        n_active = find_loads(system, steps, (0, repetition), motion, compliance)
-        if has_changes:
+        n_active = find_start_loads(system, steps, motion)
+        if changes is not None:
             start_changes(steps, n_active, motion, changes)
         if iteration == START_ITERATIONS:
             break
         if iteration == 0:
             extrapolate(motion.force, 0.0)
-            extrapolate_changes(changes.force, 0.0)
-        for i in range(1, 3):
-            n_active = advance(
-                system, steps, (i % number, repetition + i // number), motion
-            )
-            if has_changes:
-                advance_changes(steps, i % number, n_active, motion, changes)
+            if changes is not None:
+                extrapolate_changes(changes.force, 0.0)
+        for k in range(2):
+            n_active = advance(system, steps, k, 1, motion)
+            if changes is not None:
+                node, _ = next_node(k, steps.grid.gap.shape[0])
+                advance_changes(steps, node, n_active, motion, changes)
         extrapolate(motion.force, 1.0)
-        extrapolate_changes(changes.force, 1.0)
+        if changes is not None:
+            extrapolate_changes(changes.force, 1.0)
+
+
+@shared_part
+def find_start_loads(system, steps, motion):
+    """Put the motion back to its start, with the loads there; as `find_loads`."""
+    copy_variables(motion.start_state, motion.start_waves, motion.state, motion.waves)
+    set_displacement(motion)
+    motion.head[0] = 0
+    return find_loads(system, steps, (0, 0), motion, steps.grid.compliance)
 
 
 @inlined
@@ -382,23 +405,21 @@ def new_motion(system):
 def settle_motion(system, steps, limit, state, convergence, max_periods):
     """Advance the motion as `lumped.kernels.rk4.settle_motion` does."""
     q, v = state[0], state[1]
-    motion, changes = new_motion(system), new_changes(system, steps, 0)
-    count = steps.h.size
+    motion, count = new_motion(system), steps.h.size
     grid_steps, s = steps.grid.gap.shape[0], np.empty(system.offset.size)
     set_state(steps, motion, q, v)
     if steps.continues[0]:
         restore_forces(steps, motion)
     else:
-        set_start_forces(system, steps, 0, motion, changes)
+        set_start_forces(system, steps, motion, None)
     for _ in range(max_periods):
         begin_period(convergence)
-        for k in range(count):
-            if k % STEPS_PER_LIMIT_UPDATE == 0:
-                set_deflection(system, steps, k % grid_steps, motion, s)
-                update_limits(convergence.limits, s)
-            advance(system, steps, next_node(k, grid_steps), motion)
+        for k in range(0, count, STEPS_PER_LIMIT_UPDATE):
+            set_deflection(system, steps, k % grid_steps, motion, s)
+            update_limits(convergence.limits, s)
             if not math.isfinite(s[0]):
                 return NOT_FINITE, (k + 1) / count, False
+            advance(system, steps, k, min(STEPS_PER_LIMIT_UPDATE, count - k), motion)
         get_state(steps, motion, q, v)
         if not is_bounded(q, v, limit):
             return NOT_FINITE, 1.0, False
@@ -426,12 +447,6 @@ def restore_forces(steps, motion):
             motion.force[(FORCE_NODES - back) % FORCE_NODES, j] = steps.force[back, j]
 
 
-@inlined
-def next_node(k, grid_steps):
-    """Step of the grid, of so many, and whole rounds before it, after step k."""
-    return (k + 1) % grid_steps, (k + 1) // grid_steps
-
-
 @compiled
 def record_motion(system, steps, periods, state, limit, out, states):
     """Record the motion as `lumped.kernels.rk4.record_motion` does.
@@ -439,14 +454,13 @@ def record_motion(system, steps, periods, state, limit, out, states):
     The forces at its end are saved for another call.
     """
     q, v = state[0], state[1]
-    motion, changes = new_motion(system), new_changes(system, steps, 0)
-    count = steps.h.size
+    motion, count = new_motion(system), steps.h.size
     grid_steps = steps.grid.gap.shape[0]
     set_state(steps, motion, q, v)
     if steps.continues[0]:
         restore_forces(steps, motion)
     else:
-        set_start_forces(system, steps, 0, motion, changes)
+        set_start_forces(system, steps, motion, None)
     for row in range(periods * count):
         k = row % count
         get_state(steps, motion, q, v)
@@ -454,7 +468,7 @@ def record_motion(system, steps, periods, state, limit, out, states):
             return NOT_FINITE, row + 1
         record_row(system, steps, k % grid_steps, motion, v, out[row])
         record_state(states, row, q, v)
-        advance(system, steps, next_node(k, grid_steps), motion)
+        advance(system, steps, k, 1, motion)
     get_state(steps, motion, q, v)
     if not is_bounded(q, v, limit):
         return NOT_FINITE, periods * count
@@ -473,17 +487,17 @@ def integrate_variations(system, steps, limit, state, angular, sections, growth)
     grid_steps, base = steps.grid.gap.shape[0], slice(0, n)
     set_state(steps, motion, q[base], v[base])
     set_changes(steps, changes, state)
-    set_start_forces(system, steps, 0, motion, changes)
+    set_start_forces(system, steps, motion, changes)
     for period in range(growth.size):
         growth[period] = 0.0
         for k in range(count):
             if k == 0:
                 get_state(steps, motion, q[base], v[base])
                 record_row(system, steps, 0, motion, v[base], sections[period])
-            node = next_node(k, grid_steps)
-            n_active = advance(system, steps, node, motion)
+            n_active = advance(system, steps, k, 1, motion)
             if number > 0:
-                advance_changes(steps, node[0], n_active, motion, changes)
+                node, _ = next_node(k, grid_steps)
+                advance_changes(steps, node, n_active, motion, changes)
             if (k % STEPS_PER_RESCALING == 0 or k == count - 1) and number > 0:
                 get_state(steps, motion, q[base], v[base])
                 get_changes(steps, changes, state)

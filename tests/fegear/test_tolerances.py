@@ -175,10 +175,11 @@ def test_derivatives_of_the_contact_solution_are_those_of_differences(
 
 
 def test_profiles_without_size_have_derivatives(contact):
-    cycle = solve_cycle(contact, TORQUE, POSITION)
+    cycle = solve_cycle(contact, TORQUE, POSITION, with_slopes=True)
+    assert cycle.profile_slope.shape[1] == POSITION.size
     assert not cycle.profile_slope.any()
     one = replace(contact, driven_profile=FlankProfile())
-    slopes = solve_cycle(one, TORQUE, POSITION).profile_slope
+    slopes = solve_cycle(one, TORQUE, POSITION, with_slopes=True).profile_slope
     assert not slopes[:, :, 0].any()
     assert (slopes[:, :, 1, 0] > 0.0).all()
     assert (slopes[:, :, 1, 1] < 0.0).all()

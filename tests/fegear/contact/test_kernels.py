@@ -24,11 +24,17 @@ def separation(master, slave, line, crossings, s):
 
 
 @njit
-def solve_contact(C, nodes, torque, active, q):
-    rate = np.empty_like(q)
-    return active_set.solve_contact(
-        C, nodes, active_set.TORQUE, torque, active, q, rate
-    )
+def _solve_contact(C, nodes, torque, matrix):
+    return active_set.solve_contact(C, nodes, active_set.TORQUE, torque, matrix)
+
+
+def solve_contact(C, gap, closing, arm, torque, active):
+    """Forces (n,) and the kernel's answer, from a contact state (n,) to start with."""
+    nodes = np.zeros(gap.size, active_set.UNKNOWN).view(np.recarray)
+    nodes.gap, nodes.closing, nodes.arm, nodes.in_contact = gap, closing, arm, active
+    space = np.empty((gap.size, gap.size + 2))
+    answer = _solve_contact(C, nodes, torque, space)
+    return nodes.force.copy(), answer
 
 
 @pytest.mark.parametrize("steps", [0.0, 1.0, 2.0, 7.5])
@@ -91,9 +97,8 @@ def test_active_set_solves_the_complementarity_problem(n, seed, torque):
     root = random.normal(size=(n, n))
     C = root @ root.T + 0.05 * np.eye(n)
     gap, h = random.uniform(0.0, 2.0, n), random.uniform(0.5, 1.5, n)
-    nodes = active_set.NodeConditions(gap, h, h)
-    q, active = np.zeros(n), np.zeros(n, bool)
-    d, _, residual, status, _ = solve_contact(C, nodes, torque, active, q)
+    q, answer = solve_contact(C, gap, h, h, torque, False)
+    d, _, residual, status, _ = answer
     assert status == active_set.CONVERGED
     assert residual < 1e-9
 
@@ -108,10 +113,9 @@ def test_active_set_solves_the_complementarity_problem(n, seed, torque):
 
 
 def test_nan_ends_with_a_status():
-    C, nodes = np.eye(3), active_set.NodeConditions(*np.ones((3, 3)))
+    C = np.eye(3)
     C[1, 1] = np.nan
-    q, active = np.zeros(3), np.ones(3, bool)
-    d, _, _, status, _ = solve_contact(C, nodes, 1.0, active, q)
+    _, (d, _, _, status, _) = solve_contact(C, *np.ones((3, 3)), 1.0, True)
     assert status == active_set.NOT_FINITE
     assert not np.isfinite(d)
 
@@ -125,9 +129,7 @@ def test_unsymmetric_problems_meet_all_conditions(n, seed, skewness):
     C = root @ root.T + np.eye(n) + skewness * (skew - skew.T)
     gap, h = random.uniform(0.0, 2.0, n), random.uniform(0.9, 1.1, n)
     arms = h * random.uniform(0.95, 1.05, n)
-    q, active = np.zeros(n), np.zeros(n, bool)
-    nodes = active_set.NodeConditions(gap, h, arms)
-    d, *_, status, _ = solve_contact(C, nodes, 3.0, active, q)
+    q, (d, *_, status, _) = solve_contact(C, gap, h, arms, 3.0, False)
     assert status == active_set.CONVERGED
     opening = gap + C @ q - d * h
     assert (q >= 0.0).all()
