@@ -1,66 +1,58 @@
 """Lumped gear models: tables of mesh stiffness in, motion out."""
 
-from lumped.attractors.attractor_sweeps import sweep_attractors
-from lumped.attractors.attractors import Attractor, find_attractor
-from lumped.bearings.rolling import BallBearing, RollerBearing, Waviness
-from lumped.steady.respond import respond, respond_with_history
-from lumped.steady.response import History, Response, Status
-from lumped.steady.settings import Settings
-from lumped.steady.sweep import Branch, sweep, sweep_all
-from lumped.train.analytic import StiffnessParameters, analytic_excitation
-from lumped.train.excitation import (
-    MeshExcitation,
-    PairExcitation,
-    excitation_from_table,
-)
-from lumped.train.modes import Modes, natural_modes
-from lumped.train.pitch_errors import pair_errors
-from lumped.train.rolling_supports import linearise_bearings
-from lumped.train.system import LumpedSystem
-from lumped.train.table import MeshTable, read_table, write_table
-from lumped.train.train import Carrier, Gear, Mesh, Shaft, Train, TrainError
-from lumped.train.waves import Wave
+from __future__ import annotations
 
-__all__ = [
-    "Attractor",
-    "BallBearing",
-    "Branch",
-    "Carrier",
-    "Gear",
-    "History",
-    "LumpedSystem",
-    "Mesh",
-    "MeshExcitation",
-    "MeshTable",
-    "Modes",
-    "PairExcitation",
-    "Response",
-    "RollerBearing",
-    "Settings",
-    "Shaft",
-    "Status",
-    "StiffnessParameters",
-    "Train",
-    "TrainError",
-    "Wave",
-    "Waviness",
-    "analytic_excitation",
-    "excitation_from_table",
-    "find_attractor",
-    "linearise_bearings",
-    "natural_modes",
-    "pair_errors",
-    "read_table",
-    "respond",
-    "respond_with_history",
-    "sweep",
-    "sweep_all",
-    "sweep_attractors",
-    "write_table",
-]
+from importlib import import_module
+from typing import Any
+
+# loaded when first asked for: a use of one part does not wait for the others
+_HOMES = {
+    "Attractor": "lumped.attractors.attractors",
+    "BallBearing": "lumped.bearings.rolling",
+    "Branch": "lumped.steady.sweep",
+    "Carrier": "lumped.train.train",
+    "Gear": "lumped.train.train",
+    "History": "lumped.steady.response",
+    "LumpedSystem": "lumped.train.system",
+    "Mesh": "lumped.train.train",
+    "MeshExcitation": "lumped.train.excitation",
+    "MeshTable": "lumped.train.table",
+    "Modes": "lumped.train.modes",
+    "PairExcitation": "lumped.train.excitation",
+    "Response": "lumped.steady.response",
+    "RollerBearing": "lumped.bearings.rolling",
+    "Settings": "lumped.steady.settings",
+    "Shaft": "lumped.train.train",
+    "Status": "lumped.steady.response",
+    "StiffnessParameters": "lumped.train.analytic",
+    "Train": "lumped.train.train",
+    "TrainError": "lumped.train.train",
+    "Wave": "lumped.train.waves",
+    "Waviness": "lumped.bearings.rolling",
+    "analytic_excitation": "lumped.train.analytic",
+    "excitation_from_table": "lumped.train.excitation",
+    "find_attractor": "lumped.attractors.attractors",
+    "linearise_bearings": "lumped.train.rolling_supports",
+    "natural_modes": "lumped.train.modes",
+    "pair_errors": "lumped.train.pitch_errors",
+    "read_table": "lumped.train.table",
+    "respond": "lumped.steady.respond",
+    "respond_with_history": "lumped.steady.respond",
+    "sweep": "lumped.steady.sweep",
+    "sweep_all": "lumped.steady.sweep",
+    "sweep_attractors": "lumped.attractors.attractor_sweeps",
+    "write_table": "lumped.train.table",
+}
+__all__ = sorted(_HOMES)
 
 
-def __getattr__(name: str) -> type[StiffnessParameters]:
-    if name == "StiffnessFigures":  # name of earlier versions
-        return StiffnessParameters
-    raise AttributeError(f"module 'lumped' has no attribute '{name}'")
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

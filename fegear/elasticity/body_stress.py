@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from skfem import Basis
 
 from fegear.elasticity import halfplane
 from fegear.elasticity.flank_grid import flank_stencils
@@ -71,6 +70,8 @@ def nodal_stress(sector: CyclicSector) -> csr_array:
 
     Components run slowest: xx at all nodes, then yy, then xy.
     """
+    from skfem import Basis
+
     corners = np.array([[0.0, 1.0, 0.0, 0.5, 0.5, 0.0], [0.0, 0.0, 1.0, 0.0, 0.5, 0.5]])
     basis = Basis(
         sector.basis.mesh, sector.basis.elem, quadrature=(corners, np.ones(6) / 12.0)

@@ -18,8 +18,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem.quadrature import get_quadrature
-from skfem.refdom import RefTri
 
 from fegear.elasticity.material import PlaneMaterial
 from meshes.cracked_region import CrackTip
@@ -181,6 +179,9 @@ def tip_field(
     material : PlaneMaterial
         Material of the body.
     """
+    from skfem.quadrature import get_quadrature
+    from skfem.refdom import RefTri
+
     cells = triangles[tip.triangles]
     axes = np.array([tip.direction, [-tip.direction[1], tip.direction[0]]])
     nodes = (points[cells] - points[tip.node]) @ axes.T

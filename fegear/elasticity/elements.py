@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
-from skfem import Basis, Element, ElementTriP1, ElementTriP2, ElementVector, MeshTri2
+
+if TYPE_CHECKING:
+    from skfem import Basis
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-ELEMENTS: dict[int, type[Element]] = {1: ElementTriP1, 2: ElementTriP2}
 
 
 def plane_basis(points: Array, triangles: Indices, order: int) -> Basis:
     """Displacements of an order on curved triangles; points (n, 2), corners and then
     mid-sides (m, 6)."""
+    from skfem import Basis, ElementTriP1, ElementTriP2, ElementVector, MeshTri2
+
+    element = {1: ElementTriP1, 2: ElementTriP2}[order]
     grid = MeshTri2(points.T.copy(), triangles.T.copy())
-    return Basis(grid, ElementVector(ELEMENTS[order]()), intorder=2 * order)
+    return Basis(grid, ElementVector(element()), intorder=2 * order)
 
 
 def dofs_of_nodes(basis: Basis, triangles: Indices, order: int) -> Indices:

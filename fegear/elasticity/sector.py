@@ -20,15 +20,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
-from scipy.sparse.linalg import SuperLU, splu
-from skfem import Basis, BilinearForm
-from skfem.helpers import dot
-from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity.boundary import edge_quadrature
 from fegear.elasticity.elements import dofs_of_nodes, plane_basis
@@ -40,6 +36,10 @@ from meshes.crack import Crack
 from meshes.cracked_sector import cracked_sector_mesh
 from meshes.internal import Foundation, InternalGear
 from meshes.profile import flank_frame
+
+if TYPE_CHECKING:
+    from scipy.sparse.linalg import SuperLU
+    from skfem import Basis
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -95,6 +95,8 @@ class CyclicSector:
     @cached_property
     def stiffness(self) -> csr_array:
         """(n, n) over all freedoms, springs of a foundation included [Pa]."""
+        from skfem.models.elasticity import linear_elasticity
+
         basis = self.basis
         with stage("assembling"):
             body = csr_array(linear_elasticity(*self.material.lame).assemble(basis))
@@ -119,6 +121,9 @@ class CyclicSector:
 
     def mass(self, density: float) -> csr_array:
         """Consistent mass (n, n) [kg/m], hub included; density in kg/m3."""
+        from skfem import Basis, BilinearForm
+        from skfem.helpers import dot
+
         # two orders more than the product of displacements: the Jacobian of an
         # element with a curved side is a polynomial of degree two itself
         order = 2 * self.order + 2
@@ -305,6 +310,8 @@ def condense(sector: CyclicSector, matrix: csr_array) -> Condensation:
 
 def factorise(matrix: csr_array) -> SuperLU:
     """Sparse factors of a symmetric positive definite matrix."""
+    from scipy.sparse.linalg import splu
+
     return splu(
         csc_array(matrix),
         permc_spec="MMD_AT_PLUS_A",

@@ -34,7 +34,7 @@ class BearingEntry(BaseModel):
     """Keys that ball and roller bearings share."""
 
     model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, allow_inf_nan=False
+        defer_build=True, extra="forbid", frozen=True, strict=True, allow_inf_nan=False
     )
 
     pitch_diameter_mm: Diameter = Field(

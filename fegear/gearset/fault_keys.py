@@ -29,7 +29,7 @@ class FaultEntry(BaseModel):
     """A table of a fault."""
 
     model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, allow_inf_nan=False
+        defer_build=True, extra="forbid", frozen=True, strict=True, allow_inf_nan=False
     )
 
 

@@ -71,6 +71,7 @@ class Keys(BaseModel):
     """A TOML table that accepts its own keys only."""
 
     model_config = ConfigDict(
+        defer_build=True,
         extra="forbid",
         frozen=True,
         strict=True,

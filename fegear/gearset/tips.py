@@ -12,7 +12,7 @@ from fegear.gearset.refusals import Key, Refusal
 from fegear.gearset.schema import Document, MeshEntry
 from fegear.gearset.teeth import MM, Blank, Tip, blank_of
 from lumped.common.checks import require_present
-from meshes.gear import Bound
+from meshes.gear import Bound, bisected
 from meshes.involute import inverse_involute, involute
 
 HIGHEST_ADDENDUM = 3.0  # modules, far beyond any pointed tooth
@@ -254,21 +254,19 @@ def _contact_ratio_of_addendum(
 
 def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> float:
     """Addendum [m] of the gears without a tip that gives the contact ratio."""
-    from scipy.optimize import brentq
-
     wanted = require_present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
     sides = (mesh.driver, place.one), (mesh.driven, place.two)
     free = [blank for name, blank in sides if name not in tips]
 
-    def excess(addendum: float) -> float:
-        return _contact_ratio_of_addendum(mesh, place, tips, addendum) - wanted
+    def ratio(addendum: float) -> float:
+        return _contact_ratio_of_addendum(mesh, place, tips, addendum)
 
     # the teeth of an internal gear reach to its base circle at most
     to_base = [blank.base_radius - blank.reference_radius for blank in free]
     inward = [way for blank, way in zip(free, to_base, strict=True) if blank.sign < 0]
     lowest = min((way for way in to_base if way < 0.0), default=0.0)
     highest = min([HIGHEST_ADDENDUM * place.one.module, *inward])
-    least, most = excess(lowest) + wanted, excess(highest) + wanted
+    least, most = ratio(lowest), ratio(highest)
     if not least < wanted < most:
         reason = f"which addenda up to {HIGHEST_ADDENDUM:g} modules give"
         bound = Bound("must be below", most, reason)
@@ -277,7 +275,7 @@ def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> fl
         key = Key("mesh", mesh.label, ("contact_ratio",))
         stated = f"{mesh.label}: contact_ratio = {shown(wanted)}"
         raise Refusal(key, stated, bound)
-    return float(brentq(excess, lowest, highest, xtol=1e-15, rtol=1e-15))
+    return bisected(lambda addendum: ratio(addendum) < wanted, lowest, highest)
 
 
 def _require_contact_ratio(

@@ -125,7 +125,7 @@ def _uncallable(library: _PartLibrary, description: Any, environment: Any) -> An
 
 
 class RootCompiler(compiler.CompilerBase):
-    """Of functions that Python calls."""
+    """Compiles functions that Python calls."""
 
     library_class: type[_Library] = _Library
 
@@ -145,7 +145,7 @@ class RootCompiler(compiler.CompilerBase):
 
 
 class PartCompiler(RootCompiler):
-    """Of parts that are linked into the functions that call them."""
+    """Compiles parts that are linked into the functions that call them."""
 
     library_class = _PartLibrary
 
@@ -155,13 +155,13 @@ class PartCompiler(RootCompiler):
 
 
 class InlineCompiler(PartCompiler):
-    """Of parts that become code of the functions that call them."""
+    """Compiles parts that become code of the functions that call them."""
 
     library_class = _InlineLibrary
 
 
 class SharedCompiler(RootCompiler):
-    """Of shared parts, which have the same name in all processes."""
+    """Compiles shared parts, which have the same name in all processes."""
 
     library_class = _SharedLibrary
 
