@@ -194,7 +194,7 @@ def loaded_by(statement: str) -> set[str]:
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
-    return {name.split(".")[0] for name in done.stdout.split()}
+    return set(done.stdout.split())
 
 
 @pytest.mark.parametrize(
@@ -208,6 +208,14 @@ def loaded_by(statement: str) -> set[str]:
         ("import fegear.cli", {"numpy", "numba", "gmsh", "vtk", "skfem", "scipy"}),
         ("import fegear.gearset", {"gmsh", "skfem", "numba", "scipy", "matplotlib"}),
         ("import fegear.statics.solving", {"vtk", "pyvista", "gmsh", "matplotlib"}),
+        (
+            "from fegear.cli import run; run(['show', 'liu-pair'])",
+            {"skfem", "numba", "scipy.optimize", "scipy.linalg", "matplotlib"},
+        ),
+        (
+            "import fegear.studies.stiffness",
+            {"skfem", "gmsh", "scipy.optimize", "lumped.attractors", "lumped.branches"},
+        ),
         (
             "from fegear.cli import run; run(['reproduce', '--list'])",
             {"vtk", "pyvista", "gmsh", "matplotlib", "meshio"},

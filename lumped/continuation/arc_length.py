@@ -323,9 +323,19 @@ class Continuation(Generic[P]):
         row = (b - a) / np.linalg.norm(b - a)
         points = {0.0: before, 1.0: after}
 
+        def start(part: float) -> Array:
+            """On the plane of this part, between the nearest points that are known."""
+            low = max(known for known in points if known < part)
+            high = min(known for known in points if known > part)
+            one, two = (
+                self.scaled(points[end].x, points[end].parameter) for end in (low, high)
+            )
+            z = one + (part - low) / (high - low) * (two - one)
+            return np.asarray(z + row * (row @ (a + part * (b - a) - z)))
+
         def value(part: float) -> float:
             if part not in points:
-                points[part], _ = self.solve(a + part * (b - a), row)
+                points[part], _ = self.solve(start(part), row)
             return test(points[part])
 
         try:
