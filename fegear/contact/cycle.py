@@ -112,7 +112,7 @@ class Workspace(NamedTuple):
     unknowns : (k n,) records `active_set.UNKNOWN` of the nodes of the active pairs
     C : (k n, k n) their compliance [m/(N/m)]
     matrix : (k n, k n + 2) space for equations
-    block : (SUPPORT + 1, SUPPORT) space for the compliance of two pairs
+    block : (s + 1, s) space for the compliance of two pairs, between s points of each
     """
 
     patches: NDArray[Any]

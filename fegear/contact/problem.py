@@ -311,8 +311,10 @@ def run_kernel(
             problem, teeth, gaps, place, TORQUE, targets, conditions=still
         )
     else:
-        common = Conditions(different, lines, with_rates=with_rates)
-        solved = _solve_groups(problem, teeth, gaps, place, targets, common)
+        common = Conditions(lines=lines, with_rates=with_rates)
+        solved = _solve_groups(
+            problem, teeth, gaps, place, targets, (different, common)
+        )
     _require_solved(solved.rows, torque, position)
     return solved
 
@@ -371,16 +373,16 @@ def _solve_groups(
     gaps: Array,
     position: Array,
     targets: Array,
-    conditions: Conditions,
+    state: tuple[PairTeeth, Conditions],
 ) -> KernelResult:
     """Run the kernel for the positions of each set of teeth in the pairs.
 
-    conditions : with teeth (n, k) at all positions
+    state : teeth (n, k) that differ, and the other conditions
     """
     from fegear.contact.cycle import TORQUE
 
-    assert conditions.teeth is not None
-    lines, different = conditions.lines, conditions.teeth
+    different, conditions = state
+    lines = conditions.lines
     result = _empty_result(teeth, targets.shape, problem.nodes, conditions.with_rates)
     both = np.concatenate(different, axis=1)
     groups, group = np.unique(both, axis=0, return_inverse=True)

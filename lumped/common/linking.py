@@ -182,8 +182,8 @@ class _RootCache(CompileResultCacheImpl):
     """Machine code, and the shared parts that have to be there before it is loaded."""
 
     def reduce(self, cres: Any) -> Any:
-        own = cres.fndesc.llvm_func_name
-        shared = {k: v for k, v in cres.library.shared.items() if k != own}
+        name = cres.fndesc.llvm_func_name
+        shared = {k: v for k, v in cres.library.shared.items() if k != name}
         return shared, super().reduce(cres)
 
     def rebuild(self, target_context: Any, payload: Any) -> Any:

@@ -325,8 +325,8 @@ class Continuation(Generic[P]):
 
         def start(part: float) -> Array:
             """On the plane of this part, between the nearest points that are known."""
-            low = max(known for known in points if known < part)
-            high = min(known for known in points if known > part)
+            low = max(place for place in points if place < part)
+            high = min(place for place in points if place > part)
             one, two = (
                 self.scaled(points[end].x, points[end].parameter) for end in (low, high)
             )

@@ -61,7 +61,7 @@ SCALED, TWICE = 0.5 * 12.0 + 36.0, 72.0
 @pytest.fixture
 def use(tmp_path, monkeypatch):
     """Runs functions in a process of their own; results and what was compiled."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     (tmp_path / "parts.py").write_text(PARTS)
     (tmp_path / "use.py").write_text(USE)
 
@@ -73,7 +73,7 @@ def use(tmp_path, monkeypatch):
     return used
 
 
-def kept(folder, name):
+def cached_files(folder, name):
     return sorted(folder.rglob(f"parts.{name}*.nbc"))
 
 
@@ -92,7 +92,7 @@ def test_a_shared_part_that_is_gone_or_damaged_is_compiled_again(
     use, tmp_path, content
 ):
     use("scaled")
-    (file,) = kept(tmp_path, "sum_of_cubes")
+    (file,) = cached_files(tmp_path, "sum_of_cubes")
     file.unlink() if content is None else file.write_bytes(content)
     assert use("scaled") == [str(SCALED), "['sum_of_cubes']"]
     assert use("scaled") == [str(SCALED), "[]"]
@@ -103,10 +103,10 @@ def test_shared_parts_have_the_same_name_in_all_processes(use, tmp_path):
     """Else machine code that calls them could not be loaded."""
     names = set()
     for order in (("twice", "scaled"), ("scaled", "twice")):
-        for file in kept(tmp_path, ""):
+        for file in cached_files(tmp_path, ""):
             file.unlink()
         use(*order)
-        (file,) = kept(tmp_path, "twice")
+        (file,) = cached_files(tmp_path, "twice")
         content = file.read_bytes()
         begin = content.index(b"_ZN5parts12sum_of_cubes")
         names.add(content[begin : content.index(b"E", begin)])
@@ -115,7 +115,7 @@ def test_shared_parts_have_the_same_name_in_all_processes(use, tmp_path):
 
 def test_machine_code_that_calls_another_name_is_not_loaded(use, tmp_path):
     use("twice", "scaled")
-    (file,) = kept(tmp_path, "twice")
+    (file,) = cached_files(tmp_path, "twice")
     content = file.read_bytes()[DIGEST_SIZE:]
     content = content.replace(b"12sum_of_cubes", b"12sum_of_cubed")
     file.write_bytes(hashlib.sha256(content).digest() + content)
