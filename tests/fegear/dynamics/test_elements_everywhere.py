@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from skfem.models import elasticity
 from typer.testing import CliRunner
 
 from fegear.cli import app
@@ -14,7 +15,6 @@ from fegear.dynamics.build import FiniteElements, cached_gear_modes, prepare
 from fegear.dynamics.contact_history import ContactHistory
 from fegear.dynamics.cross_mesh import _flank_table
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps
-from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations, StiffnessSource
@@ -152,7 +152,7 @@ def test_root_stress_is_of_the_load_over_the_common_width(idler):
 def solved(monkeypatch, tmp_path):
     """All sizes that sectors are meshed with, and elastic constants assembled."""
     sizes, constants = [], []
-    outline, form = meshing.half_sector_outline, sector.linear_elasticity
+    outline, form = meshing.half_sector_outline, elasticity.linear_elasticity
 
     def noted_outline(gear, size):
         # layers of modes and whole gears follow from frequencies besides
@@ -164,7 +164,7 @@ def solved(monkeypatch, tmp_path):
         return form(*lame)
 
     monkeypatch.setattr(meshing, "half_sector_outline", noted_outline)
-    monkeypatch.setattr(sector, "linear_elasticity", noted_form)
+    monkeypatch.setattr(elasticity, "linear_elasticity", noted_form)
     monkeypatch.setenv("FEGEAR_CACHE_DIR", str(tmp_path / "cache"))
     cached_gear_modes.cache_clear()
     sector._first_of_equals.cache_clear()
