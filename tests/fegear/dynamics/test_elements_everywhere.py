@@ -15,6 +15,7 @@ from fegear.dynamics.build import FiniteElements, cached_gear_modes, prepare
 from fegear.dynamics.contact_history import ContactHistory
 from fegear.dynamics.cross_mesh import _flank_table
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps
+from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations, StiffnessSource
