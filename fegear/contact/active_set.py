@@ -50,7 +50,7 @@ UNKNOWN = np.dtype(
 def solve_active(C, nodes, kind, target, matrix):
     """(transmission error, slope d torque / d ste) with the active nodes in contact.
 
-    nodes : (n,) records UNKNOWN, of which forces and rates are overwritten
+    nodes : (n,) records UNKNOWN; their forces and rates are overwritten
     kind, target : TORQUE or STE, and its value
     matrix : space for (n, n + 2) numbers
     """

@@ -92,7 +92,7 @@ class Constants(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Where the contact is solved.
+    """Tooth pairs and positions at which the contact is solved.
 
     teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
     gaps : (positions, pairs) extra gap of each pair, from pitch errors [m]
@@ -248,11 +248,8 @@ def resize_patches(constants, work, count):
         # and the near end where an undercut ends the flank
         is_cut = ends_at_edge(constants.flanks[k], patch)
         reaches_far_end = reaches_far_end or is_cut
-        is_loaded_there = nodes[0].force > 0.0, nodes[size - 1].force > 0.0
-        factor = 1.0
-        if (is_loaded_there[0] and not is_cut) or (
-            reaches_far_end and is_loaded_there[1]
-        ):
+        near, far, factor = nodes[0].force > 0.0, nodes[size - 1].force > 0.0, 1.0
+        if (near and not is_cut) or (reaches_far_end and far):
             factor = PATCH_GROWTH
         elif patch.tilt[1] != 0.0 and not patch.is_fitted:
             load = 0.0

@@ -263,7 +263,7 @@ def _solve_back_side(
 
 
 class KernelResult(NamedTuple):
-    """What the kernel leaves behind; nodes are those of the last position.
+    """Results of the kernel; patches and nodes are those of the last position.
 
     rates : of no positions where they were not asked for
     """
@@ -383,7 +383,8 @@ def _solve_groups(
 
     different, conditions = state
     lines = conditions.lines
-    result = _empty_result(teeth, targets.shape, problem.nodes, conditions.with_rates)
+    work = workspace(teeth.size, problem.nodes)
+    result = _empty_result(teeth, targets.shape, work, conditions.with_rates)
     both = np.concatenate(different, axis=1)
     groups, group = np.unique(both, axis=0, return_inverse=True)
     for number in range(len(groups)):
@@ -491,28 +492,27 @@ def solve_constants(
     """Run the kernel once, with gaps, kind and targets as in `solve_pairs`."""
     from fegear.contact import cycle
 
-    size = len(constants.grid.logarithm)
-    result = _empty_result(teeth, targets.shape, size, with_rates)
-    work = workspace(teeth.size, size)
+    work = workspace(teeth.size, len(constants.grid.logarithm))
+    result = _empty_result(teeth, targets.shape, work, with_rates)
     # positions may be every other one of an array: kernels are compiled for whole ones
     gaps, position, targets = map(np.ascontiguousarray, (gaps, position, targets))
     places = cycle.Places(teeth, gaps, position)
     rates = result.rates if with_rates else None
     filled = result.rows, result.cells
     cycle.solve_cycle(constants, places, kind, targets, work, filled, rates)
-    patches, nodes = (a.view(np.recarray) for a in (work.patches, work.nodes))
-    return result._replace(patches=patches, nodes=nodes)
+    return result
 
 
 def _empty_result(
-    teeth: Indices, shape: tuple[int, ...], size: int, with_rates: bool
+    teeth: Indices, shape: tuple[int, ...], work: Workspace, with_rates: bool
 ) -> KernelResult:
-    """Result to be filled, for cases and positions (t, n) and patches of some nodes."""
+    """Result to be filled, for cases and positions (t, n), with a workspace's patches
+    and nodes.
+    """
     from fegear.contact.cycle import CELL, ROW
     from fegear.contact.relief_rates import RATE
 
     cases, positions = shape
-    work = workspace(teeth.size, size)
     rated = cases, positions if with_rates else 0, teeth.size
     return KernelResult(
         teeth,

@@ -118,7 +118,7 @@ class _NamePart(LoweringPass):
 
 
 def _uncallable(library: _PartLibrary, description: Any, environment: Any) -> Any:
-    """What stands for a part in numba's tables; Python cannot call it."""
+    """Return what numba's tables hold for a part; Python cannot call it."""
     name = description.qualname.split(".")[-1]
     module = description.lookup_module()
     return make_function(module, name, "part", 0, environment, (library,))

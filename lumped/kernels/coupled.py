@@ -283,7 +283,7 @@ def next_node(k, grid_steps):
 
 @shared_part
 def set_start_forces(system, steps, motion, changes):
-    """Forces before the first step: those of the parabola through the next nodes.
+    """Set the forces before the first step: the parabola through the next nodes.
 
     changes : CoupledChanges that are carried along, or None
     """
