@@ -36,7 +36,7 @@ from validation.reproduce.comparison import (
     overview,
 )
 from validation.reproduce.computations.kinds import COMPUTE, KINDS
-from validation.reproduce.parts import Curve, PartResult
+from validation.reproduce.parts import Curve, PartResult, first_largest
 from validation.reproduce.readings import read_values
 from validation.reproduce.references import OtherPart, Reference
 from validation.reproduce.runs import commands_of, curves_csv, read_curves
@@ -485,6 +485,18 @@ def test_found_values_between_others_are_counted():
     assert read_values(results, "a", "jump between 1.5:3.5") == (2.0, 3.0)
     assert read_values(results, "a", "number of jump between 1.5:3.5") == (2.0,)
     assert read_values(results, "a", "x_at over 2") == (5.0,)
+
+
+def test_round_off_moves_no_end_of_a_range_and_no_largest_value():
+    speeds = np.array([np.nextafter(1.5, 0.0), 1.7, 2.3])
+    points = tuple(zip(speeds.tolist(), (3.0, 2.0, 1.0), strict=True))
+    curve = Curve("line", points, 1)
+    results = {"a": PartResult((curve,), {"jump": tuple(speeds[::2].tolist())})}
+    assert read_values(results, "a", "mesh1.largest in 1.5:2.3") == (3.0,)
+    assert len(read_values(results, "a", "jump between 1.5:2.3")) == 2
+    symmetric = np.array([math.nan, 1.0, 0.5, np.nextafter(1.0, 2.0)])
+    assert first_largest(symmetric) == 1
+    assert first_largest(np.array([math.nan, 1.0, math.inf])) == 2
 
 
 def test_a_lead_is_a_delay_below_0():

@@ -21,6 +21,14 @@ LOOSE_RTOL: Mapping[str, float] = {
     # chaotic motions, whose points part within few periods: 3 to 9 % between processors
     "3.12/*/*exponent*": 0.5,
     "3.11/sweep-pi-4/*": 0.03,  # averages of such motions, 0.4 to 0.8 %
+    # noise of 20 turns of such motions, 0.7 % with Prescott's kernels
+    "rattle-table-6.1/*/least*": 0.1,
+    "rattle-6.3/*/least*": 0.1,
+}
+# of lists whose length depends on it as well: how many values are the same everywhere
+FIRST: Mapping[str, int] = {
+    # of a chaotic motion; the smaller peaks pass the limit on some processors
+    "3.11b/spectra/speed2.mesh2.peaks": 2,
 }
 
 
@@ -48,8 +56,9 @@ def test_a_quick_figure_gives_what_is_recorded(number, tmp_path):
     }
     for part, values in computed.items():
         for name, value in values.items():
+            count = FIRST.get(f"{number}/{part}/{name}")
             numbers, expected = (
-                list(numbers_in(v)) for v in (value, recorded[part][name])
+                list(numbers_in(v))[:count] for v in (value, recorded[part][name])
             )
             place = f"{part}, {name}"
             assert [v is None for v in numbers] == [v is None for v in expected], place

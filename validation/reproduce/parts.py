@@ -12,6 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
 from fegear.statics.excitation import Kind
@@ -19,6 +21,7 @@ from lumped.common.progress import Progress
 from validation.study.cases import require_model
 from validation.study.data_files import STRICT, Edit, Flag, Number, Positive
 
+ROUND_OFF = 1e-9  # relative
 Value = float | tuple[float, ...]  # a point of a map has two coordinates
 Style = Literal[
     "line",
@@ -140,6 +143,14 @@ class PartResult:
 
     curves: tuple[Curve, ...]
     values: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+
+
+def first_largest(values: NDArray[np.float64]) -> int:
+    """Place of the first of the largest values, which by symmetry may be several.
+
+    Those count as equal that differ by round-off. NaN is no value.
+    """
+    return int(np.isclose(values, np.nanmax(values), ROUND_OFF, 0.0).argmax())
 
 
 Compute = Callable[[Any, Any, Progress], PartResult]  # of a part and its scene

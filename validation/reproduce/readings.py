@@ -5,11 +5,18 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.reproduce.parts import Curve, PartResult, Value
+from validation.reproduce.parts import (
+    ROUND_OFF,
+    Curve,
+    PartResult,
+    Value,
+    first_largest,
+)
 
 Array = NDArray[np.float64]
 Results = Mapping[str, PartResult]  # by the name of a part
@@ -47,8 +54,15 @@ def _between(
     results: Results, part: str, key: str, low: str, high: str
 ) -> Iterator[Value]:
     for value in read_values(results, part, key):
-        if not isinstance(value, tuple) and float(low) <= value <= float(high):
+        if not isinstance(value, tuple) and _is_between(value, low, high):
             yield value
+
+
+def _is_between(value: Array | float, low: str, high: str) -> Any:
+    """Whether values lie in a range, whose ends may be frequencies that were scaled."""
+    ends = float(low), float(high)
+    margin = ROUND_OFF * max(map(abs, ends))
+    return (value >= ends[0] - margin) & (value <= ends[1] + margin)
 
 
 def _coordinate(results: Results, part: str, key: str, axis: str) -> Iterator[Value]:
@@ -70,10 +84,10 @@ def _extreme(
 ) -> Iterator[float]:
     """The largest or least value between two places of the x axis, or its place."""
     points = _points(results[part], mesh)
-    inside = points[(points[:, 0] >= float(low)) & (points[:, 0] <= float(high))]
+    inside = points[_is_between(points[:, 0], low, high)]
     if inside.size:
         y = inside[:, 1]
-        chosen = inside[y.argmax() if name == "largest" else y.argmin()]
+        chosen = inside[first_largest(y if name == "largest" else -y)]
         yield float(chosen[0 if prefix else 1])
 
 

@@ -34,7 +34,7 @@ from lumped.steady.settings import Settings
 from lumped.steady.sweep import Direction, sweep_all
 from lumped.train.system import LumpedSystem
 from validation.reproduce.computations.frequency_response import require_finished
-from validation.reproduce.parts import Curve, Part, PartResult, Value
+from validation.reproduce.parts import Curve, Part, PartResult, Value, first_largest
 from validation.reproduce.scene import CONTACT_RATIO, DELAY, LEAD, Scene
 from validation.study.data_files import STRICT, Number, Speeds, few_speeds
 
@@ -119,8 +119,8 @@ def _extremes(
         tops = np.flatnonzero(_tops(sign * grid))
         yield name, tuple(places[int(i)] for i in tops)
     for name, top in (
-        ("largest", int(np.nanargmax(values))),
-        ("least", int(np.nanargmin(values))),
+        ("largest", first_largest(values)),
+        ("least", first_largest(-values)),
     ):
         yield name, (float(values[top]),)
         yield f"{name}_at", (places[top],)

@@ -18,7 +18,7 @@ from lumped.rattle.assembly import Assembly
 from lumped.rattle.permanent_contact import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
 from validation.reproduce.machine_scene import MachineScene
-from validation.reproduce.parts import Curve, Part, PartResult, Style
+from validation.reproduce.parts import Curve, Part, PartResult, Style, first_largest
 from validation.study.data_files import STRICT, Flag, Number, Text
 
 Array = NDArray[np.float64]
@@ -100,8 +100,8 @@ def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:
         "closed": critical_by_receptances(scene.assembly),
         "least": float(y.min()),
         "largest": float(y.max()),
-        "least_at": float(x[y.argmin()]),
-        "largest_at": float(x[y.argmax()]),
+        "least_at": float(x[first_largest(-y)]),
+        "largest_at": float(x[first_largest(y)]),
         "trend": float((np.diff(y) > 0.0).all()) - float((np.diff(y) < 0.0).all()),
     }
     lines = tuple(_lines(part, scene, np.array(drawn)))
