@@ -1,7 +1,7 @@
 """What figures of the sources give in quick runs, recorded and compared.
 
-    PYTHONPATH=. python tests/quick_figures.py            # records all figures
-    PYTHONPATH=. python tests/quick_figures.py 3.6 4.10   # records these, and keeps the others
+    PYTHONPATH=. python tests/quick_figures.py            # records all
+    PYTHONPATH=. python tests/quick_figures.py 3.6 4.10   # records these as well
 
 The processor time of each is printed, so that one that is not quick is seen.
 The recorded values are not those of the sources: they show that nothing has changed.
