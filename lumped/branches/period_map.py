@@ -9,6 +9,7 @@ displacements, and velocities over angular frequencies, at the start of the peri
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ class PeriodMap:
         )
         return self._stepper.section_of(end_state)
 
-    @property
+    @cached_property
     def _stepper(self) -> FixedStepper | AdaptiveStepper:
         return stepper_of(self.system, self.steps)
 

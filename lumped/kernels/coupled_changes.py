@@ -136,7 +136,6 @@ def add_end_forces(steps, head, changes):
         for p in range(w):
             real, imaginary = changes.waves[s, 0, p], changes.waves[s, 1, p]
             add_wave_forces(factors, 2, changes, p, force, real, imaginary)
-    set_displacement(changes)
 
 
 @inlined
@@ -214,9 +213,8 @@ def normalise_perturbations(changes, state, angular):
     length = math.sqrt(square)
     waves = changes.waves
     for k in range(changes.q.shape[1]):
-        for part in (changes.state, changes.q):
-            for i in range(part.shape[0]):
-                part[i, k] /= length
+        for i in range(changes.state.shape[0]):
+            changes.state[i, k] /= length
         for s in range(2):
             for p in range(waves.shape[2]):
                 waves[s, 0, p, k] /= length
