@@ -8,7 +8,8 @@ curves leave out: it is their `normal_compliance` and `tangential_compliance`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ N_INTERVALS = 32  # of penetration in a load curve, denser toward zero
 PAIR_RANGE_FACTOR = 3.0
 # penetration at which the load's centre is taken
 REPRESENTATIVE_INDEX = N_INTERVALS // 3
+MAX_KEPT = 32  # load curves of sides of meshes, of some 0.3 MB each
 OPEN_GAP = 1e-2  # [m] beyond any deflection
 NOMINAL, REVERSED = 0, 1  # friction
 
@@ -73,7 +75,44 @@ def pair_load_curves(
 
     back : of the back flanks, whose penetration counts from where those touch
     Pitch errors are left out. Raises ContactFailure where no solution was found.
+
+    Those that were solved last are kept: planets have equal teeth, and so have gear
+    sets that differ in what does not touch.
     """
+    teeth = _teeth(problem)
+    request = _Request(problem, teeth, position.tobytes(), max_penetration, back)
+    return (_solve if teeth is None else _kept)(request)
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What load curves are asked for; that of equal teeth is equal."""
+
+    problem: ContactProblem = field(compare=False)
+    teeth: tuple[object, ...] | None
+    position: bytes
+    max_penetration: float
+    back: bool
+
+
+def _teeth(problem: ContactProblem) -> tuple[object, ...] | None:
+    """All of a problem that load curves depend on; None where it cannot be told."""
+    held = problem.driver.origin is not None and problem.driven.origin is not None
+    if not held or problem.driver_faults or problem.driven_faults:
+        return None
+    values = {f.name: getattr(problem, f.name) for f in fields(problem)}
+    values |= {"driver": problem.driver.origin, "driven": problem.driven.origin}
+    return tuple(v for name, v in values.items() if "pitch_errors" not in name)
+
+
+@lru_cache(maxsize=MAX_KEPT)
+def _kept(request: _Request) -> PairLoadCurves:
+    return _solve(request)
+
+
+def _solve(request: _Request) -> PairLoadCurves:
+    problem, position = request.problem, np.frombuffer(request.position)
+    max_penetration, back = request.max_penetration, request.back
     side_position = back_side_position(problem.pair, position) if back else position
     candidates = candidate_pairs(problem.pair, side_position)
     closest = _closest(problem, candidates, side_position)
