@@ -11,7 +11,7 @@ from validation.bench import benchmark as bench
 
 SUBJECTS = (
     *("stiffness", "dynamics", "lumped", "branches", "stability", "eccentric"),
-    *("clatter", "growth"),
+    *("clatter", "growth", "commands"),
 )
 
 

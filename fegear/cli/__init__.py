@@ -46,7 +46,7 @@ RATTLES = (  # of the group `rattle`
 )
 BENCHMARKS = (  # of the group `bench`
     *("stiffness", "dynamics", "lumped", "branches", "stability"),
-    *("growth", "eccentric", "clatter", "all"),
+    *("growth", "eccentric", "clatter", "commands", "all"),
 )
 
 

@@ -62,6 +62,7 @@ class Benchmark:
     panels : of its figure, the first with time over error
     facts : single values in addition to them
     left_out : columns that no screen has room for; findings : sentences below them
+    failures : what is beyond its limits
     interrupted : whether Ctrl-C ended it
     quick : whether it has few points, by which nothing is judged
     """
@@ -74,6 +75,7 @@ class Benchmark:
     facts: Mapping[str, float] = field(default_factory=dict)
     left_out: Sequence[str] = ()
     findings: Sequence[str] = ()
+    failures: Sequence[str] = ()
     interrupted: bool = False
     quick: bool = False
 

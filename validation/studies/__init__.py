@@ -71,6 +71,11 @@ register(
             "GrowthBenchmark",
             "Run time of the lumped models over the number of gears.",
         ),
+        "bench commands": (
+            "validation.studies.benchmarks",
+            "CommandsBenchmark",
+            "Processor time and memory of whole commands, over those of fixed jobs.",
+        ),
         "bench all": (
             "validation.studies.benchmarks",
             "AllBenchmarks",

@@ -32,6 +32,7 @@ from lumped.common.progress import Progress
 from validation.bench import (
     bench_branches,
     bench_clatter,
+    bench_commands,
     bench_dynamics,
     bench_eccentric,
     bench_growth,
@@ -183,7 +184,11 @@ class BenchmarkResult(StudyResult):
 
     @property
     def complete(self) -> bool:
-        return not self.measured.interrupted
+        return not (self.measured.interrupted or self.measured.failures)
+
+    @property
+    def failure(self) -> str:
+        return "; ".join(self.measured.failures)
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -429,6 +434,37 @@ class GrowthBenchmark(
 
     def measured(self, report: Progress) -> Benchmark:
         return bench_growth.measure(report, sizes=self.sizes_of(bench_growth))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CommandsBenchmark(
+    OneBenchmark, Study, command="bench commands", example="bench commands -o bench"
+):
+    """Processor time and memory of whole commands, over those of fixed jobs."""
+
+    output = f"{FOLDER} [default: bench-commands]"
+
+    quick: bool = setting(
+        False, "Half of the commands, in two minutes, by the same limits."
+    )
+
+    def measured(self, report: Progress) -> Benchmark:
+        return bench_commands.measure(report, sizes=self.sizes_of(bench_commands))
+
+    def marked(self, report: Progress) -> Benchmark:
+        """Run the benchmark, which judges half of the commands as it judges all.
+
+        Parameters
+        ----------
+        report : callable
+            Function of (stage, done, total), called during the run.
+
+        Returns
+        -------
+        Benchmark
+            What was measured.
+        """
+        return self.measured(report)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1044,6 +1044,11 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus("bench growth --json", "-o there"),
         "--json": plus("bench growth", "--json"),
     },
+    "bench commands": {
+        "--quick": plus("bench commands --json", "--quick"),
+        "--output": plus("bench commands --json", "-o there"),
+        "--json": plus("bench commands", "--json"),
+    },
     "bench eccentric": {
         "--quick": plus("bench eccentric --json", "--quick"),
         "--output": plus("bench eccentric --json", "-o there"),

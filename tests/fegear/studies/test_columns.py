@@ -27,6 +27,7 @@ from fegear.studies.rattle_bifurcation import ExistenceResult
 from validation.bench import (
     bench_branches,
     bench_clatter,
+    bench_commands,
     bench_dynamics,
     bench_eccentric,
     bench_growth,
@@ -58,6 +59,7 @@ BENCHMARKS = {
     ("eccentric", "table"): bench_eccentric.EccentricCost,
     ("eccentric", "contact"): bench_eccentric.ContactCost,
     ("clatter", "table"): bench_clatter.ImpactCost,
+    ("commands", "table"): bench_commands.CommandCost,
     ("growth", "table"): bench_growth.ChainCost,
 }
 UNITS = {

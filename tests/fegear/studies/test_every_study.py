@@ -491,6 +491,7 @@ EXAMPLES = {
     "bench eccentric": {},
     "bench clatter": {},
     "bench growth": {},
+    "bench commands": {},
     "bench all": {},
 }
 

@@ -1,0 +1,79 @@
+"""The benchmark of whole commands: ratios, records, limits."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from fegear.files.errors import InputError
+from validation.bench import bench_commands
+from validation.bench import benchmark as bench
+from validation.bench.bench_commands import COLD, WARM, CommandRunner, Sizes, Usage
+
+SIZES = Sizes(warm=2, cold=(1,), rounds=3)
+
+
+def no_progress(stage: str, done: int, total: int) -> None: ...
+
+
+def measured(monkeypatch, seconds, megabytes=300.0):
+    """What is measured where commands take so long, and jobs 2 s and 100 MB."""
+    monkeypatch.setattr(
+        CommandRunner, "command", lambda *_: Usage(seconds, megabytes), raising=True
+    )
+    monkeypatch.setattr(CommandRunner, "job", lambda *_: Usage(2.0, 100.0))
+    return bench_commands.measure(no_progress, SIZES)
+
+
+def test_ratios_are_those_to_the_job_beside(monkeypatch):
+    points = measured(monkeypatch, 5.0).tables[bench.POINTS]
+    assert [(p["state"], p["command"]) for p in points] == [
+        (COLD, bench_commands.COMMANDS[1]),
+        (WARM, bench_commands.COMMANDS[0]),
+        (WARM, bench_commands.COMMANDS[1]),
+    ]
+    for point in points:
+        assert point["processor_ratio"] == pytest.approx(2.5)
+        assert point["memory_ratio"] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("factor", "fails"), [(1.4, False), (1.6, True)])
+@pytest.mark.parametrize("what", ["time", "memory"])
+def test_more_than_is_recorded_fails(monkeypatch, factor, fails, what):
+    recorded = {(c, s): (2.5, 3.0) for c in bench_commands.COMMANDS for s in "cw"}
+    recorded |= {(c, s): (2.5, 3.0) for c, _ in recorded for s in (COLD, WARM)}
+    monkeypatch.setattr(bench_commands, "_recorded", lambda: recorded)
+    seconds, megabytes = (5.0 * factor, 300.0), (5.0, 300.0 * factor)
+    cost = seconds if what == "time" else megabytes
+    failures = measured(monkeypatch, *cost).failures
+    assert len(failures) == (3 if fails else 0)
+    for line in failures:
+        assert f"{factor:.2f} times what is recorded" in line
+
+
+def test_nothing_fails_that_is_not_recorded(monkeypatch):
+    monkeypatch.setattr(bench_commands, "_recorded", dict)
+    result = measured(monkeypatch, 1e6)
+    assert not result.failures
+    assert math.isnan(result.tables[bench.POINTS][0]["recorded_memory_ratio"])
+
+
+def test_all_commands_are_recorded():
+    full = bench_commands.FULL
+    expected = {(bench_commands.COMMANDS[number], COLD) for number in full.cold}
+    expected |= {(command, WARM) for command in bench_commands.COMMANDS}
+    assert set(bench_commands._recorded()) == expected
+    assert len(bench_commands.COMMANDS) == 14
+    quick = bench_commands.QUICK
+    assert 2 * quick.warm == full.warm
+    assert set(quick.cold) < set(full.cold)
+
+
+def test_a_process_is_measured_and_its_failure_told(tmp_path):
+    runner = CommandRunner(tmp_path)
+    usage = runner.command("sets", "caches")
+    assert 0.05 < usage.processor < 60.0
+    assert 10.0 < usage.memory < 2000.0
+    with pytest.raises(InputError, match=r"show nothing ended with exit code 2: .*set"):
+        runner.command("show nothing", "caches")

@@ -1,0 +1,260 @@
+"""Processor time and memory of whole commands, over those of fixed jobs.
+
+What a user waits for is a process from its start to its end: it loads libraries,
+compiles kernels where there are none, and solves. Seconds of another machine say
+little. Each command is therefore run beside a job of `reference_jobs` that does not
+change: cold ones, with nothing compiled or solved before, beside one that compiles;
+warm ones beside one that solves. The ratios are compared with recorded ones.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import shlex
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from fegear.files.errors import InputError
+from lumped.common.progress import Progress
+from validation.bench import benchmark as bench
+
+RECORDED = Path(__file__).with_name("commands.csv")
+JOBS = Path(__file__).with_name("reference_jobs.py")
+COLD, WARM = "cold", "warm"
+JOB_OF = {COLD: "compiling", WARM: "solving"}
+LIMIT = 1.5  # of a ratio over the recorded one
+ROUNDS = 3  # of each warm command, the middle one of which counts
+IDLER = "liu-idler --torque 100"
+COMMANDS = (
+    "show liu-pair",
+    "stiffness liu-pair --torque 100",
+    "render liu-pair --torque 100 --position 0.9 -o contact.png",
+    f"sweep {IDLER} --model 1 --speeds 1000:3600:100",
+    f"sweep {IDLER} --model coupled --speeds 1000:3600:100",
+    "wear liu-pair --torque 100 --cycles 1e8 -o wear.csv",
+    f"modes {IDLER}",
+    f"theory {IDLER}",
+    f"branches {IDLER} --model 1 --speeds 2000:3000 -o branches.csv",
+    f"branches {IDLER} --model coupled --speeds 2500:2600 -o branches.csv",
+    "signals liu-pair --torque 100 --rpm 900 -o signals.csv",
+    "tolerances liu-pair --torque 100 --grade 6 --samples 500",
+    "sharing planetary-24-36-96 --torque 60",
+    f"dynamics {IDLER} --speeds 1000:3600:200 -o dynamics.csv",
+)
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """warm : how many of the commands; cold : which of them; rounds : of warm ones"""
+
+    warm: int = len(COMMANDS)
+    cold: tuple[int, ...] = (1, 4, 8, 13)
+    rounds: int = ROUNDS
+
+
+FULL = Sizes()
+QUICK = Sizes(warm=len(COMMANDS) // 2, cold=(1,))
+
+
+@dataclass(frozen=True)
+class CommandCost:
+    """Processor time and peak memory of a command, and over those of the job.
+
+    The recorded ratios are NaN where there are none.
+    """
+
+    command: str
+    state: str
+    processor_s: float
+    memory_MB: float
+    processor_ratio: float
+    memory_ratio: float
+    recorded_processor_ratio: float
+    recorded_memory_ratio: float
+
+    @property
+    def change(self) -> float:
+        """The larger of both ratios over its recorded one."""
+        return max(
+            self.processor_ratio / self.recorded_processor_ratio,
+            self.memory_ratio / self.recorded_memory_ratio,
+        )
+
+    @property
+    def name(self) -> str:
+        return f"{self.command}, {self.state}"
+
+
+@dataclass(frozen=True)
+class Usage:
+    """Processor time [s] and peak memory [MB] of a process."""
+
+    processor: float
+    memory: float
+
+
+@dataclass(frozen=True)
+class CommandRunner:
+    """Runs processes in a directory of their own, with caches in it."""
+
+    directory: Path
+    environment: Mapping[str, str] = field(default_factory=lambda: dict(os.environ))
+
+    def command(self, words: str, caches: str) -> Usage:
+        """Usage of a command of fegear; caches : name of their directory."""
+        folder = str(self.directory / caches)
+        places = {"NUMBA_CACHE_DIR": folder, "FEGEAR_CACHE_DIR": folder}
+        return self._run(["-m", "fegear", *shlex.split(words)], places)
+
+    def job(self, state: str) -> Usage:
+        """Usage of the job beside which commands of a state are measured."""
+        return self._run([str(JOBS), JOB_OF[state]], {})
+
+    def _run(self, words: Sequence[str], places: Mapping[str, str]) -> Usage:
+        if not hasattr(os, "wait4"):
+            raise InputError("bench commands; this system does not tell what one uses")
+        # the threads of a matrix product would count as often as there are processors
+        threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+        errors = self.directory / "errors.txt"
+        with errors.open("wb") as written:
+            process = subprocess.Popen(
+                [sys.executable, *words],
+                cwd=self.directory,
+                env={**self.environment, **threads, **places},
+                stdout=subprocess.DEVNULL,
+                stderr=written,
+            )
+            _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode:
+            last = errors.read_text(errors="replace").strip().splitlines()[-1:]
+            text = f"{shlex.join(words)} ended with exit code {process.returncode}"
+            raise InputError(": ".join([text, *last]))
+        per_MB = 1e6 if sys.platform == "darwin" else 1e3  # bytes, elsewhere kilobytes
+        return Usage(usage.ru_utime + usage.ru_stime, usage.ru_maxrss / per_MB)
+
+
+def measure(report: Progress, sizes: Sizes = FULL) -> bench.Benchmark:
+    """Commands cold and warm, beside the ratios that are recorded."""
+    rows, interrupted = bench.collect(_measured(report, sizes))
+    points = rows[bench.POINTS]
+    return bench.Benchmark(
+        name="commands",
+        title="Whole commands: processor time and memory over those of fixed jobs",
+        about="Cold commands, with nothing compiled or solved before, over a job that "
+        "compiles; warm ones over a job that solves. On the diagonal nothing has "
+        "changed since the ratios were recorded.",
+        tables=bench.plain(rows),
+        panels=[_panel(points)],
+        findings=_findings(points),
+        failures=_failures(points),
+        interrupted=interrupted,
+    )
+
+
+def _measured(report: Progress, sizes: Sizes) -> Iterator[tuple[str, Any]]:
+    recorded = _recorded()
+    done, total = 0, len(sizes.cold) + sizes.warm
+    with tempfile.TemporaryDirectory() as directory:
+        runner = CommandRunner(Path(directory))
+        for number in sizes.cold:
+            report(f"cold {COMMANDS[number]}", done, total)
+            yield bench.POINTS, _cost(runner, COMMANDS[number], COLD, 1, recorded)
+            done += 1
+        for command in COMMANDS[: sizes.warm]:
+            report(command, done, total)
+            yield bench.POINTS, _cost(runner, command, WARM, sizes.rounds, recorded)
+            done += 1
+
+
+def _cost(
+    runner: CommandRunner,
+    command: str,
+    state: str,
+    rounds: int,
+    recorded: Mapping[tuple[str, str], tuple[float, float]],
+) -> CommandCost:
+    """The middle one of some rounds, each between two runs of the job."""
+    if state == WARM:
+        runner.command(command, WARM)  # compiles, and fills the caches
+    jobs, usages = [runner.job(state)], []
+    for _ in range(rounds):
+        usages.append(runner.command(command, WARM if state == WARM else command))
+        jobs.append(runner.job(state))
+    ratios = [
+        2.0 * usage.processor / (jobs[i].processor + jobs[i + 1].processor)
+        for i, usage in enumerate(usages)
+    ]
+    memory = max(usage.memory for usage in usages)
+    before = recorded.get((command, state), (float("nan"), float("nan")))
+    return CommandCost(
+        command=command,
+        state=state,
+        processor_s=statistics.median(usage.processor for usage in usages),
+        memory_MB=memory,
+        processor_ratio=statistics.median(ratios),
+        memory_ratio=memory / max(job.memory for job in jobs),
+        recorded_processor_ratio=before[0],
+        recorded_memory_ratio=before[1],
+    )
+
+
+def _recorded() -> dict[tuple[str, str], tuple[float, float]]:
+    """Ratios of processor time and memory by command and state."""
+    if not RECORDED.exists():
+        return {}
+    with RECORDED.open(newline="", encoding="utf-8") as file:
+        return {
+            (row["command"], row["state"]): (
+                float(row["processor_ratio"]),
+                float(row["memory_ratio"]),
+            )
+            for row in csv.DictReader(file)
+        }
+
+
+def _panel(points: Sequence[CommandCost]) -> bench.Panel:
+    curves = [
+        bench.CostCurve(
+            state,
+            marker,
+            sorted(
+                (point.recorded_processor_ratio, point.processor_ratio)
+                for point in points
+                if point.state == state
+            ),
+        )
+        for state, marker in zip((COLD, WARM), bench.MARKERS, strict=False)
+    ]
+    return bench.Panel(
+        "processor time over the job's, as recorded",
+        "processor time over the job's, now",
+        curves,
+    )
+
+
+def _failures(points: Sequence[CommandCost]) -> list[str]:
+    """What takes more than is allowed."""
+    return [
+        f"{point.name}: {point.change:.2f} times what is recorded, at most {LIMIT:g} "
+        "times are allowed"
+        for point in points
+        if point.change > LIMIT
+    ]
+
+
+def _findings(points: Sequence[CommandCost]) -> list[str]:
+    """What has become so fast that the record can be lowered."""
+    return [
+        f"{point.name}: {point.change:.2f} times what is recorded; the record can be "
+        "lowered"
+        for point in points
+        if point.change < 1.0 / LIMIT
+    ]
