@@ -135,7 +135,7 @@ def smooth_compliance_block(constants, patches, pairs, normal, rootward, block):
     normal, rootward : parts of the unit load
 
     Load and displacement are those along the normal that both flanks have, and across
-    it; a corner's gear has another normal. Half-planes have none, see `local_normal`.
+    it; a corner's gear has another normal. Half-planes have none, see `half_plane_factors`.
     """
     tables, changes = constants.tables, constants.changes
     max_tooth_offset, (p, q) = tables.shape[2] // 2, pairs
@@ -169,27 +169,19 @@ def smooth_compliance_block(constants, patches, pairs, normal, rootward, block):
 
 
 @compiled_part
-def local_normal(flanks, grid, step, i, j):
-    """Half-plane part of both gears at node i under a unit load at node j."""
-    compliance = 0.0
-    for gear in range(2):
-        compliance += flanks[gear].has_half_plane / flanks[gear].modulus
-    return -2.0 / math.pi * compliance * (grid.logarithm[i, j] + math.log(step))
+def half_plane_factors(flanks, master):
+    """Factors of both gears' half-planes under a unit load, along and across the normal.
 
-
-@compiled_part
-def local_tangential(flanks, grid, master, i, j):
-    """Local compliance under a unit rootward friction load; it cancels for
-    equal gears.
+    Under a rootward friction load they cancel for equal gears.
     """
-    total = 0.0
+    normal, tangential = 0.0, 0.0
     for gear in range(2):
-        tangential_compliance = (
-            0.5 * (1.0 - flanks[gear].poisson) / flanks[gear].modulus
-        )
-        tangential_compliance *= flanks[gear].has_half_plane
-        total += -tangential_compliance if gear == master else tangential_compliance
-    return total * grid.sign[i, j]
+        flank = flanks[gear]
+        normal += flank.has_half_plane / flank.modulus
+        across = 0.5 * (1.0 - flank.poisson) / flank.modulus
+        across *= flank.has_half_plane
+        tangential += -across if gear == master else across
+    return -2.0 / math.pi * normal, tangential
 
 
 @compiled_part
@@ -238,15 +230,27 @@ def fill_compliance(constants, work, count):
 @compiled_part
 def fill_local(C, first_row, constants, k, patch, nodes, mu):
     """Fill the compliance of the half-planes under one pair's own nodes."""
-    flanks, grid = constants.flanks[k], constants.grid
+    flanks, grid, log_step = constants.flanks[k], constants.grid, math.log(patch.step)
+    normal, tangential = half_plane_factors(flanks, patch.master)
+    is_spalled = has_less_width(nodes)
     for i in range(nodes.size):
         for j in range(nodes.size):
-            local = local_normal(flanks, grid, patch.step, i, j)
-            local += mu * local_tangential(flanks, grid, patch.master, i, j)
-            more = on_less_width(nodes, i, j)
-            if more > 0.0:
-                local += more * concentrated(flanks, grid, patch, mu, i, j)
-            C[first_row + i, first_row + j] = local
+            local = normal * (grid.logarithm[i, j] + log_step)
+            friction = mu * (tangential * grid.sign[i, j])
+            entry = local + friction
+            if is_spalled:
+                more = on_less_width(nodes, i, j)
+                entry += more * (against_center_lines(flanks, local) + friction)
+            C[first_row + i, first_row + j] = entry
+
+
+@compiled_part
+def has_less_width(nodes):
+    """Whether a spall has taken from the width of a node."""
+    for i in range(nodes.size):
+        if nodes[i].width_share < 1.0:
+            return True
+    return False
 
 
 @compiled_part
@@ -256,19 +260,18 @@ def on_less_width(nodes, i, j):
 
 
 @compiled_part
-def concentrated(flanks, grid, patch, mu, i, j):
-    """Local compliance against the centre lines of both teeth, under a unit load.
+def against_center_lines(flanks, local):
+    """Local compliance against the centre lines of both teeth, of that of half-planes.
 
     A load that a spall leaves on a part of the width has spread over all of it before
     it reaches them, so that what yields more is the flank against its tooth's centre
     line: Johnson (1985) eq. (5.57), whose depth is half of the tooth's thickness.
     """
-    relative = local_normal(flanks, grid, patch.step, i, j)
     for gear in range(2):
         flank = flanks[gear]
         at_center_line = 1.0 + flank.poisson - 2.0 * math.log(flank.half_thickness)
-        relative -= flank.has_half_plane * at_center_line / (math.pi * flank.modulus)
-    return relative + mu * local_tangential(flanks, grid, patch.master, i, j)
+        local -= flank.has_half_plane * at_center_line / (math.pi * flank.modulus)
+    return local
 
 
 @compiled_part
@@ -289,7 +292,9 @@ def friction_bending(constants, work, k):
     the forces q of its nodes.
     """
     flanks, grid, patch = constants.flanks[k], constants.grid, work.patches[k]
-    nodes, block = work.nodes[k], work.block
+    nodes, block, log_step = work.nodes[k], work.block, math.log(patch.step)
+    normal_factor, tangential_factor = half_plane_factors(flanks, patch.master)
+    is_spalled = has_less_width(nodes)
     normal, tangential = 0.0, 0.0
     for a in range(SUPPORT):
         block[SUPPORT, a] = 0.0
@@ -299,14 +304,14 @@ def friction_bending(constants, work, k):
         for j in range(nodes.size):
             load = nodes[i].force * nodes[j].force
             if load != 0.0:
-                normal += load * local_normal(flanks, grid, patch.step, i, j)
-                tangential += load * local_tangential(flanks, grid, patch.master, i, j)
-                more = load * on_less_width(nodes, i, j)
-                if more > 0.0:
-                    normal += more * concentrated(flanks, grid, patch, 0.0, i, j)
-                    tangential += more * local_tangential(
-                        flanks, grid, patch.master, i, j
-                    )
+                local = normal_factor * (grid.logarithm[i, j] + log_step)
+                across = tangential_factor * grid.sign[i, j]
+                normal += load * local
+                tangential += load * across
+                if is_spalled:
+                    more = load * on_less_width(nodes, i, j)
+                    normal += more * against_center_lines(flanks, local)
+                    tangential += more * across
     smooth_compliance_block(constants, work.patches, (k, k), 1.0, 0.0, block)
     normal += quadratic_form(block)
     smooth_compliance_block(constants, work.patches, (k, k), 0.0, 1.0, block)
