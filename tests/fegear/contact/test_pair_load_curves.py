@@ -215,3 +215,30 @@ def test_any_relief(cases, magnitude, begin, shape, side, scale):
     error = np.abs(difference(relieved, scale))
     assert np.median(error) < 5e-4
     assert error.max() < 5e-3
+
+
+def test_curves_of_equal_teeth_are_solved_once(cases):
+    plain = cases["plain"]
+    assert plain.driver.origin is not None
+    first = pair_load_curves(plain, POSITION[:2], REACH)
+    # another problem of the same teeth, whose arrays are others
+    flank = replace(plain.driver, normal=plain.driver.normal.copy())
+    again = pair_load_curves(replace(plain, driver=flank), POSITION[:2], REACH)
+    assert again is first
+    with_errors = replace(plain, driver_pitch_errors=(1e-6,) * plain.pair.driver.teeth)
+    assert pair_load_curves(with_errors, POSITION[:2], REACH) is first
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"friction": 0.1}, {"face_width": 0.03}, {"corner_contact": False}, {"nodes": 15}],
+    ids=lambda change: next(iter(change)),
+)
+def test_curves_of_others_are_their_own(cases, change):
+    plain = cases["plain"]
+    first = pair_load_curves(plain, POSITION[:2], REACH)
+    other = pair_load_curves(replace(plain, **change), POSITION[:2], REACH)
+    assert other is not first
+    assert not np.array_equal(other.load, first.load) or "corner_contact" in change
+    free = replace(plain, driver=replace(plain.driver, origin=None))
+    assert pair_load_curves(free, POSITION[:2], REACH) is not first
