@@ -111,7 +111,8 @@ def _kept(request: _Request) -> PairLoadCurves:
 
 
 def _solve(request: _Request) -> PairLoadCurves:
-    problem, position = request.problem, np.frombuffer(request.position)
+    # numba would compile kernels once more for an array that cannot be written
+    problem, position = request.problem, np.frombuffer(request.position).copy()
     max_penetration, back = request.max_penetration, request.back
     side_position = back_side_position(problem.pair, position) if back else position
     candidates = candidate_pairs(problem.pair, side_position)
