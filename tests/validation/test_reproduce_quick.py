@@ -21,9 +21,9 @@ LOOSE_RTOL: Mapping[str, float] = {
     # chaotic motions, whose points part within few periods: 3 to 9 % between processors
     "3.12/*/*exponent*": 0.5,
     "3.11/sweep-pi-4/*": 0.03,  # averages of such motions, 0.4 to 0.8 %
-    # noise of 20 turns of such motions, 0.7 % between processors
-    "rattle-table-6.1/*": 0.1,
-    "rattle-6.3/*": 0.1,
+    # noise of 20 turns of such motions: the median 0.7 %, the largest 15 %
+    "rattle-table-6.1/*": 0.3,
+    "rattle-6.3/*": 0.3,
 }
 # of lists whose length depends on it as well: how many values are the same everywhere
 FIRST: Mapping[str, int] = {
