@@ -27,6 +27,7 @@ from validation.bench import benchmark as bench
 
 RECORDED = Path(__file__).with_name("commands.csv")
 JOBS = Path(__file__).with_name("reference_jobs.py")
+PROCESS = Path(__file__).with_name("process_usage.py")
 COLD, WARM = "cold", "warm"
 JOB_OF = {COLD: "compiling", WARM: "solving"}
 LIMIT = 1.5  # of a ratio over the recorded one
@@ -107,38 +108,36 @@ class CommandRunner:
     directory: Path
     environment: Mapping[str, str] = field(default_factory=lambda: dict(os.environ))
 
-    def command(self, words: str, caches: str) -> Usage:
+    def command(self, command: str, caches: str) -> Usage:
         """Usage of a command of fegear; caches : name of their directory."""
         folder = str(self.directory / caches)
         places = {"NUMBA_CACHE_DIR": folder, "FEGEAR_CACHE_DIR": folder}
-        return self._run(["-m", "fegear", *shlex.split(words)], places)
+        return self._run(["-m", "fegear", *shlex.split(command)], places)
 
     def job(self, state: str) -> Usage:
         """Usage of the job beside which commands of a state are measured."""
         return self._run([str(JOBS), JOB_OF[state]], {})
 
-    def _run(self, words: Sequence[str], places: Mapping[str, str]) -> Usage:
+    def _run(self, arguments: Sequence[str], places: Mapping[str, str]) -> Usage:
         if not hasattr(os, "wait4"):
             raise InputError("bench commands; this system does not tell what one uses")
         # the threads of a matrix product would count as often as there are processors
         threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-        errors = self.directory / "errors.txt"
-        with errors.open("wb") as written:
-            process = subprocess.Popen(
-                [sys.executable, *words],
-                cwd=self.directory,
-                env={**self.environment, **threads, **places},
-                stdout=subprocess.DEVNULL,
-                stderr=written,
-            )
-            _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        if process.returncode:
-            last = errors.read_text(errors="replace").strip().splitlines()[-1:]
-            text = f"{shlex.join(words)} ended with exit code {process.returncode}"
+        measured = subprocess.run(
+            [sys.executable, "-S", str(PROCESS), sys.executable, *arguments],
+            cwd=self.directory,
+            env={**self.environment, **threads, **places},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        code, processor, memory = measured.stdout.split()
+        if code != "0":
+            last = measured.stderr.strip().splitlines()[-1:]
+            text = f"{shlex.join(arguments)} ended with exit code {code}"
             raise InputError(": ".join([text, *last]))
         per_MB = 1e6 if sys.platform == "darwin" else 1e3  # bytes, elsewhere kilobytes
-        return Usage(usage.ru_utime + usage.ru_stime, usage.ru_maxrss / per_MB)
+        return Usage(float(processor), float(memory) / per_MB)
 
 
 def measure(report: Progress, sizes: Sizes = FULL) -> bench.Benchmark:
