@@ -135,7 +135,7 @@ def smooth_compliance_block(constants, patches, pairs, normal, rootward, block):
     normal, rootward : parts of the unit load
 
     Load and displacement are those along the normal that both flanks have, and across
-    it; a corner's gear has another normal. Half-planes have none, see `half_plane_factors`.
+    it; a corner's gear has another normal. That of half-planes comes in `fill_local`.
     """
     tables, changes = constants.tables, constants.changes
     max_tooth_offset, (p, q) = tables.shape[2] // 2, pairs
@@ -170,9 +170,9 @@ def smooth_compliance_block(constants, patches, pairs, normal, rootward, block):
 
 @compiled_part
 def half_plane_factors(flanks, master):
-    """Factors of both gears' half-planes under a unit load, along and across the normal.
+    """Factors of both gears' half-planes under a normal and a rootward unit load.
 
-    Under a rootward friction load they cancel for equal gears.
+    The latter cancel for equal gears.
     """
     normal, tangential = 0.0, 0.0
     for gear in range(2):
@@ -247,10 +247,10 @@ def fill_local(C, first_row, constants, k, patch, nodes, mu):
 @compiled_part
 def has_less_width(nodes):
     """Whether a spall has taken from the width of a node."""
+    least = 1.0
     for i in range(nodes.size):
-        if nodes[i].width_share < 1.0:
-            return True
-    return False
+        least = min(least, nodes[i].width_share)
+    return least < 1.0
 
 
 @compiled_part
