@@ -2,7 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
+
+# One study of each form, which contract tests of all studies run in the quick tier: of
+# a mesh, of motions, of a file that is written, of figures that are read, of pictures,
+# of machines and gearboxes, of evidence
+FORMS = {
+    *("stiffness", "sweep", "new", "theory", "show", "rattle periodic", "clatter"),
+    *("bench stiffness", "reproduce"),
+}
+
+
+def in_tier_of(command: str, *values: Any, id: str | None = None) -> Any:
+    """Values of a test of a study, quick if it is the one of its form."""
+    marks = [] if command in FORMS else [pytest.mark.slow]
+    return pytest.param(command, *values, marks=marks, id=id)
 
 
 def pytest_collection_modifyitems(

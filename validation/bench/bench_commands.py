@@ -10,6 +10,7 @@ warm ones beside one that solves. The ratios are compared with recorded ones.
 from __future__ import annotations
 
 import csv
+import math
 import os
 import shlex
 import statistics
@@ -18,6 +19,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -31,37 +33,44 @@ PROCESS = Path(__file__).with_name("process_usage.py")
 COLD, WARM = "cold", "warm"
 JOB_OF = {COLD: "compiling", WARM: "solving"}
 LIMIT = 1.5  # of a ratio over the recorded one
-ROUNDS = 3  # of each warm command, the middle one of which counts
+MAX_ROUNDS = 5  # of a command that is beyond it: another process may be to blame
 IDLER = "liu-idler --torque 100"
-COMMANDS = (
-    "show liu-pair",
-    "stiffness liu-pair --torque 100",
-    "render liu-pair --torque 100 --position 0.9 -o contact.png",
-    f"sweep {IDLER} --model 1 --speeds 1000:3600:100",
-    f"sweep {IDLER} --model coupled --speeds 1000:3600:100",
-    "wear liu-pair --torque 100 --cycles 1e8 -o wear.csv",
-    f"modes {IDLER}",
-    f"theory {IDLER}",
-    f"branches {IDLER} --model 1 --speeds 2000:3000 -o branches.csv",
-    f"branches {IDLER} --model coupled --speeds 2500:2600 -o branches.csv",
-    "signals liu-pair --torque 100 --rpm 900 -o signals.csv",
-    "tolerances liu-pair --torque 100 --grade 6 --samples 500",
-    "sharing planetary-24-36-96 --torque 60",
-    f"dynamics {IDLER} --speeds 1000:3600:200 -o dynamics.csv",
-)
+COMMANDS = {  # words after fegear by name
+    "show": "show liu-pair",
+    "stiffness": "stiffness liu-pair --torque 100",
+    "render": "render liu-pair --torque 100 --position 0.9 -o contact.png",
+    "sweep, model 1": f"sweep {IDLER} --model 1 --speeds 1000:3600:100",
+    "sweep, coupled": f"sweep {IDLER} --model coupled --speeds 1000:3600:100",
+    "wear": "wear liu-pair --torque 100 --cycles 1e8 -o wear.csv",
+    "modes": f"modes {IDLER}",
+    "theory": f"theory {IDLER}",
+    "branches, model 1": f"branches {IDLER} --model 1 --speeds 2000:3000 -o b.csv",
+    "branches, coupled": (
+        f"branches {IDLER} --model coupled --speeds 2500:2600 -o b.csv"
+    ),
+    "signals": "signals liu-pair --torque 100 --rpm 900 -o signals.csv",
+    "tolerances": "tolerances liu-pair --torque 100 --grade 6 --samples 500",
+    "sharing": "sharing planetary-24-36-96 --torque 60",
+    "dynamics": f"dynamics {IDLER} --speeds 1000:3600:200 -o dynamics.csv",
+}
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """warm : how many of the commands; cold : which of them; rounds : of warm ones"""
+    """Names of commands, and rounds of each, the middle one of which counts."""
 
-    warm: int = len(COMMANDS)
-    cold: tuple[int, ...] = (1, 4, 8, 13)
-    rounds: int = ROUNDS
+    warm: tuple[str, ...] = tuple(COMMANDS)
+    cold: tuple[str, ...] = (
+        "stiffness",
+        "sweep, coupled",
+        "branches, model 1",
+        "dynamics",
+    )
+    rounds: int = 3
 
 
 FULL = Sizes()
-QUICK = Sizes(warm=len(COMMANDS) // 2, cold=(1,))
+QUICK = Sizes(FULL.warm[: len(COMMANDS) // 2], FULL.cold[:1], rounds=1)
 
 
 @dataclass(frozen=True)
@@ -73,6 +82,7 @@ class CommandCost:
 
     command: str
     state: str
+    arguments: str
     processor_s: float
     memory_MB: float
     processor_ratio: float
@@ -108,11 +118,13 @@ class CommandRunner:
     directory: Path
     environment: Mapping[str, str] = field(default_factory=lambda: dict(os.environ))
 
-    def command(self, command: str, caches: str) -> Usage:
-        """Usage of a command of fegear; caches : name of their directory."""
-        folder = str(self.directory / caches)
-        places = {"NUMBA_CACHE_DIR": folder, "FEGEAR_CACHE_DIR": folder}
-        return self._run(["-m", "fegear", *shlex.split(command)], places)
+    def command(self, arguments: str, state: str) -> Usage:
+        """Usage of fegear with arguments: cold, it has caches of its own, empty."""
+        places = {}
+        if state == COLD:
+            folder = tempfile.mkdtemp(dir=self.directory)
+            places = {"NUMBA_CACHE_DIR": folder, "FEGEAR_CACHE_DIR": folder}
+        return self._run(["-m", "fegear", *shlex.split(arguments)], places)
 
     def job(self, state: str) -> Usage:
         """Usage of the job beside which commands of a state are measured."""
@@ -152,6 +164,7 @@ def measure(report: Progress, sizes: Sizes = FULL) -> bench.Benchmark:
         "changed since the ratios were recorded.",
         tables=bench.plain(rows),
         panels=[_panel(points)],
+        left_out=["arguments"],
         findings=_findings(points),
         failures=_failures(points),
         interrupted=interrupted,
@@ -160,17 +173,14 @@ def measure(report: Progress, sizes: Sizes = FULL) -> bench.Benchmark:
 
 def _measured(report: Progress, sizes: Sizes) -> Iterator[tuple[str, Any]]:
     recorded = _recorded()
-    done, total = 0, len(sizes.cold) + sizes.warm
     with tempfile.TemporaryDirectory() as directory:
         runner = CommandRunner(Path(directory))
-        for number in sizes.cold:
-            report(f"cold {COMMANDS[number]}", done, total)
-            yield bench.POINTS, _cost(runner, COMMANDS[number], COLD, 1, recorded)
-            done += 1
-        for command in COMMANDS[: sizes.warm]:
-            report(command, done, total)
-            yield bench.POINTS, _cost(runner, command, WARM, sizes.rounds, recorded)
-            done += 1
+        wanted = [(command, COLD) for command in sizes.cold]
+        wanted += [(command, WARM) for command in sizes.warm]
+        for done, (command, state) in enumerate(wanted):
+            report(f"{command}, {state}", done, len(wanted))
+            before = recorded.get((command, state), (math.nan, math.nan))
+            yield bench.POINTS, _cost(runner, command, state, sizes.rounds, before)
 
 
 def _cost(
@@ -178,30 +188,44 @@ def _cost(
     command: str,
     state: str,
     rounds: int,
-    recorded: Mapping[tuple[str, str], tuple[float, float]],
+    recorded: tuple[float, float],
 ) -> CommandCost:
     """The middle one of some rounds, each between two runs of the job."""
     if state == WARM:
-        runner.command(command, WARM)  # compiles, and fills the caches
-    jobs, usages = [runner.job(state)], []
-    for _ in range(rounds):
-        usages.append(runner.command(command, WARM if state == WARM else command))
+        runner.command(COMMANDS[command], state)  # compiles, and fills the caches
+    jobs, usages = [runner.job(state)], list[Usage]()
+    while True:
+        usages.append(runner.command(COMMANDS[command], state))
         jobs.append(runner.job(state))
+        cost = _middle(command, state, usages, jobs, recorded)
+        enough = MAX_ROUNDS if cost.change > LIMIT else rounds
+        if len(usages) >= enough:
+            return cost
+
+
+def _middle(
+    command: str,
+    state: str,
+    usages: Sequence[Usage],
+    jobs: Sequence[Usage],
+    recorded: tuple[float, float],
+) -> CommandCost:
+    """Costs of the rounds so far; jobs : one more than rounds"""
     ratios = [
-        2.0 * usage.processor / (jobs[i].processor + jobs[i + 1].processor)
-        for i, usage in enumerate(usages)
+        2.0 * usage.processor / (before.processor + after.processor)
+        for usage, (before, after) in zip(usages, pairwise(jobs), strict=True)
     ]
-    memory = max(usage.memory for usage in usages)
-    before = recorded.get((command, state), (float("nan"), float("nan")))
+    memory = statistics.median_low(usage.memory for usage in usages)
     return CommandCost(
         command=command,
         state=state,
-        processor_s=statistics.median(usage.processor for usage in usages),
+        arguments=COMMANDS[command],
+        processor_s=statistics.median_low(usage.processor for usage in usages),
         memory_MB=memory,
-        processor_ratio=statistics.median(ratios),
-        memory_ratio=memory / max(job.memory for job in jobs),
-        recorded_processor_ratio=before[0],
-        recorded_memory_ratio=before[1],
+        processor_ratio=statistics.median_low(ratios),
+        memory_ratio=memory / statistics.median_low(job.memory for job in jobs),
+        recorded_processor_ratio=recorded[0],
+        recorded_memory_ratio=recorded[1],
     )
 
 

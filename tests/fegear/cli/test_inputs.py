@@ -21,6 +21,7 @@ from history_files import written
 from pydantic import BaseModel
 from quick_benchmarks import answer_at_once
 from rexs_files import RexsWriter, as_xml
+from slow_tests import in_tier_of
 
 from fegear.cli import run
 from fegear.gearset import read_gear_set
@@ -1251,19 +1252,11 @@ def quick_benchmarks(monkeypatch):
     answer_at_once(monkeypatch)
 
 
-SLOW = {  # whose options are tried in the slow tier
-    *("bench all", "bifurcations", "branches", "ablation", "dynamics", "eccentric"),
-    *("identify", "rattle bifurcation", "rattle manifold", "render", "validate"),
-    "warmup",
-}
-
-
 def cases_of(command: str) -> Iterator[Any]:
     """An option each."""
-    marks = [pytest.mark.slow] * (command in SLOW)
     for name in OPTIONS[command]:
         case = f"{command} {name}".replace(" ", "-")
-        yield pytest.param(command, name, marks=marks, id=case)
+        yield in_tier_of(command, name, id=case)
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ from drawn_figures import axis_labels, saved_figures
 from interactive_checks import check_figure
 from quick_benchmarks import answer_at_once
 from shown_results import what_is_shown
+from slow_tests import in_tier_of
 from typer.testing import CliRunner
 from written_tables import require_same
 
@@ -504,7 +505,6 @@ RUN_DEPENDENT_KEYS = {
 WITHOUT_TABLE = {
     *("new", "show", "mesh", "relief", "render", "rattle gears", "bench all")
 }
-SLOW = {"ablation", "eccentric", "identify", "rattle bifurcation", "warmup", "validate"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
 )
@@ -526,11 +526,6 @@ def example_study(command: str) -> Study:
         settings["machine"] = kind(name="roots-scaled", delta=0.6 + 1.0 / 300.0)
     example: Study = study(**settings)
     return example
-
-
-def slow_or_quick(command: str) -> Any:
-    """A study whose tier is that of what it takes."""
-    return pytest.param(command, marks=[pytest.mark.slow] * (command in SLOW))
 
 
 @pytest.mark.parametrize("command", STUDIES)
@@ -555,7 +550,7 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
     assert studies[0].argv == example.argv
 
 
-@pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
+@pytest.mark.parametrize("command", map(in_tier_of, STUDIES))
 def test_command_call_and_saved_result_show_the_same(command, tmp_path):
     """All that one run of a study is good for, as examples take seconds to run."""
     study = example_study(command)
