@@ -1,6 +1,6 @@
 """What a process uses: exit code, processor time [s], peak memory [kB or bytes].
 
-    python process_usage.py COMMAND [ARGUMENT ...]
+    python process_usage.py program argument ...
 
 A small process of its own, because the peak memory of a process begins with the memory
 of the one that starts it.
