@@ -86,7 +86,7 @@ def pair_load_curves(
 
 @dataclass(frozen=True)
 class _Request:
-    """What load curves are asked for; that of equal teeth is equal."""
+    """The load curves that are wanted. Two requests are equal if their teeth are."""
 
     problem: ContactProblem = field(compare=False)
     teeth: tuple[object, ...] | None

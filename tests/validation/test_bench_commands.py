@@ -25,7 +25,7 @@ def no_progress(stage: str, done: int, total: int) -> None: ...
 
 
 def measured(monkeypatch, seconds, megabytes=300.0):
-    """What is measured where commands take so long, and jobs 2 s and 100 MB."""
+    """A benchmark in which every command takes so much, every job 2 s and 100 MB."""
     monkeypatch.setattr(
         CommandRunner, "command", lambda *_: Usage(seconds, megabytes), raising=True
     )

@@ -57,7 +57,7 @@ COMMANDS = {  # words after fegear by name
 
 @dataclass(frozen=True)
 class Sizes:
-    """Names of commands, and rounds of each, the middle one of which counts."""
+    """Names of the commands that are measured, and how many times each is."""
 
     warm: tuple[str, ...] = tuple(COMMANDS)
     cold: tuple[str, ...] = (
@@ -75,7 +75,7 @@ QUICK = Sizes(FULL.warm[: len(COMMANDS) // 2], FULL.cold[:1], rounds=1)
 
 @dataclass(frozen=True)
 class CommandCost:
-    """Processor time and peak memory of a command, and over those of the job.
+    """What a command takes, and that over what the job beside it takes.
 
     The recorded ratios are NaN where there are none.
     """
@@ -231,8 +231,6 @@ def _middle(
 
 def _recorded() -> dict[tuple[str, str], tuple[float, float]]:
     """Ratios of processor time and memory by command and state."""
-    if not RECORDED.exists():
-        return {}
     with RECORDED.open(newline="", encoding="utf-8") as file:
         return {
             (row["command"], row["state"]): (
@@ -264,7 +262,7 @@ def _panel(points: Sequence[CommandCost]) -> bench.Panel:
 
 
 def _failures(points: Sequence[CommandCost]) -> list[str]:
-    """What takes more than is allowed."""
+    """A line for each command that takes more than is allowed."""
     return [
         f"{point.name}: {point.change:.2f} times what is recorded, at most {LIMIT:g} "
         "times are allowed"
@@ -274,7 +272,7 @@ def _failures(points: Sequence[CommandCost]) -> list[str]:
 
 
 def _findings(points: Sequence[CommandCost]) -> list[str]:
-    """What has become so fast that the record can be lowered."""
+    """A line for each command that has become much faster than its record."""
     return [
         f"{point.name}: {point.change:.2f} times what is recorded; the record can be "
         "lowered"

@@ -1,4 +1,4 @@
-"""What a process uses: exit code, processor time [s], peak memory [kB or bytes].
+"""Run a process; print its exit code, processor time [s] and peak memory [kB or bytes].
 
     python process_usage.py program argument ...
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from fegear.files.output import strict_json, write_text
 from fegear.gearset import load_gear_set
@@ -81,6 +81,7 @@ class OneBenchmark:
     pictures = NO_PICTURES
     partial = True
     folder = True
+    judged: ClassVar[bool] = False  # whether a quick one is judged as a full one is
 
     quick: bool = setting(
         False,
@@ -143,7 +144,7 @@ class OneBenchmark:
         Benchmark
             What was measured.
         """
-        return replace(self.measured(report), quick=self.quick)
+        return replace(self.measured(report), quick=self.quick and not self.judged)
 
     def measured(self, report: Progress) -> Benchmark:
         """Run the benchmark.
@@ -443,6 +444,7 @@ class CommandsBenchmark(
     """Processor time and memory of whole commands, over those of fixed jobs."""
 
     output = f"{FOLDER} [default: bench-commands]"
+    judged = True
 
     quick: bool = setting(
         False, "Half of the commands, in two minutes, by the same limits."
@@ -450,21 +452,6 @@ class CommandsBenchmark(
 
     def measured(self, report: Progress) -> Benchmark:
         return bench_commands.measure(report, sizes=self.sizes_of(bench_commands))
-
-    def marked(self, report: Progress) -> Benchmark:
-        """Run the benchmark, which judges half of the commands as it judges all.
-
-        Parameters
-        ----------
-        report : callable
-            Function of (stage, done, total), called during the run.
-
-        Returns
-        -------
-        Benchmark
-            What was measured.
-        """
-        return self.measured(report)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -550,7 +550,7 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
     assert studies[0].argv == example.argv
 
 
-@pytest.mark.parametrize("command", map(in_tier_of, STUDIES))
+@pytest.mark.parametrize("command", list(map(in_tier_of, STUDIES)))
 def test_command_call_and_saved_result_show_the_same(command, tmp_path):
     """All that one run of a study is good for, as examples take seconds to run."""
     study = example_study(command)
