@@ -64,34 +64,13 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
-from fegear.studies import STUDIES, home_of
+from fegear.studies.public import public_homes
+from fegear.studies.registry import STUDIES
 
 with suppress(ModuleNotFoundError):  # studies of evidence, where they are installed
     import validation.studies  # noqa: F401
 
-# what is loaded when it is first asked for, so that `import fegear` is cheap
-_HOMES = {
-    "FiniteElements": "fegear.dynamics.build",
-    "GearSet": "fegear.gearset",
-    "InputError": "fegear.files.errors",
-    "LumpedModel": "fegear.train.lumped_models",
-    "PictureSettings": "fegear.rendering.pictures",
-    "StaticsSettings": "fegear.statics.solving",
-    "StiffnessSource": "fegear.statics.excitation",
-    "builtin_names": "fegear.gearset",
-    "load": "fegear.studies.saving",
-    "load_gear_set": "fegear.gearset",
-    "lumped_system": "fegear.train.lumped_models",
-    "make_gear_set": "fegear.gearset",
-    "read_gear_set": "fegear.gearset",
-    "read_mesh_tables": "fegear.statics.excitation",
-    "solve_mesh": "fegear.statics.solving",
-    "solve_stress": "fegear.rendering.pictures",
-    "run": "fegear.studies.running",
-    "to_opentorsion": "fegear.train.other_programs",
-    "to_ross": "fegear.train.other_programs",
-    **{name: home_of(module) for module, name, _ in STUDIES.values()},
-}
+_HOMES = public_homes()
 __all__ = ["__version__", *_HOMES]
 
 _ALIASES = {  # names of earlier versions

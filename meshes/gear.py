@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from functools import lru_cache
 from typing import Literal
 
 from meshes.involute import Involute, involute
-from meshes.undercut import involute_crossing, waist
 
 Comparison = Literal["at most", "at least", "must be below", "must be above"]
 OPPOSITE: dict[Comparison, Comparison] = {
@@ -272,7 +272,58 @@ MAX_SHIFT = 2.0  # of the profile, to either side, in modules
 MIN_TIP_LAND = 0.05  # thickness of a tooth at its tip, in modules
 MAX_BISECTIONS = 200  # halve an interval down to round-off
 MIN_WAIST = 0.3  # thickness of an undercut tooth, in modules
+WAIST_POINTS = 200  # of the fillet, for its least distance from the tooth axis
 SLACK = 1e-12  # relative change of a value by a conversion of units
+
+
+def fillet_at(gear: SpurGear, normal_angle: float) -> tuple[float, float]:
+    """Radius [m] and clockwise angle from the tooth axis [rad] of a fillet point.
+
+    That of `meshes.profile.fillet_points`, as numbers.
+    """
+    half_width, depth = gear.rack_tip_center
+    r, rho = gear.reference_radius, gear.rack_tip_radius
+    rolled = half_width - depth * math.tan(normal_angle)
+    x = rolled - half_width - rho * math.sin(normal_angle)
+    y = r - depth - rho * math.cos(normal_angle)
+    angle = math.atan2(x, y) - rolled / r + math.pi / gear.teeth
+    return math.hypot(x, y), angle
+
+
+@lru_cache(maxsize=256)
+def involute_crossing(gear: SpurGear) -> tuple[float, float]:
+    """Roll length [m] and normal angle of the fillet [rad] where an undercut begins.
+
+    A rack whose straight flank reaches below the base circle's tangent point cuts away
+    the foot of the involute. The swept boundary then turns back at the base circle, and
+    the trochoid of the rack's rounded tip crosses the involute above it: the tooth has
+    a corner there, from which the trochoid leads into the tooth.
+
+    Along the fillet the radius grows with the normal angle. Its angle from the involute
+    of the same radius is negative, within the tooth, at the base circle, and positive
+    at its end, which touches the other branch of the involute.
+    """
+    rb, steepest = gear.base_radius, 0.5 * math.pi - gear.pressure_angle
+
+    def is_below_base(beta: float) -> bool:
+        return fillet_at(gear, beta)[0] < rb
+
+    def is_in_tooth(beta: float) -> bool:
+        radius, angle = fillet_at(gear, beta)
+        return angle < gear.half_angle(max(radius, rb))
+
+    low = bisected(is_below_base, 0.0, steepest)
+    beta = bisected(is_in_tooth, low, steepest)
+    radius = max(fillet_at(gear, beta)[0], rb * (1.0 + 1e-15))
+    return math.sqrt((radius - rb) * (radius + rb)), beta
+
+
+@lru_cache(maxsize=256)
+def waist(gear: SpurGear) -> float:
+    """Least thickness of an undercut tooth at its foot [m]; negative if cut through."""
+    top = involute_crossing(gear)[1]
+    points = (fillet_at(gear, top * i / WAIST_POINTS) for i in range(WAIST_POINTS + 1))
+    return 2.0 * min(radius * math.sin(angle) for radius, angle in points)
 
 
 def floored(value: float) -> str:

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fegear.contact.kernel_constants import Conditions, PairTeeth
 from fegear.contact.offset_centers import moved_lines
-from fegear.contact.problem import (
-    ContactProblem,
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import (
     back_side_position,
     candidate_pairs,
     different_teeth,
@@ -83,7 +83,11 @@ def _one_side(
     passed = teeth - whole.astype(np.int64)[:, None]
     gaps = pair_gaps(problem, passed, back == 1)
     place, lines, offset = moved_lines(
-        problem, position - whole, whole.astype(np.int64), back == 1
+        problem.pair,
+        problem.offsets,
+        position - whole,
+        whole.astype(np.int64),
+        back == 1,
     )
     gaps = gaps + offset[:, None]
     different = different_teeth(problem, passed, back == 1)

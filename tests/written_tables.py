@@ -9,7 +9,7 @@ import numpy as np
 from scipy.io import loadmat, netcdf_file
 
 from fegear.files.matlab import matlab_names
-from fegear.studies.saving import tables_of
+from fegear.studies.table import tables_of
 from fegear.studies.table_files import columns_of
 
 

@@ -70,8 +70,8 @@ def declared_names() -> Iterator[tuple[str, str]]:
     import lumped
     from fegear.files.codes import codes
     from fegear.files.keys import FILE_KINDS, file_keys
-    from fegear.studies import STUDIES
     from fegear.studies.columns import columns
+    from fegear.studies.registry import STUDIES
 
     yield from (("reference/commands", f"fegear {name}") for name in STUDIES)
     for kind in FILE_KINDS:

@@ -26,7 +26,8 @@ from sphinx.util.docutils import SphinxDirective
 
 from fegear.cli import COMMANDS, app
 from fegear.files.keys import FileKey, file_keys
-from fegear.studies import STUDIES, load_study
+from fegear.studies import load_study
+from fegear.studies.registry import STUDIES
 
 ROOT_COMMAND = typer.main.get_command(app)
 Lines = Iterable[str]

@@ -13,7 +13,7 @@ import typer
 from fegear.cli.command import TYPER_OPTIONS
 from fegear.cli.screen import print_error, print_line
 from fegear.cli.study_group import group_class
-from fegear.studies import STUDIES
+from fegear.studies.registry import STUDIES
 
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)

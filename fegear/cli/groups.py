@@ -26,7 +26,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 import typer
 
 from fegear.files.errors import InputError
-from fegear.studies.study import (
+from fegear.studies.settings import (
     AS_OPTIONS,
     ExposedField,
     Setting,

@@ -34,12 +34,8 @@ from fegear.files.output import (
     require_ending,
 )
 from fegear.studies.page import ColumnTable, RowTable
-from fegear.studies.study import (
-    Study,
-    files_read,
-    group_of,
-    options_of,
-)
+from fegear.studies.settings import group_of, options_of
+from fegear.studies.study import Study, files_read
 
 
 def command_of(study_class: type[Study]) -> Callable[..., None]:

@@ -10,7 +10,8 @@ from typer.core import TyperGroup
 
 from fegear.cli.command import TYPER_OPTIONS, add_command
 from fegear.files.errors import nearest
-from fegear.studies import ALIASES, STUDIES, load_study
+from fegear.studies import load_study
+from fegear.studies.registry import ALIASES, STUDIES
 
 
 def group_class(

@@ -75,7 +75,7 @@ CELL = np.dtype(
 class Constants(NamedTuple):
     """A contact problem's constants.
 
-    mesh, tables : as from `fegear.contact.problem.kernel_inputs`
+    mesh, tables : as from `fegear.contact.kernel_constants.kernel_inputs`
     flanks : (pairs, 2) of driver and driven in each pair
     changes : as in `fegear.contact.compliance`
     lines : (positions, 2) length of the line of action and the driver's roll length at

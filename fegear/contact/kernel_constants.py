@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.contact.problem import ContactProblem
 from fegear.gearset.faults import MAX_SPALLS
 from fegear.gearset.model import Relief
 from meshes import SpurGear
 
 if TYPE_CHECKING:
     from fegear.contact.cycle import Constants
-    from fegear.contact.problem import ContactProblem
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

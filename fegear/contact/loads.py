@@ -10,7 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.problem import ContactProblem, KernelResult, run_kernel
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import KernelResult, run_kernel
 from fegear.elasticity.body_stress import ToothLoad
 
 Array = NDArray[np.float64]

@@ -12,15 +12,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meshes import GearPair
-
-if TYPE_CHECKING:
-    from fegear.contact.problem import ContactProblem
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -54,18 +51,23 @@ class MovedLines(NamedTuple):
     gap: Array
 
 
+Offsets = tuple[CenterOffset | None, CenterOffset | None]  # of driver and driven gear
+
+
 def moved_lines(
-    problem: ContactProblem, position: Array, pitch: Indices, back: bool = False
+    pair: GearPair,
+    offsets: Offsets,
+    position: Array,
+    pitch: Indices,
+    back: bool = False,
 ) -> MovedLines:
     """Lines of action of a mesh whose centres move.
 
     position, pitch : base pitches from the pitch point, and whole ones that come to it
     back : of the back flanks, seen in a mirror
     """
-    offsets = problem.driver_offset, problem.driven_offset
     if offsets == (None, None):
         return MovedLines(position, np.empty((0, 2)), np.zeros(position.size))
-    pair = problem.pair
     rotated = position + pitch  # base pitches
     if back:
         rotated = -rotated - back_lead(pair)

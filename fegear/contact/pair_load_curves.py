@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.kernel_constants import Conditions, PairTeeth, kernel_inputs
-from fegear.contact.problem import (
-    ContactProblem,
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import (
     back_side_position,
     candidate_pairs,
     missing_pairs,

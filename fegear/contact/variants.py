@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.kernel_constants import kernel_constants, with_rootward
-from fegear.contact.problem import (
-    ContactFailure,
-    ContactProblem,
+from fegear.contact.problem import ContactFailure, ContactProblem
+from fegear.contact.solve import (
     candidate_pairs,
     kernel_torques,
     solve_constants,

@@ -21,12 +21,8 @@ from fegear.contact.pair_load_curves import (
     ToothLoadCurves,
     tooth_load_curves,
 )
-from fegear.contact.problem import (
-    ContactProblem,
-    back_side_position,
-    different_teeth,
-    with_back_flanks,
-)
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import back_side_position, different_teeth, with_back_flanks
 from fegear.contact.tooth_faults import ToothFaults
 
 Array = NDArray[np.float64]
@@ -86,7 +82,13 @@ def _gap_of_centers(problem: ContactProblem, position: Array, back: bool) -> Arr
     cycles = np.arange(math.lcm(*turns))
     side_position = back_side_position(pair, position) if back else position
     pitch = np.repeat(-cycles if back else cycles, position.size)
-    lines = moved_lines(problem, np.tile(side_position, cycles.size), pitch, back)
+    lines = moved_lines(
+        problem.pair,
+        problem.offsets,
+        np.tile(side_position, cycles.size),
+        pitch,
+        back,
+    )
     return lines.gap.reshape(cycles.size, -1)
 
 

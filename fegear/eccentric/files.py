@@ -52,7 +52,7 @@ def write_animation(gearing: Gearing, path: Path) -> None:
 def _write_svg(gearing: Gearing, path: Path) -> None:
     from matplotlib import rc_context
 
-    from fegear.figures.statics import save_figure
+    from fegear.figures.saving import save_figure
 
     with rc_context({"path.simplify": False}):  # which leaves out what no eye sees
         write_whole(path, lambda place: save_figure(draw_to_scale(gearing), place))

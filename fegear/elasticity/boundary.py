@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-
-if TYPE_CHECKING:
-    from fegear.elasticity.sector import CyclicSector
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,20 +24,6 @@ class BoundaryQuadrature:
     operator: csr_array
     points: Array
     normals: Array
-
-
-def boundary_quadrature(sector: CyclicSector, names: list[str]) -> BoundaryQuadrature:
-    """Quadrature on every edge of the named boundaries of a sector."""
-    edges = []
-    for name in names:
-        edge_nodes = sector.mesh.edges[name]
-        # the right half's outline runs clockwise, its mirror image the other way
-        edges.append(
-            edge_nodes[:, [1, 0, 2]] if name.startswith("left_") else edge_nodes
-        )
-    return edge_quadrature(
-        sector.mesh.points, np.vstack(edges), sector.node_dofs, sector.basis.N
-    )
 
 
 def edge_quadrature(

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from fegear.elasticity import halfplane
-from fegear.elasticity.boundary import boundary_quadrature
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import RIGHT, CyclicSector, FlankPoints
@@ -191,7 +190,7 @@ def flamant_loads(
     names = [side + name for name in FREE_BOUNDARIES for side in ("", "left_")]
     if sector.foundation is not None:
         names += ["hub", "left_hub"]
-    boundary = boundary_quadrature(sector, [n for n in names if n in sector.mesh.edges])
+    boundary = sector.boundary_quadrature([n for n in names if n in sector.mesh.edges])
     flank = sector.flanks[side]
     tractions = [
         halfplane.traction(boundary.points, boundary.normals, x, n, load_angle)

@@ -20,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.elasticity.boundary import boundary_quadrature
 from fegear.elasticity.flank import SectorLoads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import RIGHT, CyclicSector
@@ -224,7 +223,7 @@ def _mean_outside(sector: CyclicSector) -> Array:
 
     Outward and clockwise; times displacement they give its mean.
     """
-    boundary = boundary_quadrature(sector, ["hub", "left_hub"])
+    boundary = sector.boundary_quadrature(["hub", "left_hub"])
     radial = boundary.points / np.hypot(*boundary.points.T)[:, None]
     clockwise = np.stack([radial[:, 1], -radial[:, 0]], axis=1)
     tractions = np.stack([radial.T.ravel(), clockwise.T.ravel()], axis=1)

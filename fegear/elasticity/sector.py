@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 
-from fegear.elasticity.boundary import edge_quadrature
+from fegear.elasticity.boundary import BoundaryQuadrature, edge_quadrature
 from fegear.elasticity.elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.foundation import foundation_stiffness
 from fegear.elasticity.material import PlaneMaterial
@@ -242,6 +242,19 @@ class CyclicSector:
             np.concatenate([np.arange(n_interior), n_interior + columns]),
         )
         return csr_array((entries, indices), shape=(self.basis.N, n_interior + half))
+
+    def boundary_quadrature(self, names: list[str]) -> BoundaryQuadrature:
+        """Quadrature on every edge of the named boundaries."""
+        edges = []
+        for name in names:
+            edge_nodes = self.mesh.edges[name]
+            # the right half's outline runs clockwise, its mirror image the other way
+            edges.append(
+                edge_nodes[:, [1, 0, 2]] if name.startswith("left_") else edge_nodes
+            )
+        return edge_quadrature(
+            self.mesh.points, np.vstack(edges), self.node_dofs, self.basis.N
+        )
 
     def _boundary_dofs(self, names: list[str]) -> Indices:
         """Freedoms on the named boundaries."""

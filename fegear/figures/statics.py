@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.files.output import INTERACTIVE
-from fegear.files.printable import printable
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:
@@ -26,47 +21,8 @@ if TYPE_CHECKING:
     from lumped.train.table import MeshTable
 
 SHOWN_PITCHES = 8
-# Text of a number by a formatter of matplotlib
-POWER_OF_TEN = re.compile(r"\$\\mathdefault\{[-\d.]*(\\times)?(10\^\{[-\d.]+\})?\}\$")
 PAIR_COLORS = ("tab:orange", "tab:red", "tab:brown", "tab:pink", "tab:olive")
 DARKEST, LIGHTEST = 0.0, 0.85  # of the colours of torques
-
-
-def save_figure(
-    figure: Figure, path: Path | IO[bytes], dots_per_inch: int = 130
-) -> None:
-    """Write a picture of the kind that the ending says; devices and streams take PNG.
-
-    Dates and versions are left out so that equal input gives equal files.
-    """
-    draw_words_as_they_are(figure)
-    ending = path.suffix.lower() if isinstance(path, Path) else ""
-    if isinstance(path, Path) and ending == INTERACTIVE:
-        from fegear.figures.interactive import interactive_page
-
-        path.write_text(interactive_page(figure), "utf-8")
-        return
-    kind = ending.removeprefix(".") or "png"
-    unused = {"png": "Software", "pdf": "CreationDate", "svg": "Date"}[kind]
-    from matplotlib import rc_context
-
-    with warnings.catch_warnings(), rc_context({"svg.hashsalt": "fegear"}):
-        warnings.filterwarnings("ignore", "Glyph .* missing from font")
-        figure.savefig(path, format=kind, dpi=dots_per_inch, metadata={unused: None})
-
-
-def draw_words_as_they_are(figure: Figure) -> None:
-    """No mathematics in names with dollar signs, and nothing that steers a reader.
-
-    Numbers of logarithmic axes, which a figure has that was drawn before, stay powers.
-    """
-    from matplotlib.text import Text
-
-    for text in figure.findobj(Text):
-        content = text.get_text()
-        if content and POWER_OF_TEN.fullmatch(content) is None:
-            text.set_text(printable(content))
-            text.set_parse_math(False)
 
 
 def draw_table(result: StaticsResult, title: str = "") -> Figure:

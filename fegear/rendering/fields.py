@@ -24,7 +24,8 @@ from fegear.contact.loads import (
     patch_loads,
     tooth_loads,
 )
-from fegear.contact.problem import ContactProblem, run_kernel
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import run_kernel
 from fegear.elasticity.body_stress import ToothLoad, von_mises
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet, Mesh

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.loads import patch_loads
-from fegear.contact.problem import run_kernel
+from fegear.contact.solve import run_kernel
 from fegear.files.errors import InputError
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet

@@ -10,13 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from fegear.contact.loads import PatchLoad, patch_load
-from fegear.contact.problem import (
-    ContactFailure,
-    ContactProblem,
-    KernelResult,
-    back_side_position,
-    solve_pairs,
-)
+from fegear.contact.problem import ContactFailure, ContactProblem
+from fegear.contact.solve import KernelResult, back_side_position, solve_pairs
 from fegear.rendering.fields import ContactField, MeshScene, RelativePose, loaded_gears
 from fegear.rendering.frames import View
 from fegear.rendering.recorded import Instant

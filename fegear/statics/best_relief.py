@@ -19,7 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.problem import ContactProblem, solve_cycle
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import solve_cycle
 from fegear.gearset.modifications import Relief, ReliefShape
 from fegear.gearset.zones import Zones, zones
 from fegear.statics.relief_objective import MICRO, ReliefObjective, linear_step

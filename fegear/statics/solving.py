@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -25,12 +24,8 @@ from fegear.contact.path import (
     roll_angles,
     sliding_over_pitch_speed,
 )
-from fegear.contact.problem import (
-    ContactCycle,
-    ContactProblem,
-    corner_positions,
-    solve_cycle,
-)
+from fegear.contact.problem import ContactCycle, ContactProblem, corner_positions
+from fegear.contact.solve import solve_cycle
 from fegear.contact.tooth_faults import ChangedCompliance
 from fegear.contact.virtual_work import largest_deflection, work_on_gaps
 from fegear.elasticity.cache import (
@@ -46,7 +41,7 @@ from fegear.elasticity.material import (
 )
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.files.errors import InputError
-from fegear.files.output import require_picture, write_text, write_whole
+from fegear.files.output import write_text
 from fegear.files.timing import recorded_stages, stage
 from fegear.files.version import package_version
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
@@ -66,13 +61,11 @@ from meshes import GearPair, MeshSize
 from meshes.crack import Crack
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 Array = NDArray[np.float64]
 POSITIONS_PER_CHUNK = 2048  # positions solved between two reports of progress
 MAX_ROWS = 1_000_000  # of a table
-DOTS_PER_INCH = 130  # of a picture in a notebook
 
 
 @dataclass(frozen=True)
@@ -292,39 +285,6 @@ class StaticsResult(Result):
             If pandas is missing.
         """
         return frame(self.table.flat)
-
-    def draw(self, path: str | PathLike[str]) -> None:
-        """Draw stiffness, transmission error and load sharing.
-
-        Parameters
-        ----------
-        path : str or path-like
-            Picture, with the ending ``.png``, ``.pdf``, ``.svg`` or ``.html``.
-
-        Raises
-        ------
-        InputError
-            If the ending is another one or the file cannot be written.
-        """
-        from fegear.figures.statics import save_figure
-
-        file = Path(path)
-        require_picture(file)
-        figure = self._figure()
-        write_whole(file, lambda place: save_figure(figure, place))
-
-    def _figure(self) -> Figure:
-        from fegear.figures.statics import draw_table
-
-        return draw_table(self, f"mesh {self.mesh + 1}, {self.name}")
-
-    def _repr_html_(self) -> str:
-        """Means over the mesh cycle, evidence and figure, in a notebook."""
-        # as the study of the same table shows them
-        from fegear.studies.notebook import page_html
-        from fegear.studies.stiffness import page_of_table
-
-        return page_html(page_of_table(self), self._figure(), DOTS_PER_INCH)
 
     def harmonics(
         self, column: str = "ste_m", count: int = 5

@@ -28,7 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.path import on_path
-from fegear.contact.problem import ContactProblem, candidate_pairs, solve_cycle
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import candidate_pairs, solve_cycle
 from fegear.contact.variants import (
     VariantContact,
     Variants,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fegear.files.errors import InputError
-from fegear.studies.study import setting
+from fegear.studies.settings import setting
 from lumped.common.options import Range
 from lumped.steady.maps import Axis
 

@@ -19,16 +19,10 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.read import load_tables
 from fegear.studies.page import Page
-from fegear.studies.study import (
-    Draw,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    refusal,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import display_name, refusal, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting

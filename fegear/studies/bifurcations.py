@@ -20,19 +20,17 @@ from fegear.studies.columns import meanings
 from fegear.studies.driver_speed import DRIVER_SPEED
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
-from fegear.studies.study import (
-    Draw,
-    Job,
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import (
     SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
     display_name,
     expose,
     group,
     refusal,
     setting,
 )
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (

@@ -22,20 +22,18 @@ from fegear.studies.axes import (
 )
 from fegear.studies.columns import meanings
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
-from fegear.studies.study import (
-    Draw,
-    Job,
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import (
     Setting,
     SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
     display_name,
     expose,
     group,
     refusal,
     setting,
 )
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (

@@ -21,16 +21,10 @@ from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.statics.excitation import StiffnessSource
 from fegear.studies.modes import FE_SETTINGS, mean_stiffnesses, stiffness_load
 from fegear.studies.page import Columns, Page, RowTable, cell, number
-from fegear.studies.study import (
-    PLOT,
-    Draw,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    group,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import group, setting
+from fegear.studies.study import PLOT, Study
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.trains import GearSetRef, torque_setting
 from fegear.train.rotors import rotor_system

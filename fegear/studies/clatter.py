@@ -17,17 +17,10 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
-from fegear.studies.study import (
-    PLOT,
-    Draw,
-    Job,
-    Problem,
-    Study,
-    StudyResult,
-    Task,
-    argument,
-    setting,
-)
+from fegear.studies.problem import Job, Problem, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import argument, setting
+from fegear.studies.study import PLOT, Study
 from fegear.studies.table import Table, finite_or_none
 from lumped.clatter.chaos import correlation_dimension
 from lumped.clatter.gearbox import LooseWheel

@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 
 from fegear.studies.columns import MAIN, columns
 from fegear.studies.python_example import python_example
-from fegear.studies.study import (
+from fegear.studies.settings import (
     ExposedField,
     SettingsGroup,
     exposed_fields,

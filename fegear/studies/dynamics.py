@@ -20,20 +20,18 @@ from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.studies.page import Page
+from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.responses import ResponsesResult, sweep_warnings
-from fegear.studies.study import (
-    Job,
-    Problem,
+from fegear.studies.settings import (
     Setting,
     SettingsGroup,
-    Study,
-    Task,
     display_name,
     expose,
     group,
     setting,
     setting_of,
 )
+from fegear.studies.study import Study
 from fegear.studies.sweep import SweptSpeeds, unbegun
 from fegear.studies.train_problem import (
     TrainFacts,

@@ -29,16 +29,10 @@ from fegear.statics.choices import RESOLUTION
 from fegear.statics.plausibility import check_warnings, plausibility_warnings
 from fegear.studies.columns import meanings
 from fegear.studies.page import Page, number
-from fegear.studies.study import (
-    Draw,
-    Job,
-    Problem,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    setting,
-)
+from fegear.studies.problem import Job, Problem, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import display_name, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range

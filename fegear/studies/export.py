@@ -36,18 +36,16 @@ from fegear.studies.modes import (
     require_stiffness_edits,
 )
 from fegear.studies.page import Page, RowTable, cell, number
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
-    Study,
-    StudyResult,
-    Task,
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import (
     display_name,
     group,
     refuse_given,
     setting,
     setting_of,
 )
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from fegear.studies.trains import (
     GearSetRef,

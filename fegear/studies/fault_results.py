@@ -18,7 +18,7 @@ from fegear.files.output import path_of, require_ending
 from fegear.files.version import package_version
 from fegear.studies.columns import column_meaning, meaning_and_unit, unit_of_column
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
-from fegear.studies.study import Draw, StudyResult
+from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import TrainFacts
 from lumped.common.workers import Arrays

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from hashlib import sha256
 from itertools import product
@@ -32,17 +32,10 @@ from fegear.studies.fault_results import (
     FaultSignalsResult,
     run_warnings,
 )
+from fegear.studies.problem import Job, Problem, Task
+from fegear.studies.settings import display_name, refusal, setting
 from fegear.studies.signals import SampledTurns, Signals, SignalsProblem
-from fegear.studies.study import (
-    MISSING,
-    Job,
-    Problem,
-    Study,
-    Task,
-    display_name,
-    refusal,
-    setting,
-)
+from fegear.studies.study import Study
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (
     ALL_MODELS,

@@ -25,18 +25,10 @@ from fegear.statics.identify import (
 from fegear.statics.solving import StaticsSettings
 from fegear.studies.columns import meanings
 from fegear.studies.page import Columns, Page, RowTable, cell
-from fegear.studies.study import (
-    Draw,
-    Job,
-    SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    expose,
-    group,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import SettingsGroup, display_name, expose, group, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting

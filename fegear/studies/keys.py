@@ -11,14 +11,10 @@ from typing import Any
 from fegear.files.errors import InputError
 from fegear.files.keys import FILE_KINDS, FileKey, file_keys
 from fegear.studies.page import Page
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    argument,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import argument
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 
 COLUMNS = (

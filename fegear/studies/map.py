@@ -19,15 +19,10 @@ from fegear.statics.plausibility import motion_warnings
 from fegear.studies.axes import axes_setting
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import Page, number, pluralize
-from fegear.studies.study import (
-    Draw,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import display_name, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (

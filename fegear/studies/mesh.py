@@ -13,17 +13,10 @@ from fegear.files.output import write_whole
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Page
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
-    SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
-    expose,
-    group,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import SettingsGroup, expose, group, setting
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import DEFAULT_PAIR, GearSetRef
 from meshes import SectorMesh, sector_mesh

@@ -19,13 +19,10 @@ from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation import Excitations, StiffnessSource, unmodified
 from fegear.studies.page import ColumnTable, Page, pluralize
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import (
     SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
     display_name,
     expose,
     group,
@@ -34,6 +31,7 @@ from fegear.studies.study import (
     setting,
     setting_of,
 )
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import bodies_described
 from fegear.studies.trains import RPM, GearSetRef, chosen_torque, torque_setting

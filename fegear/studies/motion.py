@@ -24,16 +24,11 @@ from fegear.studies.page import (
     number,
     pluralize,
 )
+from fegear.studies.problem import Job, Task
 from fegear.studies.responses import UNITS
-from fegear.studies.study import (
-    Draw,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    setting,
-)
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import display_name, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import (
     TrainFacts,

@@ -15,16 +15,10 @@ from fegear.files.templates import TEMPLATES, template_text
 from fegear.gearset.read import read_gear_set
 from fegear.rexs import ENDINGS, RexsGearSet, convert_gearbox, read_rexs
 from fegear.studies.page import Page
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    argument,
-    display_name,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import argument, display_name, setting
+from fegear.studies.study import NO_PICTURES, Study
 
 # by kind, which commands read such a file
 COMMANDS = {

@@ -43,7 +43,7 @@ def figure_html(figure: Figure, dots_per_inch: int) -> str:
 
 def figure_png(figure: Figure, dots_per_inch: int) -> bytes:
     """A figure as the content of a PNG file."""
-    from fegear.figures.statics import save_figure
+    from fegear.figures.saving import save_figure
 
     content = BytesIO()
     save_figure(figure, content, dots_per_inch)

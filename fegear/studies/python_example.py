@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from types import NoneType
 from typing import Any, get_args, get_origin
 
-from fegear.studies.study import ExposedField, Setting, exposed_fields, group_of
+from fegear.studies.public import public_homes
+from fegear.studies.settings import ExposedField, Setting, exposed_fields, group_of
 
 _Path = tuple[ExposedField, ...]  # through groups to a setting
 RUN = "result = fegear.run(study)"
@@ -54,8 +55,6 @@ def python_example(study: Any) -> list[str]:
 
     None where that needs a class which is not public.
     """
-    import fegear
-
     _, *arguments = shlex.split(study.example)
     del arguments[: len(study.command.split())]
     places, options = list[_Path](), dict[str, _Path]()
@@ -81,7 +80,7 @@ def python_example(study: Any) -> list[str]:
             settings.give(path, _value(path, word))
             if not _is_list(path[-1]):
                 del places[0]
-    if not settings.kinds <= set(fegear.__all__):
+    if not settings.kinds <= set(public_homes().keys()):
         return []
     return [f"study = {settings.text}", RUN, *files]
 

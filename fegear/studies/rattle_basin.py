@@ -24,7 +24,10 @@ from fegear.studies.machines import (
     not_converged_warning,
 )
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
-from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table, finite_or_none
 from lumped.common.options import Range
 from lumped.figures.rattle import draw_basins

@@ -16,16 +16,10 @@ from fegear.rattle.machines import NamedMachine, header_of, parameters, unit_nam
 from fegear.studies.columns import meanings
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Page, heading, pluralize
-from fegear.studies.study import (
-    Draw,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    refusal,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import display_name, refusal, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels

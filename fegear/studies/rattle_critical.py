@@ -12,7 +12,9 @@ from fegear.rattle.permanent_contact import contact_limits
 from fegear.rattle.single_impact import single_impact_lines
 from fegear.studies.machines import LoadMachineRef
 from fegear.studies.page import Page, heading
-from fegear.studies.study import Job, Study, StudyResult, Task
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 
 MIN_SHOWN = 1e-3  # per cent per cent

@@ -21,19 +21,17 @@ from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.solving import StaticsSettings, solve_mesh
 from fegear.studies.page import Page, heading
-from fegear.studies.stiffness import at_torque, table_warnings
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import (
     SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
     declared_fields,
     expose,
     group,
     setting,
 )
+from fegear.studies.stiffness import at_torque, table_warnings
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains import MIN_TORQUE, GearSetRef, mesh_index, mesh_setting
 from lumped.common.options import Range
 from lumped.rattle.assembly import Assembly, Shafts

@@ -14,7 +14,10 @@ from fegear.rattle.machines import NamedMachine, header_of, parameters
 from fegear.studies.columns import meanings
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
-from fegear.studies.study import Draw, Job, Study, StudyResult, Task, setting
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels, draw_curves

@@ -23,15 +23,10 @@ from fegear.studies.machines import (
     not_converged_warning,
 )
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
-from fegear.studies.study import (
-    Draw,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import display_name, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table, finite_or_none
 from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels, draw_noise

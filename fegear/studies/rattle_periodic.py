@@ -13,7 +13,10 @@ from fegear.rattle.machines import NamedMachine, parameters
 from fegear.rattle.single_impact import single_impact_lines, single_impact_summary
 from fegear.studies.machines import MachineStudy
 from fegear.studies.page import Columns, Page, RowTable, cell, heading, number
-from fegear.studies.study import Job, Study, StudyResult, Task, setting
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from lumped.common.options import Range
 from lumped.rattle.machine import Machine

@@ -16,7 +16,10 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.studies.page import Page
-from fegear.studies.study import Job, Study, StudyResult, Task, argument, setting
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import argument, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from lumped.common.csv_text import TableError, parse_csv
 from lumped.common.options import Range

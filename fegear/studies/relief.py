@@ -37,19 +37,12 @@ from fegear.statics.relief_objective import (
 )
 from fegear.statics.relief_tolerance import tolerance_band
 from fegear.statics.solving import StaticsSettings, contact_problem, solve_mesh
+from fegear.studies.problem import Job, Task
 from fegear.studies.relief_result import ReliefResult
 from fegear.studies.relief_vibration import VibrationBest, VibrationSearch
+from fegear.studies.settings import SettingsGroup, expose, group, setting
 from fegear.studies.stiffness import table_warnings
-from fegear.studies.study import (
-    PLOT,
-    Job,
-    SettingsGroup,
-    Study,
-    Task,
-    expose,
-    group,
-    setting,
-)
+from fegear.studies.study import PLOT, Study
 from fegear.studies.trains import (
     DEFAULT_PAIR,
     GearSetRef,

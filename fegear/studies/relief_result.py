@@ -17,7 +17,7 @@ from fegear.gearset.read import relative_tables
 from fegear.statics.best_relief import MIN_EFFECT, PLACES
 from fegear.statics.relief_objective import MICRO
 from fegear.studies.page import Columns, Page, RowTable, cell
-from fegear.studies.study import Draw, StudyResult
+from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 
 if TYPE_CHECKING:

@@ -34,14 +34,11 @@ from fegear.rendering.recorded import (
 )
 from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Page
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import (
     Setting,
     SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
     display_name,
     expose,
     group,
@@ -49,6 +46,7 @@ from fegear.studies.study import (
     refuse_given,
     setting,
 )
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,

@@ -18,7 +18,7 @@ from fegear.studies.headings import (
     friction_of_summary,
 )
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
-from fegear.studies.study import Draw, StudyResult
+from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
 from fegear.train.lumped_models import (

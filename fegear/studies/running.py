@@ -20,7 +20,8 @@ from fegear.files.store import (
     Records,
 )
 from fegear.files.version import package_version
-from fegear.studies.study import Solvable, Study, Task
+from fegear.studies.problem import Solvable, Task
+from fegear.studies.study import Study
 from lumped.common.checks import require_between
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import (
@@ -193,7 +194,7 @@ def _work(task: Task, job: Job) -> Any:
 
 @dataclass
 class Job(Records):
-    """What a task may use, see `fegear.studies.study.Job`."""
+    """What a task may use, see `fegear.studies.problem.Job`."""
 
     board: TaskProgress
     stop: threading.Event

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, fields
 from operator import itemgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +24,11 @@ from fegear.files.netcdf import Variable, read_netcdf, write_netcdf
 from fegear.files.output import path_of
 from fegear.files.values import PACKAGES, Decoder, Encoder, class_of, name_of_class
 from fegear.files.version import package_version
-from fegear.studies import STUDIES, home_of
+from fegear.result import Result
 from fegear.studies.columns import MAIN, meaning_and_unit
 from fegear.studies.page import ColumnTable, Page, RowTable
-from fegear.studies.study import StudyResult
-from fegear.studies.table import Table
+from fegear.studies.registry import STUDIES, home_of
+from fegear.studies.table import Table, Tabled, tables_of
 
 FORMAT = "fegear result 2"
 FORMER = "fegear result 1"  # a variable for each array; read, and written no more
@@ -41,6 +41,15 @@ class Shown:
     summary: Mapping[str, Any]
     tables: Mapping[str, Table]
     page: Sequence[str | RowTable | ColumnTable]
+
+
+class Saved(Tabled, Protocol):
+    """What a file has of a result besides its fields."""
+
+    @property
+    def summary(self) -> Mapping[str, Any]: ...
+
+    def page(self) -> Page: ...
 
 
 class Loaded:
@@ -67,7 +76,7 @@ class Loaded:
         yield from self._shown.page
 
 
-def save(result: StudyResult, path: str | Path) -> None:
+def save(result: Saved, path: str | Path) -> None:
     """Write a result, `.nc`; see `load`."""
     target = path_of(path)
     if target.suffix.lower() != ".nc":
@@ -172,9 +181,9 @@ def _split(
         starts[kind] = start + size
 
 
-def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> StudyResult:
+def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Any:
     kind = class_of(tree["class"], _packages())
-    if not issubclass(kind, StudyResult):
+    if not (issubclass(kind, Result) and hasattr(kind, "page")):
         raise ValueError(f"{kind.__name__} is no result")
     names = {"__module__": kind.__module__, "__qualname__": kind.__qualname__}
     result: Any = object.__new__(type(kind.__name__, (Loaded, kind), names))
@@ -198,18 +207,12 @@ def _packages() -> frozenset[str]:
     return PACKAGES | {home.partition(".")[0] for home in homes}
 
 
-def _class_of_result(result: StudyResult) -> type:
+def _class_of_result(result: Saved) -> type:
     kind = type(result)
     return kind.__mro__[2] if isinstance(result, Loaded) else kind
 
 
-def tables_of(result: StudyResult) -> Iterator[tuple[str, Table]]:
-    with suppress(InputError):  # of a study that has none
-        yield MAIN, result.table
-    yield from result.more_tables.items()
-
-
-def _header_lines(result: StudyResult) -> dict[str, str]:
+def _header_lines(result: Tabled) -> dict[str, str]:
     """The header of the table as in CSV, for other programs; none without a table."""
     with suppress(InputError):
         entries = result.table.header.items()

@@ -9,7 +9,9 @@ from typing import Any
 
 from fegear.gearset import GearSet, builtin_names, load_gear_set
 from fegear.studies.page import Columns, Page, RowTable
-from fegear.studies.study import NO_PICTURES, Job, Study, StudyResult, Task
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 
 NAMES = "name", "gears", "meshes", "description"

@@ -15,7 +15,9 @@ from fegear.files.version import package_version
 from fegear.gearset.model import GearSet, PlanetCarrier
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.page import Columns, Page, RowTable, cell
-from fegear.studies.study import NO_PICTURES, Job, Study, StudyResult, Task
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainProblem
 from fegear.studies.trains import (

@@ -16,14 +16,9 @@ from fegear.gearset.draw import gear_set_figure, outlines
 from fegear.gearset.fault_figures import fault_lines
 from fegear.gearset.model import GearSet
 from fegear.studies.page import ROUND_OFF, ColumnTable, Page, pluralize
-from fegear.studies.study import (
-    NO_PICTURES,
-    Draw,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains import DEFAULT_PAIR, GearSetRef
 
 # Ends of names and what they mean on the screen, longer ones first.

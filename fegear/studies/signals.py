@@ -27,8 +27,10 @@ from fegear.gearset.pitch_errors import tooth_in_cycles
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.axes import written_limits
 from fegear.studies.motion import Motion, MotionProblem
+from fegear.studies.problem import Job, Task
+from fegear.studies.settings import display_name, setting
 from fegear.studies.signals_result import SignalsResult
-from fegear.studies.study import PLOT, Job, Task, display_name, setting
+from fegear.studies.study import PLOT
 from fegear.studies.train_problem import MOTION_PERIODS
 from fegear.studies.trains import (
     ALL_MODELS,

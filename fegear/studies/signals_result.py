@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.columns import unit_of_column
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
-from fegear.studies.study import Draw, StudyResult
+from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import TrainFacts
 from lumped.common.csv_text import format_exact

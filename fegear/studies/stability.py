@@ -16,16 +16,10 @@ from fegear.studies.axes import axis_setting
 from fegear.studies.columns import meanings
 from fegear.studies.headings import friction_in_words
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
-from fegear.studies.study import (
-    Draw,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    refusal,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import display_name, refusal, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
 from fegear.studies.trains import (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import isfinite
@@ -39,18 +39,10 @@ from fegear.statics.solving import (
 )
 from fegear.studies.columns import meanings
 from fegear.studies.page import Columns, Page, RowTable, cell
-from fegear.studies.study import (
-    PLOT,
-    Draw,
-    Job,
-    SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
-    expose,
-    group,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import SettingsGroup, expose, group, setting
+from fegear.studies.study import PLOT, Study
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
@@ -379,31 +371,6 @@ def _at_tip(
     opening, sliding = (1e-6 * tip.stress_intensity[index]).tolist()
     rate, error = float(tip.energy_release_rate[index]), float(tip.error[index])
     return torque, position, tip.gear, tip.tooth, opening, sliding, rate, error
-
-
-def page_of_table(solved: StaticsResult) -> Page:
-    """What a result of `solve_mesh` shows: its mesh, torques and evidence."""
-    yield (
-        f"mesh {solved.mesh + 1}, {solved.name}, teeth {solved.teeth}, contact ratio "
-        f"{solved.problem.pair.contact_ratio:.4f}, friction {solved.problem.friction:g}"
-    )
-    rows = [at_torque(solved, t) for t in range(solved.cycle.torque.size)]
-    yield RowTable(rows, COLUMNS, text_columns=())
-    yield from _root_stress_lines(rows)
-    yield from _evidence_lines(evidence(solved))
-
-
-def _root_stress_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """The largest root stress of both gears at all torques, where it is computed."""
-    largest = [
-        (row[f"{gear}_root_stress_MPa"], row["torque_Nm"], gear)
-        for row in rows
-        for gear in ("driver", "driven")
-        if row[f"{gear}_root_stress_MPa"] is not None
-    ]
-    if largest:
-        stress, torque, gear = max(largest)
-        yield f"largest root stress {stress:.4g} MPa, {gear} at {torque:g} N m"
 
 
 def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:

@@ -14,16 +14,11 @@ from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
 from fegear.files.speeds import written_speeds
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.studies.columns import meanings
+from fegear.studies.problem import Job, Task
 from fegear.studies.responses import ResponsesResult, sweep_warnings
-from fegear.studies.study import (
-    PLOT,
-    Draw,
-    Job,
-    Study,
-    Task,
-    display_name,
-    setting,
-)
+from fegear.studies.result import Draw
+from fegear.studies.settings import display_name, setting
+from fegear.studies.study import PLOT, Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import (
     TrainFacts,

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fegear.files.errors import InputError
 from fegear.result import frame
+from fegear.studies.columns import MAIN
 from lumped.common.csv_text import format_csv
 
 if TYPE_CHECKING:
@@ -81,6 +84,26 @@ class Table:
         """
         columns = zip(*self.rows(), strict=True)
         return frame(dict(zip(self.names, columns, strict=False)))
+
+
+class Tabled(Protocol):
+    """A result with its tables; InputError where it has none."""
+
+    @property
+    def study(self) -> Any: ...
+
+    @property
+    def table(self) -> Table: ...
+
+    @property
+    def more_tables(self) -> Mapping[str, Table]: ...
+
+
+def tables_of(result: Tabled) -> Iterator[tuple[str, Table]]:
+    """All tables of a result by name, the main one first where there is one."""
+    with suppress(InputError):
+        yield MAIN, result.table
+    yield from result.more_tables.items()
 
 
 def finite_or_none(value: float) -> float | None:

@@ -33,9 +33,8 @@ from fegear.files.output import (
 )
 from fegear.files.version import package_version
 from fegear.studies.columns import MAIN, meaning_and_unit
-from fegear.studies.saving import save, tables_of
-from fegear.studies.study import StudyResult
-from fegear.studies.table import Table
+from fegear.studies.saving import Saved, save
+from fegear.studies.table import Table, Tabled, tables_of
 from lumped.common.csv_text import TableError
 from lumped.train.table import REQUIRED_COLUMNS, table_of_columns
 
@@ -60,7 +59,7 @@ class DescribedTable:
         return {k: str(v) for k, v in self.header.items() if k not in self.columns}
 
 
-def write_result(result: StudyResult, path: str | Path) -> None:
+def write_result(result: Saved, path: str | Path) -> None:
     """Write the tables of a result, or the whole result as `.nc`.
 
     Raises InputError for another ending, or where the file cannot be written.
@@ -74,10 +73,10 @@ def write_result(result: StudyResult, path: str | Path) -> None:
         _ = result.table  # InputError where there is none
         _write(target, result.study.command, dict(tables_of(result)))
     else:
-        result.to_csv(target)
+        write_text(target, result.table.csv())
 
 
-def write_table(result: StudyResult, path: str | Path, name: str) -> None:
+def write_table(result: Tabled, path: str | Path, name: str) -> None:
     """Write one of the tables besides the first; InputError as `write_result`."""
     target = path_of(path)
     require_ending(target, SINGLE_TABLES)

@@ -21,7 +21,9 @@ from fegear.statics.excitation import ExcitationSource, unmodified
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.headings import first_frequencies
 from fegear.studies.page import Cell, Columns, Page, RowTable, cell
-from fegear.studies.study import Draw, Job, Study, StudyResult, Task
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts, TrainProblem
 from fegear.studies.trains import (

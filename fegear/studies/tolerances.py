@@ -41,19 +41,10 @@ from fegear.statics.tolerances import (
     ToleranceProblem,
 )
 from fegear.studies.page import Columns, Page, RowTable, cell
-from fegear.studies.study import (
-    PLOT,
-    Draw,
-    Job,
-    Problem,
-    SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
-    expose,
-    group,
-    setting,
-)
+from fegear.studies.problem import Job, Problem, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import SettingsGroup, expose, group, setting
+from fegear.studies.study import PLOT, Study
 from fegear.studies.table import Table
 from fegear.studies.trains import (
     DEFAULT_PAIR,

@@ -18,13 +18,8 @@ from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
 from fegear.studies.driver_speed import with_driver_speed
 from fegear.studies.headings import title_of
-from fegear.studies.study import (
-    Problem,
-    display_name,
-    group_of,
-    options_of,
-    refuse_given,
-)
+from fegear.studies.problem import Problem
+from fegear.studies.settings import display_name, group_of, options_of, refuse_given
 from fegear.studies.table import Table
 from fegear.studies.trains import SOURCE, TrainStudy, chosen_torque
 from fegear.train.lumped_models import (

@@ -25,7 +25,7 @@ from fegear.statics.excitation import StiffnessSource
 from fegear.statics.mesh_table_files import TABLE_FILE
 from fegear.studies.axes import limits_or_single, written_limits
 from fegear.studies.page import pluralize
-from fegear.studies.study import (
+from fegear.studies.settings import (
     Setting,
     SettingsGroup,
     argument,

@@ -15,7 +15,7 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.axes import require_axes, require_within
-from fegear.studies.study import display_name, refusal
+from fegear.studies.settings import display_name, refusal
 from fegear.studies.train_problem import TrainFacts, TrainProblem
 from fegear.studies.trains import TrainStudy, require_torque_axis
 from fegear.train.lumped_models import (

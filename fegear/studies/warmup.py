@@ -13,20 +13,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-import fegear
 import lumped
 from fegear.files.errors import InputError
 from fegear.studies import load_study
 from fegear.studies.page import Page, RowTable
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import display_name, setting
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from fegear.studies.trains import GearSetRef
 from lumped.common.compiled import CACHE_SUFFIX, CompileCount, kernel_cache
@@ -72,15 +66,24 @@ def _damped(model: LumpedModel) -> Study:
 
 
 def _statics() -> Iterator[Study]:
-    elements = fegear.StaticsSettings(resolution="coarse", positions=4)
+    from fegear.statics.solving import StaticsSettings
+
+    elements = StaticsSettings(resolution="coarse", positions=4)
     yield _study("stiffness", gear_set=PAIR, torque=[100.0], elements=elements)
     at = {"gear_set": PAIR, "torque": [100.0], "starts": 1}
     yield _study("relief", **at, max_relief_um=1.0, elements=elements)
 
 
+def _rectangular(**settings: Any) -> LumpedModel:
+    """A lumped model without finite elements."""
+    from fegear.statics.excitation import StiffnessSource
+    from fegear.train.lumped_models import LumpedModel
+
+    return LumpedModel(stiffness=StiffnessSource(kind="rectangular"), **settings)
+
+
 def _springs() -> Iterator[Study]:
-    stiffness = fegear.StiffnessSource(kind="rectangular")
-    model = fegear.LumpedModel(stiffness=stiffness)
+    model = _rectangular()
     yield _swept(model)
     yield _swept(replace(model, friction=0.1, bending=0.0))
     yield _study("branches", gear_set=PAIR, model=model, speeds=(SPEED, SPEED + 10.0))
@@ -90,10 +93,7 @@ def _springs() -> Iterator[Study]:
 
 
 def _bearings() -> Iterator[Study]:
-    stiffness = fegear.StiffnessSource(kind="rectangular")
-    model = fegear.LumpedModel(
-        number=1, stiffness=stiffness, translations=True, bearings="rolling"
-    )
+    model = _rectangular(number=1, translations=True, bearings="rolling")
     edits = ("gear.1.ball_bearing={balls=9,ball_diameter_mm=8,pitch_diameter_mm=39}",)
     gear_set = GearSetRef(name=PAIR, edits=edits)
     at = {"gear_set": gear_set, "torque": [100.0], "speeds": [SPEED]}
@@ -103,27 +103,31 @@ def _bearings() -> Iterator[Study]:
 def _adaptive() -> Iterator[Study]:
     from lumped.steady.settings import Settings
 
-    model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
-    yield _swept(model, integration=Settings(method="dopri5"))
+    yield _swept(_rectangular(), integration=Settings(method="dopri5"))
 
 
 def _coupled() -> Iterator[Study]:
-    coarse = fegear.StiffnessSource(resolution="coarse")
-    model = fegear.LumpedModel(number="coupled", stiffness=coarse)
+    from fegear.statics.excitation import StiffnessSource
+    from fegear.train.lumped_models import LumpedModel
+
+    coarse = StiffnessSource(resolution="coarse")
+    model = LumpedModel(number="coupled", stiffness=coarse)
     yield _swept(model)
     yield _damped(model)
 
 
 def _elements() -> Iterator[Study]:
+    from fegear.dynamics.build import FiniteElements
     from fegear.dynamics.stepper import DynamicSettings
+    from fegear.statics.excitation import StiffnessSource
 
     settings = {
-        "source": fegear.StiffnessSource(resolution="coarse"),
+        "source": StiffnessSource(resolution="coarse"),
         "integration": DynamicSettings(max_periods=1, windows=1, multiples=1, steps=8),
     }
     for elements in (
-        fegear.FiniteElements(fidelity="quasistatic"),
-        fegear.FiniteElements(fidelity="full", mesh=0.1, friction=0.1),
+        FiniteElements(fidelity="quasistatic"),
+        FiniteElements(fidelity="full", mesh=0.1, friction=0.1),
     ):
         at = {"torque": [100.0], "speeds": [SPEED], "direction": "up"}
         yield _study("dynamics", gear_set=PAIR, elements=elements, **at, **settings)
@@ -263,7 +267,7 @@ def _word(name: str, row: Mapping[str, Any]) -> str:
 @cache
 def kernel_folders() -> tuple[Path, ...]:
     """Folders of the sources that contain compiled functions."""
-    roots = (Path(fegear.__file__).parent, Path(lumped.__file__).parent)
+    roots = (Path(__file__).parents[1], Path(lumped.__file__).parent)
     return tuple(
         sorted(
             {

@@ -40,19 +40,10 @@ from fegear.statics.archard import (
 from fegear.statics.mesh_faults import is_first_flank, without_wear
 from fegear.statics.solving import StaticsSettings, contact_problem
 from fegear.studies.page import Columns, Page, RowTable, cell
-from fegear.studies.study import (
-    PLOT,
-    Draw,
-    Job,
-    Problem,
-    SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
-    expose,
-    group,
-    setting,
-)
+from fegear.studies.problem import Job, Problem, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import SettingsGroup, expose, group, setting
+from fegear.studies.study import PLOT, Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (

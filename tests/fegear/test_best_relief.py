@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import fegear
 from fegear.contact.cycle import TORQUE
-from fegear.contact.problem import candidate_pairs, solve_cycle, solve_pairs
+from fegear.contact.solve import candidate_pairs, solve_cycle, solve_pairs
 from fegear.files.toml import toml_text
 from fegear.gearset.edit import edited
 from fegear.gearset.modifications import Relief

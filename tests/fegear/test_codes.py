@@ -19,7 +19,7 @@ from fegear.files.codes import (
     with_code,
 )
 from fegear.files.keys import FILE_KINDS, file_keys
-from fegear.studies import STUDIES
+from fegear.studies.registry import STUDIES
 
 ROOT = Path(__file__).parents[2]
 LITERAL = re.compile(r'"([WE]\d\d)"')

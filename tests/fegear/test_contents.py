@@ -14,8 +14,9 @@ from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
 from fegear.statics.excitation import GivenTables
-from fegear.studies import STUDIES, load_study, stability
-from fegear.studies.study import Setting, exposed_fields, group_of
+from fegear.studies import load_study, stability
+from fegear.studies.registry import STUDIES
+from fegear.studies.settings import Setting, exposed_fields, group_of
 from lumped.train.table import MeshTable, format_table
 
 NAMES = "branches", "motion", "sharing", "signals", "stability", "sweep", "theory"

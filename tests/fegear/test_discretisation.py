@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from fegear.cli import run
-from fegear.contact.problem import corner_positions, solve_cycle
+from fegear.contact.problem import corner_positions
+from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, make_gear_set
 from fegear.statics.solving import (

@@ -19,9 +19,10 @@ import lumped
 from fegear.cli import app
 from fegear.rendering.pictures import StressResult
 from fegear.statics.solving import ErrorEstimate, StaticsResult
-from fegear.studies import STUDIES, load_study
+from fegear.studies import load_study
 from fegear.studies.python_example import python_example
-from fegear.studies.study import StudyResult
+from fegear.studies.registry import STUDIES
+from fegear.studies.result import StudyResult
 from fegear.studies.table import Table
 from lumped import closed_forms
 from lumped.attractors.attractor_sweeps import AttractorBranch, AttractorInterval

@@ -66,12 +66,14 @@ def test_without_pandas_a_frame_says_what_to_type(swept, monkeypatch):
         swept.to_frame()
 
 
-def test_a_table_shows_and_draws_itself(gears, tmp_path):
+def test_a_mesh_table_shows_and_draws_itself(gears, tmp_path):
     coarse = fegear.StaticsSettings(positions=4, resolution="coarse")
-    result = fegear.solve_mesh(gears, 0, [50.0, 100.0], coarse)
+    torques = [50.0, 100.0]
+    study = fegear.MeshStiffness(gear_set=gears, torque=torques, elements=coarse)
+    result = fegear.run(study)
     html = result._repr_html_()
-    assert html.count("<table>") == 1
-    assert html.count("<tr>") == 3  # names and both torques
+    assert html.count("<table>") == 2
+    assert html.count("<tr>") == 2 * 3  # names and both torques
     assert 'src="data:image/png;base64,' in html
     path = tmp_path / "table.png"
     with saved_figures() as figures:
@@ -83,8 +85,9 @@ def test_a_table_shows_and_draws_itself(gears, tmp_path):
         "mesh position [base pitches from the pitch point]",
         "load share [%]\nat 100 N m",
     }
-    for stiffness in 1e-6 * result.table["stiffness_N_per_m"]:
-        points = np.column_stack([result.table.position, stiffness])
+    table = result.solved.table
+    for stiffness in 1e-6 * table["stiffness_N_per_m"]:
+        points = np.column_stack([table.position, stiffness])
         assert are_drawn(*figures, points)
     with pytest.raises(fegear.InputError, match=r"name must end in \.png"):
         result.draw(tmp_path / "table.jpg")

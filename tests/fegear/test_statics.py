@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from conftest import make_gear
 
-from fegear.contact.problem import ContactProblem, solve_cycle
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import solve_cycle
 from fegear.elasticity import flank
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.stats import kstest, truncnorm, uniform
 
 import fegear
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 from fegear.contact.variants import Variants, solve_variants, with_profiles
 from fegear.files.store import CheckpointOptions
 from fegear.gearset.modifications import FlankProfile

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import fegear
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.statics.archard import (

@@ -14,10 +14,10 @@ from scipy.optimize import brentq, minimize_scalar
 
 from fegear.gearset.draw import tooth_outline
 from meshes import GearPair, GeometryError
+from meshes.gear import fillet_at
 from meshes.outline import MeshSize, half_sector_outline
 from meshes.pairing import tip_clearance, undercut_clearance
 from meshes.profile import fillet_points, flank_points
-from meshes.undercut import fillet_at
 
 MODULE = 2.54e-3
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fegear.contact.problem import solve_pair_alone
+from fegear.contact.solve import solve_pair_alone
 from fegear.gearset import load_gear_set
 from fegear.statics.solving import contact_problem
 from meshes.crack import Crack, crack_points

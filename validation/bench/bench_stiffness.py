@@ -14,12 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fegear.contact.problem import (
-    ContactCycle,
-    ContactProblem,
-    corner_positions,
-    solve_cycle,
-)
+from fegear.contact.problem import ContactCycle, ContactProblem, corner_positions
+from fegear.contact.solve import solve_cycle
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector

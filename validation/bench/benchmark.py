@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from fegear.figures.statics import save_figure
+from fegear.figures.saving import save_figure
 from fegear.files.output import write_text, write_whole
 from lumped.common.csv_text import format_records
 from lumped.figures.drawing import draw_title, panels

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from fegear.contact.problem import ContactProblem, solve_cycle, solve_pair_alone
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import solve_cycle, solve_pair_alone
 from fegear.gearset.faults import Faults, ToothCrack
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import contact_problem

@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.problem import solve_pair_alone
+from fegear.contact.solve import solve_pair_alone
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import StaticsResult, StaticsSettings, solve_mesh
 from lumped.closed_forms.tooth_energy import ToothMaterial, contact_compliance

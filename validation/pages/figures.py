@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fegear.figures.statics import draw_words_as_they_are
+from fegear.figures.saving import draw_words_as_they_are
 from fegear.files.output import has_plotly, make_directory, write_text, write_whole
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from fegear.contact.problem import ContactCycle, solve_cycle, solve_pair_alone
+from fegear.contact.problem import ContactCycle
+from fegear.contact.solve import solve_cycle, solve_pair_alone
 from fegear.elasticity.material import Plane
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.solving import StaticsResult, StaticsSettings, solve_mesh

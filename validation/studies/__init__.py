@@ -2,8 +2,8 @@
 
 from fegear.files.keys import register_file
 from fegear.files.templates import register_template
-from fegear.studies import register
 from fegear.studies.columns import register_columns
+from fegear.studies.registry import register
 
 register_file("case", "validation.study.cases", "Case")
 register_template("case", "validation")

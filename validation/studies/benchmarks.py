@@ -14,17 +14,10 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.read import files_of_gear_set
 from fegear.studies.page import Columns, Page, RowTable
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    argument,
-    group_of,
-    refuse_given,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import argument, group_of, refuse_given, setting
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from fegear.studies.trains import chosen_torque, torque_setting
 from lumped.common.options import Range

@@ -17,15 +17,10 @@ from fegear.gearset.model import GearSet
 from fegear.studies.columns import meanings
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import ColumnTable, Page, number
-from fegear.studies.study import (
-    Draw,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    display_name,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.settings import display_name, setting
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (

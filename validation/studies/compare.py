@@ -11,17 +11,10 @@ from fegear.files.codes import with_code
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Columns, Page, RowTable
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
-    SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
-    expose,
-    group,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import SettingsGroup, expose, group, setting
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fegear.studies.study import Job
+from fegear.studies.problem import Job
 from lumped.common.progress import Progress
 from lumped.common.workers import Stopped
 

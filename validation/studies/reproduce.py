@@ -13,16 +13,10 @@ from typing import Any
 from fegear.files.errors import InputError, one_line
 from fegear.files.output import make_directory, require_writable
 from fegear.studies.page import Page, RowTable
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    argument,
-    refusal,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import argument, refusal, setting
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from lumped.common.progress import silent
 from validation import reproduce

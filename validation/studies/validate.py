@@ -14,16 +14,10 @@ from fegear.files.errors import InputError
 from fegear.files.output import make_directory, require_writable
 from fegear.gearset.read import files_of_gear_set
 from fegear.studies.page import Columns, Page, RowTable
-from fegear.studies.study import (
-    NO_PICTURES,
-    Job,
-    Study,
-    StudyResult,
-    Task,
-    argument,
-    refusal,
-    setting,
-)
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import StudyResult
+from fegear.studies.settings import argument, refusal, setting
+from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster

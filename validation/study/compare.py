@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.edges import edge_pairs
-from fegear.contact.problem import ContactProblem, solve_cycle, solve_pair_alone
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import solve_cycle, solve_pair_alone
 from fegear.elasticity.material import Plane
 from fegear.files.codes import with_code
 from fegear.gearset.model import Gear, GearSet

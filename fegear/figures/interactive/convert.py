@@ -80,10 +80,7 @@ def to_plotly(figure: Figure) -> PlotlyFigure:
     TypeError
         If there is no interactive form of an artist, a scale or a marker.
     """
-    from fegear.figures.statics import draw_words_as_they_are
-
     graph_objects = require_plotly()
-    draw_words_as_they_are(figure)
     _refuse_others(figure)
     panels, bar_axes = _panels(figure)
     frames = measure_frames(figure, panels)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from contact_at import contact_at
 
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 
 POSITIONS = np.arange(16) / 16
 

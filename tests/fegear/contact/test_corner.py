@@ -11,7 +11,8 @@ from numba import njit
 
 import fegear
 from fegear.contact import problem as contact
-from fegear.contact.problem import ContactProblem, solve_cycle
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import solve_cycle
 from fegear.elasticity.flank_grid import beyond_first, point_arc
 from fegear.statics.solving import StaticsSettings, contact_problem
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from whole_contact import ste_of_whole_gears
 
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 from fegear.gearset import FlankProfile, Relief, make_gear_set
 from fegear.statics.solving import RESOLUTIONS, Resolution, StaticsSettings, solve_mesh
 from meshes import MeshSize

@@ -14,7 +14,7 @@ from fegear.contact import active_set, flanks
 from fegear.contact.grid import contact_grid, end_hat_logarithm, hat_logarithm
 from fegear.contact.kernel_constants import kernel_inputs
 from fegear.contact.loads import patch_loads
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 from validation.oracles import hertz
 
 

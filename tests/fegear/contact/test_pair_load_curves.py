@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import root
 
 from fegear.contact.pair_load_curves import NOMINAL, REVERSED, pair_load_curves
-from fegear.contact.problem import back_side_position
+from fegear.contact.solve import back_side_position
 from fegear.gearset.modifications import Relief
 
 POSITION = np.arange(32) / 32

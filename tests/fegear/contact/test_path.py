@@ -20,7 +20,7 @@ from fegear.contact.path import (
     sliding_over_pitch_speed,
     sliding_sign,
 )
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 from meshes import GearPair
 
 

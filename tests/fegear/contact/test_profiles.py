@@ -15,8 +15,9 @@ from oracles.relieved_flanks import Flank, closing_way, relief_depth
 from fegear.contact import flanks as kernel
 from fegear.contact.edges import edge_arcs
 from fegear.contact.kernel_constants import kernel_inputs
-from fegear.contact.problem import ContactProblem, solve_cycle
+from fegear.contact.problem import ContactProblem
 from fegear.contact.profiles import profile_depth, profile_kinks
+from fegear.contact.solve import solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import FlankProfile, Relief, load_gear_set

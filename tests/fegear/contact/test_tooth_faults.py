@@ -12,7 +12,8 @@ from oracles.offset_involutes import driver_lead
 
 from fegear.contact import flanks
 from fegear.contact.offset_centers import CenterOffset
-from fegear.contact.problem import ContactProblem, solve_cycle
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import solve_cycle
 from fegear.contact.tooth_faults import FlankSpall, ToothFaults
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, FlankCompliance
 from fegear.gearset.faults import MAX_SPALLS

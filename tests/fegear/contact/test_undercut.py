@@ -12,7 +12,7 @@ from oracles.relieved_flanks import Flank, closing_way
 from whole_contact import ste_of_whole_gears
 
 from fegear.contact.edges import edge_arcs
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.plausibility import gear_set_warnings

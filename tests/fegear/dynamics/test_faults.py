@@ -11,7 +11,7 @@ from contact_at import contact_at
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fegear.contact.offset_centers import CenterOffset, moved_lines
-from fegear.contact.problem import back_side_position
+from fegear.contact.solve import back_side_position
 from fegear.contact.tooth_faults import FlankSpall, ToothFaults
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.different_teeth import MIN_CHANGE, side_differences
@@ -260,7 +260,9 @@ def test_centers_open_back_flanks_by_what_they_close(elements):
         for back in (False, True):
             side = back_side_position(problem.pair, position) if back else position
             pitch = np.zeros(9, np.int64)
-            gaps.append(moved_lines(moved, side, pitch, back).gap[0])
+            gaps.append(
+                moved_lines(moved.pair, moved.offsets, side, pitch, back).gap[0]
+            )
         along = 10e-6 * (math.sin(angle) if direction == 0.0 else math.cos(angle))
         signs = (-1.0, -1.0) if direction == 0.0 else (-1.0, 1.0)
         assert_allclose(gaps, np.multiply(signs, along), rtol=2e-2)

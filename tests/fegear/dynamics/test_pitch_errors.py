@@ -7,7 +7,7 @@ import pytest
 from contact_at import contact_at
 from oracles import reduced_motion
 
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 from fegear.dynamics import stepper as stepping
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.history import history_table

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import fegear.statics.solving as statics
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import MotionState, TimeSteps
 from fegear.gearset.lumped_train import train_of

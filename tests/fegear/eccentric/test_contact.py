@@ -10,7 +10,8 @@ import pytest
 from scipy.integrate import quad
 
 import fegear
-from fegear.contact.problem import ContactProblem, solve_cycle
+from fegear.contact.problem import ContactProblem
+from fegear.contact.solve import solve_cycle
 from fegear.eccentric.contact import pairs_at, share_load, solve_contact_cycle
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.elasticity.flank import flank_compliance

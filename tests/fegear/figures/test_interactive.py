@@ -15,8 +15,8 @@ from interactive_figures import FIGURES, X, lines
 from matplotlib.figure import Figure
 
 from fegear.cli import run
-from fegear.figures import statics
 from fegear.figures.interactive import interactive_page, set_plotly_source, to_plotly
+from fegear.figures.saving import save_figure
 from fegear.files import output
 from fegear.files.errors import InputError
 from fegear.studies.notebook import figure_html
@@ -141,13 +141,13 @@ def test_a_figure_that_was_drawn_before_has_the_same_layout(tmp_path):
     """Its numbers of logarithmic axes are still powers, not the text of them."""
     figure = lines()
     before = to_plotly(figure).layout.margin.l
-    statics.save_figure(figure, tmp_path / "x.png")
+    save_figure(figure, tmp_path / "x.png")
     assert to_plotly(figure).layout.margin.l == pytest.approx(before, abs=5.0)
 
 
 def test_devices_take_png_as_before(tmp_path):
     path = tmp_path / "x.png"
-    statics.save_figure(lines(), path)
+    save_figure(lines(), path)
     assert path.read_bytes().startswith(b"\x89PNG")
     with pytest.raises(InputError, match="name must end in"):
         output.require_picture(tmp_path / "x.htm")

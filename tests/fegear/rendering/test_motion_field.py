@@ -8,7 +8,7 @@ from cli_commands import printed
 from conftest import SMALL_HUBS
 
 from fegear.contact.loads import patch_loads
-from fegear.contact.problem import solve_cycle
+from fegear.contact.solve import solve_cycle
 from fegear.gearset import load_gear_set
 from fegear.rendering.fields import (
     MeshScene,

@@ -6,7 +6,8 @@ import pytest
 from counter_shafts import counter_shaft
 
 import fegear
-from fegear.studies import STUDIES, load_study
+from fegear.studies import load_study
+from fegear.studies.registry import STUDIES
 from fegear.studies.trains import TrainStudy
 
 SPEEDS = tuple(float(speed) for speed in range(1000, 4000, 100))

@@ -15,7 +15,6 @@ from scipy.io import netcdf_file
 
 import fegear
 import validation.studies  # noqa: F401  # registers its columns
-from fegear.studies import STUDIES
 from fegear.studies.columns import (
     Column,
     column_meaning,
@@ -24,6 +23,7 @@ from fegear.studies.columns import (
     unit_of_column,
 )
 from fegear.studies.rattle_bifurcation import ExistenceResult
+from fegear.studies.registry import STUDIES
 from validation.bench import (
     bench_branches,
     bench_clatter,

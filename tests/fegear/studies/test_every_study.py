@@ -44,21 +44,15 @@ from fegear.files.store import NO_CHECKPOINT, CheckpointOptions
 from fegear.files.templates import template_text
 from fegear.files.toml import toml_text
 from fegear.gearset.read import load_tables
-from fegear.studies import STUDIES, load_study
+from fegear.studies import load_study
 from fegear.studies.page import Page, RowTable, cell
+from fegear.studies.problem import Job, Task
+from fegear.studies.registry import STUDIES
+from fegear.studies.result import StudyResult
 from fegear.studies.running import Job as RunningJob
 from fegear.studies.running import run as run_study
-from fegear.studies.study import (
-    Job,
-    Range,
-    SettingsGroup,
-    Study,
-    StudyResult,
-    Task,
-    exposed_fields,
-    group_of,
-    setting,
-)
+from fegear.studies.settings import SettingsGroup, exposed_fields, group_of, setting
+from fegear.studies.study import Range, Study
 from fegear.studies.table import Table
 from fegear.studies.trains import GearSetRef
 from lumped.common.csv_text import parse_csv

@@ -19,8 +19,9 @@ import fegear
 from fegear.files.errors import InputError
 from fegear.files.excel import LONGEST_TEXT, Sheet, write_excel
 from fegear.files.matlab import LONGEST_NAME, matlab_names
+from fegear.studies.result import StudyResult
 from fegear.studies.saving import load
-from fegear.studies.study import Study, StudyResult
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from fegear.studies.table_files import columns_of
 

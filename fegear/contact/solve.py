@@ -1,0 +1,482 @@
+"""Solve the static contact of a gear pair: at torques, or at transmission errors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fegear.contact.kernel_constants import (
+    NOMINAL,
+    Conditions,
+    PairTeeth,
+    kernel_constants,
+    with_rootward,
+)
+from fegear.contact.offset_centers import back_lead, moved_lines
+from fegear.contact.problem import ContactCycle, ContactFailure, ContactProblem
+from fegear.contact.tooth_faults import MISSING_GAP
+from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
+from meshes import GearPair
+
+if TYPE_CHECKING:
+    from fegear.contact.cycle import Constants, Workspace
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+# of the sine by which a corner's force is turned from its flank's normal: up to there
+# what teeth yield toward the root under loads toward it is 1e-4 of their deflection
+MAX_TURN_SQUARED = 1e-3
+
+
+def solve_cycle(
+    problem: ContactProblem,
+    torques: ArrayLike,
+    positions: ArrayLike,
+    pitches: ArrayLike = 0,
+    with_slopes: bool = False,
+) -> ContactCycle:
+    """Solve the contact at every torque [N m] on the driver and every position.
+
+    pitches : whole base pitches (n,) that come to the positions; pairs count anew in
+        each
+    with_slopes : whether the slopes by reliefs and profiles are asked for
+
+    A negative torque turns the driver back through the backlash and loads the other
+    flanks. Raises ContactFailure where no solution was found and ValueError
+    for torques that are zero or not finite.
+    """
+    torque = np.atleast_1d(np.asarray(torques, float))
+    position = np.atleast_1d(np.asarray(positions, float))
+    pitch = np.broadcast_to(np.asarray(pitches, np.int64), position.shape)
+    if not (np.isfinite(torque).all() and (torque != 0.0).all()):
+        raise ValueError(f"torques must be finite and not zero, got {torque.tolist()}")
+    if not np.isfinite(position).all():
+        raise ValueError(f"positions must be finite, got {position.tolist()}")
+    if (torque > 0.0).all():
+        solved = run_kernel(problem, torque, position, pitch, with_rates=with_slopes)
+        return _collect(problem, torque, position + pitch, solved)
+    if (torque < 0.0).all():
+        return _solve_back_side(problem, torque, position, pitch, with_slopes)
+    raise ValueError(f"torques must have one sign, got {torque.tolist()}")
+
+
+def back_side_position(pair: GearPair, position: ArrayLike) -> Array:
+    """Position of the back flanks' cycle while the drive side is at `position`.
+
+    Both gears are symmetric about their teeth, so back contact is drive contact
+    in a mirror, where motion runs the other way. The driven tooth's back flank
+    passes the pitch point a tooth thickness before its drive flank does.
+    """
+    return -(np.asarray(position, float) + back_lead(pair))
+
+
+def _solve_back_side(
+    problem: ContactProblem,
+    torque: Array,
+    position: Array,
+    pitch: Indices,
+    with_slopes: bool,
+) -> ContactCycle:
+    mirrored = back_side_position(problem.pair, position)
+    of_back = with_back_flanks(problem)
+    solved = run_kernel(of_back, -torque, mirrored, -pitch, True, with_slopes)
+    cycle = _collect(of_back, -torque, mirrored, solved)
+    backlash = problem.pair.backlash
+    return replace(
+        cycle,
+        torque=torque,
+        position=position + pitch,
+        teeth=-cycle.teeth,
+        ste=-(backlash + cycle.ste),
+        no_load=-(backlash + cycle.no_load),
+        gap=-(backlash + cycle.gap),
+        load=-cycle.load,
+        driven_torque=-cycle.driven_torque,
+    )
+
+
+class KernelResult(NamedTuple):
+    """Results of the kernel; patches and nodes are those of the last position.
+
+    rates : of no positions where they were not asked for
+    """
+
+    teeth: Indices
+    rows: np.recarray
+    cells: np.recarray
+    rates: np.recarray
+    patches: np.recarray
+    nodes: np.recarray
+
+    def replace_at(self, places: Indices, other: KernelResult) -> None:
+        """Take what another result has for some of the positions."""
+        self.rows[:, places], self.cells[:, places] = other.rows, other.cells
+        if self.rates.size:
+            self.rates[:, places] = other.rates
+
+
+def run_kernel(
+    problem: ContactProblem,
+    torque: Array,
+    position: Array,
+    pitch: Indices | None = None,
+    back: bool = False,
+    with_rates: bool = False,
+) -> KernelResult:
+    """Solve at positive torques (t,) [N m] and positions (n,).
+
+    pitch : (n,) whole base pitches that come to the positions; none by default
+    back : whether the flanks are the back flanks, seen in a mirror
+    with_rates : whether rates by reliefs and profiles are asked for
+    """
+    from fegear.contact.cycle import TORQUE
+
+    passed_pitches = np.zeros(position.size, np.int64) if pitch is None else pitch
+    place, lines, offset_gap = moved_lines(
+        problem.pair, problem.offsets, position, passed_pitches, back
+    )
+    teeth = candidate_pairs(problem.pair, place)
+    numbers = teeth - passed_pitches[:, None]
+    gaps = pair_gaps(problem, numbers, back) + offset_gap[:, None]
+    targets = kernel_torques(problem, torque, position.size)
+    different = different_teeth(problem, numbers, back)
+    if different is None:
+        still = Conditions(lines=lines, with_rates=with_rates)
+        solved = solve_pairs(
+            problem, teeth, gaps, place, TORQUE, targets, conditions=still
+        )
+    else:
+        common = Conditions(lines=lines, with_rates=with_rates)
+        solved = _solve_groups(
+            problem, teeth, gaps, place, targets, (different, common)
+        )
+    _require_solved(solved.rows, torque, position)
+    return solved
+
+
+def kernel_torques(problem: ContactProblem, torque: Array, positions: int) -> Array:
+    """Targets (t, positions) of the kernel [N] from torques (t,) on the driver [N m].
+
+    Per face width; negative on an internal gear, as its base radius is.
+    """
+    per_width = problem.pair.driver.sign * torque / problem.face_width
+    return np.repeat(per_width[:, None], positions, axis=1)
+
+
+def with_back_flanks(problem: ContactProblem) -> ContactProblem:
+    """The problem with the faults that back flanks have."""
+    driver, driven = (
+        None if faults is None else faults.on_back_flanks
+        for faults in (problem.driver_faults, problem.driven_faults)
+    )
+    return replace(problem, driver_faults=driver, driven_faults=driven)
+
+
+def different_teeth(
+    problem: ContactProblem, teeth: Indices, back: bool = False
+) -> PairTeeth | None:
+    """Teeth of pairs (of any shape) that differ from the others; None if none do.
+
+    back : of back flanks, as in `pair_gaps`
+    """
+    faults = problem.driver_faults, problem.driven_faults
+    if faults == (None, None):
+        return None
+    number = teeth if back else -teeth
+    numbers = (number - 1 if back else number), number
+    return PairTeeth(
+        *(
+            np.full(number.shape, -1) if f is None else f.different(n)
+            for f, n in zip(faults, numbers, strict=True)
+        )
+    )
+
+
+def missing_pairs(problem: ContactProblem, different: PairTeeth) -> NDArray[np.bool_]:
+    """Whether pairs lack a tooth of either gear, shaped as the teeth are."""
+    faults = problem.driver_faults, problem.driven_faults
+    missing = np.zeros(different.driver.shape, bool)
+    for of_gear, teeth in zip(faults, different, strict=True):
+        if of_gear is not None:
+            missing |= of_gear.is_missing(teeth)
+    return missing
+
+
+def _solve_groups(
+    problem: ContactProblem,
+    teeth: Indices,
+    gaps: Array,
+    position: Array,
+    targets: Array,
+    state: tuple[PairTeeth, Conditions],
+) -> KernelResult:
+    """Run the kernel for the positions of each set of teeth in the pairs.
+
+    state : teeth (n, k) that differ, and the other conditions
+    """
+    from fegear.contact.cycle import TORQUE
+
+    different, conditions = state
+    lines = conditions.lines
+    work = workspace(teeth.size, problem.nodes)
+    result = _empty_result(teeth, targets.shape, work, conditions.with_rates)
+    both = np.concatenate(different, axis=1)
+    groups, group = np.unique(both, axis=0, return_inverse=True)
+    for number in range(len(groups)):
+        places = np.flatnonzero(group.ravel() == number)
+        here = conditions._replace(
+            teeth=PairTeeth(*(part[places[0]] for part in different)),
+            lines=lines[places] if lines.size else lines,
+        )
+        solved = solve_pairs(
+            problem, teeth, gaps[places], position[places], TORQUE, targets[:, places],
+            here,
+        )  # fmt: skip
+        result.replace_at(places, solved)
+    return result._replace(patches=solved.patches, nodes=solved.nodes)
+
+
+def solve_pair_alone(
+    problem: ContactProblem, torque: float, position: float, pair: int = 0
+) -> ContactCycle:
+    """Contact at a torque on the driver [N m] with one pair carrying all of it.
+
+    The other pairs are left out of the problem, and their loads do not deflect this
+    one. Pitch errors and faults are those of the pair's teeth; centres stay in place.
+
+    position : base pitches from the pitch point of the reference pair
+    pair : base pitches by which it is ahead of the reference pair
+
+    Raises ContactFailure where its flanks do not face each other.
+    """
+    from fegear.contact.cycle import TORQUE
+
+    torques, positions = np.array([torque]), np.array([position])
+    teeth = np.array([pair], np.int64)
+    gaps = pair_gaps(problem, teeth[None, :])
+    targets = kernel_torques(problem, torques, positions.size)
+    different = different_teeth(problem, teeth)
+    solved = solve_pairs(
+        problem, teeth, gaps, positions, TORQUE, targets, Conditions(different)
+    )
+    _require_solved(solved.rows, torques, positions)
+    return _collect(problem, torques, positions, solved)
+
+
+def solve_pairs(
+    problem: ContactProblem,
+    teeth: Indices,
+    gaps: Array,
+    position: Array,
+    kind: np.int64,
+    targets: Array,
+    conditions: Conditions = NOMINAL,
+) -> KernelResult:
+    """Run the kernel for chosen tooth pairs (k,), whatever its status.
+
+    gaps : (n, k) extra gap of each pair [m]
+    kind, targets : cycle.TORQUE per width [N] or cycle.STE [m], (t, n)
+    conditions : teeth that differ, centres that move, friction
+
+    Positions at which a corner bears on its mate at an angle that matters are solved
+    again with the compliance that only these need.
+    """
+    constants = kernel_constants(problem, teeth.size, conditions)
+    if conditions.friction_reversed:
+        constants.mesh.friction = -constants.mesh.friction
+    if conditions.teeth is not None:
+        gaps = gaps + MISSING_GAP * missing_pairs(problem, conditions.teeth)
+    with_rates = conditions.with_rates
+    solved = solve_constants(
+        constants, teeth, gaps, position, kind, targets, with_rates
+    )
+    places = turned_positions(solved.cells)
+    full = with_rootward(constants, problem) if places.size else None
+    if full is None:
+        return solved
+    if full.lines.size:
+        full = full._replace(lines=full.lines[places])
+    again = solve_constants(
+        full, teeth, gaps[places], position[places], kind, targets[:, places],
+        with_rates,
+    )  # fmt: skip
+    solved.replace_at(places, again)
+    if places[-1] == position.size - 1:
+        return solved._replace(patches=again.patches, nodes=again.nodes)
+    return solved
+
+
+def turned_positions(cells: np.recarray) -> NDArray[np.intp]:
+    """Positions where a corner bears on its mate at an angle that matters.
+
+    cells : (t, n, k) of the kernel
+    """
+    turned = (cells.load > 0.0) & (cells.turn**2 > MAX_TURN_SQUARED).any(axis=-1)
+    return np.flatnonzero(turned.any(axis=(0, 2)))
+
+
+def solve_constants(
+    constants: Constants,
+    teeth: Indices,
+    gaps: Array,
+    position: Array,
+    kind: np.int64,
+    targets: Array,
+    with_rates: bool = False,
+) -> KernelResult:
+    """Run the kernel once, with gaps, kind and targets as in `solve_pairs`."""
+    from fegear.contact import cycle
+
+    work = workspace(teeth.size, len(constants.grid.logarithm))
+    result = _empty_result(teeth, targets.shape, work, with_rates)
+    # positions may be every other one of an array: kernels are compiled for whole ones
+    gaps, position, targets = map(np.ascontiguousarray, (gaps, position, targets))
+    places = cycle.Places(teeth, gaps, position)
+    rates = result.rates if with_rates else None
+    filled = result.rows, result.cells
+    cycle.solve_cycle(constants, places, kind, targets, work, filled, rates)
+    return result
+
+
+def _empty_result(
+    teeth: Indices, shape: tuple[int, ...], work: Workspace, with_rates: bool
+) -> KernelResult:
+    """Result to be filled, for cases and positions (t, n), with a workspace's patches
+    and nodes.
+    """
+    from fegear.contact.cycle import CELL, ROW
+    from fegear.contact.relief_rates import RATE
+
+    cases, positions = shape
+    rated = cases, positions if with_rates else 0, teeth.size
+    return KernelResult(
+        teeth,
+        np.zeros(shape, ROW).view(np.recarray),
+        np.zeros((*shape, teeth.size), CELL).view(np.recarray),
+        np.zeros(rated, RATE).view(np.recarray),
+        work.patches.view(np.recarray),
+        work.nodes.view(np.recarray),
+    )
+
+
+def workspace(pairs: int, size: int) -> Workspace:
+    """State of tooth pairs with patches of `size` nodes, for the kernel."""
+    from fegear.contact.active_set import UNKNOWN
+    from fegear.contact.compliance import PATCH
+    from fegear.contact.cycle import Workspace
+    from fegear.contact.grid import SUPPORT
+    from fegear.contact.patches import NODE
+
+    count = pairs * size
+    return Workspace(
+        patches=np.zeros(pairs, PATCH).view(np.recarray),
+        nodes=np.zeros((pairs, size), NODE).view(np.recarray),
+        active_pairs=np.zeros(pairs, np.int64),
+        unknowns=np.zeros(count, UNKNOWN).view(np.recarray),
+        C=np.empty((count, count)),
+        matrix=np.empty((count, count + 2)),
+        block=np.empty((SUPPORT + 1, SUPPORT)),
+    )
+
+
+def solve_drive_side(
+    problem: ContactProblem,
+    teeth: Indices,
+    gaps: Array,
+    position: Array,
+    ste: Array,
+    conditions: Conditions = NOMINAL,
+) -> tuple[np.recarray, np.recarray]:
+    """Rows (n,) and cells (n, k) of chosen tooth pairs (k,) at transmission errors.
+
+    gaps : (n, k) extra gap of each pair [m]; ste : (n,) [m]
+    conditions : teeth that differ, centres that move, friction
+    """
+    from fegear.contact.cycle import STE
+
+    targets = np.ascontiguousarray(ste[None, :])
+    solved = solve_pairs(problem, teeth, gaps, position, STE, targets, conditions)
+    rows, cells = solved.rows[0], solved.cells[0]
+    failed = np.flatnonzero(rows.status != 0)
+    if failed.size:
+        n = failed[0]
+        raise ContactFailure(
+            f"contact not solved at position {position[n]:g}, transmission error "
+            f"{ste[n]:g} m: status {rows.status[n]}"
+        )
+    return rows, cells
+
+
+def candidate_pairs(pair: GearPair, position: Array) -> Indices:
+    """Pairs that may touch at some position, the reference pair first."""
+    start, end = pair.path
+    low = math.ceil(start - 0.5 - float(position.max()))
+    high = math.floor(end + 0.5 - float(position.min()))
+    return np.array(sorted(range(low, high + 1), key=lambda k: (abs(k), k)), np.int64)
+
+
+def pair_gaps(problem: ContactProblem, teeth: Indices, back: bool = False) -> Array:
+    """Extra gaps of pairs (of any shape) from the pitch errors of their teeth [m].
+
+    back : of back flanks, where a pair that is ahead is behind in the mirror
+    """
+    # a pair ahead (k > 0) came into contact earlier
+    number = teeth if back else -teeth
+    errors = problem.driver_pitch_errors, problem.driven_pitch_errors
+    return tooth_pair_gaps(*errors, number, back)
+
+
+def _require_solved(rows: np.recarray, torque: Array, position: Array) -> None:
+    failed = np.argwhere(rows.status != 0)
+    if len(failed):
+        t, n = failed[0]
+        raise ContactFailure(
+            f"contact not solved at torque {torque[t]:g} N m, position "
+            f"{position[n]:g}: status {rows.status[t, n]}, residual "
+            f"{rows.residual[t, n]:.3g} after {rows.sweeps[t, n]} sweeps"
+        )
+
+
+def _collect(
+    problem: ContactProblem,
+    torque: Array,
+    position: Array,
+    solved: KernelResult,
+) -> ContactCycle:
+    from fegear.contact.flanks import NO_FLANK_GAP
+
+    teeth, rows, cells, rates = solved[:4]
+    width = problem.face_width
+    load = cells.load * width
+    mu = problem.friction * cells.sliding_sign
+    arm = cells.moment_arms[..., 1] - mu * cells.moment_arms[..., 3]
+    base_radius = problem.pair.driver.base_radius
+    closing = cells.moment_arms[..., 0] / base_radius
+    driver_arm = cells.moment_arms[..., 0] - mu * cells.moment_arms[..., 2]
+    moment_slope = (cells.slope * (driver_arm / base_radius)).sum(axis=2)
+    total_slope = moment_slope[:, : rates.shape[1], None, None, None]
+    return ContactCycle(
+        torque=torque,
+        position=position,
+        teeth=teeth,
+        base_radius=abs(base_radius),
+        ste=rows.ste,
+        no_load=rows.no_load,
+        local_stiffness=rows.slope * width,
+        load=load,
+        load_slope=cells.slope * width,
+        relief_slope=rates.relief.sum(axis=2) / total_slope,
+        profile_slope=rates.profile.sum(axis=2) / total_slope[..., 0],
+        gap=np.where(cells.gap >= NO_FLANK_GAP, np.inf, cells.gap),
+        pressure=cells.pressure,
+        friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),
+        arc=cells.arc,
+        turn=cells.turn,
+        closing=closing,
+        driven_torque=problem.pair.driven.sign * (load * arm).sum(axis=2),
+        residual=rows.residual,
+    )

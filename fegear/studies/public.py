@@ -1,0 +1,34 @@
+"""Names of the package, and the modules that they are loaded from."""
+
+from __future__ import annotations
+
+from fegear.studies.registry import STUDIES, home_of
+
+# what is loaded when it is first asked for, so that `import fegear` is cheap
+HOMES = {
+    "FiniteElements": "fegear.dynamics.build",
+    "GearSet": "fegear.gearset",
+    "InputError": "fegear.files.errors",
+    "LumpedModel": "fegear.train.lumped_models",
+    "PictureSettings": "fegear.rendering.pictures",
+    "StaticsSettings": "fegear.statics.solving",
+    "StiffnessSource": "fegear.statics.excitation",
+    "builtin_names": "fegear.gearset",
+    "load": "fegear.studies.saving",
+    "load_gear_set": "fegear.gearset",
+    "lumped_system": "fegear.train.lumped_models",
+    "make_gear_set": "fegear.gearset",
+    "read_gear_set": "fegear.gearset",
+    "read_mesh_tables": "fegear.statics.excitation",
+    "solve_mesh": "fegear.statics.solving",
+    "solve_stress": "fegear.rendering.pictures",
+    "run": "fegear.studies.running",
+    "to_opentorsion": "fegear.train.other_programs",
+    "to_ross": "fegear.train.other_programs",
+}
+
+
+def public_homes() -> dict[str, str]:
+    """Modules of all public names, studies of other packages among them."""
+    studies = {name: home_of(module) for module, name, _ in STUDIES.values()}
+    return HOMES | studies
