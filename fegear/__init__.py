@@ -73,22 +73,12 @@ with suppress(ModuleNotFoundError):  # studies of evidence, where they are insta
 _HOMES = public_homes()
 __all__ = ["__version__", *_HOMES]
 
-_ALIASES = {  # names of earlier versions
-    "Contributions": "Ablation",
-    "Critical": "RattleThreshold",
-    "MachineOfGears": "MachineFromGears",
-    "Noise": "RattleNoise",
-    "Periodic": "PeriodicOrbits",
-    "Source": "StiffnessSource",
-}
-
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         from fegear.files.version import package_version
 
         return package_version()
-    name = _ALIASES.get(name, name)
     if name not in _HOMES:
         raise AttributeError(f"module 'fegear' has no attribute '{name}'{_hint(name)}")
     return getattr(import_module(_HOMES[name]), name)

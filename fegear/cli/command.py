@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from copy import copy
 from typing import Any
 
 import typer
@@ -31,17 +30,6 @@ def add_command(
 
 
 class Command(TyperCommand):
-    def make_parser(self, ctx: Any) -> Any:
-        """One that takes spellings of earlier versions as well."""
-        parser = super().make_parser(ctx)
-        former: dict[str, str] = getattr(self.callback, "former", {})
-        for spelling, name in former.items():
-            (param,) = (param for param in self.params if name in param.opts)
-            alias = copy(param)
-            alias.opts, alias.secondary_opts = [spelling], []
-            alias.add_to_parser(parser, ctx)
-        return parser
-
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if ctx.resilient_parsing:  # completing a line that is half written
             return super().parse_args(ctx, args)

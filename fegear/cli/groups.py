@@ -74,12 +74,6 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     run.__module__ = command.__module__
     run.__annotations__ = {option.name: option.annotation for option in options}
     run.__dict__["__signature__"] = Signature(options)
-    run.__dict__["former"] = {
-        former: name
-        for annotation in hints.values()
-        if is_dataclass(annotation)
-        for former, name in _former(_group_of(annotation))
-    }
     return run
 
 
@@ -106,16 +100,6 @@ def _options(
             typed = member.field.metadata.get("typer")
             hint = hints[member.name]
             yield from _options(child, Annotated[hint, *typed] if typed else hint)
-
-
-def _former(group: SettingsGroup) -> Iterator[tuple[str, str]]:
-    """Spellings of earlier versions, and the options that they are now."""
-    for member in exposed_fields(group):
-        if isinstance(member.declared, Setting):
-            if member.declared.former:
-                yield member.declared.former, member.option
-        elif member.group is not None:
-            yield from _former(member.group)
 
 
 def _group_of(kind: Any) -> SettingsGroup:

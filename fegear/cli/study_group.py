@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 from fegear.cli.command import TYPER_OPTIONS, add_command
 from fegear.files.errors import nearest
 from fegear.studies import load_study
-from fegear.studies.registry import ALIASES, STUDIES
+from fegear.studies.registry import STUDIES
 
 
 def group_class(
@@ -33,7 +33,6 @@ def group_class(
             return [n for n in names if prefix + n in STUDIES or n in self.commands]
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
-            cmd_name = ALIASES.get(prefix + cmd_name, cmd_name)
             command = super().get_command(ctx, cmd_name)
             if command is None and prefix + cmd_name in STUDIES:
                 command = _load_command(prefix + cmd_name, cmd_name)

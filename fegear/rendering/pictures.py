@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
@@ -332,23 +331,20 @@ class StressResult(Result):
 @public
 def solve_stress(
     gear_set: GearSet,
-    torque_on_driver: float | None = None,
+    torque_on_driver: float,
     *,
     mesh: int = 0,
     position: float = 0.0,
     zoom: Zoom = "contact",
     settings: StaticsSettings | None = None,
-    torque: float | None = None,
 ) -> StressResult:
     """Stress of a mesh (index from 0) under a torque on its driver [N m].
-
-    Exactly one of `torque_on_driver` and `torque` must be given.
 
     Parameters
     ----------
     gear_set : GearSet
         Gear set of the mesh.
-    torque_on_driver : float, optional
+    torque_on_driver : float
         Torque on the driver of the mesh [N m], positive.
     mesh : int, optional
         Index of the mesh, from 0.
@@ -360,8 +356,6 @@ def solve_stress(
         at once; the torque is still that on the driver of `mesh`.
     settings : StaticsSettings, optional
         Settings of the finite elements and of the contact.
-    torque : float, optional
-        Torque on the input gear of the train [N m]. Deprecated: use `torque_on_driver`.
 
     Returns
     -------
@@ -371,17 +365,20 @@ def solve_stress(
     Raises
     ------
     InputError
-        If there is no such mesh or position, or the torque is missing, given twice or
-        outside its range.
+        If there is no such mesh or position, or the torque is outside its range.
     """
     settings = settings or StaticsSettings()
     require_mesh(gear_set, mesh)
-    on_driver = _torque_on_driver(gear_set, mesh, torque_on_driver, torque)
+    if not 0.0 < torque_on_driver < MAX_TORQUE:
+        raise InputError(
+            f"torque_on_driver must be above 0 and below {MAX_TORQUE:g}, got "
+            f"{torque_on_driver:g}"
+        )
     if zoom == "set":
-        on_input = on_driver / _torque_factor(gear_set, mesh)
+        on_input = torque_on_driver / _torque_factor(gear_set, mesh)
         contact = contacts_of_set(gear_set, on_input, position, settings)
     else:
-        contact = contact_at_rest(gear_set, mesh, on_driver, position, settings)
+        contact = contact_at_rest(gear_set, mesh, torque_on_driver, position, settings)
     scene = contact.scene()
     view = scene.view(zoom, picture_aspect())
     return StressResult(contact, scene, contact.field(scene, contact.still, view))
@@ -393,30 +390,6 @@ def _torque_factor(gear_set: GearSet, mesh: int) -> float:
     if factor == 0.0:
         raise InputError(f"mesh = {mesh}; must pass power on from the input")
     return factor
-
-
-def _torque_on_driver(
-    gear_set: GearSet, mesh: int, on_driver: float | None, on_input: float | None
-) -> float:
-    """Torque on the driver of a mesh [N m], from exactly one of two arguments."""
-    if (on_driver is None) == (on_input is None):
-        raise InputError(
-            f"torque_on_driver = {on_driver}, torque = {on_input}; one is needed"
-        )
-    if on_driver is None:
-        warnings.warn(
-            "torque of solve_stress is on the input gear of the train; use "
-            "torque_on_driver",
-            DeprecationWarning,
-            stacklevel=4,  # behind the check of arguments, at the call
-        )
-        on_driver = mesh_torques_at(gear_set, on_input or 0.0)[mesh]
-    if not 0.0 < on_driver < MAX_TORQUE:
-        raise InputError(
-            f"torque_on_driver must be above 0 and below {MAX_TORQUE:g}, got "
-            f"{on_driver:g}"
-        )
-    return on_driver
 
 
 def draw_contact(

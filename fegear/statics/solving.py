@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -386,8 +385,6 @@ def solve_mesh(
     torques_on_driver: Sequence[float] = (),
     settings: StaticsSettings | None = None,
     progress: Progress | None = None,
-    *,
-    torques: Sequence[float] = (),
 ) -> StaticsResult:
     """Mesh table of one mesh at torques on its driver [N m].
 
@@ -408,8 +405,6 @@ def solve_mesh(
         How the table is computed.
     progress : callable, optional
         Function of (stage, done, total), called during the computation.
-    torques : sequence of float, optional
-        Former name of `torques_on_driver`.
 
     Returns
     -------
@@ -435,7 +430,7 @@ def solve_mesh(
     settings = settings or StaticsSettings()
     report = progress or (silent)
     require_mesh(gear_set, mesh)
-    torque = _loads(torques_on_driver, torques, gear_set.meshes[mesh].torques)
+    torque = _loads(torques_on_driver, gear_set.meshes[mesh].torques)
     pitches = pair_periods(gear_set)[mesh]
     _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
     with recorded_stages() as seconds:
@@ -467,23 +462,9 @@ def _has_faults(gear_set: GearSet, mesh: int) -> bool:
     return any(gear_set.gears[gear].faults.any for gear in gears)
 
 
-def _loads(
-    torques: Sequence[float], under_former_name: Sequence[float], cases: Sequence[float]
-) -> Array:
-    """Torques on the driver [N m] under either name, or the gear set's load cases."""
+def _loads(torques: Sequence[float], cases: Sequence[float]) -> Array:
+    """Torques on the driver [N m], by default the gear set's load cases."""
     name = "torques_on_driver"
-    if len(under_former_name):
-        if len(torques):
-            raise InputError(
-                f"{name} = {list(torques)} and torques = {list(under_former_name)}; "
-                "one of both is allowed"
-            )
-        warnings.warn(
-            f"torques of solve_mesh is now {name}",
-            DeprecationWarning,
-            stacklevel=4,  # behind the check of arguments, at the call
-        )
-        name, torques = "torques", under_former_name
     for torque in torques:
         require_between(name, torque, 0, 1e9, below=True)
     if len(set(torques)) < len(torques):

@@ -25,7 +25,6 @@ from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import (
-    Setting,
     SettingsGroup,
     display_name,
     expose,
@@ -88,15 +87,6 @@ FINDING = SettingsGroup(
     kind=BranchSettings,
     exposed=expose("harmonics", "period_multiple", "solver", "sweep_points", "starts"),
 )
-WAVES = replace(
-    SOURCE,
-    exposed={
-        **SOURCE.exposed,
-        "harmonics": Setting(
-            option="--excitation-harmonics", former="--wave-harmonics"
-        ),
-    },
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +141,7 @@ class Branches(
         metavar="PER_UM",
     )
     finding: BranchSettings = group(FINDING)
-    model: LumpedModel = lumped_model(ALL_MODELS | {"stiffness": WAVES})
+    model: LumpedModel = lumped_model(ALL_MODELS | {"stiffness": SOURCE})
     table: tuple[str, ...] = tables_setting()
 
     def __post_init__(self) -> None:

@@ -73,13 +73,11 @@ class Identification(
         MeasuredStiffness.mean_std,
         "Relative standard deviation of the mean stiffnesses.",
         PART,
-        former="--mean-spread",
     )
     variation_std: float = setting(
         MeasuredStiffness.variation_std,
         "Standard deviation of the variations.",
         PART,
-        former="--variation-spread",
     )
     hold_width: bool = setting(
         False,

@@ -72,7 +72,6 @@ class OrbitBifurcations(
         "Largest number of lift-offs from the upper flank in a period of the "
         "motions from which branches are followed.",
         Range(1, 12),
-        former="--departures",
     )
     starts: int = setting(
         5,

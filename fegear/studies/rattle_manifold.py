@@ -62,7 +62,6 @@ class Manifolds(
         1,
         "Largest number of lift-offs from the upper flank in a period of the saddles.",
         Range(1, 12),
-        former="--departures",
     )
     length: float = setting(
         20.0,

@@ -53,7 +53,6 @@ class PeriodicOrbits(
         "Largest number of lift-offs from the upper flank in a period of the "
         "listed motions.",
         Range(1, 12),
-        former="--departures",
     )
 
     def tasks(self) -> Iterator[Task]:

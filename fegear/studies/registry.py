@@ -179,8 +179,6 @@ STUDIES = {
     ),
 }
 
-ALIASES = {"budget": "ablation", "wave": "motion"}  # earlier names of commands
-
 
 def register(studies: Mapping[str, tuple[str, str, str]]) -> None:
     """Add the studies of another package, listed as in `STUDIES`."""

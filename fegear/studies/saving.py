@@ -31,7 +31,6 @@ from fegear.studies.registry import STUDIES, home_of
 from fegear.studies.table import Table, Tabled, tables_of
 
 FORMAT = "fegear result 2"
-FORMER = "fegear result 1"  # a variable for each array; read, and written no more
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,11 +135,11 @@ def load(path: str | Path) -> Any:
     """
     target = path_of(path)
     attributes, variables = read_netcdf(target)
-    if attributes.get("format") not in (FORMAT, FORMER):
+    if attributes.get("format") != FORMAT:
         raise InputError(f"{target}: is no result that was saved")
     try:
         tree = json.loads(attributes["result"])
-        arrays = list(_split(tree.get("arrays"), variables))
+        arrays = list(_split(tree["arrays"], variables))
         decoder = Decoder(arrays, tree["shared"], _packages())
         return _loaded(tree, decoder, variables)
     except Exception:  # a file may hold any tree, and its digest any content
@@ -163,16 +162,9 @@ def _joined(arrays: Sequence[NDArray[Any]]) -> dict[str, Variable]:
 
 
 def _split(
-    places: Sequence[tuple[str, int]] | None, variables: Mapping[str, NDArray[Any]]
+    places: Sequence[tuple[str, int]], variables: Mapping[str, NDArray[Any]]
 ) -> Iterator[NDArray[Any]]:
-    """Arrays (n,) of `_joined` in order, from the type and the size of each.
-
-    places : None in a file of `FORMER`
-    """
-    if places is None:
-        names = [name for name in variables if name.startswith("part_")]
-        yield from (variables[f"part_{number}"] for number in range(len(names)))
-        return
+    """Arrays (n,) of `_joined` in order, from the type and the size of each."""
     kinds = {kind: number for number, kind in enumerate(dict(places))}
     starts = dict.fromkeys(kinds, 0)
     for kind, size in places:

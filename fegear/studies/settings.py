@@ -25,7 +25,6 @@ class Setting:
     text : that of the field itself where it is empty
     option : its name on the command line, that of the field where it is empty; a field
         with `place` has none, it is found by its place; short : another one
-    former : spelling of earlier versions, which is accepted and not in the help
     flags : options without a value: name, value that it means, help; a field of
         truth values that has some has no other option
     reads : whether it names files that are read; checkpoints depend on their content
@@ -39,7 +38,6 @@ class Setting:
     allowed: Range | None = None
     option: str = ""
     short: str = ""
-    former: str = ""
     place: str = ""
     metavar: str | None = None
     flags: tuple[tuple[str, Any, str], ...] = ()

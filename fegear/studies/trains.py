@@ -339,7 +339,7 @@ SOURCE = SettingsGroup(
     exposed=expose(
         *("kind", "ramp", "harmonics", "plane", "resolution", "relief_stiffness"),
         kind=Setting(option="--excitation"),
-        harmonics=Setting(option="--excitation-harmonics", former="--harmonics"),
+        harmonics=Setting(option="--excitation-harmonics"),
     ),
 )
 SPRINGS = expose(

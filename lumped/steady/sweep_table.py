@@ -50,9 +50,6 @@ class SweepRow:
 
 
 COLUMNS = tuple(column.name for column in fields(SweepRow))
-RENAMED_COLUMNS = {
-    "dte_rms_spread_m": "dte_rms_stderr_m"
-}  # of earlier versions, also read
 DERIVED_COLUMNS = ("driver_speed_rpm",)  # by who knows the teeth; not read
 TEXT_COLUMNS, INTEGER_COLUMNS = ("model", "direction"), ("mesh", "period_multiple")
 
@@ -115,7 +112,7 @@ def format_sweep(table: SweepTable) -> str:
 def parse_sweep(text: str, source: str = "sweep") -> SweepTable:
     """Read CSV text; raises TableError naming `source`, line and column."""
     csv_table = parse_csv(text, source)
-    names = [RENAMED_COLUMNS.get(name, name) for name in csv_table.names]
+    names = list(csv_table.names)
     for name in COLUMNS:
         if name not in names:
             raise TableError(f"{source}: column {name} is missing")

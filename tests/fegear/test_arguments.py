@@ -45,8 +45,8 @@ def test_arrays_without_a_length_are_no_lists():
     for study in (fegear.Sweep, fegear.Dynamics):
         with pytest.raises(ValueError, match="speeds must be a tuple"):
             study(gear_set=gears, torque=100.0, speeds=np.array(2000.0))
-    with pytest.raises(ValueError, match="torques must be a list"):
-        fegear.solve_mesh(gears, torques=np.array(100.0))
+    with pytest.raises(ValueError, match="torques_on_driver must be a list"):
+        fegear.solve_mesh(gears, torques_on_driver=np.array(100.0))
 
 
 def test_one_torque_is_a_list_of_one_and_the_other_way_round():
@@ -168,8 +168,10 @@ def test_files_that_results_cannot_write(tmp_path):
 
 def test_torques_of_a_table_are_given_once():
     gears = fegear.load_gear_set("liu-pair")
-    with pytest.raises(fegear.InputError, match=r"^torques = 5, 5; must differ from"):
-        fegear.solve_mesh(gears, torques=[5.0, 5.0])
+    with pytest.raises(
+        fegear.InputError, match=r"^torques_on_driver = 5, 5; must differ from"
+    ):
+        fegear.solve_mesh(gears, torques_on_driver=[5.0, 5.0])
 
 
 @pytest.mark.parametrize(

@@ -34,11 +34,3 @@ def test_stress_and_table_are_of_one_torque(gears, tmp_path, capsys):
     assert printed["largest_von_mises_MPa"] == {
         name: pytest.approx(1e-6 * value) for name, value in stress.largest_Pa.items()
     }
-
-
-def test_former_arguments_keep_their_meaning(gears):
-    former = fegear.solve_mesh(gears, SECOND, torques=[TORQUE], settings=COARSE)
-    assert former.cycle.torque.tolist() == [TORQUE]
-    with pytest.deprecated_call(match="on the input gear of the train"):
-        stress = fegear.solve_stress(gears, torque=TORQUE, mesh=SECOND, settings=COARSE)
-    assert stress.field.torque == pytest.approx(TORQUE * 55 / 38)

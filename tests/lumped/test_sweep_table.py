@@ -91,16 +91,6 @@ def test_an_unknown_column_is_refused():
         parse_sweep(text, "t.csv")
 
 
-def test_columns_of_earlier_versions_are_read():
-    table = SweepTable((ROW,), {"gear set": "a"})
-    text = format_sweep(table)
-    assert parse_sweep(text.replace("dte_rms_stderr_m", "dte_rms_spread_m")) == table
-    rows = text.replace("\n", ",1\n").replace("gear set: a,1", "gear set: a")
-    twice = rows.replace("period_multiple,1", "period_multiple,dte_rms_spread_m")
-    with pytest.raises(TableError, match="column dte_rms_stderr_m is there twice"):
-        parse_sweep(twice)
-
-
 def test_an_empty_file_is_refused():
     with pytest.raises(TableError, match=r"t\.csv: no column names"):
         parse_sweep("# only: comments\n", "t.csv")

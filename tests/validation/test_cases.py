@@ -141,15 +141,6 @@ def test_a_wrong_file_gives_one_line(old, new, message):
     assert "\n" not in line
 
 
-def test_keys_of_earlier_versions_are_read():
-    earlier = GOOD.replace("[[single_speed]]", "[[wave]]")
-    assert read_case(earlier) == read_case(GOOD)
-    with pytest.raises(InputError) as caught:
-        read_case(GOOD + "\n[[wave]]\ntorque_Nm = 100\nspeed_Hz = 1000\n")
-    message = "wave is the former name of single_speed; give single_speed"
-    assert str(caught.value) == f"case: {message}"
-
-
 def test_an_unknown_case_names_those_that_are_there(tmp_path):
     with pytest.raises(InputError, match="did you mean idler"):
         load_case("idle")

@@ -389,6 +389,5 @@ _FILE = DataFile(
         "single_speed": SingleSpeed,
         "printed": Printed,
     },
-    former={"budget": "ablation", "wave": "single_speed"},
     kind="case",
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from decimal import Decimal
 from functools import cached_property
 from typing import Annotated, Any, Generic, TypeVar
@@ -78,13 +78,11 @@ class DataFile(Generic[T]):
 
     tables : by the key of the list the class of its entries, or the classes by the
         `kind` that an entry names
-    former : keys of earlier versions, which are read as well, and what they are now
     kind : of a file that a user writes, see `fegear.files.kinds`, or nothing
     """
 
     content: type[T]
     tables: Mapping[str, type | Mapping[str, type]]
-    former: Mapping[str, str] = field(default_factory=dict)
     kind: str = ""
 
     @cached_property
@@ -98,7 +96,7 @@ class DataFile(Generic[T]):
             tables = parsed_toml(text)
             if self.kind:
                 require_kind(tables, self.kind)
-            return self._adapter.validate_python(self._renamed(tables))
+            return self._adapter.validate_python(tables)
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
         except ValidationError as error:
@@ -106,13 +104,6 @@ class DataFile(Generic[T]):
             unknown = [item for item in details if "unexpected" in item["type"]]
             sentence = self._sentence((unknown or details)[0])
             raise InputError(f"{source}: {sentence}") from None
-
-    def _renamed(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """The content by the keys of now; InputError for one that has both."""
-        for former, key in self.former.items():
-            if former in content and key in content:
-                raise InputError(f"{former} is the former name of {key}; give {key}")
-        return {self.former.get(key, key): value for key, value in content.items()}
 
     def _sentence(self, item: ErrorDetails) -> str:
         """`metric 2, allowed = -1; must be at least 0`."""

@@ -11,12 +11,10 @@ from typing import Any, get_type_hints
 
 import pytest
 from cli_commands import commands
-from click import Context
 from page_commands import GUIDES, ROOT, commands_of, files_of
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.files.errors import InputError
 
 UNITS = (
     *(
@@ -108,36 +106,6 @@ def parsed(line: str) -> str:
     command = " ".join(arguments[:depth])
     COMMANDS[command].make_context(command, arguments[depth:])
     return command
-
-
-MAX, WAVES = ("--max-liftoffs", "3"), ("--excitation-harmonics", "3")
-FORMER = (
-    ("rattle periodic roots-scaled", "--departures", *MAX),
-    ("rattle bifurcation roots-scaled --over delta=0.5:1", "--departures", *MAX),
-    ("rattle manifold roots-scaled", "--departures", *MAX),
-    ("identify liu-pair", "--mean-spread", "--mean-std", "0.1"),
-    ("identify liu-pair", "--variation-spread", "--variation-std", "0.1"),
-    ("sweep liu-pair --speeds 900", "--harmonics", *WAVES),
-    ("branches liu-pair --speeds 800:900", "--wave-harmonics", *WAVES),
-)
-
-
-@pytest.mark.parametrize(("line", "former", "option", "value"), FORMER)
-def test_a_spelling_of_earlier_versions_is_read_and_not_shown(
-    line, former, option, value
-):
-    depth = 2 if line.startswith("rattle") else 1
-    command, arguments = " ".join(line.split()[:depth]), line.split()[depth:]
-    contexts = [
-        COMMANDS[command].make_context(command, [*arguments, name, value]).params
-        for name in (former, option)
-    ]
-    assert contexts[0] == contexts[1]
-    assert contexts[0][option[2:].replace("-", "_")] == float(value)
-    both = [*arguments, former, value, option, value]
-    with pytest.raises(InputError, match="is given 2 times"):
-        COMMANDS[command].make_context(command, both)
-    assert f"{former} " not in COMMANDS[command].get_help(Context(COMMANDS[command]))
 
 
 TUTORIALS = [page for page in GUIDES if page.startswith("docs/tutorials/")]

@@ -11,7 +11,7 @@ from scipy.io import netcdf_file
 
 import fegear
 from fegear.files.errors import InputError
-from fegear.files.netcdf import Variable, read_netcdf, write_netcdf
+from fegear.files.netcdf import read_netcdf, write_netcdf
 from fegear.studies import saving
 
 
@@ -118,23 +118,6 @@ def test_values_of_no_tree_are_named(result, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"builtin_function_or_method cannot be saved"):
         result.save(tmp_path / "x.nc")
     assert not list(tmp_path.iterdir())
-
-
-def test_a_file_of_the_former_format_is_loaded(result, file, tmp_path):
-    """It has a variable for each array, and no places of arrays in its tree."""
-    attributes, variables = read_netcdf(file)
-    tree = json.loads(attributes["result"])
-    arrays = saving._split(tree.pop("arrays"), variables)
-    columns = {n: v for n, v in variables.items() if not n.startswith("parts_")}
-    held = {f"part_{i}": array for i, array in enumerate(arrays)} | columns
-    former = {"format": "fegear result 1", "result": json.dumps(tree)}
-    sizes = {name: Variable(values, f"{name}_size") for name, values in held.items()}
-    write_netcdf(tmp_path / "old.nc", attributes | former, sizes)
-    old = fegear.load(tmp_path / "old.nc")
-    assert old.table.csv() == result.table.csv()
-    assert repr(old) == repr(result)
-    old.save(tmp_path / "again.nc")
-    assert (tmp_path / "again.nc").read_bytes() == file.read_bytes()
 
 
 def test_xarray_opens_columns_with_units_and_the_header(result, file):
