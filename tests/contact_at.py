@@ -20,8 +20,7 @@ from fegear.contact.solve import (
     pair_gaps,
     solve_drive_side,
 )
-
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from matplotlib.colors import to_rgb
 
 from fegear.figures.statics import draw_table
 from fegear.gearset import load_gear_set, make_gear_set
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from lumped.attractors.attractor_sweeps import AttractorBranch
 from lumped.attractors.attractors import Attractor
 from lumped.figures.attractors import draw_attractors

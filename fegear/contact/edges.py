@@ -18,10 +18,10 @@ from fegear.contact.loads import PatchLoad
 from fegear.contact.problem import ContactCycle, ContactProblem, corner_pairs
 from fegear.contact.profiles import profile_kinks
 from fegear.gearset.modifications import FlankProfile, Relief
+from lumped.common.arrays import Array
 from meshes import SpurGear
 from meshes.profile import arc_from_tip, roll_length_at_arc
 
-Array = NDArray[np.float64]
 HERTZ_MARGIN = 1.2  # contact half-widths from an edge within which it is in contact
 
 

@@ -6,11 +6,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from lumped.common.arrays import Array
 
 SUPPORT = 5  # points per patch at which the smooth remainder is evaluated
-
-Array = NDArray[np.float64]
 
 
 class PatchTables(NamedTuple):

@@ -6,18 +6,16 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactProblem
 from fegear.gearset.faults import MAX_SPALLS
 from fegear.gearset.model import Relief
+from lumped.common.arrays import Array, Indices
 from meshes import SpurGear
 
 if TYPE_CHECKING:
     from fegear.contact.cycle import Constants
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 NO_RELIEF = (0.0, 0.0, 1.0, 1.0)
 NO_SPALLS = [(0.0, 0.0, 0.0)] * MAX_SPALLS
 

@@ -8,13 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import KernelResult, run_kernel
 from fegear.elasticity.body_stress import ToothLoad
-
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 @dataclass(frozen=True)

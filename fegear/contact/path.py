@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from fegear.contact.problem import ContactCycle
 from fegear.gearset.loss_factor import sliding_per_base_pitch
+from lumped.common.arrays import Array
 from meshes import GearPair
 
-Array = NDArray[np.float64]
 PATH_TOL = 1e-9  # base pitches beyond its ends that belong to the path
 PITCH_POINT_TOL = 1e-12  # base pitches around the pitch point where nothing slides
 

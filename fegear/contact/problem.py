@@ -11,10 +11,8 @@ from fegear.contact.offset_centers import CenterOffset
 from fegear.contact.tooth_faults import ToothFaults
 from fegear.elasticity.flank import FlankCompliance
 from fegear.gearset.modifications import FlankProfile, Relief
+from lumped.common.arrays import Array, Indices
 from meshes import GearPair
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class ContactFailure(ArithmeticError):

@@ -19,14 +19,13 @@ from fegear.contact.kernel_constants import (
 from fegear.contact.offset_centers import back_lead, moved_lines
 from fegear.contact.problem import ContactCycle, ContactFailure, ContactProblem
 from fegear.contact.tooth_faults import MISSING_GAP
+from lumped.common.arrays import Array, Indices
 from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
 
 if TYPE_CHECKING:
     from fegear.contact.cycle import Constants, Workspace
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 # of the sine by which a corner's force is turned from its flank's normal: up to there
 # what teeth yield toward the root under loads toward it is 1e-4 of their deflection
 MAX_TURN_SQUARED = 1e-3

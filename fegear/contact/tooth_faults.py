@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from fegear.contact.profiles import profile_record
 from fegear.gearset.model import FlankProfile
+from lumped.common.arrays import Array, Indices
 from meshes.crack import Crack
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 MISSING_GAP = 1.0  # [m] of a tooth that is not there, see `flanks.NO_FLANK_GAP`
 
 

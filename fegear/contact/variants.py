@@ -27,9 +27,8 @@ from fegear.contact.solve import (
     workspace,
 )
 from fegear.gearset.modifications import FlankProfile
+from lumped.common.arrays import Array
 from meshes import GearPair
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

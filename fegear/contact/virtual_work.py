@@ -24,11 +24,9 @@ largest deflection over P.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactCycle
-
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 def work_on_gaps(cycle: ContactCycle, base_pitch: float, pitches: int) -> Array:

@@ -25,7 +25,8 @@ from fegear.elasticity.cache import cached_arrays
 from fegear.elasticity.modes import GearModes, lowest_modes, static_inertia
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.model import Gear, GearSet
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
+from lumped.common.arrays import Array, Indices
 from lumped.common.checks import require_present
 from lumped.train.coupled import BodyModes, CoupledContacts, LoadedState
 from lumped.train.elastic_inertia import harmonic_amplitudes
@@ -33,8 +34,6 @@ from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.system import LumpedSystem
 from lumped.train.truncation import TruncationModel
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 # families with fewer nodal diameters are solved, at least and at most
 FAMILY_LIMITS = 6, 12
 MODES_PER_FAMILY = 3  # the lowest modes of each

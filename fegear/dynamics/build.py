@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
@@ -33,7 +32,8 @@ from fegear.gearset.inertia import (
 )
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.excitation import Excitations
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
+from lumped.common.arrays import Array
 from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
 from lumped.train.elastic_inertia import (
@@ -51,7 +51,6 @@ if TYPE_CHECKING:
     from fegear.dynamics.scheme import Scheme
     from fegear.elasticity.cyclic_gear import CyclicGear
 
-Array = NDArray[np.float64]
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
 CUTOFF_FACTOR = 7.0  # of the highest mesh frequency, whose modes are looked at
 cached_gear_modes = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fegear.dynamics.stepper import MotionState
 from fegear.files.records import Records
+from lumped.common.arrays import Array
 from lumped.steady.response import Response
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,10 +17,9 @@ from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.dynamics.stepper import FeHistory
 from fegear.elasticity.root_stress import FlankLoad
+from lumped.common.arrays import Array, Indices
 from lumped.kernels.contact import MIN_REVERSING_SPEED
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 GRID_ATOL = 1e-6  # of a cell of the pair laws within which a position is on the grid
 
 

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.elasticity.cache import cached_arrays
@@ -18,9 +17,8 @@ from fegear.elasticity.flank import nodal_loads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset.model import GearSet
-from fegear.statics.solving import StaticsSettings
-
-Array = NDArray[np.float64]
+from fegear.statics.settings import StaticsSettings
+from lumped.common.arrays import Array
 
 
 def cross_mesh_compliance(

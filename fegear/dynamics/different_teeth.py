@@ -13,7 +13,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.contact.offset_centers import moved_lines
 from fegear.contact.pair_load_curves import (
@@ -24,9 +23,8 @@ from fegear.contact.pair_load_curves import (
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import back_side_position, different_teeth, with_back_flanks
 from fegear.contact.tooth_faults import ToothFaults
+from lumped.common.arrays import Array, Indices
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 # Change of a tooth's compliance, over the largest one of its gear, below which the
 # tooth counts as whole: that beside a crack is 0.5 %
 MIN_CHANGE = 0.02

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from fegear.elasticity.modes import GearModes
 
-Array = NDArray[np.float64]
 REAL = ("rigidity", "elastic_damping", "coupling", "cosine", "sine")
 
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.dynamics.elastic import Rayleigh
 from fegear.dynamics.kernels import full as kernel
@@ -36,12 +35,11 @@ from fegear.dynamics.stepper import (
 from fegear.elasticity.cyclic_gear import CyclicGear, Factors, sector_array
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.gearset.model import GearSet
+from lumped.common.arrays import Array, Indices
 from lumped.kernels.arrays import Position
 from lumped.steady.steady_state import Diverged
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 STEPS_PER_PIECE = 64  # some take a tenth of a second
 
 

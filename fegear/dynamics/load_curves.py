@@ -6,17 +6,14 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.gearset.pitch_errors import pair_periods
+from lumped.common.arrays import Array, Indices
 from lumped.common.checks import require_present
 from lumped.kernels.arrays import Contacts
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def assemble_contacts(

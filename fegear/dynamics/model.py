@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.dynamics.elastic import ElasticGear, elastic_body
 from fegear.dynamics.kernels.arrays import (
@@ -30,10 +29,9 @@ from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import rolling_senses
 from fegear.gearset.position_errors import position_gaps
+from lumped.common.arrays import Array
 from lumped.kernels.arrays import Contacts
 from lumped.train.system import LumpedSystem
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

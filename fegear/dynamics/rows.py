@@ -13,10 +13,9 @@ from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian
 from fegear.dynamics.sides import ContactSide
 from fegear.gearset.model import GearSet
+from lumped.common.arrays import Array
 from lumped.train.coordinates import center_motion, line_of_centers
 from lumped.train.system import LumpedSystem
-
-Array = NDArray[np.float64]
 
 
 def is_supported(reference: LumpedSystem) -> Array:

@@ -11,12 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.dynamics.kernels import newmark
 from fegear.dynamics.kernels.arrays import Newmark
-
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 @dataclass(frozen=True)

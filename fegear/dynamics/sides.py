@@ -14,9 +14,9 @@ from fegear.elasticity.sector import LEFT, RIGHT
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import first_teeth, rolling_senses
 from fegear.gearset.pitch_errors import mesh_errors
+from lumped.common.arrays import Array
 from lumped.train.pitch_errors import pair_gaps
 
-Array = NDArray[np.float64]
 DRIVE, BACK = 1, -1
 
 

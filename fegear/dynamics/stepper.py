@@ -9,12 +9,12 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.dynamics.kernels.arrays import Clock, Record, StepMatrices
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.files.errors import InputError
+from lumped.common.arrays import Array
 from lumped.common.options import Range, documented, option
 from lumped.steady.response import History
 from lumped.steady.settings import SteadySettings
@@ -24,7 +24,6 @@ from lumped.train.system import LumpedSystem
 if TYPE_CHECKING:
     from lumped.kernels.arrays import Convergence
 
-Array = NDArray[np.float64]
 REST_STEPS = 100  # to static equilibrium
 # periods of the first mesh, at most, between two looks at the clock
 PERIODS_PER_PIECE = 64

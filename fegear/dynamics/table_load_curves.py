@@ -17,11 +17,11 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import GivenTables
+from lumped.common.arrays import Array
 from lumped.train.excitation import column_at_torque
 from lumped.train.path_load_curves import OPEN_GAP, PathLoadCurves, path_load_curves
 from meshes import GearPair
 
-Array = NDArray[np.float64]
 POSITION_TOL = 1e-9  # base pitches
 MAX_POSITIONS = 512  # of a mesh cycle
 

@@ -18,10 +18,10 @@ from fegear.contact.problem import ContactFailure
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.elasticity.material import pressure_in_plane
 from fegear.result import Result
+from lumped.common.arrays import Array
 from meshes.eccentric.base import LEADING, TRAILING, Side
 from meshes.eccentric.teeth import ToothedPair, ToothedWheel
 
-Array = NDArray[np.float64]
 MAX_ITERATIONS = 60
 EQUILIBRIUM_RTOL = 1e-12
 # of an edge: nearer to a tip corner, a concentrated load's tractions on the tip land

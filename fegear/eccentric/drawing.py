@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.eccentric.gearing import Gearing
+from lumped.common.arrays import Array
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 MM_PER_INCH = 25.4
 MARGIN = 0.05  # of the size of a drawing
 FRAMES = 60  # of a film, on every turn of the driver

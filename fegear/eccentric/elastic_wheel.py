@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import SuperLU
 from skfem import Basis
@@ -22,10 +21,9 @@ from fegear.elasticity.boundary import BoundaryQuadrature, edge_quadrature
 from fegear.elasticity.elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import factorise
+from lumped.common.arrays import Array, Indices
 from meshes.eccentric.wheel_mesh import WheelMesh
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 ORDER, NEWTON = 2, 4  # of elements; steps to the nearest point of an edge
 
 

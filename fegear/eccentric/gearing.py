@@ -9,9 +9,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
+from lumped.common.arrays import Array
 from lumped.common.csv_text import format_exact
 from meshes import GeometryError
 from meshes.eccentric import EccentricPair, PitchCurve
@@ -26,7 +26,6 @@ from meshes.eccentric.base import (
 from meshes.eccentric.outline import WheelEdges, outline_points
 from meshes.eccentric.teeth import ToothedPair
 
-Array = NDArray[np.float64]
 POINTS = 721  # of a pitch or base curve, on every turn of the driver
 ANGLES = (5.0, 35.0)  # pressure angles [deg]
 

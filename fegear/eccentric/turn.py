@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.eccentric.contact import solve_contact_cycle
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.gearing import Gearing
 from fegear.elasticity.material import PlaneMaterial
 from fegear.files.errors import InputError
+from lumped.common.arrays import Array
 from meshes import GeometryError
 from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.teeth import ToothedPair
 from meshes.eccentric.wheel_mesh import WheelMesh, default_bore, wheel_mesh
 
-Array = NDArray[np.float64]
 Columns = dict[str, list[float]]  # of some positions
 STEEL = PlaneMaterial(2.06e11, 0.3)
 FINENESS = {"coarse": 0.7, "default": 1.0, "fine": 1.7}

@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from fegear.elasticity import halfplane
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import RIGHT, CyclicSector
+from lumped.common.arrays import Array
 from meshes import SpurGear
 from meshes.profile import flank_frame
 
-Array = NDArray[np.float64]
 ROOTWARD = 0.5 * np.pi  # turn of a friction load from the inward normal
 
 

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.elasticity.crack_tip import TipField, tip_field
 from fegear.elasticity.damaged_ring import SIDES, DamagedRing, load_angles
@@ -24,8 +23,8 @@ from fegear.elasticity.flank import (
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.root_stress import FlankLoad, broadcast_loads, near_load
 from fegear.elasticity.sector import RIGHT, CyclicSector
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 COARSER = 0.5  # refinement of the mesh by which the error is estimated
 
 

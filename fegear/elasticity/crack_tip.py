@@ -17,13 +17,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.elasticity.material import PlaneMaterial
+from lumped.common.arrays import Array, Indices
 from meshes.cracked_region import CrackTip
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 INNER_PART = 0.35  # of the rings' radius up to which they are shifted rigidly
 QUADRATURE_ORDER = 8
 

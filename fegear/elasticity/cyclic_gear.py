@@ -23,10 +23,9 @@ from scipy.sparse import csr_array, hstack, tril, vstack
 
 from fegear.elasticity.ring import harmonics
 from fegear.elasticity.sector import CyclicSector, FlankPoints, factorise
+from lumped.common.arrays import Array, Indices
 from lumped.common.compiled import compiled
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 REGISTER_NUMBERS = 8  # columns come in multiples of it, so that loops have no rest
 TriangularRows = tuple[
     NDArray[np.int32], Array, NDArray[np.int32], NDArray[np.int32], Array

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from lumped.common.arrays import Array, Indices
 
 if TYPE_CHECKING:
     from skfem import Basis
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def plane_basis(points: Array, triangles: Indices, order: int) -> Basis:

@@ -23,10 +23,10 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import RIGHT, CyclicSector, FlankPoints
 from fegear.files.timing import stage
+from lumped.common.arrays import Array
 from lumped.common.workers import require_running
 from meshes import MeshSize, SpurGear
 
-Array = NDArray[np.float64]
 MAX_TOOTH_OFFSET = 3  # teeth on either side of the loaded one whose deflection is kept
 FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut", "crack")
 

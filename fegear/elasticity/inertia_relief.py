@@ -16,14 +16,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.modes import cyclic_inverse
 from fegear.elasticity.sector import RIGHT, CyclicSector
 from fegear.files.timing import stage
-
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

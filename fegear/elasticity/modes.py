@@ -34,9 +34,8 @@ from fegear.elasticity.sector import (
     cyclic_sector,
 )
 from fegear.files.timing import stage
+from lumped.common.arrays import Array, Complex
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Field = NDArray[Any]  # real for a standing mode, else complex
 Counts = NDArray[np.int64]
 Flanks = tuple[FlankPoints, FlankPoints]

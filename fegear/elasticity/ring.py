@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.common.arrays import Array, Complex
+
 BYTES_PER_BATCH = 2**22  # bytes of harmonics that are held at a time
 
 

@@ -26,10 +26,10 @@ from fegear.elasticity.body_stress import ROOTWARD
 from fegear.elasticity.flank import flamant_loads, join_loads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
+from lumped.common.arrays import Array
 from meshes import SpurGear
 from meshes.profile import flank_frame
 
-Array = NDArray[np.float64]
 MAX_TOOTH_OFFSET = 2  # teeth on either side of the stressed one whose loads count
 
 

@@ -31,6 +31,7 @@ from fegear.elasticity.elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.foundation import foundation_stiffness
 from fegear.elasticity.material import PlaneMaterial
 from fegear.files.timing import stage
+from lumped.common.arrays import Array, Indices
 from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
 from meshes.crack import Crack
 from meshes.cracked_sector import cracked_sector_mesh
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
     from scipy.sparse.linalg import SuperLU
     from skfem import Basis
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 RIGHT, LEFT = 0, 1  # flanks of a tooth
 
 

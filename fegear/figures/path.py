@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from fegear.contact.edges import edge_pairs
 from fegear.contact.path import path_positions, roll_angles, sliding_over_pitch_speed
 from fegear.contact.virtual_work import arrange_along_path
+from lumped.common.arrays import Array
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from fegear.statics.solving import StaticsResult
+    from fegear.statics.mesh_result import StaticsResult
 
-Array = NDArray[np.float64]
 MAX_CURVES = 5  # torques that are drawn along the path
 DARKEST, LIGHTEST = 0.0, 0.85  # of the colours of torques
 LEGEND_PLACE = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8}

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from fegear.statics.solving import StaticsResult
+    from fegear.statics.mesh_result import StaticsResult
     from lumped.train.table import MeshTable
 
 SHOWN_PITCHES = 8

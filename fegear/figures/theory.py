@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from lumped.closed_forms import contact_loss_amplitude, steady_vibrations
 from lumped.closed_forms.predictions import Prediction
+from lumped.common.arrays import Array
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-Array = NDArray[np.float64]
 AMPLITUDES = 400  # along a curve
 OPEN = 2.0  # times that of first lost contact, up to which an open curve is shown
 SPEED_MARGIN = 0.25  # of the resonant speed, how far from it a curve goes

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import external_torques
+from lumped.common.arrays import Array
 from lumped.train.position_errors import position_gaps as gaps_of_train
 from lumped.train.train import Train
-
-Array = NDArray[np.float64]
 
 
 def position_gaps(gear_set: GearSet, train: Train) -> Array:

@@ -8,8 +8,8 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.rattle.branches import OrbitBranch, OrbitFinder, machine_with
@@ -18,7 +18,6 @@ from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import find_orbits
 from lumped.rattle.return_map import Itinerary
 
-Array = NDArray[np.float64]
 RANGE_END_RTOL = 1e-6  # of a range, from its ends, where orbits are looked for
 # at most, of parts of a range at whose ends there are different orbits
 MAX_HALVINGS = 8

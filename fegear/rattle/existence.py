@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fegear.rattle.bifurcation import OrbitSearch, follow_branches, orbits_of
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Compute, compute_in_threads
 from lumped.continuation.arc_length import NoSolution
 from lumped.rattle.branches import machine_with
 from lumped.rattle.curves import BifurcationCurve, curve_of, is_on
 from lumped.rattle.machine import Machine
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -40,12 +40,12 @@ from fegear.rendering.sector_field import (
     loadable_gear,
 )
 from fegear.statics.plausibility import plausibility_warnings
-from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
+from lumped.common.arrays import Array, Indices
 from lumped.common.progress import Progress, silent
 from meshes.profile import flank_frame
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Role = Literal["driver", "driven"]
 Zoom = Literal["contact", "tooth", "gear", "set"]
 PLACE_TOL = 1e-5  # of a pitch or of the module, between places by two meshes of a gear

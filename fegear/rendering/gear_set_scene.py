@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.contact.loads import patch_loads
 from fegear.contact.solve import run_kernel
@@ -37,11 +36,10 @@ from fegear.rendering.fields import (
 )
 from fegear.rendering.frames import View
 from fegear.rendering.sector_field import LoadableGear
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress, silent
 
-Array = NDArray[np.float64]
 # of the view's half height: a quarter of a pixel; the largest stress below a contact is
 # then up to 2 % too small
 FINEST_TRIANGLE = 5e-4

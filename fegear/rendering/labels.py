@@ -8,7 +8,6 @@ from textwrap import wrap
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.rendering.fields import ContactField, GearField, PairField
 from fegear.rendering.look import (
@@ -22,8 +21,8 @@ from fegear.rendering.look import (
     ribbon_base,
 )
 from fegear.rendering.recorded import Instant
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 SAME_AXIS = 1e-6  # m, between centres of gears on a shaft
 EQUAL_GAPS = 1e-3  # rad
 BAR_LETTERS = 18  # of a line next to the picture

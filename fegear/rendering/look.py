@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from fegear.rendering.fields import ContactField, GearField, PairField
 from fegear.rendering.frames import View
+from lumped.common.arrays import Array, Indices
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Shown = Literal["von-mises", "principal", "displacement", "pressure"]
 SIZE = (1920, 1080)  # pixels
 HEADER, MARGIN = 0.10, 0.13  # parts of the picture for the title and the colour bar

@@ -17,15 +17,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fegear.rendering.fields import ContactField, PairField
 from fegear.rendering.labels import legend, pair_text, state_words
 from fegear.rendering.look import COLOURS, RenderStyle, palette, ribbon_base, ribbon_of
+from lumped.common.arrays import Array, Indices
 from lumped.common.checks import require_present
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 MM = 1e3
 QUARTERS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of a six-node triangle
 N_COLOURS = 200  # colours of a palette that are the map's

@@ -41,7 +41,7 @@ from fegear.rendering.look import RenderStyle, Shown, look_of, palette, picture_
 from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
 from fegear.result import Result
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 from lumped.common.checks import require_fields
 from lumped.common.csv_text import format_csv
 from lumped.common.options import Range, documented, option

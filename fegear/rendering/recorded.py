@@ -9,15 +9,14 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.elasticity.material import Plane
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.gearset.model import GearSet
+from lumped.common.arrays import Array
 from lumped.common.csv_text import parse_csv
 
-Array = NDArray[np.float64]
 Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
 # of a column's range within which a cycle is the same as another
 REPETITION_RTOL = 1e-2

@@ -31,11 +31,11 @@ from fegear.rendering.look import (
     mesh_forces,
     ribbon_of,
 )
+from lumped.common.arrays import Array
 
 if TYPE_CHECKING:
     import pyvista
 
-Array = NDArray[np.float64]
 QUADRATIC_TRIANGLE = 22  # VTK's cell type
 LAYER_HEIGHT = 1e-3  # of the view's height between bodies, lines and loads
 GEAR_DEPTH = 1e-2  # of the view's height between gears on a shaft, away from the eye

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 from skfem import ElementTriP2
@@ -29,10 +28,9 @@ from fegear.elasticity.body_stress import (
 from fegear.elasticity.flank import SectorLoads, flamant_loads, ring_fields
 from fegear.elasticity.hats import hat_displacement
 from fegear.elasticity.sector import CyclicSector
+from lumped.common.arrays import Array, Indices
 from meshes.profile import flank_frame
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 N_CANDIDATES = 16  # elements among which the one around a point is looked for
 CHILD_CORNERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))  # nodes of the parent
 MIRROR = np.array([-1.0, 1.0])  # of points and vectors, at a tooth's axis

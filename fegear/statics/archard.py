@@ -33,10 +33,10 @@ from fegear.gearset.modifications import MAX_PROFILE_POINTS, FlankProfile
 from fegear.gearset.profiles import MAX_DEVIATION_UM
 from fegear.gearset.zones import zones
 from fegear.statics.mesh_faults import with_wear
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress, silent
 from meshes import GearPair
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 END_MARGIN = 1e-7  # base pitches from the ends of the path to the outermost points
 DEPTH_STEP_SHARE = 0.05  # of the mean deflection of the teeth, in a step by default

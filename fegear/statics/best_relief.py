@@ -17,15 +17,14 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.gearset.modifications import Relief, ReliefShape
 from fegear.gearset.zones import Zones, zones
 from fegear.statics.relief_objective import MICRO, ReliefObjective, linear_step
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 PLACES = ("driver_tip", "driven_tip", "driver_root", "driven_root")
 MIN_MAGNITUDE = 1e-12  # of a relief [m], by which its derivative is known
 FIRST_RADIUS, MIN_RADIUS = 0.2, 1e-4  # of the trust region, over the range of designs

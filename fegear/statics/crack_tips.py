@@ -17,9 +17,9 @@ from fegear.elasticity.root_stress import FlankLoad
 from fegear.elasticity.sector import RIGHT
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_in_cycles
-from fegear.statics.solving import StaticsResult, StaticsSettings
-
-Array = NDArray[np.float64]
+from fegear.statics.mesh_result import StaticsResult
+from fegear.statics.settings import StaticsSettings
+from lumped.common.arrays import Array
 
 
 @dataclass(frozen=True)

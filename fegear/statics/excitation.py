@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.boundary import public
 from fegear.files.codes import with_code
@@ -48,9 +47,9 @@ from lumped.train.table import (
 )
 
 if TYPE_CHECKING:
-    from fegear.statics.solving import StaticsResult, StaticsSettings
+    from fegear.statics.mesh_result import StaticsResult
+    from fegear.statics.settings import StaticsSettings
 
-Array = NDArray[np.float64]
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
 STIFFNESS = "stiffness_N_per_m"
@@ -107,7 +106,7 @@ class StiffnessSource:
     @property
     def statics(self) -> StaticsSettings:
         """How the finite elements solve a table."""
-        from fegear.statics.solving import StaticsSettings
+        from fegear.statics.settings import StaticsSettings
 
         return StaticsSettings(
             positions=self.positions,
@@ -198,7 +197,7 @@ class GivenTables:
     @property
     def statics(self) -> StaticsSettings:
         """Finite elements, in the plane of the tables, for what those do not give."""
-        from fegear.statics.solving import StaticsSettings
+        from fegear.statics.settings import StaticsSettings
 
         strain = all(table.header.get("plane") == "strain" for _, table in self.tables)
         return StaticsSettings(plane="strain" if strain else "stress")

@@ -17,7 +17,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1
-from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
@@ -26,10 +25,11 @@ from fegear.elasticity.flank import FlankCompliance
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from fegear.result import Result
-from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress, silent
 
-Array = NDArray[np.float64]
 Figures = tuple[Array, Array]
 THINNEST_RIM = 2.0  # modules from hub to root circle
 SMALLEST_HUB = 0.15  # of the root radius

@@ -17,7 +17,7 @@ from meshes.pairing import tip_clearance
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet, Mesh
-    from fegear.statics.solving import StaticsResult
+    from fegear.statics.mesh_result import StaticsResult
     from meshes import GearPair
 
 MAX_DEFLECTION = 0.1  # of a module: no tooth is still one beyond it

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.statics.best_relief import (
     BestRelief,
@@ -15,8 +14,8 @@ from fegear.statics.best_relief import (
     starting_designs,
 )
 from fegear.statics.relief_objective import ReliefObjective
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 END_STARTS = 5  # searches for either end of the front
 MIN_FACTOR = 0.02  # of the torque that counts less, at the ends of the front
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 Objective = Literal["largest", "mean", "harmonics"]
 MICRO = 1e-6  # unit of magnitudes and transmission errors in the optimisation [m]
 MAX_CUTS = 12  # linear programs of a step for harmonics

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.statics.best_relief import ReliefProblem
 from fegear.statics.relief_objective import MICRO, ReliefObjective
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 SAMPLES = 200  # designs that are solved
 QUANTILE = 0.95
 

@@ -6,18 +6,17 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.contact.path import path_positions, sliding_sign
 from fegear.contact.problem import ContactCycle, ContactProblem
 from fegear.elasticity.root_stress import FlankLoad, RootInfluence
 from fegear.elasticity.sector import RIGHT
 from fegear.files.timing import stage
+from lumped.common.arrays import Array
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-Array = NDArray[np.float64]
 POSITIONS_PER_BLOCK = 4096  # whose stress along the fillets is held at a time
 DRIVER, DRIVEN = 0, 1
 

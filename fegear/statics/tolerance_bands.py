@@ -20,10 +20,10 @@ from fegear.statics.tolerances import (
     ToleranceProblem,
     linear_contact,
 )
+from lumped.common.arrays import Array
 from meshes import GearPair
 from meshes.pairing import undercut_end
 
-Array = NDArray[np.float64]
 LINEAR_SAMPLES = 10_000  # of the first order
 SENSITIVITY_SAMPLES = 4000  # of the parts of the variance
 PERCENTILES = 5, 50, 95

@@ -36,8 +36,8 @@ from fegear.contact.variants import (
     solve_variants,
     with_profiles,
 )
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 Distribution = Literal["normal", "uniform"]
 LIMIT_OVER_STD = 3.0  # of a normal distribution, which is cut off at its limits
 PROFILE = (

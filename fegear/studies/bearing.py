@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.figures.bearing import draw_bearing
 from fegear.files.codes import with_code
@@ -35,11 +34,11 @@ from lumped.bearings.kinematics import (
 from lumped.bearings.load_integral import max_element_load
 from lumped.bearings.rolling import RollingBearing
 from lumped.bearings.statics import MIN_LOAD, load_distribution, mean_support
+from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 from lumped.common.options import Range
 from lumped.train.rolling_supports import bearing_loads
 
-Array = NDArray[np.float64]
 LOADS = 25  # of the table of stiffness over load
 LOAD_DECADES = 1.0  # of these loads, to both sides of the load
 

@@ -19,6 +19,7 @@ from fegear.studies.axes import axis_setting
 from fegear.studies.columns import meanings
 from fegear.studies.driver_speed import DRIVER_SPEED
 from fegear.studies.headings import edits_in_words
+from fegear.studies.model_texts import body_modes_warnings, integration_in_words
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
@@ -45,12 +46,7 @@ from fegear.studies.trains import (
     with_frequencies,
 )
 from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
-from fegear.train.lumped_models import (
-    LumpedModel,
-    body_modes_warnings,
-    integration_in_words,
-    require_method,
-)
+from fegear.train.lumped_models import LumpedModel, require_method
 from lumped.attractors.attractor_sweeps import (
     AttractorBranch,
     AttractorInterval,

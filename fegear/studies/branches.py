@@ -21,6 +21,7 @@ from fegear.studies.axes import (
     written_limits_axis,
 )
 from fegear.studies.columns import meanings
+from fegear.studies.model_texts import body_modes_warnings, natural_in_words
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
@@ -47,12 +48,7 @@ from fegear.studies.trains import (
     with_frequencies,
 )
 from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
-from fegear.train.lumped_models import (
-    LumpedModel,
-    body_modes_warnings,
-    natural_frequencies,
-    natural_in_words,
-)
+from fegear.train.lumped_models import LumpedModel, natural_frequencies
 from lumped.branches.cascades import Cascade, find_cascades
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch

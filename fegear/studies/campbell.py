@@ -11,7 +11,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.files.codes import with_code
 from fegear.files.output import TO_TABLE
@@ -28,6 +27,7 @@ from fegear.studies.study import PLOT, Study
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.trains import GearSetRef, torque_setting
 from fegear.train.rotors import rotor_system
+from lumped.common.arrays import Array
 from lumped.common.options import Range
 from lumped.figures.campbell import CampbellCurves, OrderLine, draw_campbell
 from lumped.rotors.assembly import assemble
@@ -39,7 +39,6 @@ from lumped.rotors.modes import Instability, WhirlProblem, mode_kind
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 RPM = 2.0 * math.pi / SECONDS_PER_MINUTE  # rad/s
 DEFAULT_MODE = 4  # at rest, whose frequency the fastest shaft reaches by default
 CRITICAL_TABLE = MappingProxyType(

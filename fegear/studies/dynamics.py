@@ -19,6 +19,12 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.studies.model_texts import (
+    cap_in_words,
+    file_header,
+    natural_in_words,
+    torque_entry,
+)
 from fegear.studies.page import Page
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.responses import ResponsesResult, sweep_warnings
@@ -50,13 +56,9 @@ from fegear.train.loaded_modes import system_of_modes
 from fegear.train.lumped_models import (
     LumpedModel,
     TorqueOf,
-    cap_in_words,
     default_speeds,
-    file_header,
     lumped_system,
     natural_frequencies,
-    natural_in_words,
-    torque_entry,
 )
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.common.csv_text import format_exact

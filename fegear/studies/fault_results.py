@@ -21,12 +21,12 @@ from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import TrainFacts
+from lumped.common.arrays import Array
 from lumped.common.workers import Arrays
 from lumped.figures.fault_indicators import IndicatorPoints, draw_indicators
 from lumped.signals.averages import residual_of
 from lumped.signals.sampling import Sampling
 
-Array = NDArray[np.float64]
 INDICATORS = ("rms", "residual_rms", "residual_peak", "residual_kurtosis", "tooth")
 UNITLESS = ("residual_kurtosis", "tooth")
 SUFFIXES = ("_rad_per_s", "_m", "_N")  # units of signals

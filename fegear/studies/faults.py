@@ -32,6 +32,7 @@ from fegear.studies.fault_results import (
     FaultSignalsResult,
     run_warnings,
 )
+from fegear.studies.model_texts import file_header, integration_in_words, static_entries
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import display_name, refusal, setting
 from fegear.studies.signals import SampledTurns, Signals, SignalsProblem
@@ -46,12 +47,7 @@ from fegear.studies.trains import (
     lumped_model,
     torque_setting,
 )
-from fegear.train.lumped_models import (
-    LumpedModel,
-    file_header,
-    integration_in_words,
-    static_entries,
-)
+from fegear.train.lumped_models import LumpedModel
 from lumped.common.options import Range
 from lumped.common.workers import Arrays
 from lumped.signals.sampling import Sampling, residual_indicators, sample_signals

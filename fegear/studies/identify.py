@@ -22,7 +22,7 @@ from fegear.statics.identify import (
     identify,
     stiffness_model,
 )
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 from fegear.studies.columns import meanings
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.problem import Job, Task

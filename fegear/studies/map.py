@@ -18,6 +18,7 @@ from fegear.gearset.model import GearSet
 from fegear.statics.plausibility import motion_warnings
 from fegear.studies.axes import axes_setting
 from fegear.studies.headings import edits_in_words
+from fegear.studies.model_texts import integration_in_words
 from fegear.studies.page import Page, number, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
@@ -43,7 +44,7 @@ from fegear.studies.varied import (
     ParametricStudy,
     digest,
 )
-from fegear.train.lumped_models import LumpedModel, integration_in_words, require_method
+from fegear.train.lumped_models import LumpedModel, require_method
 from lumped.attractors.attractor_sweeps import sweep_attractors
 from lumped.attractors.attractors import (
     MAX_NEUTRAL_EXPONENT,

@@ -11,7 +11,7 @@ from typing import Any
 from fegear.files.errors import InputError
 from fegear.files.output import write_whole
 from fegear.gearset.model import Gear, GearSet
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 from fegear.studies.page import Page
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult

@@ -9,7 +9,6 @@ from functools import cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.files.codes import with_code
 from fegear.gearset.lumped_train import train_of
@@ -18,6 +17,7 @@ from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation import Excitations, StiffnessSource, unmodified
+from fegear.studies.model_texts import body_entries, body_modes_warnings
 from fegear.studies.page import ColumnTable, Page, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult
@@ -41,13 +41,7 @@ from fegear.train.loaded_modes import (
     modes_under_load,
     system_of_modes,
 )
-from fegear.train.lumped_models import (
-    LumpedModel,
-    body_entries,
-    body_modes_warnings,
-    default_speeds,
-    lumped_system,
-)
+from fegear.train.lumped_models import LumpedModel, default_speeds, lumped_system
 from fegear.train.rotating_frame import frame_warnings, speed_warnings
 from lumped.train.coordinates import SPRING_KINDS
 from lumped.train.mode_families import (
@@ -69,7 +63,6 @@ ELSEWHERE = {
 }
 MIN_SHOWN_ENERGY = 5e-4  # part of the energy; a column without a larger one is left out
 MAX_COLUMNS = 3  # of meshes with a column of their own on the screen
-FloatArray = NDArray[np.float64]
 MIN_MESH_ENERGY_FRACTION = (
     1e-6  # part of the strain energy in the meshes below which there is none
 )

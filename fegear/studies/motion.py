@@ -7,14 +7,19 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.statics.excitation import ExcitationSource
 from fegear.statics.plausibility import motion_warnings
 from fegear.studies.headings import friction_of_summary
+from fegear.studies.model_texts import (
+    file_header,
+    integration_in_words,
+    static_entries,
+    static_line,
+    truncation_entries,
+    truncation_warnings,
+)
 from fegear.studies.page import (
     Columns,
     ColumnTable,
@@ -52,16 +57,11 @@ from fegear.studies.trains import (
 )
 from fegear.train.lumped_models import (
     LumpedModel,
-    file_header,
-    integration_in_words,
     lumped_system,
     require_method,
-    static_entries,
-    static_line,
-    truncation_entries,
     truncation_error,
-    truncation_warnings,
 )
+from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 from lumped.common.csv_text import format_exact
 from lumped.figures.sweeps import draw_time_history
@@ -83,7 +83,6 @@ from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import load_sharing
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 LINES = 5  # largest ones of a spectrum, in the summary
 ROWS = {  # of the screen, with the key of a mesh and its factor
     "RMS of dynamic transmission error [um]": ("dte_rms_m", 1e6),

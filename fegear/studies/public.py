@@ -11,7 +11,7 @@ HOMES = {
     "InputError": "fegear.files.errors",
     "LumpedModel": "fegear.train.lumped_models",
     "PictureSettings": "fegear.rendering.pictures",
-    "StaticsSettings": "fegear.statics.solving",
+    "StaticsSettings": "fegear.statics.settings",
     "StiffnessSource": "fegear.statics.excitation",
     "builtin_names": "fegear.gearset",
     "load": "fegear.studies.saving",

@@ -19,7 +19,9 @@ from fegear.files.toml import toml_value
 from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
+from fegear.statics.table_warnings import table_warnings
 from fegear.studies.page import Page, heading
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult
@@ -30,7 +32,6 @@ from fegear.studies.settings import (
     group,
     setting,
 )
-from fegear.studies.stiffness import at_torque, table_warnings
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains import MIN_TORQUE, GearSetRef, mesh_index, mesh_setting
 from lumped.common.options import Range
@@ -112,7 +113,7 @@ class MachineFromGears(
         pair = self.pair
         place = pair.gear_set, self.mesh - 1, (pair.torque,)
         solved = solve_mesh(*place, self.elements, job.report)
-        entries = at_torque(solved, 0)
+        entries = solved.key_figures[0]
         row = {name: entries[name] for name in OF_MESH}
         assembly = pair.assembly(row["mean_stiffness_N_per_m"])
         warnings = [*gear_set_warnings(pair.gear_set), *table_warnings(solved)]

@@ -10,7 +10,6 @@ from operator import itemgetter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
@@ -28,13 +27,13 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import display_name, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table, finite_or_none
+from lumped.common.arrays import Array
 from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels, draw_noise
 from lumped.rattle import noise as of
 from lumped.rattle.attractors import QUIET
 from lumped.rattle.return_map import DEFAULT_RETURNS, settling_returns
 
-Array = NDArray[np.float64]
 Z_95 = 1.96  # standard errors of an interval that holds the value 19 times of 20
 PARTS = 5, 50, 95  # per cent of the runs that are less loud
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
@@ -21,13 +20,13 @@ from fegear.studies.result import StudyResult
 from fegear.studies.settings import argument, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table
+from lumped.common.arrays import Array
 from lumped.common.csv_text import TableError, parse_csv
 from lumped.common.options import Range
 from lumped.rattle.machine import TURN
 from lumped.rattle.run_down import ExponentialFit as Fitted
 from lumped.rattle.run_down import fit_run_down
 
-Array = NDArray[np.float64]
 ABOVE = Range(above=0.0, below=math.inf)
 AGREE = 0.1  # by which the rates of both halves may differ if drag goes with speed
 MAX_Z = 3.0  # standard errors by which they may differ by chance

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
@@ -36,12 +35,13 @@ from fegear.statics.relief_objective import (
     peak_to_peak,
 )
 from fegear.statics.relief_tolerance import tolerance_band
-from fegear.statics.solving import StaticsSettings, contact_problem, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem, solve_mesh
+from fegear.statics.table_warnings import table_warnings
 from fegear.studies.problem import Job, Task
 from fegear.studies.relief_result import ReliefResult
 from fegear.studies.relief_vibration import VibrationBest, VibrationSearch
 from fegear.studies.settings import SettingsGroup, expose, group, setting
-from fegear.studies.stiffness import table_warnings
 from fegear.studies.study import PLOT, Study
 from fegear.studies.trains import (
     DEFAULT_PAIR,
@@ -56,9 +56,9 @@ from fegear.studies.trains import (
     with_frequencies,
 )
 from fegear.train.lumped_models import LumpedModel
+from lumped.common.arrays import Array
 from lumped.common.options import Range
 
-Array = NDArray[np.float64]
 Goal = Literal["largest", "mean", "harmonics", "vibration"]
 STATIC_GOALS: tuple[Objective, ...] = ("largest", "mean", "harmonics")
 SHOWN_TORQUES = 41  # of the figure

@@ -13,16 +13,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.common.arrays import Array
 from lumped.common.workers import Stopped
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import DIRECTIONS, sweep
 
-Array = NDArray[np.float64]
 FIRST_STEP = 0.08  # of the simplex, over the range of designs
 SIMPLEX_TOL, VALUE_RTOL = 1e-3, 1e-3  # at which the simplex has converged
 

@@ -32,7 +32,7 @@ from fegear.rendering.recorded import (
     mesh_motion,
     read_history,
 )
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 from fegear.studies.page import Page
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult

@@ -17,14 +17,11 @@ from fegear.studies.headings import (
     first_frequencies,
     friction_of_summary,
 )
+from fegear.studies.model_texts import static_line, truncation_warnings
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.studies.train_problem import TrainFacts
-from fegear.train.lumped_models import (
-    static_line,
-    truncation_warnings,
-)
 from lumped.figures.sweeps import ResponseCurve, draw_sweep
 from lumped.steady.jumps import (
     find_jumps,

@@ -50,7 +50,6 @@ from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged
 from lumped.steady.truncation_check import check_truncation
 
-Array = NDArray[np.float64]
 # Steps per period of the fastest mesh, unless given: kinks of mesh forces between fewer
 # steps change signals by 0.2 %, between these by 0.01 %
 DEFAULT_STEPS = 256

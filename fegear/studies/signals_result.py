@@ -16,6 +16,7 @@ from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.train_problem import TrainFacts
+from lumped.common.arrays import Array
 from lumped.common.csv_text import format_exact
 from lumped.figures.order_maps import OrderCurves, draw_order_maps
 from lumped.figures.turn_averages import AverageCurves, draw_turn_averages
@@ -24,7 +25,6 @@ from lumped.signals.orders import OrderMap
 from lumped.signals.sampling import TurningGear, residual_indicators
 from lumped.steady.ramps import SpeedRamp
 
-Array = NDArray[np.float64]
 SHOWN_SIGNALS = 4  # in the picture
 SCALES = {"m": (1e6, "um"), "rad/s": (1e3, "mrad/s"), "N": (1.0, "N")}
 

@@ -15,6 +15,7 @@ from fegear.files.speeds import MESH_FREQUENCY
 from fegear.studies.axes import axis_setting
 from fegear.studies.columns import meanings
 from fegear.studies.headings import friction_in_words
+from fegear.studies.model_texts import BENDING as RATIO
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
@@ -40,7 +41,6 @@ from fegear.studies.varied import (
     ParametricProblem,
     ParametricStudy,
 )
-from fegear.train.lumped_models import BENDING as RATIO
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range

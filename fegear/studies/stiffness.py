@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from fegear.contact.edges import edge_positions, finite_pressures
 from fegear.figures.path import draw_harris, draw_path
 from fegear.figures.statics import draw_table
 from fegear.files.codes import with_code
@@ -22,28 +21,17 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.crack_tips import CrackIntensities, crack_tips
 from fegear.statics.harmonics import Harmonic
-from fegear.statics.plausibility import (
-    MAX_ERROR_ESTIMATE,
-    MAX_IMBALANCE,
-    check_warnings,
-    plausibility_warnings,
-    tip_warnings,
-    unit_warnings,
-)
-from fegear.statics.solving import (
-    CORNERS,
-    ErrorEstimate,
-    StaticsResult,
-    StaticsSettings,
-    solve_mesh,
-)
+from fegear.statics.mesh_result import StaticsResult, discretisation
+from fegear.statics.settings import CORNERS, StaticsSettings
+from fegear.statics.solving import solve_mesh
+from fegear.statics.table_warnings import table_warnings
 from fegear.studies.columns import meanings
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import SettingsGroup, expose, group, setting
 from fegear.studies.study import PLOT, Study
-from fegear.studies.table import Table, finite_or_none
+from fegear.studies.table import Table
 from fegear.studies.train_problem import refuse_edits
 from fegear.studies.trains import (
     DEFAULT_PAIR,
@@ -225,14 +213,14 @@ class StiffnessResult(StudyResult):
             "positions": int(solved.table.position.size),
             "base_pitches": solved.pitches,
             "torques": [
-                at_torque(solved, t)
+                figures
                 | self._harmonics_at_torque(t)
                 | self._drop_at_torque(t)
-                | errors_at_torque(solved, t)
-                for t in range(solved.cycle.torque.size)
+                | discretisation(solved.errors[t] if solved.errors else None)
+                for t, figures in enumerate(solved.key_figures)
             ],
             "crack_tips": list(self._largest_at_tips()),
-            "evidence": evidence(solved),
+            "evidence": solved.evidence,
             "warnings": [*self.gear_warnings, *table_warnings(solved)],
             "seconds": {name: round(s, 4) for name, s in solved.seconds.items()},
             "peak_memory_MB": round(peak_memory_MB(), 1),
@@ -396,156 +384,3 @@ def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
         "flanks), reciprocity {reciprocity:.1e}"
     ).format_map(values)
     yield with_code("E02", balance)
-
-
-def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
-    """Means and ranges over the mesh cycle at one of the torques, by its index.
-
-    Pressures are those of pairs without an edge in contact, see `fegear.contact.edges`,
-    None where there is no such pair. Where tooth pairs differ, that at the pitch point
-    is the largest of all pairs.
-    """
-    names = "stiffness_N_per_m", "local_stiffness_N_per_m", "friction_bending_ratio"
-    k, local, bending = (solved.table[name][t] for name in names)
-    ste, no_load = (solved.table[name][t] for name in ("ste_m", "nlte_m"))
-    pressures = finite_pressures(solved.problem, solved.cycle, t)
-    of_all_pairs = pressures.max(axis=1)
-    largest = int(of_all_pairs.argmax())
-    # reference pairs are at the pitch point at the start of each base pitch
-    pitch = slice(None, None, k.size // solved.pitches), solved.cycle.teeth == 0
-    at_pitch_point = pressures[pitch].max(initial=0.0)
-    return {
-        "torque_Nm": float(solved.cycle.torque[t]),
-        "mean_stiffness_N_per_m": float(k.mean()),
-        "peak_to_peak_over_mean": float(np.ptp(k) / k.mean()),
-        "mean_local_stiffness_N_per_m": float(local.mean()),
-        "ste_mean_um": 1e6 * float(ste.mean()),
-        "ste_peak_to_peak_um": 1e6 * float(np.ptp(ste)),
-        "nlte_peak_to_peak_um": 1e6 * float(np.ptp(no_load)),
-        **_in_both_planes(
-            "pressure_at_pitch_point",
-            1e-6 * float(at_pitch_point) if at_pitch_point > 0.0 else None,
-            solved,
-        ),
-        **_in_both_planes(
-            "max_pressure",
-            1e-6 * float(of_all_pairs[largest]) if of_all_pairs.any() else None,
-            solved,
-        ),
-        "max_pressure_at_position": (
-            float(solved.table.position[largest]) if of_all_pairs.any() else None
-        ),
-        "positions_with_edge_contact": int(
-            edge_positions(solved.problem, solved.cycle, t).sum()
-        ),
-        "friction_bending_ratio_mean": float(bending.mean()),
-        "driver_root_stress_MPa": _largest_root_stress(solved, "driver", t),
-        "driven_root_stress_MPa": _largest_root_stress(solved, "driven", t),
-        "loss_factor": float(solved.loss_factors[t]),
-    }
-
-
-def _in_both_planes(
-    name: str, strain: float | None, solved: StaticsResult
-) -> dict[str, float | None]:
-    """A pressure in plane strain [MPa], and what it is in plane stress."""
-    problem = solved.problem
-    ratio = problem.plane_stress_pressure / problem.plane_strain_pressure
-    return {
-        f"{name}_plane_strain_MPa": strain,
-        f"{name}_plane_stress_MPa": None if strain is None else ratio * strain,
-    }
-
-
-def _largest_root_stress(solved: StaticsResult, gear: str, t: int) -> float | None:
-    """Largest over the cycle at one torque [MPa]; None where it is not computed."""
-    values = solved.table.columns.get(f"{gear}_root_stress_Pa")
-    return None if values is None else 1e-6 * float(values[t].max())
-
-
-def errors_at_torque(solved: StaticsResult, t: int) -> dict[str, float | None]:
-    """Estimated discretisation errors at one of the torques, by its index."""
-    return _discretisation(solved.errors[t] if solved.errors else None)
-
-
-def _discretisation(error: ErrorEstimate | None) -> dict[str, float | None]:
-    return {
-        "discretisation_ste_mean": error.mean if error else None,
-        "discretisation_ste_path": error.path if error else None,
-        "discretisation_ste_corner": finite_or_none(error.corner) if error else None,
-        "discretisation_root_stress": (
-            finite_or_none(error.root_stress) if error else None
-        ),
-    }
-
-
-def evidence(solved: StaticsResult) -> dict[str, float | None]:
-    """What shows that the numbers can be trusted; relative, dimensionless.
-
-    Discretisation errors are the largest of all torques.
-    """
-    return {
-        **_discretisation(solved.error),
-        "complementarity_residual": float(solved.cycle.residual.max()),
-        "torque_balance": solved.torque_balance,
-        "work_balance": solved.work_balance,
-        "virtual_work": solved.virtual_work,
-        "reciprocity": solved.reciprocity_error,
-    }
-
-
-def table_warnings(solved: StaticsResult) -> list[str]:
-    """Warnings where a table cannot be physical or its self-checks fail."""
-    unphysical = [
-        line
-        for t, torque in enumerate(solved.cycle.torque)
-        for line in plausibility_warnings(
-            f"mesh {solved.mesh + 1} at {torque:g} N m",
-            solved.problem.pair.driver.module,
-            deflection=float(np.abs(solved.cycle.ste - solved.cycle.no_load)[t].max()),
-            pressure=_finite_pressure(solved, t),
-        )
-    ]
-    warnings = unphysical or [*unit_warnings(solved), *_evidence_warnings(solved)]
-    return [*_tip_lines(solved), *warnings]
-
-
-def _tip_lines(solved: StaticsResult) -> Iterator[str]:
-    """Warnings of tips that meet the edge of an undercut, at the largest torque."""
-    t, pair = int(np.abs(solved.cycle.torque).argmax()), solved.problem.pair
-    torque, closed = solved.cycle.torque[t], solved.cycle.ste[t].max()
-    yield from tip_warnings(solved.mesh + 1, torque, pair, float(closed))
-
-
-def _finite_pressure(solved: StaticsResult, t: int) -> float:
-    """Largest contact pressure [Pa], but for that of edges, which has no limit."""
-    return float(finite_pressures(solved.problem, solved.cycle, t).max(initial=0.0))
-
-
-def _evidence_warnings(solved: StaticsResult) -> Iterator[str]:
-    """Self-checks that do not hold.
-
-    The works of both torques differ by that of the loads on the gaps of the flanks.
-    It is taken out, whatever its size, and the rest is held to MAX_IMBALANCE. The
-    work on the gaps is at most the largest deflection over the base pitch.
-    """
-    where = f"mesh {solved.mesh + 1}"
-    quantity = "gaps and pressures of the contact"
-    off = float(solved.cycle.residual.max())
-    yield from check_warnings("W04", where, quantity, off)
-    quantity = "deflections where loads change places"
-    off = solved.reciprocity_error
-    yield from check_warnings("W05", where, quantity, off, MAX_ERROR_ESTIMATE)
-    if solved.error is not None:
-        quantity = "mean transmission errors of two meshes"
-        off = solved.error.change_of_mean
-        yield from check_warnings("W06", where, quantity, off, MAX_ERROR_ESTIMATE)
-    if solved.problem.friction == 0.0:
-        quantity = "works of both torques over the cycle"
-        places = solved.cycle.position.size / solved.pitches
-        missed = 2.0 * solved.torque_balance / places  # by sums that step over jumps
-        allowed = MAX_IMBALANCE + missed
-        yield from check_warnings("W07", where, quantity, solved.virtual_work, allowed)
-        quantity = "works of loads on gaps and of deflection over the cycle"
-        allowed += solved.deflection_over_pitch
-        yield from check_warnings("W08", where, quantity, solved.gap_work, allowed)

@@ -14,6 +14,13 @@ from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
 from fegear.files.speeds import written_speeds
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.studies.columns import meanings
+from fegear.studies.model_texts import (
+    file_header,
+    integration_in_words,
+    natural_in_words,
+    static_entries,
+    truncation_entries,
+)
 from fegear.studies.problem import Job, Task
 from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.result import Draw
@@ -45,14 +52,9 @@ from fegear.train.lumped_models import (
     DEFAULT_SPEEDS,
     LumpedModel,
     default_speeds,
-    file_header,
-    integration_in_words,
     lumped_system,
     natural_frequencies,
-    natural_in_words,
     require_method,
-    static_entries,
-    truncation_entries,
     truncation_error,
 )
 from lumped.common.workers import Stopped

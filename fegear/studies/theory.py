@@ -20,6 +20,7 @@ from fegear.gearset.zones import zones
 from fegear.statics.excitation import ExcitationSource, unmodified
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.headings import first_frequencies
+from fegear.studies.model_texts import file_header, natural_in_words
 from fegear.studies.page import Cell, Columns, Page, RowTable, cell
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
@@ -34,13 +35,7 @@ from fegear.studies.trains import (
     torque_setting,
 )
 from fegear.train.loaded_modes import system_of_modes
-from fegear.train.lumped_models import (
-    LumpedModel,
-    file_header,
-    lumped_system,
-    natural_frequencies,
-    natural_in_words,
-)
+from fegear.train.lumped_models import LumpedModel, lumped_system, natural_frequencies
 from lumped.closed_forms import (
     ParametricSystem,
     Prediction,

@@ -9,7 +9,6 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.figures.tolerances import draw_tolerances
 from fegear.files.codes import with_code
@@ -22,7 +21,8 @@ from fegear.gearset.tolerance_grades import (
     tolerances_of_pair,
 )
 from fegear.statics.plausibility import tip_warnings
-from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
 from fegear.statics.tolerance_bands import (
     QUANTILE_STDERR,
     SolvedSamples,
@@ -53,10 +53,10 @@ from fegear.studies.trains import (
     mesh_index,
     mesh_setting,
 )
+from lumped.common.arrays import Array
 from lumped.common.options import Range
 from meshes import GearPair
 
-Array = NDArray[np.float64]
 BLOCK = 250  # pairs of gears of a task
 MAX_BAND_ERROR = 0.1  # of the first order, above which a warning follows
 GRADES = Range(1, 11)

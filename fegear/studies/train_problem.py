@@ -18,16 +18,12 @@ from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
 from fegear.studies.driver_speed import with_driver_speed
 from fegear.studies.headings import title_of
+from fegear.studies.model_texts import left_out_line, static_warnings
 from fegear.studies.problem import Problem
 from fegear.studies.settings import display_name, group_of, options_of, refuse_given
 from fegear.studies.table import Table
 from fegear.studies.trains import SOURCE, TrainStudy, chosen_torque
-from fegear.train.lumped_models import (
-    LumpedModel,
-    has_rolling_bearings,
-    resolve_model,
-    static_warnings,
-)
+from fegear.train.lumped_models import LumpedModel, has_rolling_bearings, resolve_model
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.bearings.kinematics import ball_pass_over_shaft
 from lumped.steady.settings import Settings
@@ -170,7 +166,7 @@ class TrainProblem(Problem):
     @property
     def notes(self) -> tuple[str, ...]:
         """Why the model was chosen, what it leaves out, and when faults come round."""
-        lines = self.reason, self.model.leaves_out, *fault_notes(self.gears)
+        lines = self.reason, left_out_line(self.model), *fault_notes(self.gears)
         return tuple(filter(None, lines))
 
     def summary_head(self, damping_ratio: float | None) -> dict[str, Any]:

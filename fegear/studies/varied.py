@@ -15,16 +15,11 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.axes import require_axes, require_within
+from fegear.studies.model_texts import body_entries, file_header
 from fegear.studies.settings import display_name, refusal
 from fegear.studies.train_problem import TrainFacts, TrainProblem
 from fegear.studies.trains import TrainStudy, require_torque_axis
-from fegear.train.lumped_models import (
-    NO_FRICTION,
-    LumpedModel,
-    body_entries,
-    file_header,
-    lumped_system,
-)
+from fegear.train.lumped_models import NO_FRICTION, LumpedModel, lumped_system
 from lumped.common.checks import require_present
 from lumped.common.options import Range, allowed_of
 from lumped.steady.maps import Axis

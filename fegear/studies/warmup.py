@@ -66,7 +66,7 @@ def _damped(model: LumpedModel) -> Study:
 
 
 def _statics() -> Iterator[Study]:
-    from fegear.statics.solving import StaticsSettings
+    from fegear.statics.settings import StaticsSettings
 
     elements = StaticsSettings(resolution="coarse", positions=4)
     yield _study("stiffness", gear_set=PAIR, torque=[100.0], elements=elements)

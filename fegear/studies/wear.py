@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.contact.path import contact_diameters
 from fegear.contact.profiles import profile_depth
@@ -38,7 +37,8 @@ from fegear.statics.archard import (
     wear_off,
 )
 from fegear.statics.mesh_faults import is_first_flank, without_wear
-from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.result import Draw, StudyResult
@@ -53,9 +53,9 @@ from fegear.studies.trains import (
     mesh_index,
     mesh_setting,
 )
+from lumped.common.arrays import Array
 from lumped.common.options import Range
 
-Array = NDArray[np.float64]
 MICRO = 1e-6
 ROUNDED = 9  # decimals of angles [deg] and depths [um] in a file
 MIN_POSITIONS = 8

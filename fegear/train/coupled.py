@@ -31,11 +31,10 @@ from fegear.gearset.inertia import (
 )
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations, GivenTables
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
+from lumped.common.arrays import Array
 from lumped.train.coupled import CoupledContacts
 from lumped.train.system import LumpedSystem
-
-Array = NDArray[np.float64]
 
 
 @lru_cache(maxsize=64)  # equal gears, and all torques

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
 from fegear.train.lumped_models import LumpedModel, lumped_system, resolve_model
+from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 from lumped.train.modes import Modes
 from lumped.train.system import LumpedSystem
-
-Array = NDArray[np.float64]
 
 
 def system_of_modes(

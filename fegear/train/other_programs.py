@@ -7,20 +7,19 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques, mesh_torques_at
 from fegear.statics.excitation import StiffnessSource
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.train.coordinates import rigid_groups
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Train
 
-Array = NDArray[np.float64]
 SUPPORT = 1e13  # stiffness of bearings [N/m], above that of any mesh by 1e4
 SHAFT_LENGTH, SHAFT_DIAMETER = 0.02, 0.03  # [m]
 LIGHT_DENSITY, STIFF_MODULUS = 1e-3, 1e14  # of shafts [kg/m3], [Pa]

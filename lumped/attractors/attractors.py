@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.branches.motions import PeriodicProblem, SpeedFamily
 from lumped.branches.periodic import has_half_period
 from lumped.branches.points import branch_point
+from lumped.common.arrays import Array
 from lumped.common.checks import check_arguments, require_fields
 from lumped.common.options import Range, documented, option
 from lumped.continuation.arc_length import Continuation, NoSolution, StepControl
@@ -28,7 +28,6 @@ from lumped.steady.steppers import FixedStepper, allocate_record
 from lumped.train.system import LumpedSystem
 from lumped.train.train import TrainError
 
-Array = NDArray[np.float64]
 # Periods of the first mesh in which a change turns to what grows most
 ALIGNMENT_PERIODS = 128
 PERIODS_PER_STRETCH = 1024  # periods of the first mesh between looks at the exponent

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.bearings.kinematics import cage_over_shaft
 from lumped.bearings.rolling import RollingBearing
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_ITERATIONS = 40
 LOAD_STEP = 3.0  # ratio of loads from which a smaller one is approached
 EQUILIBRIUM_RTOL = 1e-12  # of the load

@@ -17,10 +17,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.branches.series import Series
 from lumped.branches.springs import SpringForces
+from lumped.common.arrays import Array, Complex
 from lumped.kernels.arrays import ContactPieces
 from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
@@ -30,8 +30,6 @@ from lumped.steady.steppers import FixedStepper
 from lumped.train.system import LumpedSystem
 from lumped.train.train import TrainError
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 MIN_PIECES_PER_PERIOD = 96  # pieces of a period of the fastest mesh
 PIECES_PER_HARMONIC = 6  # pieces for each harmonic
 MAX_UNKNOWNS = 3000  # whose Jacobian takes a second to factorise

@@ -13,18 +13,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.motions import PeriodicProblem
 from lumped.branches.shooting import ADAPTIVE
+from lumped.common.arrays import Array, Complex
 from lumped.continuation.arc_length import NoSolution
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import AdaptiveStepper
 
-Array = NDArray[np.float64]
-Multipliers = NDArray[np.complex128]
-Test = Callable[[Multipliers], float]
+Test = Callable[[Complex], float]
 # Steps of a period of the fastest mesh, between which a motion is interpolated
 STEPS_PER_PERIOD = 256
 # Largest last correction, in scaled unknowns; the next is a thousandth

@@ -11,14 +11,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import ClassVar, Literal, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lumped.branches.balance import MAX_UNKNOWNS, HarmonicBalance
 from lumped.branches.period_map import SPRING_STEPS, PeriodMap
+from lumped.common.arrays import Array
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 DIFFERENCE_STEP = 1e-6  # of the unit, between systems that tell what a figure changes
 # Harmonics of the first mesh, of motions that are integrated
 MAX_HARMONICS = 80

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
 from lumped.steady.settings import Settings
@@ -21,7 +21,6 @@ from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import AdaptiveStepper, FixedStepper, stepper_of
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 STEPS = Settings(steps=256)  # of the coupled model
 # Of springs: steps that end on every change of contact
 SPRING_STEPS = Settings(method="dopri5", accuracy=1e-11, steps=128)

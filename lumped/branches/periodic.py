@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.branches.location import locate_bifurcation
 from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem, Solver
 from lumped.branches.period_map import PeriodMap
 from lumped.branches.points import BranchPoint, branch_point, with_bifurcations
 from lumped.branches.shooting import shoot
+from lumped.common.arrays import Array
 from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
 from lumped.continuation.arc_length import (
@@ -44,7 +44,6 @@ from lumped.steady.steppers import stepper_of
 from lumped.steady.sweep import Direction, SweepPoint, continue_sweep
 from lumped.train.train import TrainError
 
-Array = NDArray[np.float64]
 # Arc length to the first point of a branch that sets out from motions of one period;
 # of more periods it is less, see `switch_length`
 SWITCH_LENGTH = 0.01

@@ -13,21 +13,19 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.branches.motions import PeriodicProblem
+from lumped.common.arrays import Array, Complex
 from lumped.continuation.arc_length import BranchTrace, Continuation, Point
 from lumped.continuation.bifurcations import (
     CROSSING,
     DOUBLING,
     FOLD,
     TORUS,
-    Multipliers,
     multiplier_test,
     pair_modulus,
 )
 
-Array = NDArray[np.float64]
 Test = Callable[[Point], float]
 KINDS = FOLD, DOUBLING, CROSSING, TORUS
 FOLD_TOL = 2e-5  # of the parameter's unit: a fold and what its multiplier does
@@ -52,7 +50,7 @@ class BranchPoint:
     parameter: float
     frequency: float
     x: Array
-    multipliers: Multipliers
+    multipliers: Complex
     figures: dict[str, Array]
     vertical: bool = False
     kind: str = ""
@@ -142,7 +140,7 @@ def branch_point(motions: PeriodicProblem, point: Point) -> BranchPoint:
     )
 
 
-def _multipliers(motions: PeriodicProblem, point: Point) -> Multipliers:
+def _multipliers(motions: PeriodicProblem, point: Point) -> Complex:
     transfer = motions.monodromy(point.x, point.parameter)
     return np.asarray(np.linalg.eigvals(transfer), complex)
 

@@ -10,17 +10,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.branches.motions import PeriodicMotion
 from lumped.branches.period_map import SPRING_STEPS, PeriodMap
+from lumped.common.arrays import Array
 from lumped.continuation.arc_length import NoSolution
 from lumped.steady.measures import measure_motion
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import stepper_of
 
-Array = NDArray[np.float64]
 NEWTON_TOL = 1e-7  # largest last correction, of the state's size
 MAX_CORRECTIONS = 20
 ADAPTIVE = Settings(method="dopri5", accuracy=1e-11)

@@ -15,9 +15,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.branches.series import SampledSeries, Series
+from lumped.common.arrays import Array, Complex
 from lumped.kernels.arrays import (
     ContactPieces,
     FourierOrbit,
@@ -28,8 +28,6 @@ from lumped.kernels.arrays import (
 from lumped.steady.response import History
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 CAPACITY_RATIO = 4  # times the pieces of the grid, for those that are cut
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.runs import State, simulate
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 # Distance at which a neighbour is held, relative to the plays
 NEIGHBOUR_DISTANCE = 1e-7
 MIN_SEPARATION_RATIO = 1e-5  # part of this distance that remains from round-off

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 MAX_ANGULAR_SPEED = 1e6  # rad/s
 AXIAL, RADIAL, TEETH = "axial", "radial", "teeth"
 

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.clatter.chaos import lyapunov_exponent
 from lumped.clatter.gearbox import TEETH, LooseWheel
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.maps import MapName, follow_map, map_exponent, require_mapped
 from lumped.clatter.runs import CHUNK, Impacts, State, join_impacts, simulate
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 MapKind = Literal["event", "implicit", "fermi"]
 # Most periods, or impacts of a map, over which an exponent is measured
 MAX_PERIODS = 1000

@@ -19,9 +19,9 @@ from lumped.clatter.gearbox import (
     Variation,
 )
 from lumped.clatter.kernels.arrays import GroupArrays
+from lumped.common.arrays import Array
 from lumped.rattle.kernels.flight import EVENT_TOL
 
-Array = NDArray[np.float64]
 # Multiple of the round-off of a position below which gaps are closed
 CLOSED_GAP_RATIO = 64.0
 # Contacts rest below this multiple of the speed of a fall through it

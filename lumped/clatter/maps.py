@@ -6,14 +6,13 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.clatter.gearbox import RADIAL, TEETH, Harmonics
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.kernels import maps as kernel
 from lumped.clatter.runs import Impacts, State
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 NEIGHBOUR_DISTANCE = 1e-7  # distance at which a neighbour is held, in periods and plays
 TRANSIENT_IMPACTS = 100  # impacts before an exponent is measured
 MapName = Literal["implicit", "fermi"]

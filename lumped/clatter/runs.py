@@ -13,8 +13,8 @@ from lumped.clatter.groups import WheelGroup
 from lumped.clatter.kernels import events
 from lumped.clatter.kernels.arrays import RECORD_COLUMNS, GroupArrays, new_workspace
 from lumped.clatter.kernels.contact import N_TERMS
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 CHUNK = 50_000  # impacts that are computed at a time
 
 

@@ -16,7 +16,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.closed_forms.resonance import Resonance
 from lumped.closed_forms.separation import (
@@ -25,8 +24,8 @@ from lumped.closed_forms.separation import (
     lost_stiffness_slope,
     separation_angle,
 )
+from lumped.common.arrays import Array
 
-Array = NDArray[np.float64]
 # A root is real if its imaginary over absolute value is below this
 REAL_ROOT_RTOL = 1e-7
 # Two roots are one if they differ by less than this part of the detuning

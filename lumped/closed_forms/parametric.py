@@ -19,13 +19,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Complex
 from lumped.train.excitation import MeshExcitation
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 N_HARMONICS = 16  # number of harmonics of the mesh frequency that are included
 MIN_DAMPING = 1e-9  # least damping ratio; below it peaks are not meaningful
 ROUND_OFF_RTOL = 1e-12  # round-off of the harmonics over the largest amplitude
@@ -80,8 +78,8 @@ class ParametricSystem:
     deflection: Array
     elastic: Array
     damping_ratio: float
-    stiffness_harmonics: ComplexArray
-    gap_harmonics: ComplexArray
+    stiffness_harmonics: Complex
+    gap_harmonics: Complex
     rates: tuple[Fraction, ...]
     backlash: Array
 
@@ -211,7 +209,7 @@ def parametric_system(
 
 def excitation_harmonics(
     excitation: MeshExcitation, phase: float, count: int
-) -> tuple[ComplexArray, ComplexArray]:
+) -> tuple[Complex, Complex]:
     """Harmonics 0 ... count of the stiffness [N/m] and of stiffness times gap [N].
 
     Gauss quadrature is applied between the breaks of the waves, so that no jump lies
@@ -238,7 +236,7 @@ def excitation_harmonics(
     )
 
 
-def _remove_round_off(amplitudes: ComplexArray) -> ComplexArray:
+def _remove_round_off(amplitudes: Complex) -> Complex:
     """Set round-off to zero, or it would drive a resonance."""
     least = ROUND_OFF_RTOL * np.abs(amplitudes).max()
     return np.where(np.abs(amplitudes) > least, amplitudes, 0.0)

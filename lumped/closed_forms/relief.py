@@ -13,11 +13,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.closed_forms.resonance import Resonance
-
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 def optimal_relief(force: float, lowest: float, highest: float) -> float:

@@ -32,11 +32,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lumped.closed_forms.parametric import ComplexArray, ParametricSystem
-
-Array = NDArray[np.float64]
+from lumped.closed_forms.parametric import ParametricSystem
+from lumped.common.arrays import Array, Complex
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -78,8 +76,8 @@ class Resonance:
     energy: Array
     elastic: Array
     damping_ratio: float
-    driven_by: ComplexArray
-    parametric_by: ComplexArray
+    driven_by: Complex
+    parametric_by: Complex
 
     @property
     def drive(self) -> complex:
@@ -160,7 +158,7 @@ def resonance(
 
 def harmonics_at(
     system: ParametricSystem, order: Fraction, name: str = "stiffness_harmonics"
-) -> ComplexArray:
+) -> Complex:
     """Amplitudes (m,) of all meshes at `order` times the first mesh's frequency."""
     meshes = range(system.stiffness.size)
     return np.array([system.harmonic(name, j, order) for j in meshes])

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.closed_forms.resonance import Resonance
-
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 def contact_loss_amplitude(resonance: Resonance) -> Array:

@@ -12,13 +12,14 @@ from fractions import Fraction
 
 import numpy as np
 
-from lumped.closed_forms.parametric import ComplexArray, ParametricSystem
+from lumped.closed_forms.parametric import ParametricSystem
 from lumped.closed_forms.resonance import Resonance, harmonics_at, resonance
+from lumped.common.arrays import Complex
 
 
 def forced_vibration(
     system: ParametricSystem, order: Fraction, frequency: float
-) -> ComplexArray:
+) -> Complex:
     """Amplitudes (m,) of e^(i order w t) in the mesh deflections [m], eq. 3.39.
 
     They are exact to first order in the stiffness variation and include all modes: the

@@ -43,7 +43,6 @@ from typing import Literal, get_args
 import numpy as np
 
 from lumped.closed_forms.tooth_energy import (
-    Array,
     BeamCompliance,
     FlankForce,
     ToothMaterial,
@@ -51,6 +50,7 @@ from lumped.closed_forms.tooth_energy import (
     ToothSections,
     beam_compliance,
 )
+from lumped.common.arrays import Array
 
 CrackModel = Literal["parallel", "parabola", "hinge"]
 BENDING_FIT = 1.122, -1.4, 7.33, -13.08, 14.0  # powers of a/b, of F

@@ -30,9 +30,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 SHEAR_CORRECTION = 1.2  # rectangular section
 GAUSS_POINTS = 4  # between two points of an outline

@@ -15,9 +15,9 @@ from itertools import pairwise
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 MAX_CORRECTIONS = 12
 GROW_UP_TO, SHRINK_FROM = 2, 5  # corrections after which steps grow or shrink
 GROWTH, SHRINKAGE = 1.5, 0.4

@@ -13,9 +13,9 @@ from itertools import groupby
 from typing import Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Multipliers = NDArray[np.complex128]
+from lumped.common.arrays import Complex
+
 FOLD, DOUBLING = "fold", "period doubling"
 CROSSING, TORUS = "branch point", "torus"
 HALVED = "the period is half of it again"  # why a branch of a doubled period ends
@@ -41,15 +41,15 @@ def stability_segments(points: Sequence[P]) -> Iterator[tuple[bool, list[P]]]:
         last = segment[-1:]
 
 
-def multiplier_test(multipliers: Multipliers, value: float) -> float:
+def multiplier_test(multipliers: Complex, value: float) -> float:
     """Changes its sign where a real multiplier passes through 1 or -1."""
     return float(np.prod(multipliers * value - 1.0).real)
 
 
-def bifurcation_test(kind: str) -> Callable[[Multipliers], float] | None:
+def bifurcation_test(kind: str) -> Callable[[Complex], float] | None:
     """A function of multipliers that is zero in bifurcations of a kind, and around them
     not; None of crossings, around which another branch is as near."""
-    tests: dict[str, Callable[[Multipliers], float]] = {
+    tests: dict[str, Callable[[Complex], float]] = {
         FOLD: partial(multiplier_test, value=1.0),
         DOUBLING: partial(multiplier_test, value=-1.0),
         TORUS: lambda multipliers: pair_modulus(multipliers) - 1.0,
@@ -57,7 +57,7 @@ def bifurcation_test(kind: str) -> Callable[[Multipliers], float] | None:
     return tests.get(kind)
 
 
-def pair_modulus(multipliers: Multipliers) -> float:
+def pair_modulus(multipliers: Complex) -> float:
     """Largest modulus of complex multipliers, NaN where all are real."""
     pairs = np.abs(multipliers[np.abs(multipliers.imag) > REAL_TOL])
     return float(pairs.max()) if pairs.size else float("nan")

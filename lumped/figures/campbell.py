@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.figures.drawing import draw_legend, draw_title, panels
 from lumped.rotors.modes import ModeKind, mode_kind
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 KIND_COLORS: dict[ModeKind, str] = {
     "forward": "tab:blue",
     "backward": "tab:red",

@@ -5,17 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.clatter.gearbox import TEETH, LooseWheel
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.runs import State, simulate
+from lumped.common.arrays import Array
 from lumped.figures.drawing import color_of, draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 LABELS = {
     TEETH: "relative distance\nof teeth [mm]",
     "axial": "axial shift [mm]",

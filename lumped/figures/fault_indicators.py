@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 Labelled = tuple[str, NDArray[Any]]
 MAX_GROUPS = 6  # colours of the second axis; further values share them in ranges
 

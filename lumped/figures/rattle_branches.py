@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.continuation.bifurcations import DOUBLING, FOLD, stability_segments
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 from lumped.rattle.branches import GRAZING, OrbitBranch
@@ -16,7 +16,6 @@ from lumped.rattle.curves import GRAZING_FOLD, BifurcationCurve
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 STYLES = {FOLD: "-", DOUBLING: "-.", GRAZING: "--"}
 MARKERS = {FOLD: "o", DOUBLING: "d", GRAZING: "x"}
 

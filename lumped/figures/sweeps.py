@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 from lumped.steady.jumps import find_jumps, opposite_branches
 from lumped.steady.motion import TimeHistory, resample
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 # wide lines under narrow ones, so that pairs with equal forces are both visible
 TOOTH_LINES = (("tab:orange", 3.4), ("tab:green", 2.4), ("tab:blue", 1.4))
 STATE_COLORS = {1: "tab:green", 0: "tab:red", -1: "tab:purple"}

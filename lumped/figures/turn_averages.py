@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.figures.drawing import draw_legend, draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 SHOWN_HARMONICS = 4  # of the mesh, in spectra
 MIN_RELATIVE_AMPLITUDE = 1e-4  # of lines that are drawn, over the largest
 MESH_COLOR, SIDEBAND_COLOR, PEAK_COLOR = "black", "tab:red", "tab:blue"

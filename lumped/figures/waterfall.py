@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 from lumped.steady.motion import spectrum
 from lumped.steady.response import Status
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 SHOWN_HARMONICS = 6  # harmonics of a mesh that are drawn over speed
 # Part of a mesh's largest amplitude below which lines are left out
 MIN_RELATIVE_AMPLITUDE = 1e-4

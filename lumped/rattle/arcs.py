@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.rattle.kernels import arcs as kernel
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.return_map import Itinerary
-
-Array = NDArray[np.float64]
 
 
 def arcs_of(machine: Machine, path: Array) -> Array:

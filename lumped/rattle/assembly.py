@@ -15,9 +15,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.rattle.machine import TURN, Machine
 
-Array = NDArray[np.float64]
 Side = Literal["driving", "driven"]
 
 

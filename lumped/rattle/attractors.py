@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Indices
 from lumped.common.workers import run_in_threads
 from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.kernels import settle as kernel
@@ -29,8 +30,6 @@ from lumped.rattle.return_map import (
 )
 from lumped.rattle.sticking import sticking_from
 
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 QUIET, CHAOTIC = "quiet", "chaotic"
 END_RTOL = 1e-5  # distance of departures on one orbit
 FOOTPRINT_CELLS = 256  # cells a side of a chaotic attractor's footprint
@@ -103,7 +102,7 @@ def classify_attractors(
     settled: Settled,
     only_settled: bool = True,
     settings: ClassifierSettings = DEFAULT_SETTINGS,
-) -> tuple[tuple[RattleAttractor, ...], Numbers, Settled]:
+) -> tuple[tuple[RattleAttractor, ...], Indices, Settled]:
     """Attractors, quiet first, the index (c,) of the one each departure leads to, -1 if
     undecided, and the settled departures after further returns of changing motions.
 
@@ -175,7 +174,7 @@ def footprint_of(path: Array) -> Footprint:
     return Footprint(low, high, near)
 
 
-def _cells(points: Array, low: float, high: float) -> tuple[Numbers, Numbers]:
+def _cells(points: Array, low: float, high: float) -> tuple[Indices, Indices]:
     """Rows and columns of points in a footprint."""
     row = (points[:, 1] - low) / (high - low) * FOOTPRINT_CELLS
     column = points[:, 0] % 1.0 * FOOTPRINT_CELLS
@@ -186,14 +185,14 @@ def _cells(points: Array, low: float, high: float) -> tuple[Numbers, Numbers]:
     )
 
 
-def _update_rows(settled: Settled, rows: Numbers, followed: Settled) -> None:
+def _update_rows(settled: Settled, rows: Indices, followed: Settled) -> None:
     """Replace the results of departures by those of following them further."""
     for column, new_rows in zip(settled, followed, strict=True):
         column[rows] = new_rows
 
 
-def _even_indices(count: int, most: int) -> Numbers:
-    """Numbers below a count, at most `most`, spread evenly."""
+def _even_indices(count: int, most: int) -> Indices:
+    """Indices below a count, at most `most`, spread evenly."""
     return np.linspace(0, count - 1, min(most, count)).astype(np.int64)
 
 
@@ -208,7 +207,7 @@ class AttractorClassifier:
     footprints: dict[int, Footprint] = field(default_factory=dict)  # by attractor
     lasting: bool | None = None  # whether changing motions keep changing, once known
 
-    def sort(self, settled: Settled) -> tuple[Numbers, Settled]:
+    def sort(self, settled: Settled) -> tuple[Indices, Settled]:
         """Index (c,) of the attractor of each cell, -1 if undecided, and the settled
         departures after further returns of changing motions; chaotic ones keep theirs.
         """
@@ -239,7 +238,7 @@ class AttractorClassifier:
             _update_rows(settled, selection, later)
         return number, settled
 
-    def _clear(self, settled: Settled) -> Numbers:
+    def _clear(self, settled: Settled) -> Indices:
         """Index (c,) of the attractor of each cell whose motion no longer changes."""
         number = np.full(settled.period.size, -1)
         if (quiet := settled.period == kernel.PERMANENT_CONTACT).any():
@@ -276,7 +275,7 @@ class AttractorClassifier:
 
     def _alike(
         self, find: Callable[[Array], int], ends: Array, cells: Array
-    ) -> Numbers:
+    ) -> Indices:
         """Attractor indices (c,) of departures, computed once for equal cells."""
         _, first, which = np.unique(
             cells, axis=0, return_index=True, return_inverse=True

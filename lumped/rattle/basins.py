@@ -13,15 +13,13 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Indices
 from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import Settled, iterate_map_points
 
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 CELLS_PER_TILE = 2_000  # cells that a worker takes at a time
 BOX_SIDE = 5  # cells per side of the boxes of basin entropy
 
@@ -64,8 +62,8 @@ class BasinMap:
     grid: InitialGrid
     iterations: int
     attractors: tuple[RattleAttractor, ...]
-    attractor: Numbers
-    returns: Numbers
+    attractor: Indices
+    returns: Indices
 
     @property
     def fractions(self) -> Array:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.continuation.arc_length import (
     BranchTrace,
     Continuation,
@@ -36,7 +37,6 @@ from lumped.rattle.kernels.arcs import START_SPEED, START_TIME
 from lumped.rattle.machine import Machine
 from lumped.rattle.return_map import MAP_POINT_TOL, Itinerary, distance, follow
 
-Array = NDArray[np.float64]
 GRAZING = "grazing"
 KINDS = FOLD, DOUBLING, GRAZING
 DIFFERENCE_STEP = 1e-6  # difference, in the parameter's unit, for its derivatives

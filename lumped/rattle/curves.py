@@ -12,8 +12,8 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.continuation.arc_length import (
     Continuation,
     NoSolution,
@@ -33,7 +33,6 @@ from lumped.rattle.branches import (
 from lumped.rattle.machine import TURN
 from lumped.rattle.return_map import Itinerary, distance
 
-Array = NDArray[np.float64]
 GRAZING_FOLD = "grazing fold"
 LIMIT_RTOL = 1e-6  # part of the range within which a point is on its limit
 MAX_MULTIPLIER = 1e6  # multiplier of an impact that vanishes

@@ -13,12 +13,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.rattle.machine import TURN
 from lumped.rattle.motions import AssemblyIntegrator
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Indices
 from lumped.rattle.attractors import DEFAULT_SETTINGS, classify_attractors
 from lumped.rattle.kernels.settle import CHANGING, STICKING, UNKNOWN
 from lumped.rattle.machine import Machine
@@ -17,8 +17,6 @@ from lumped.rattle.return_map import (
     settling_returns,
 )
 
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 STARTS_PER_SIDE = 6  # departures per side of the grid from which runs start
 # Returns before motions are classified; a damping of 2e-4 needs them
 MAX_RETURNS = 200_000
@@ -64,7 +62,7 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
     return np.vstack([departures[np.sort(first)], unsettled])
 
 
-def _settled(machine: Machine, iterations: int, starts: Array) -> tuple[Numbers, Array]:
+def _settled(machine: Machine, iterations: int, starts: Array) -> tuple[Indices, Array]:
     """Period and end of runs, see `Settled`; only chaotic ones are CHANGING."""
     settled = iterate_map_points(machine, starts, iterations)
     _, motion, settled = classify_attractors(machine, iterations, settled)

@@ -16,13 +16,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.kernels import inverse as kernel
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.orbits import Orbit
 from lumped.rattle.return_map import follow
 
-Array = NDArray[np.float64]
 Evaluate = Callable[[Array], Array]
 FIRST_DISTANCE = 1e-6  # distance of the first piece of a manifold from its saddle
 MIN_JUMP_STEP = 1e-11  # change of a parameter at a jump of the curve

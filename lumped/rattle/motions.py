@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from lumped.common.arrays import Array
 from lumped.common.workers import run_in_threads
 from lumped.rattle.assembly import Assembly, Linear
 from lumped.rattle.kernels import modes as kernel
 from lumped.rattle.machine import TURN
 
-Array = NDArray[np.float64]
 Waves = NDArray[np.complex128]
 MAX_CONDITION = 1e12  # condition number of modes that do not form a basis
 

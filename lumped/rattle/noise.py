@@ -14,8 +14,8 @@ from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Indices
 from lumped.common.workers import run_tasks
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.attractors import QUIET as QUIET_NAME
@@ -26,8 +26,6 @@ from lumped.rattle.machine import Machine
 from lumped.rattle.motions import AssemblyIntegrator, AssemblyRun
 from lumped.rattle.return_map import Settled, iterate_map_points
 
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 Result = TypeVar("Result")
 KINDS = QUIET_NAME, "single-sided rattle", "double-sided rattle"
 NO_DEPARTURE = math.nan, math.nan
@@ -49,7 +47,7 @@ class NoiseSample:
     machine: Machine
     starts: Array
     attractors: tuple[RattleAttractor, ...]
-    motion: Numbers
+    motion: Indices
     level: Array
     impacts: Array
 
@@ -174,7 +172,7 @@ def settling_turns(assembly: Assembly) -> float:
     )
 
 
-def _impact_noise(machine: Machine, periods: Numbers, ends: Array, turns: int) -> Array:
+def _impact_noise(machine: Machine, periods: Indices, ends: Array, turns: int) -> Array:
     """Noise level and impacts per turn (n, 2) of runs in steady state, see `Settled`;
     NaN for runs that are UNKNOWN."""
     noise = np.where((periods == PERMANENT_CONTACT)[:, None], np.zeros(2), math.nan)

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.kernels import arcs as kernel
@@ -21,7 +20,6 @@ from lumped.rattle.return_map import (
     itinerary,
 )
 
-Array = NDArray[np.float64]
 # Largest number of arcs of a return in the search for an orbit
 MAX_ARCS_PER_RETURN = 32
 STARTS_PER_SIDE = 24  # departures per side of the grid from which the search starts

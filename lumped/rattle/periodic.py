@@ -7,13 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.rattle.arcs import ArcSequence, margin_of
 from lumped.rattle.machine import TURN, Machine
-
-Array = NDArray[np.float64]
-
 
 INSTANTS_PER_TURN = 1000  # instants of a turn in the search for the lower impact
 ONE_FLANK, BOTH_FLANKS = np.array([1.0]), np.array([1.0, -1.0])  # where arcs start

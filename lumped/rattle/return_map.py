@@ -11,14 +11,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Indices
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 
-Array = NDArray[np.float64]
 MAP_POINT_TOL = 1e-6  # distance of departures on one orbit
-Numbers = NDArray[np.int64]
 DEFAULT_RETURNS = 1499  # returns in section 3.3 of the source
 
 
@@ -26,8 +24,8 @@ class Settled(NamedTuple):
     """Result of following c departures: period in returns (c,), returns until it was
     known (c,), and the last departure (c, 2); see `settle`."""
 
-    period: Numbers
-    returns: Numbers
+    period: Indices
+    returns: Indices
     end: Array
 
 
@@ -69,7 +67,7 @@ def distance(one: Sequence[float] | Array, two: Sequence[float] | Array) -> floa
 
 
 class Itinerary(NamedTuple):
-    """Numbers that name a motion P(m, n+, n-): turns of a period, departures from the
+    """Indices that name a motion P(m, n+, n-): turns of a period, departures from the
     upper flank and impacts on the lower one in it."""
 
     turns: int

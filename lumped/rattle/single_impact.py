@@ -17,15 +17,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from lumped.common.arrays import Array
 from lumped.rattle.impulses import impulse_rattle
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.motions import AssemblyIntegrator
 from lumped.rattle.periodic import min_eccentricity, signed_balance
 
-Array = NDArray[np.float64]
 Function = Callable[[Array], Array]
 
 INSTANTS = 1000  # of a turn, in the search for extremes of a flight

@@ -15,6 +15,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.rotors.beams import (
     NODE_COORDINATES,
     NODE_SIZE,
@@ -36,7 +37,6 @@ from lumped.rotors.description import (
     Section,
 )
 
-Array = NDArray[np.float64]
 X, Y, TILT_X, TILT_Y, ROTATION = range(NODE_SIZE)
 
 

@@ -8,9 +8,9 @@ opposite of the tilt about x.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 NODE_COORDINATES = ("x", "y", "tilt x", "tilt y", "rotation")
 NODE_SIZE = len(NODE_COORDINATES)
 # Coordinates of bending in both planes by their places in an element, and the signs

@@ -15,16 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 
+from lumped.common.arrays import Array, Complex
 from lumped.common.checks import require_between
-from lumped.rotors.modes import (
-    ComplexArray,
-    Instability,
-    WhirlModes,
-    WhirlProblem,
-    groups_of_equal,
-)
+from lumped.rotors.modes import Instability, WhirlModes, WhirlProblem, groups_of_equal
 
-Array = NDArray[np.float64]
 MIN_ASSURANCE = 0.9  # of modes that continue each other, below which steps are halved
 LOST_ASSURANCE = 0.3  # below which a mode has ended
 MAX_HALVINGS = 8
@@ -45,7 +39,7 @@ class Campbell:
     modes: tuple[WhirlModes, ...]
 
     @cached_property
-    def eigenvalues(self) -> ComplexArray:
+    def eigenvalues(self) -> Complex:
         """Growth rate + i frequency [rad/s]."""
         return np.array([one.eigenvalues for one in self.modes])
 
@@ -131,7 +125,7 @@ def _step(
     return following
 
 
-def align(states: ComplexArray, solved: WhirlModes) -> WhirlModes:
+def align(states: Complex, solved: WhirlModes) -> WhirlModes:
     """Turn shapes of equal frequency, which are any of a plane, to those before."""
     aligned = solved.take(np.arange(solved.eigenvalues.size))
     for group in groups_of_equal(solved.eigenvalues):
@@ -145,7 +139,7 @@ def align(states: ComplexArray, solved: WhirlModes) -> WhirlModes:
     return aligned
 
 
-def assign(before: ComplexArray, after: ComplexArray) -> tuple[NDArray[np.intp], Array]:
+def assign(before: Complex, after: Complex) -> tuple[NDArray[np.intp], Array]:
     """Which mode continues each, and the assurance criterion of both."""
     overlap = np.abs(before.conj().T @ after) ** 2
     norms = np.outer(

@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 
+from lumped.common.arrays import Array, Complex
 from lumped.rotors.assembly import GyroscopicSystem
 from lumped.rotors.rest import modes_at_rest
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Instability = Literal["flutter", "divergence"]
 ModeKind = Literal["forward", "backward", "planar", "torsion"]
 MIN_WHIRL = 0.1  # of a motion that is not planar
@@ -46,14 +45,14 @@ class WhirlModes:
     """
 
     speed: float
-    eigenvalues: ComplexArray
-    states: ComplexArray
-    shapes: ComplexArray
+    eigenvalues: Complex
+    states: Complex
+    shapes: Complex
     whirl: Array
     rotors: NDArray[np.intp]
     torsion: Array
     mesh_energy: Array
-    growing: ComplexArray
+    growing: Complex
 
     @property
     def frequency(self) -> Array:
@@ -160,7 +159,7 @@ class WhirlProblem:
 
     def _solve_hermitian(
         self, speed: float, count: int | None
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    ) -> tuple[Complex, Complex, Complex]:
         """Solve y' = A y of y = (W q, q'), with a skew-symmetric A."""
         strained = self.squares > 0.0
         frequencies = np.sqrt(self.squares[strained])
@@ -179,7 +178,7 @@ class WhirlProblem:
 
     def _solve_general(
         self, speed: float, count: int | None
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+    ) -> tuple[Complex, Complex, Complex, Complex]:
         number = self.squares.size
         skew, circulatory, centripetal = self._added_stiffness
         stiffness = np.diag(self.squares) + skew + speed * circulatory
@@ -204,10 +203,10 @@ class WhirlProblem:
     def _described(
         self,
         speed: float,
-        values: ComplexArray,
-        states: ComplexArray,
-        rates: ComplexArray,
-        growing: ComplexArray,
+        values: Complex,
+        states: Complex,
+        rates: Complex,
+        growing: Complex,
     ) -> WhirlModes:
         states, rates = self._circular(values, states, rates)
         energies, turns = (
@@ -230,8 +229,8 @@ class WhirlProblem:
         return WhirlModes(speed, values, states, shapes, *parts, growing)
 
     def _circular(
-        self, values: ComplexArray, states: ComplexArray, rates: ComplexArray
-    ) -> tuple[ComplexArray, ComplexArray]:
+        self, values: Complex, states: Complex, rates: Complex
+    ) -> tuple[Complex, Complex]:
         """Modes of equal frequency made those that turn forward or backward.
 
         At rest the shapes of an isotropic rotor are any of a plane; these are the ones
@@ -248,7 +247,7 @@ class WhirlProblem:
         return states, rates
 
 
-def groups_of_equal(values: ComplexArray) -> list[list[int]]:
+def groups_of_equal(values: Complex) -> list[list[int]]:
     """Indices of eigenvalues that are equal, in groups; in order of frequency."""
     groups: list[list[int]] = []
     for index, value in enumerate(values):
@@ -259,6 +258,6 @@ def groups_of_equal(values: ComplexArray) -> list[list[int]]:
     return groups
 
 
-def _products(left: ComplexArray, matrix: Array, right: ComplexArray) -> ComplexArray:
+def _products(left: Complex, matrix: Array, right: Complex) -> Complex:
     """v^H A v of columns (k,)."""
     return np.asarray((left.conj() * (matrix @ right)).sum(axis=0))

@@ -8,13 +8,12 @@ the highest frequencies of short elements as those of K x = omega^2 M x do.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh, solve_triangular
 
+from lumped.common.arrays import Array
 from lumped.rotors.assembly import GyroscopicSystem
 from lumped.rotors.beams import NODE_SIZE
 
-Array = NDArray[np.float64]
 NULL_RTOL = 1e-13  # stiffness against a rigid motion over the largest one
 MIN_INVERSE = 1e-9  # inverse of the square of a frequency over the largest one
 MIN_OVERLAP = 0.5  # of a mode with rigid motions, which is 0 or 1

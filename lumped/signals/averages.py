@@ -16,7 +16,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 WHOLE_TURNS_TOL = 1e-6  # samples by which a turn may be short of its last point
 # Residual over the largest value of the average below which it is round-off
 RESIDUAL_RTOL = 1e-10

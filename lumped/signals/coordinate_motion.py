@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 from lumped.steady.ramps import SpeedRamp, ramp_motion
 from lumped.steady.response import History
@@ -19,7 +19,6 @@ from lumped.train.system import LumpedSystem
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
 
-Array = NDArray[np.float64]
 POINTS_PER_PIECE = 4096  # of a ramp, at least, but for the last piece
 
 

@@ -12,9 +12,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 MIN_PULSES = 4  # through which a cubic passes
 NEWTON_STEPS, ANGLE_TOL = 10, 1e-9  # to an angle [turns]
 TURN_TOL = 1e-9  # turns by which an angle may be short of a pulse or point

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.signals.averages import TurnAverage, synchronous_average
 from lumped.signals.coordinate_motion import (
     CoordinateMotion,
@@ -25,7 +26,6 @@ from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import stepper_of, steps_per_period
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 TURN_RTOL = 1e-9  # by which a turn may be short
 
 

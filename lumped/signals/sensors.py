@@ -6,12 +6,11 @@ import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.signals.coordinate_motion import CoordinateMotion
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 ROUND_OFF = 1e-12  # of the time at which a piece ends, relative
 
 

@@ -21,11 +21,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.stability.periodic import PeriodicSystem
 
-Array = NDArray[np.float64]
 Kind = Literal["single", "sum", "difference"]
 KINDS: Mapping[int, Kind] = {1: "sum", -1: "difference"}
 N_ORDERS = 12  # harmonics of the fastest mesh's frequency that are considered

@@ -10,12 +10,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.common.arrays import Array
 from lumped.stability.combinations import N_ORDERS, Combination, combinations
 from lumped.stability.mode_labels import Names, candidates, growth
 from lumped.stability.multipliers import Method
 from lumped.stability.periodic import PeriodicSystem
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 EDGE_RTOL = 2e-8  # relative error of the speed at an edge
 MAX_BISECTIONS = 40  # largest number of bisections for an edge

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.stability.combinations import (
     Combination,
     mean_modes,
@@ -16,8 +17,6 @@ from lumped.stability.combinations import (
 from lumped.stability.multipliers import Method, scale_by_growth, scaled_transition
 from lumped.stability.periodic import PeriodicSystem
 
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Names = NDArray[np.str_]
 # excess of a multiplier over 1: two that coincide are known to half of the digits only,
 # and with damping they coincide inside the unit circle

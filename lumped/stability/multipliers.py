@@ -6,12 +6,11 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from lumped.common.arrays import Array, Complex
 from lumped.stability.periodic import PeriodicSystem
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Method = Literal["peano-baker", "exponential", "integration"]
 METHODS: tuple[Method, ...] = ("peano-baker", "exponential", "integration")
 # Angle of a step, and truncation error of its series
@@ -99,7 +98,7 @@ def integrated(system: PeriodicSystem, speed: float, times: Array) -> Array:
 
 def multipliers(
     system: PeriodicSystem, frequency: ArrayLike, method: Method = "peano-baker"
-) -> ComplexArray:
+) -> Complex:
     """Floquet multipliers (f, 2 n) over the common period."""
     scaled, growth = scaled_transition(system, frequency, method)
     values = np.asarray(np.linalg.eigvals(scaled), complex)

@@ -21,12 +21,11 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Complex
 from lumped.train.friction import base_pitch, friction_rows, sliding_sign
 from lumped.train.system import LumpedSystem
 from lumped.train.waves import Wave
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 STIFFNESS_DEGREE = 4  # degree of a cubic stiffness times a linear arm
 N_GAUSS_NODES = 12  # nodes of Gauss quadrature on a piece
 
@@ -101,7 +100,7 @@ class PeriodicSystem:
         powers = time[:, None] ** np.arange(self.stiffness.shape[1])
         return np.einsum("tj,tjab->tab", powers, self.stiffness[piece])
 
-    def harmonic(self, order: int) -> ComplexArray:
+    def harmonic(self, order: int) -> Complex:
         """Fourier coefficient (n, n) of e^(2 pi i order t / length) in K."""
         start, step = self.edges[:-1, None], np.diff(self.edges)[:, None]
         nodes, weights = np.polynomial.legendre.leggauss(N_GAUSS_NODES)

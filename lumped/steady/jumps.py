@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.steady.sweep import Branch, Direction
 
-Array = NDArray[np.float64]
 MIN_JUMP_MISS = 3.0  # least miss of a jump over the changes next to the step
 MIN_SIMULTANEOUS_MISS = 1.5  # the same, for the other meshes at a speed where one jumps
 MIN_MISS_OF_VALUE = 0.1  # least miss of a jump over the larger value

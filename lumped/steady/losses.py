@@ -6,8 +6,8 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.kernels.arrays import FrictionSamples
 from lumped.steady.response import History
 from lumped.train.excitation import MeshExcitation
@@ -15,7 +15,6 @@ from lumped.train.friction import ToothFriction, base_pitch, torque_shares
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Train
 
-Array = NDArray[np.float64]
 POSITIONS = 1024  # positions in a base pitch, for means over it
 
 

@@ -10,15 +10,14 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_fields
 from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.steady.response import RESPONSE_QUANTITIES, Response
 from lumped.steady.sweep_table import COLUMNS
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 Point = tuple[float, ...]
 QUANTITIES = ("mesh_frequency_Hz", *COLUMNS[COLUMNS.index("dte_rms_m") : -1])
 EXPONENT = "lyapunov_per_period"  # column of maps with exponents

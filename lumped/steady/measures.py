@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.steady.response import History
 
-Array = NDArray[np.float64]
 ROWS_PER_BLOCK = 65_536  # rows of a motion whose largest values are determined at once
 CROSSING_SUBSTEPS = 16  # parts of a step in which a contact changes
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.kernels.arrays import FrictionSamples
 from lumped.steady.losses import friction_power, transmitted_power
 from lumped.steady.pair_motions import PairMotion, pair_motions
@@ -20,7 +20,6 @@ from lumped.steady.steppers import steps_per_period
 from lumped.steady.sweep import NO_OBSERVER, Direction, Observer, sweep
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 SECTION_PERIODS = 64  # common periods of a section if the motion does not repeat
 APPROACH_STEP = 20.0  # Hz between the speeds that lead to the requested one
 

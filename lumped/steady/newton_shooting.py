@@ -17,8 +17,8 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.kernels.arrays import MULTIPLE, PERIOD
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from lumped.steady.steady_state import Speed
     from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 MAX_NEWTON_ITERATIONS = 8  # Newton steps with one derivative
 # Largest first step per range of deflection: farther motions may differ
 MAX_FIRST_STEP = 0.2

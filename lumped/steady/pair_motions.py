@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Indices
 from lumped.common.checks import require_present
 from lumped.steady.response import History
 from lumped.steady.settings import Settings
@@ -19,8 +20,6 @@ from lumped.steady.steppers import steps_per_period
 from lumped.train.coupled import POSITION_ROUND_OFF
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Ends = tuple[Array, Array]  # at the starts and ends of steps
 NO_CONTACT_GAP = -1.0  # m, penetration of a pair that has no contact on a side
 SUBSTEPS = 16  # parts of a step that resolve the duration of contact conditions

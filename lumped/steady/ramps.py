@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_fields, require_present
 from lumped.common.options import Range, option
 from lumped.kernels.arrays import CoupledSystem, ExcitationSamples
@@ -31,7 +32,6 @@ from lumped.steady.steady_state import Diverged
 from lumped.steady.steppers import FixedStepper, steps_per_period
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 # Fields of CoupledSteps that a cycle takes over from the one before it
 WORKSPACE = "penetration", "ratio", "load", "continues", "force", "problem"
 # Fields of Contacts with a column for each of the cycles after which teeth repeat

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import check_arguments
 from lumped.steady.response import History, Response
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Callback, confirm_steady_state, steady_state
 from lumped.steady.steppers import stepper_of
 from lumped.train.system import LumpedSystem
-
-Array = NDArray[np.float64]
 
 
 @check_arguments

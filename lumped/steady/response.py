@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 RESPONSE_QUANTITIES = (
     "dte_rms",
     "dte_rms_stderr",

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.steady.measures import combine_windows, measure_motion
 from lumped.steady.response import RESPONSE_QUANTITIES, History, Response, Status
 from lumped.steady.settings import SteadySettings
@@ -26,7 +27,6 @@ from lumped.train.system import LumpedSystem
 if TYPE_CHECKING:
     from lumped.kernels.arrays import Convergence
 
-Array = NDArray[np.float64]
 Callback = Callable[[float, int], None]  # (frequency [Hz], common periods passed there)
 # Largest number of periods that a motion may take to settle
 MAX_SETTLING_PERIODS = 200_000

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.kernels.arrays import FrictionSamples, VariedSteps
 from lumped.steady.newton_shooting import integrate_or_shoot
 from lumped.steady.response import History
@@ -28,7 +29,6 @@ from lumped.train.system import LumpedSystem
 if TYPE_CHECKING:
     from lumped.kernels.arrays import AdaptiveRules, Convergence, CoupledSteps
 
-Array = NDArray[np.float64]
 # Fixed steps between calls of the callback, or a common period if more
 STEPS_PER_CALLBACK = 100_000
 CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair

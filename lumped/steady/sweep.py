@@ -10,8 +10,8 @@ from functools import partial
 from typing import Any, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import check_arguments
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Stop, Stopped, run_in_threads
@@ -22,7 +22,6 @@ from lumped.steady.steppers import stepper_of
 from lumped.steady.truncation_check import TruncationCheck
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
 DIRECTIONS: tuple[Direction, ...] = ("up", "down")
 StoreMotion = Callable[[float, Any], None]  # (frequency [Hz], record at that frequency)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import check_arguments, require_fields
 from lumped.train.excitation import (
     MODELS,
@@ -27,7 +28,6 @@ from lumped.train.waves import (
     wave_from_samples,
 )
 
-Array = NDArray[np.float64]
 Points = Sequence[tuple[float, float]]  # (base pitches from the pitch point, value)
 STE_POINTS = 512  # points per base pitch of a static transmission error
 PITCHES_PER_BLOCK = 64  # base pitches that are solved at once if they differ

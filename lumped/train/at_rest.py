@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_fields
 from lumped.train.analytic import static_error
 from lumped.train.excitation import MeshExcitation
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,11 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.train.train import Carrier, Gear, Mesh, Train, TrainError
 
-Array = NDArray[np.float64]
 BEARING, SHAFT = SPRING_KINDS = "bearing", "shaft"  # with couplings at their ends
 BALANCE_RTOL = 1e-9  # of the moment of masses about the axis of a carrier
 

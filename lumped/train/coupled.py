@@ -47,6 +47,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.kernels.arrays import (
     NO_CHANGES,
     NO_ROWS,
@@ -60,7 +61,6 @@ from lumped.kernels.arrays import (
 from lumped.train.propagator import LinearPart
 from lumped.train.truncation import TruncationModel
 
-Array = NDArray[np.float64]
 COMPONENTS = "hardening", "pairs", "body", "meshes", "modes"
 MAX_FACING_GAP = 5e-3  # m, gaps beyond which flanks do not face each other
 MAX_NEWTON_ITERATIONS = 60  # iterations of Newton's method for static equilibrium

@@ -26,8 +26,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.common.arrays import Array, Complex
+
 Fidelity = Literal["quasistatic", "reduced"]
 # R_i assigned to an undamped mode at resonance, as for zeta = 0.0005
 MAX_INERTIA_FACTOR = 1e3

@@ -11,12 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 POINTS = 64  # positions in a period of the first mesh
 MAX_STEPS = 100  # of Newton's method
 MAX_HALVINGS = 80  # of a step

@@ -28,6 +28,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import (
     check_arguments,
     format_value,
@@ -43,7 +44,6 @@ from lumped.train.waves import (
     wave_from_samples,
 )
 
-Array = NDArray[np.float64]
 MODELS = (1, 2, 3)
 TORQUE_RTOL = 1e-4  # of torques that are typed with five digits
 FINITE_ON_PATH = "on the path of contact it must be finite"

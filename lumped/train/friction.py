@@ -34,8 +34,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_between, require_fields
 from lumped.train.coordinates import (
     Coordinates,
@@ -47,7 +47,6 @@ from lumped.train.excitation import MeshExcitation
 from lumped.train.train import Mesh, Train
 from lumped.train.waves import Wave, constant_wave, multiply_waves
 
-Array = NDArray[np.float64]
 Sliding = Literal["nominal", "instantaneous"]
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.kernels.arrays import ExcitationSamples, FrictionSamples
 from lumped.train.friction import (
     FrictionRows,
@@ -17,8 +17,6 @@ from lumped.train.friction import (
 )
 from lumped.train.train_excitation import TrainExcitation
 from lumped.train.waves import Wave, constant_wave, linear_wave
-
-Array = NDArray[np.float64]
 
 
 def with_friction(

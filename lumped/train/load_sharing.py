@@ -11,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_fields
 from lumped.train.train import Train, TrainError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.train.coordinates import Coordinates, train_coordinates
 from lumped.train.train import Train, TrainError
 
-Array = NDArray[np.float64]
 # Least parts of a mode's strain energy in the meshes: of a mesh mode, of a resonance
 # that meshes excite, and of a mode whose vibration reaches the meshes at all
 MIN_MESH_MODE_ENERGY = 0.25

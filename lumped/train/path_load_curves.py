@@ -20,10 +20,10 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.train.excitation import table_pitches
 from lumped.train.table import MeshTable, pair_compliance_name, pair_names, pair_teeth
 
-Array = NDArray[np.float64]
 OPEN_GAP = 1e-2  # [m] beyond any deflection
 N_INTERVALS = 256  # of penetration in a load curve, denser toward zero
 # Multiple of the table's largest penetration up to which load curves bend

@@ -13,9 +13,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 def pair_errors(driver: Sequence[float], driven: Sequence[float]) -> Array:

@@ -13,14 +13,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.train.coordinates import line_of_action
 from lumped.train.excitation import MeshExcitation
 from lumped.train.train import Train, TrainError
 from lumped.train.waves import Wave
-
-Array = NDArray[np.float64]
 
 
 def position_gaps(train: Train, errors: Sequence[float]) -> Array:

@@ -14,13 +14,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Complex
 from lumped.kernels.arrays import CoupledSystem, Propagator
 from lumped.train.rotating_frame import RotatingFrame
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 NODES = np.array([1.0, 0.0, -1.0, -2.0])  # nodes of a force, in steps
 MAX_RESOLVED_ANGLE = 1.0  # rad per step up to which a motion is resolved
 DECAY_PER_ANGLE = 0.25  # logarithm of the decay in a step per rad beyond it

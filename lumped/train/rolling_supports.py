@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from lumped.bearings.kinematics import cage_over_shaft
 from lumped.bearings.rolling import BallBearing, RollerBearing
 from lumped.bearings.statics import MIN_LOAD, RingSupport, mean_support
+from lumped.common.arrays import Array
 from lumped.common.checks import check_arguments, require_present
 from lumped.kernels.arrays import BearingSamples, ExcitationSamples, ModalSystem
 from lumped.train.coordinates import rigid_groups, train_coordinates
 from lumped.train.modes import Modes
 from lumped.train.train import Gear, Train, TrainError
 
-Array = NDArray[np.float64]
 UNIT_STIFFNESS = (1.0, 1.0)  # N/m, of gears whose load alone is looked for
 BALANCE_RTOL = 1e-6  # of torques that forces of meshes and shafts balance
 LOAD_RTOL = 1e-9  # load of a bearing over the mesh forces that is round-off

@@ -17,10 +17,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Complex
 from lumped.train.modes import Modes
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 INDEFINITE_RTOL = 1e-12  # of the largest stiffness: a negative one that is round-off
 # Part of the largest eigenvalue below which one is zero, or its real part is; double
 # zeros are known to the root of round-off alone

@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_between, require_fields, require_present
 from lumped.kernels.arrays import (
     BearingSamples,
@@ -58,7 +59,6 @@ from lumped.train.rotating_frame import RotatingFrame, rotating_frame
 from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 
-Array = NDArray[np.float64]
 # Part of strain energy in the meshes below which a mode is omitted
 MIN_MESH_STRAIN = 1e-20
 MIN_BEARING_SHIFT = 1e-9  # of a mode, over the largest, that counts as motion

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_fields
 from lumped.common.csv_text import TableError, format_csv, parse_csv
 
-Array = NDArray[np.float64]
 REQUIRED_COLUMNS = ("torque_Nm", "position", "stiffness_N_per_m")
 INTEGER_COLUMNS = ("n_pairs",)
 

@@ -10,12 +10,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.kernels.arrays import PITCH, ExcitationSamples, Pieces
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.train import Train
 from lumped.train.waves import POSITION_TOL, Wave
 
-Array = NDArray[np.float64]
 GAP_POINTS = 256  # points of a gap per base pitch
 
 

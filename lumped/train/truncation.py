@@ -19,11 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Mask
 from lumped.train.elastic_inertia import inertia_factor, normalise
 from lumped.train.modes import MIN_RESONANCE_ENERGY
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 # Largest error of excitation, and of amplitudes on flanks of resonances
 MAX_ERROR = 0.08
 BAND_MARGIN = 0.05  # relative distance beyond the band at which a resonance is excited

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_fields
 
-Array = NDArray[np.float64]
 POSITION_TOL = 1e-12  # base pitches within which two positions are equal
 
 

@@ -24,12 +24,12 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
+from meshes.arrays import Array
 from meshes.eccentric.pitch import MIN_GAP, EccentricPair, Frames, PitchCurve
 
-Array = NDArray[np.float64]
 Side = Literal[1, -1]
 LEADING: Side = 1  # flanks that face the direction of the pitch point's motion
 TRAILING: Side = -1

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meshes.arrays import Array
 from meshes.eccentric.base import LEADING, TRAILING, Side
 from meshes.eccentric.teeth import ToothedWheel
 from meshes.outline import Curve, Edges
 from meshes.profile import Points
 
-Array = NDArray[np.float64]
 DENSE = 40  # points of an edge by which its length is measured
 BELOW_ROOT = 0.5  # least body around the bore, in modules
 

@@ -27,12 +27,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from meshes.arrays import Array
 from meshes.gear import GeometryError, floored
 
-Array = NDArray[np.float64]
 MIN_GAP = 1e-3  # least distance from the bearing to the circle, over the radius
 MAX_LOBES = 100
 MIN_SAMPLES, MAX_SAMPLES = 64, 1 << 17  # terms of a periodic function of the angle

@@ -18,13 +18,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from meshes.arrays import Array
 from meshes.eccentric.base import LEADING, TRAILING, Side, feasibility
 from meshes.eccentric.pitch import EccentricPair, PitchCurve
 from meshes.gear import GeometryError, floored
 
-Array = NDArray[np.float64]
 MIN_TEETH, MAX_TEETH = 5, 2_000
 ROUNDING = 0.3  # rounding of the rack's tips, in modules, as usual in gear sets
 MIN_TIP = 0.05  # least tip thickness in modules

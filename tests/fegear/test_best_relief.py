@@ -30,7 +30,8 @@ from fegear.statics.relief_objective import (
     ReliefObjective,
     peak_to_peak,
 )
-from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
 from fegear.studies.trains import GearSetRef
 
 COARSE = StaticsSettings(resolution="coarse")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from fegear.cli import Announcer
-from fegear.statics.solving import ERROR_FACTOR
+from fegear.statics.mesh_result import ERROR_FACTOR
 from lumped import read_table
 
 

@@ -13,16 +13,9 @@ from fegear.contact.problem import corner_positions
 from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, make_gear_set
-from fegear.statics.solving import (
-    RESOLUTIONS,
-    ErrorEstimate,
-    Fineness,
-    Resolution,
-    StaticsSettings,
-    contact_problem,
-    largest_errors,
-    solve_mesh,
-)
+from fegear.statics.mesh_result import ErrorEstimate, largest_errors
+from fegear.statics.settings import RESOLUTIONS, Fineness, Resolution, StaticsSettings
+from fegear.statics.solving import contact_problem, solve_mesh
 from validation.random_sets.generator import draw_pair, draw_torque
 
 SEED = 662607015  # numbers 0 to 99 are those on which the factor was chosen

@@ -18,7 +18,7 @@ import fegear
 import lumped
 from fegear.cli import app
 from fegear.rendering.pictures import StressResult
-from fegear.statics.solving import ErrorEstimate, StaticsResult
+from fegear.statics.mesh_result import ErrorEstimate, StaticsResult
 from fegear.studies import load_study
 from fegear.studies.python_example import python_example
 from fegear.studies.registry import STUDIES

@@ -16,7 +16,8 @@ from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations, StiffnessSource, read_mesh_tables
 from fegear.statics.mesh_table_files import read_mesh_table
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.signals.averages import order_amplitudes
 from lumped.steady.respond import respond_with_history

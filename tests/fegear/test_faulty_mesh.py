@@ -11,7 +11,8 @@ from numpy.testing import assert_allclose
 import fegear
 from fegear.gearset.phases import mesh_phases
 from fegear.statics.crack_tips import crack_tips
-from fegear.statics.solving import StaticsResult, StaticsSettings
+from fegear.statics.mesh_result import StaticsResult
+from fegear.statics.settings import StaticsSettings
 from fegear.studies.stiffness import MeshStiffness
 from fegear.studies.trains import GearSetRef
 

@@ -16,7 +16,8 @@ from fegear.statics.identify import (
     identify,
     stiffness_model,
 )
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from fegear.studies.identify import (
     Identification,
     IdentificationResult,

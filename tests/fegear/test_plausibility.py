@@ -10,6 +10,7 @@ import pytest
 
 from fegear.cli import run
 from fegear.gearset import builtin_names, load_gear_set
+from fegear.statics.mesh_result import ERROR_FACTOR
 from fegear.statics.plausibility import (
     MAX_PRESSURE,
     kinematic_error,
@@ -17,8 +18,9 @@ from fegear.statics.plausibility import (
     plausibility_warnings,
     unit_warnings,
 )
-from fegear.statics.solving import ERROR_FACTOR, StaticsSettings, solve_mesh
-from fegear.studies.stiffness import table_warnings
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
+from fegear.statics.table_warnings import table_warnings
 
 USUAL = {
     "deflection": 2e-5,

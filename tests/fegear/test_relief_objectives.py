@@ -20,7 +20,8 @@ from fegear.statics.harmonics import mesh_harmonics
 from fegear.statics.relief_front import relief_front
 from fegear.statics.relief_objective import ReliefObjective, linear_step, peak_to_peak
 from fegear.statics.relief_tolerance import tolerance_band
-from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
 from fegear.studies.relief_vibration import VibrationSearch
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.workers import Stopped

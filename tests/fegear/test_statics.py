@@ -17,7 +17,8 @@ from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set
 from fegear.gearset.read import read_gear_set
 from fegear.statics import solving as statics
-from fegear.statics.solving import RESOLUTIONS, StaticsSettings, solve_mesh
+from fegear.statics.settings import RESOLUTIONS, StaticsSettings
+from fegear.statics.solving import solve_mesh
 from lumped.train.table import format_table, pair_compliance_name, parse_table
 from meshes import MeshSize
 from validation.oracles import ring

@@ -15,7 +15,8 @@ from fegear.statics.excitation import (
     read_mesh_tables,
     table_warnings,
 )
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from lumped import MeshTable
 from lumped.train.table import format_table, parse_table
 

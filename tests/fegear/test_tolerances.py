@@ -16,7 +16,8 @@ from fegear.contact.solve import solve_cycle
 from fegear.contact.variants import Variants, solve_variants, with_profiles
 from fegear.files.store import CheckpointOptions
 from fegear.gearset.modifications import FlankProfile
-from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
 from fegear.statics.tolerance_bands import (
     band_error,
     contact_ratio,

@@ -24,7 +24,8 @@ from fegear.statics.archard import (
     step_error,
     wear_off,
 )
-from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
 
 K = 1e-18  # m2/N
 TORQUE = 100.0

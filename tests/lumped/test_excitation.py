@@ -103,7 +103,8 @@ def test_equilibrium_of_the_pairs_is_the_tables_error(ahead, torque, relief):
 def test_equilibrium_with_a_finite_element_table(corners, tolerance):
     """A force on a tip corner has a shorter lever than the base radius."""
     from fegear.gearset import load_gear_set
-    from fegear.statics.solving import StaticsSettings, solve_mesh
+    from fegear.statics.settings import StaticsSettings
+    from fegear.statics.solving import solve_mesh
 
     gear_set = load_gear_set("liu-pair")
     settings = StaticsSettings(

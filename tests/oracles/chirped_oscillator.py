@@ -8,11 +8,9 @@ less. In closed form by the error function of complex argument.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import wofz
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.common.arrays import Array, Complex
 
 
 def chirp_response(

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.steady.motion import resample
 from lumped.steady.response import History
 from lumped.train.system import LumpedSystem
@@ -17,7 +17,6 @@ from lumped.train.system import LumpedSystem
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-Array = NDArray[np.float64]
 OVERLAP = 16  # steps of the periods before and after that a spline takes into account
 OVERSAMPLING = 4  # equal steps of a period over those of its history, at least
 

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh, expm
 from scipy.optimize import brentq
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 TIME_TOL = 1e-12  # periods within which two jumps are one
 AHEAD = 1e-9  # periods ahead for which a contact at its border is judged
 GAUSS = np.polynomial.legendre.leggauss(4)

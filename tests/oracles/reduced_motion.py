@@ -18,14 +18,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
+from lumped.common.arrays import Array
+
 if TYPE_CHECKING:
     from fegear.dynamics.model import DynamicModel
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

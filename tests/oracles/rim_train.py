@@ -10,10 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

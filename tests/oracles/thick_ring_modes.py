@@ -18,13 +18,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import jvp, yvp
 
+from lumped.common.arrays import Array
 from validation.oracles.ring import Annulus, shear_modulus
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,8 @@ import pytest
 
 from fegear.cli import run
 from fegear.gearset import load_gear_set, make_gear_set
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from validation.oracles.iso6336 import regression_limits
 from validation.study.compare import compare_mesh
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import StiffnessSource
@@ -32,7 +31,6 @@ from lumped.steady.sweep import Branch, sweep_all
 from lumped.train.system import LumpedSystem
 from validation.bench import benchmark as bench
 
-Array = NDArray[np.float64]
 REFERENCE_RTOL = Settings(steps=512, tolerance=1e-6)
 MARGIN = 0.005  # of a multiplier from the unit circle, of those
 DISTURBED, FADED, GROWN = 1e-5, 1e-2, 1e2  # of the state, and of that

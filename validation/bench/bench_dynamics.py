@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, TimeSteps
@@ -22,12 +21,12 @@ from fegear.files.memory import memory_level
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import lumped_system
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from lumped.train.system import LumpedSystem
 from validation.bench import benchmark as bench
 from validation.bench.bench_lumped import leading_frequency
 
-Array = NDArray[np.float64]
 COMMON = 128  # steps of a period in all studies but that of the steps
 REPEATS = 3
 STUDIES = {  # by name: what is drawn, a marker, and the unit of the setting

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from fegear.eccentric.contact import solve_contact_cycle
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.turn import STEEL
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.outline import WheelEdges
@@ -31,7 +31,6 @@ from validation.oracles.rolling import (
     shoot,
 )
 
-Array = NDArray[np.float64]
 ECCENTRICITY = 0.627  # over the radius, figure 4 of the source
 RADIUS, TEETH, PART = 0.02, 24, 0.2  # of the wheels in contact, [m] and over the radius
 LOAD = 2e3  # torque per width [N]

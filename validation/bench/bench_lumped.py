@@ -10,10 +10,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
 from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from lumped.steady.respond import respond
 from lumped.steady.response import Response
@@ -24,7 +24,6 @@ from lumped.train.train import Gear, Shaft
 from validation.bench import benchmark as bench
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms
 
-Array = NDArray[np.float64]
 REFERENCE = Settings(
     method="dopri5", accuracy=1e-11, tolerance=1e-8, max_periods=20_000
 )

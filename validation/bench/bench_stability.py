@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
@@ -24,6 +23,7 @@ from fegear.studies.stability import Stability
 from fegear.studies.trains import GearSetRef
 from fegear.studies.varied import FRICTION
 from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from lumped.stability.combinations import Combination, combinations
 from lumped.stability.intervals import scan_stability
@@ -39,7 +39,6 @@ from validation.oracles.hill import (
     recursion,
 )
 
-Array = NDArray[np.float64]
 SLOPE, START, STEP = -1.0, -1.0, 0.5  # a, b and h of figure 5.4
 BATCH = 500  # transitions that are timed at once, of compiled methods
 COEFFICIENT, DAMPING = 0.1, 0.001

@@ -14,15 +14,14 @@ from functools import cached_property
 from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.closed_forms.tooth_crack import CrackModel, RootCrack
 from lumped.closed_forms.tooth_energy import mesh_stiffness
+from lumped.common.arrays import Array
 from validation.cracked_tooth.healthy import HealthyPair
 from validation.oracles.cut_tooth import CutTooth, tangent_point
 from validation.oracles.potential_energy import touching_pairs
 
-Array = NDArray[np.float64]
 POSITIONS = 64  # of the path of the cracked tooth
 TANGENT_ANGLE = math.radians(30.0)  # of the fillet where the crack begins
 CRACK_ANGLE = math.radians(60.0)  # to the centre line: along the normal there

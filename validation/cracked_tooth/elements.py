@@ -10,11 +10,11 @@ from fegear.contact.solve import solve_cycle, solve_pair_alone
 from fegear.gearset.faults import Faults, ToothCrack
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import contact_problem
+from lumped.common.arrays import Array
 from meshes.crack import Crack
 from validation.cracked_tooth.drops import (
     CRACK_ANGLE,
     TANGENT_ANGLE,
-    Array,
     StiffnessDrop,
     path_positions,
     stiffness_drop,

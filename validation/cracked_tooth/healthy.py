@@ -18,18 +18,19 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.contact.solve import solve_pair_alone
 from fegear.gearset.model import GearSet
-from fegear.statics.solving import StaticsResult, StaticsSettings, solve_mesh
+from fegear.statics.mesh_result import StaticsResult
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from lumped.closed_forms.tooth_energy import ToothMaterial, contact_compliance
+from lumped.common.arrays import Array
 from meshes import GearPair
 from validation.oracles import potential_energy, ring
 from validation.oracles.cut_tooth import CutTooth
 from validation.oracles.potential_energy import ContactLaw
 
-Array = NDArray[np.float64]
 SETTINGS = StaticsSettings(
     positions=64, estimate_error=False, root_stress=False, corner_contact=False
 )

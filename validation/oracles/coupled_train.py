@@ -15,16 +15,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 from scipy.optimize import root
 
+from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 
 if TYPE_CHECKING:
     from lumped.train.system import LumpedSystem
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

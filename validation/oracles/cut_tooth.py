@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fegear.gearset.model import Gear
 from lumped.closed_forms.tooth_crack import RootCrack, cracked_compliance
@@ -23,11 +23,11 @@ from lumped.closed_forms.tooth_energy import (
     ToothOutline,
     beam_compliance,
 )
+from lumped.common.arrays import Array
 from meshes import SpurGear
 from meshes.profile import fillet_points, flank_points
 from validation.oracles.hertz import Material
 
-Array = NDArray[np.float64]
 POINTS = 400  # of the fillet, and of the flank
 TANGENT_ANGLE = math.radians(30.0)  # to the centre line, where ISO 6336-3 measures
 

@@ -12,12 +12,12 @@ Johnson prints plane strain; the plane stress analogue is this replacement.
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.closed_forms.tooth_energy import ToothMaterial, contact_compliance
+from lumped.common.arrays import Array
 
 Plane = Literal["stress", "strain"]
-Array = NDArray[np.float64]
 
 
 class Material(NamedTuple):

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
 
 
 def exact_transition(a: float, b: float, h: float) -> Array:

@@ -28,14 +28,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
+
+from lumped.common.arrays import Array, Mask
 
 if TYPE_CHECKING:
     from fegear.dynamics.model import DynamicModel
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 MAX_ITERATIONS, SHORTEST = 200, 1e-6  # of Newton's method, and of its steps
 EQUILIBRIUM_RTOL = 1e-11  # of the reach of the laws
 REFINED, PART = 1e-7, 1e-3  # of a squared frequency; the part of it for derivatives

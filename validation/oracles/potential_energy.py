@@ -32,6 +32,7 @@ from lumped.closed_forms.tooth_energy import (
     ToothSections,
     beam_compliance,
 )
+from lumped.common.arrays import Array
 from validation.oracles.hertz import (
     Material,
     Plane,
@@ -41,7 +42,6 @@ from validation.oracles.hertz import (
     require_positive,
 )
 
-Array = NDArray[np.float64]
 ContactLaw = Plane | Literal["linear"]
 
 FILLET_RADIUS = 0.38  # over the module, rho_fP of the ISO 53 basic rack, profile A

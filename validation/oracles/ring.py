@@ -9,9 +9,10 @@ Timoshenko & Goodier, Theory of Elasticity (1970), ch. 4, stress function C thet
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 POSITIVE = ("shear_modulus", "young_modulus", "density", "face_width")
 
 

@@ -11,9 +11,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lumped.common.arrays import Array
+
 BRACKET = 0.9, 1.1  # of Burmester's distance, between which the exact one is
 
 

@@ -10,12 +10,11 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from lumped.common.arrays import Array
 from lumped.train.system import LumpedSystem
 
-Array = NDArray[np.float64]
 Method = Literal["DOP853", "LSODA"]
 TABLE = 4096  # points per base pitch of stiffness and gap
 POINTS = 256  # per period of the first mesh at which the motion is read

@@ -12,7 +12,9 @@ from fegear.contact.problem import ContactCycle
 from fegear.contact.solve import solve_cycle, solve_pair_alone
 from fegear.elasticity.material import Plane
 from fegear.gearset.model import Gear, GearSet
-from fegear.statics.solving import StaticsResult, StaticsSettings, solve_mesh
+from fegear.statics.mesh_result import StaticsResult
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from meshes import GearPair
 from validation.oracles.potential_energy import AnalyticGear
 

@@ -21,12 +21,8 @@ from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
-from fegear.train.lumped_models import (
-    LumpedModel,
-    body_modes_warnings,
-    lumped_system,
-    truncation_bound,
-)
+from fegear.studies.model_texts import body_modes_warnings
+from fegear.train.lumped_models import LumpedModel, lumped_system, truncation_bound
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress, silent
 from lumped.steady.settings import Settings, SteadySettings
@@ -39,7 +35,6 @@ from validation.oracles.loaded_modes import loaded_modes
 from validation.random_sets.generator import kind_of
 from validation.random_sets.reduced_gears import elastic_gears, reduced_gears
 
-Array = NDArray[np.float64]
 Rows = list[list[float]]
 SPEEDS = 16
 SPAN = 0.25, 1.3  # of speeds, over the highest mesh resonance of Model-1

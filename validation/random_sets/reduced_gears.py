@@ -16,7 +16,7 @@ from fegear.dynamics.mesh_load_curves import all_mesh_load_curves, equal_tables
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 from lumped.train.system import LumpedSystem
 
 

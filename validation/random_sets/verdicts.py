@@ -20,8 +20,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Mask
 from validation.random_sets.measuring import (
     COUPLED_DOWN,
     COUPLED_UP,
@@ -38,8 +38,6 @@ from validation.study.other_branches import (
     on_other_branch,
 )
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 MEDIAN, MAX_P90 = SAME_MOTION, OTHER_MOTION  # bounds on median and 90th percentile
 MAX_OTHER_BRANCH = MAX_SHARE  # of the speeds
 NATURAL_ERROR = 5e-3

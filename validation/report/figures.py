@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.figures.drawing import panels
 from validation.study.budget import COUPLED_MODEL, QUANTITIES, Budget
 from validation.study.metrics import METRICS, ForceCycle, MeasuredCurve, Verdict
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 Column = Literal["dte_rms", "force_peak", "contact_loss"]
 WIDTH = 4.8  # inches; a phone shows them at about four fifths of it
 COLORS = ("#d1495b", "#2b83ba", "#3a9d5d", "#c77f0a", "#8e6bbf", "#7a7a7a")

@@ -7,8 +7,8 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.figures.drawing import color_of, draw_legend, panels
 from lumped.figures.rattle import color_of_motion
 from validation.reproduce.parts import QUANTITIES, Curve, Style
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 WIDTH, HEIGHT = 7.2, 3.0  # inches, of all panels and of one
 LOOKS: Mapping[Style, dict[str, Any]] = {
     "line": {"ls": "-", "lw": 1.4},

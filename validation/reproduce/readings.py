@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from validation.reproduce.parts import (
     ROUND_OFF,
     Curve,
@@ -18,7 +18,6 @@ from validation.reproduce.parts import (
     first_largest,
 )
 
-Array = NDArray[np.float64]
 Results = Mapping[str, PartResult]  # by the name of a part
 CLOSE = 0.01
 LOW = 0.25  # of the height, above the least value: where contours are ellipses

@@ -9,7 +9,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
@@ -18,6 +17,7 @@ from fegear.gearset.read import make_gear_set
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 from lumped.steady.respond import respond
 from lumped.steady.settings import Settings
@@ -29,7 +29,6 @@ from lumped.train.system import LumpedSystem
 from validation.oracles.coupled_train import instant_of
 from validation.stress.trials import Family, Trial, Trials
 
-Array = NDArray[np.float64]
 PAIR, IDLER = "liu-pair", "liu-idler"
 COUPLED = LumpedModel(number="coupled")
 FINE = Settings(steps=512)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.common.arrays import Array
 from lumped.steady.respond import respond, respond_with_history
 from lumped.steady.response import History, Response
 from lumped.steady.settings import Settings
@@ -20,7 +20,6 @@ from lumped.train.train import Gear, Mesh, Train
 from lumped.train.waves import constant_wave
 from validation.stress.trials import Family, Trial, Trials
 
-Array = NDArray[np.float64]
 ADAPTIVE = Settings(method="dopri5", accuracy=1e-8)
 RADII = (0.04535, 0.06564, 0.11218)  # Table 2.1
 INERTIAS = (0.002621, 0.01091, 0.1193)

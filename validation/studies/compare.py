@@ -9,7 +9,7 @@ from typing import Any
 
 from fegear.files.codes import with_code
 from fegear.gearset.model import GearSet
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 from fegear.studies.page import Columns, Page, RowTable
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult

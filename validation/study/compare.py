@@ -15,13 +15,10 @@ from fegear.elasticity.material import Plane
 from fegear.files.codes import with_code
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
-from fegear.statics.solving import (
-    StaticsResult,
-    StaticsSettings,
-    contact_problem,
-    solve_mesh,
-)
-from fegear.studies.stiffness import table_warnings
+from fegear.statics.mesh_result import StaticsResult
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem, solve_mesh
+from fegear.statics.table_warnings import table_warnings
 from meshes import GearPair
 from validation.oracles import hertz, iso6336, potential_energy, ring
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.common.arrays import Array
 from lumped.steady.jumps import Jump, Peak
 from lumped.steady.response import History
 from lumped.steady.sweep import Direction
 
-Array = NDArray[np.float64]
 FE = "fe"  # source of the finite elements' values, in addition to the names of models
 FE_FRICTIONLESS = "fe-without-friction"  # the same, where others have friction
 FRICTION_EFFECT = "friction_effect"

@@ -14,11 +14,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.arrays import Array, Mask
 from lumped.steady.jumps import Jump, Peak
 from validation.study.metrics import MeasuredCurve
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 SAME_MOTION, OTHER_MOTION = 0.02, 0.08  # errors up to and beyond which it is one
 MAX_SHARE = 0.25  # of the speeds: with more on other branches nothing is known
 

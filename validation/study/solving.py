@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.dynamics.build import prepare
 from fegear.dynamics.checkpoint import StoredBranch
@@ -20,13 +19,10 @@ from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.solving import solve_mesh
+from fegear.studies.model_texts import static_warnings, truncation_warnings
 from fegear.studies.responses import sweep_warnings
-from fegear.train.lumped_models import (
-    LumpedModel,
-    lumped_system,
-    static_warnings,
-    truncation_warnings,
-)
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress
 from lumped.steady.motion import speeds_between
@@ -44,8 +40,6 @@ from lumped.train.system import LumpedSystem
 from validation.study.cases import SingleSpeed
 from validation.study.metrics import CYCLE_POINTS, ForceCycle, Statics, force_cycle
 from validation.study.tasks import RunSpec
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from lumped.common.arrays import Array, Indices
+
 # of `ImpactWorkspace`
 INTEGER_FIELDS = "locked", "contact", "side", "leaving", "basis", "edge"
 # Columns of an impact, see `lumped.clatter.kernels.events.run_events`
@@ -50,8 +49,8 @@ class GroupArrays(NamedTuple):
     own_order: Array
     own_cosine: Array
     own_sine: Array
-    wall: Integers
-    roundoff_coordinate: Integers
+    wall: Indices
+    roundoff_coordinate: Indices
     orders: Array
     cosines: Array
     sines: Array
@@ -89,13 +88,13 @@ class ImpactWorkspace(NamedTuple):
     j: Array
     max_j: Array
     max_k: Array
-    locked: Integers
+    locked: Indices
     s: Array
     bounds: Array
-    contact: Integers
-    side: Integers
-    leaving: Integers
-    edge: Integers
+    contact: Indices
+    side: Indices
+    leaving: Indices
+    edge: Indices
     approach_speed: Array
     impulse: Array
     dissipated: Array
@@ -104,7 +103,7 @@ class ImpactWorkspace(NamedTuple):
     inverse: Array
     b: Array
     z: Array
-    basis: Integers
+    basis: Indices
     eliminated: Array
     contact_acceleration: Array
     pull: Array

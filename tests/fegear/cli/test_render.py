@@ -33,7 +33,7 @@ from fegear.rendering.headless import drawing_window
 from fegear.rendering.look import HEADER as HEAD
 from fegear.rendering.look import MARGIN, SIZE, look_of, picture_aspect, ribbon_base
 from fegear.rendering.scene import draw
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 
 NO_PALETTE = np.zeros((256, 3), np.uint8)  # films .mp4 need none
 SMALL = ("--frames", "6", "--width", "480")

@@ -16,7 +16,8 @@ from fegear.cli import app
 from fegear.files.errors import InputError
 from fegear.files.speeds import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import default_speeds, lumped_system
 from lumped.steady.response import Status
 from lumped.steady.sweep_table import read_sweep

@@ -14,7 +14,8 @@ from fegear.contact import problem as contact
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity.flank_grid import beyond_first, point_arc
-from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
 
 TORQUE = 150.0  # N m
 CORNER = 0.25  # position at which the wheel's tip corner bears on the pinion

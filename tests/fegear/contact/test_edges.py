@@ -18,8 +18,8 @@ from fegear.contact.edges import (
 from fegear.contact.loads import patch_loads
 from fegear.contact.problem import corner_positions
 from fegear.gearset import load_gear_set
-from fegear.statics.solving import StaticsSettings, solve_mesh
-from fegear.studies.stiffness import at_torque
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from lumped.train.table import read_table
 
 COLUMN = "max_pressure_Pa"
@@ -46,7 +46,7 @@ def test_the_largest_pressure_does_not_follow_the_mesh(end):
     gear_set = relieved("linear", end)
     results = [solved(gear_set, name) for name in ("coarse", "default", "fine")]
     largest = [
-        at_torque(result, 0)["max_pressure_plane_strain_MPa"] for result in results
+        result.key_figures[0]["max_pressure_plane_strain_MPa"] for result in results
     ]
     assert np.ptp(largest) < 0.005 * largest[1]
     for result in results:
@@ -100,7 +100,7 @@ def test_a_kink_at_the_pitch_point_has_no_pressure_there():
     }
     gears = load_gear_set("liu-pair", edits=edits)
     assert (
-        at_torque(solved(gears, "coarse"), 0)[
+        solved(gears, "coarse").key_figures[0][
             "pressure_at_pitch_point_plane_strain_MPa"
         ]
         is None
@@ -138,8 +138,8 @@ def test_an_end_of_a_spall_is_an_edge_of_its_tooth_alone():
     at_start = of_positions[:: result.table.position.size // 38]
     of_pair = at_start[:, result.cycle.teeth.tolist().index(0)]
     assert of_pair.tolist() == [True] + 37 * [False]
-    values = at_torque(result, 0)
-    healthy = at_torque(solved(load_gear_set("liu-pair"), "coarse", 50.0), 0)
+    values = result.key_figures[0]
+    healthy = solved(load_gear_set("liu-pair"), "coarse", 50.0).key_figures[0]
     name = "pressure_at_pitch_point_plane_strain_MPa"
     assert values[name] == pytest.approx(healthy[name], rel=1e-9)
     # beside its edges the tooth has the pressure of 0.6 of the width
@@ -150,7 +150,7 @@ def test_an_end_of_a_spall_is_an_edge_of_its_tooth_alone():
 def test_another_pair_counts_while_a_tip_corner_is_in_contact():
     """The largest pressure is that at the end of single contact, by Hertz."""
     result = solved(load_gear_set("liu-pair"), "fine")
-    values = at_torque(result, 0)
+    values = result.key_figures[0]
     pressures = finite_pressures(result.problem, result.cycle, 0)
     corners = corner_positions(result.problem, result.cycle, 0)
     assert pressures[corners].max() > 0.0

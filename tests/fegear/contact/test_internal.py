@@ -11,7 +11,8 @@ from whole_contact import ste_of_whole_gears
 
 from fegear.contact.solve import solve_cycle
 from fegear.gearset import FlankProfile, Relief, make_gear_set
-from fegear.statics.solving import RESOLUTIONS, Resolution, StaticsSettings, solve_mesh
+from fegear.statics.settings import RESOLUTIONS, Resolution, StaticsSettings
+from fegear.statics.solving import solve_mesh
 from meshes import MeshSize
 
 TORQUE = 60.0

@@ -17,8 +17,9 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.plausibility import tip_warnings
-from fegear.statics.solving import RESOLUTIONS, Resolution, StaticsSettings, solve_mesh
-from fegear.studies.stiffness import table_warnings
+from fegear.statics.settings import RESOLUTIONS, Resolution, StaticsSettings
+from fegear.statics.solving import solve_mesh
+from fegear.statics.table_warnings import table_warnings
 from meshes import MeshSize
 
 TORQUE = 100.0

@@ -10,8 +10,9 @@ import pytest
 from fegear.contact.virtual_work import work_on_gaps
 from fegear.gearset import load_gear_set
 from fegear.statics.plausibility import MAX_IMBALANCE
-from fegear.statics.solving import StaticsSettings, solve_mesh
-from fegear.studies.stiffness import table_warnings
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
+from fegear.statics.table_warnings import table_warnings
 
 PLASTIC = {"gear.2.young_modulus_GPa": 3}
 RELIEF = {

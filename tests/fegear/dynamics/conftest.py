@@ -31,7 +31,7 @@ from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations, StiffnessSource
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 from lumped import LumpedSystem
 from meshes import MeshSize
 

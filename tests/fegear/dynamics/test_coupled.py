@@ -16,7 +16,8 @@ from fegear.elasticity.modes import lowest_modes
 from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
 from fegear.statics.excitation import StiffnessSource
-from fegear.statics.solving import BODIES, solve_mesh
+from fegear.statics.settings import BODIES
+from fegear.statics.solving import solve_mesh
 from fegear.train.coupled import contacts_of
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.attractors.attractors import find_attractor

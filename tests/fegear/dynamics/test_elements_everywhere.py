@@ -19,7 +19,7 @@ from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations, StiffnessSource
-from fegear.statics.solving import RESOLUTIONS
+from fegear.statics.settings import RESOLUTIONS
 from fegear.train.lumped_models import lumped_system
 from meshes import sector as meshing
 

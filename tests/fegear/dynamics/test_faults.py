@@ -21,7 +21,8 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.statics.excitation import Excitations, StiffnessSource
-from fegear.statics.solving import RESOLUTIONS, StaticsSettings, contact_problem
+from fegear.statics.settings import RESOLUTIONS, StaticsSettings
+from fegear.statics.solving import contact_problem
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.signals.averages import order_amplitudes, residual_of
 from lumped.steady.respond import respond_with_history

@@ -13,7 +13,8 @@ from fegear.dynamics.table_load_curves import load_curves_at
 from fegear.files.errors import InputError
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import GivenTables, read_mesh_tables
-from fegear.statics.solving import StaticsSettings, contact_problem, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem, solve_mesh
 from fegear.train.coupled import contacts_of, coupled_contacts
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.settings import Settings

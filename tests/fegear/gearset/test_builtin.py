@@ -13,7 +13,8 @@ from fegear.gearset import Shaft, builtin_names, load_gear_set
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from lumped.train.modes import natural_modes
 
 OF_SOURCE = [name for name in builtin_names() if name.startswith("liu-")]

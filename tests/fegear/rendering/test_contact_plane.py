@@ -16,7 +16,6 @@ from fegear.rendering.fields import (
     contact_field,
     mesh_scene,
 )
-from fegear.studies.stiffness import at_torque
 from meshes.profile import flank_frame
 from validation.oracles import hertz
 from validation.random_sets.generator import draw_pair, draw_torque
@@ -111,7 +110,7 @@ def test_both_planes_are_in_the_summary(plane):
     gear_set = load_gear_set("liu-pair")
     settings = StaticsSettings(plane=plane, positions=8, estimate_error=False)
     solved = solve_mesh(gear_set, 0, [100.0], settings)
-    values = at_torque(solved, 0)
+    values = solved.key_figures[0]
     for name in ("pressure_at_pitch_point", "max_pressure"):
         strain, stress = (values[f"{name}_plane_{p}_MPa"] for p in ("strain", "stress"))
         assert stress / strain == pytest.approx(np.sqrt(1.0 - 0.3**2), rel=1e-12)

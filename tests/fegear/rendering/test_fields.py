@@ -31,7 +31,7 @@ from fegear.rendering.fields import (
     mesh_scene,
 )
 from fegear.rendering.sector_field import MIRROR, MIRROR_STATE, loadable_gear
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 from meshes import MeshSize, sector_mesh
 from meshes.profile import flank_frame, turn
 from validation.oracles import hertz

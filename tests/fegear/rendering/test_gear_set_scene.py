@@ -30,7 +30,7 @@ from fegear.rendering.gear_set_scene import (
     turn_moments,
 )
 from fegear.rendering.pictures import PictureSettings
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 
 COARSE = StaticsSettings(resolution="coarse")
 TORQUE = 60.0  # N m

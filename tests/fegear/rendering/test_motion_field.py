@@ -18,7 +18,7 @@ from fegear.rendering.fields import (
 )
 from fegear.rendering.motion_field import instant_field, pair_load
 from fegear.rendering.recorded import Instant, mesh_motion, read_history
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 
 TORQUE = 100.0  # N m
 

@@ -18,7 +18,7 @@ from fegear.gearset import load_gear_set
 from fegear.rendering.fields import contact_field, mesh_scene
 from fegear.rendering.look import look_of, picture_aspect, ribbon_base
 from fegear.rendering.page import page
-from fegear.statics.solving import StaticsSettings
+from fegear.statics.settings import StaticsSettings
 
 SHOWN = ("von-mises", "principal", "displacement", "pressure")
 

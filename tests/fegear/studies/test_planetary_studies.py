@@ -14,7 +14,8 @@ from fegear.gearset.draw import gear_set_figure
 from fegear.gearset.members import MEMBERS
 from fegear.gearset.planetary_figures import loss_per_friction
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from fegear.studies.trains import GearSetRef
 from fegear.train.lumped_models import LumpedModel, StiffnessSource
 

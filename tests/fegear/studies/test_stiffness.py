@@ -14,7 +14,8 @@ import fegear
 from fegear.cli import run as command
 from fegear.contact.loads import patch_loads, tooth_loads
 from fegear.files.errors import InputError
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from lumped.train.table import format_table, parse_table
 from meshes import MeshSize
 

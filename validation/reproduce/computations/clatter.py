@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.clatter.gearboxes import load_gearbox
 from lumped.clatter.chaos import lyapunov_exponent
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.runs import centred_state, simulate
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from lumped.figures.clatter import sample_plays
 from validation.reproduce.parts import Curve, Part, PartResult
@@ -22,7 +22,6 @@ from validation.reproduce.scene import NoScene
 from validation.study.data_files import STRICT
 
 Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
-Array = NDArray[np.float64]
 POINTS = 200  # of a period
 
 

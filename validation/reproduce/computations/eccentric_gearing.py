@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.eccentric.drawing import assembled, turned
 from fegear.eccentric.gearing import Gearing
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.base import largest_eccentricity
@@ -23,7 +23,6 @@ from validation.reproduce.parts import Curve, Part, PartResult, Style, Value
 from validation.reproduce.scene import NoScene
 from validation.study.data_files import STRICT, Flag
 
-Array = NDArray[np.float64]
 Share = Annotated[float, Field(ge=0.0, lt=1.0)]
 Degrees = Annotated[float, Field(ge=5.0, le=35.0)]
 Lobes = Annotated[int, Field(strict=True, ge=1, le=100)]

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from lumped.stability.multipliers import integrated, largest_multiplier
 from lumped.stability.periodic import PeriodicSystem, periodic_system
@@ -18,7 +18,6 @@ from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
 from validation.study.data_files import Speeds, few_speeds, parsed_speeds
 
-Array = NDArray[np.float64]
 SAMPLES = 16  # of a common period
 
 

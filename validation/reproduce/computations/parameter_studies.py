@@ -27,6 +27,7 @@ from lumped.closed_forms import (
     peak_amplitude,
     resonance,
 )
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from lumped.common.workers import compute_in_threads
 from lumped.steady.maps import Axis, Cell, ParameterMap, run_map
@@ -38,7 +39,6 @@ from validation.reproduce.parts import Curve, Part, PartResult, Value, first_lar
 from validation.reproduce.scene import CONTACT_RATIO, DELAY, LEAD, Scene
 from validation.study.data_files import STRICT, Number, Speeds, few_speeds
 
-Array = NDArray[np.float64]
 Point = tuple[float, ...]
 MICRO = 1e6
 QUICK_COUNT = 3  # of values over a parameter in a quick part

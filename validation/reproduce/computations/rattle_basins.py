@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from lumped.common.arrays import Array, Indices
 from lumped.common.progress import Progress
 from lumped.rattle.attractors import (
     CHAOTIC,
@@ -31,8 +32,6 @@ from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.study.data_files import Flag, Number, Positive
 
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 COUNT = re.compile(r" [b-z]$| \d+$")  # of motions of one name
 Side = Annotated[int, Field(strict=True, ge=5, le=2000)]
 Speeds = tuple[Number, Number]
@@ -92,7 +91,7 @@ def _cells(part: BasinsPart) -> Array:
 
 def _settled(
     machine: Machine, part: BasinsPart, cells: Array
-) -> tuple[tuple[RattleAttractor, ...], Numbers]:
+) -> tuple[tuple[RattleAttractor, ...], Indices]:
     settled = iterate_map_points(machine, cells, part.iterations)
     classification = classify_attractors(
         machine, part.iterations, settled, only_settled=False
@@ -304,6 +303,6 @@ def limit(part: LimitPart, scene: MachineScene, report: Progress) -> PartResult:
     return PartResult((Curve("line", shown), Curve("dots", shown)), values)
 
 
-def _quiet(attractors: Sequence[RattleAttractor], which: Numbers) -> NDArray[np.bool_]:
+def _quiet(attractors: Sequence[RattleAttractor], which: Indices) -> NDArray[np.bool_]:
     quiet = [i for i, attractor in enumerate(attractors) if attractor.name == QUIET]
     return np.isin(which, quiet)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.rattle.machines import load_machine
+from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress
 from lumped.rattle.assembly import Assembly
@@ -20,8 +20,6 @@ from lumped.rattle.receptances import critical_by_receptances
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult, Style, first_largest
 from validation.study.data_files import STRICT, Flag, Number, Text
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.rattle.bifurcation import OrbitSearch, find_bifurcations
@@ -27,7 +26,6 @@ from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult, Style
 from validation.study.data_files import STRICT, Number, Text
 
-Array = NDArray[np.float64]
 NAME = r"P\(\d+,\d+,\d+\)"
 KIND = r"(fold|period doubling|grazing)"
 Figure = Literal["damping", "eccentricity", "half_backlash", "stiffness", "restitution"]

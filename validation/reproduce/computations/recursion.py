@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from lumped.common.progress import Progress
@@ -21,7 +20,6 @@ from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import NoScene
 from validation.study.data_files import Number, Positive
 
-Array = NDArray[np.float64]
 Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.dynamics.stepper import DynamicSettings
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from lumped.steady.motion import DivergedError, spectrum
 from lumped.steady.settings import Settings
@@ -21,7 +22,6 @@ from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
 from validation.study.data_files import Flag, Speeds, few_speeds, parsed_speeds
 
-Array = NDArray[np.float64]
 HIGH, LOW = 0.05, 1e-4  # of the largest amplitude: high peaks, and all
 
 

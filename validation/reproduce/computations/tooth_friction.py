@@ -12,13 +12,13 @@ from pydantic import Field
 
 from fegear.statics.solving import solve_mesh
 from lumped.closed_forms.parametric import excitation_harmonics
+from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from lumped.train.friction import base_pitch, torque_shares
 from validation.reproduce.computations.parameter_studies import Over
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene, excitations_of
 
-Array = NDArray[np.float64]
 POSITIONS = 256  # of a base pitch
 IN_WORDS = {0: "pair in recess", -1: "pair in approach"}
 

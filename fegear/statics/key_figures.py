@@ -1,0 +1,91 @@
+"""Key figures of a mesh over its cycle: means, ranges and largest values."""
+
+from __future__ import annotations
+
+from math import floor
+from typing import Any
+
+import numpy as np
+
+from fegear.contact.edges import edge_positions, finite_pressures
+from fegear.contact.path import loss_factor, path_positions
+from fegear.contact.problem import ContactCycle, ContactProblem
+from lumped.common.arrays import Array
+from lumped.train.table import MeshTable
+from meshes import GearPair
+
+
+def key_figures(
+    problem: ContactProblem, cycle: ContactCycle, table: MeshTable, t: int
+) -> dict[str, Any]:
+    """Means and ranges over the mesh cycle at one of the torques, by its index.
+
+    Pressures are those of pairs without an edge in contact, see `fegear.contact.edges`,
+    None where there is no such pair. Where tooth pairs differ, that at the pitch point
+    is the largest of all pairs.
+    """
+    names = "stiffness_N_per_m", "local_stiffness_N_per_m", "friction_bending_ratio"
+    k, local, bending = (table[name][t] for name in names)
+    ste, no_load = (table[name][t] for name in ("ste_m", "nlte_m"))
+    pressures = finite_pressures(problem, cycle, t)
+    of_all_pairs = pressures.max(axis=1)
+    largest = int(of_all_pairs.argmax())
+    # reference pairs are at the pitch point at the start of each base pitch
+    pitches = floor(table.position[-1]) + 1
+    pitch = slice(None, None, k.size // pitches), cycle.teeth == 0
+    at_pitch_point = pressures[pitch].max(initial=0.0)
+    return {
+        "torque_Nm": float(cycle.torque[t]),
+        "mean_stiffness_N_per_m": float(k.mean()),
+        "peak_to_peak_over_mean": float(np.ptp(k) / k.mean()),
+        "mean_local_stiffness_N_per_m": float(local.mean()),
+        "ste_mean_um": 1e6 * float(ste.mean()),
+        "ste_peak_to_peak_um": 1e6 * float(np.ptp(ste)),
+        "nlte_peak_to_peak_um": 1e6 * float(np.ptp(no_load)),
+        **_in_both_planes(
+            "pressure_at_pitch_point",
+            1e-6 * float(at_pitch_point) if at_pitch_point > 0.0 else None,
+            problem,
+        ),
+        **_in_both_planes(
+            "max_pressure",
+            1e-6 * float(of_all_pairs[largest]) if of_all_pairs.any() else None,
+            problem,
+        ),
+        "max_pressure_at_position": (
+            float(table.position[largest]) if of_all_pairs.any() else None
+        ),
+        "positions_with_edge_contact": int(edge_positions(problem, cycle, t).sum()),
+        "friction_bending_ratio_mean": float(bending.mean()),
+        "driver_root_stress_MPa": _largest_root_stress(table, "driver", t),
+        "driven_root_stress_MPa": _largest_root_stress(table, "driven", t),
+        "loss_factor": float(loss_factors(problem.pair, cycle)[t]),
+    }
+
+
+def _in_both_planes(
+    name: str, strain: float | None, problem: ContactProblem
+) -> dict[str, float | None]:
+    """A pressure in plane strain [MPa], and what it is in plane stress."""
+    ratio = problem.plane_stress_pressure / problem.plane_strain_pressure
+    return {
+        f"{name}_plane_strain_MPa": strain,
+        f"{name}_plane_stress_MPa": None if strain is None else ratio * strain,
+    }
+
+
+def _largest_root_stress(table: MeshTable, gear: str, t: int) -> float | None:
+    """Largest over the cycle at one torque [MPa]; None where it is not computed."""
+    values = table.columns.get(f"{gear}_root_stress_Pa")
+    return None if values is None else 1e-6 * float(values[t].max())
+
+
+def loss_factors(pair: GearPair, cycle: ContactCycle) -> Array:
+    """Loss factor H_V of the load sharing at each torque (t,), dimensionless.
+
+    Friction loss over friction coefficient and transmitted power, see
+    `fegear.contact.path`.
+    """
+    gears = pair.driver, pair.driven
+    teeth = tuple(gear.sign * gear.teeth for gear in gears)
+    return loss_factor(teeth, path_positions(cycle), cycle.load_share)
