@@ -65,10 +65,10 @@ from importlib import import_module
 from typing import Any
 
 from fegear.studies.public import public_homes
-from fegear.studies.registry import STUDIES
+from fegear.studies import registry
 
 with suppress(ModuleNotFoundError):  # studies of evidence, where they are installed
-    import validation.studies  # noqa: F401
+    import validation.commands  # noqa: F401
 
 _HOMES = public_homes()
 __all__ = ["__version__", *_HOMES]
@@ -87,9 +87,9 @@ def __getattr__(name: str) -> Any:
 def _hint(name: str) -> str:
     """Which study a command has, for a name like that of the command."""
     wanted = name.lower().replace("_", "")
-    for command, (_, study, _) in STUDIES.items():
-        if command.replace(" ", "").replace("-", "") == wanted:
-            return f"; the study of `fegear {command}` is {study}"
+    for command in registry.commands().values():
+        if command.name.replace(" ", "").replace("-", "") == wanted:
+            return f"; the study of `fegear {command.name}` is {command.study}"
     return ""
 
 

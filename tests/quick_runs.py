@@ -16,9 +16,9 @@ from typing import Any
 
 from fegear.studies.running import run
 from fegear.studies.trains import GearSetRef
-from validation.studies.benchmarks import AllBenchmarks
-from validation.studies.budget import Ablation
-from validation.studies.validate import RANDOM_SETS, Validation
+from validation.commands.ablation.study import Ablation
+from validation.commands.bench.study import AllBenchmarks
+from validation.commands.validate.study import RANDOM_SETS, Validation
 from validation.study.cases import case_names
 
 RECORDED = Path(__file__).parent / "quick_values.json"

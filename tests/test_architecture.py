@@ -39,16 +39,17 @@ FLOORS = """
     lumped.branches lumped.closed_forms lumped.signals lumped.stability fegear.dynamics
     lumped.attractors
     lumped.figures fegear.train
-    lumped validation fegear.clatter fegear.fmu fegear.rattle fegear.rexs
+    lumped validation
     fegear.figures
-    fegear.eccentric fegear.rendering
+    fegear.rendering
     fegear.studies
+    fegear.commands
     validation.oracles validation.pages
     validation.study validation.published
     validation.bench validation.cracked_tooth
     validation.random_sets validation.reproduce validation.stress
     validation.report validation.programs
-    validation.studies
+    validation.commands
     fegear
     fegear.cli
     fegear.__main__
@@ -232,7 +233,7 @@ def loaded_by(statement: str) -> set[str]:
             {"skfem", "numba", "scipy.optimize", "scipy.linalg", "matplotlib"},
         ),
         (
-            "import fegear.studies.stiffness",
+            "import fegear.commands.stiffness.study",
             {"skfem", "gmsh", "scipy.optimize", "lumped.attractors", "lumped.branches"},
         ),
         (
@@ -252,7 +253,11 @@ def test_only_the_command_line_and_studies_name_options():
 
 def _named_options(path: Path) -> Iterator[str]:
     place = label(path)
-    if not place.startswith(("fegear/", "lumped/")) or "/studies/" in place:
+    if (
+        not place.startswith(("fegear/", "lumped/"))
+        or "/studies/" in place
+        or "/commands/" in place
+    ):
         return
     if place.startswith("fegear/cli/"):
         return

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from fegear.figures.statics import draw_table
+from fegear.commands.stiffness.figure import draw_table
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh

@@ -71,9 +71,9 @@ def declared_names() -> Iterator[tuple[str, str]]:
     from fegear.files.codes import codes
     from fegear.files.keys import FILE_KINDS, file_keys
     from fegear.studies.columns import columns
-    from fegear.studies.registry import STUDIES
+    from fegear.studies.registry import commands
 
-    yield from (("reference/commands", f"fegear {name}") for name in STUDIES)
+    yield from (("reference/commands", f"fegear {name}") for name in commands())
     for kind in FILE_KINDS:
         yield from ((f"reference/keys/{kind}", key.key) for key in file_keys(kind))
     yield from (("reference/columns", column.name) for column in columns())

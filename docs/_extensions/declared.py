@@ -27,7 +27,7 @@ from sphinx.util.docutils import SphinxDirective
 from fegear.cli import COMMANDS, app
 from fegear.files.keys import FileKey, file_keys
 from fegear.studies import load_study
-from fegear.studies.registry import STUDIES
+from fegear.studies.registry import commands
 
 ROOT_COMMAND = typer.main.get_command(app)
 Lines = Iterable[str]
@@ -66,7 +66,7 @@ def _usage(command: Any, context: Any) -> str:
 
 
 def _public_name(study: type) -> str:
-    names = (name for _, name, _ in STUDIES.values())
+    names = (name for _, name, _ in commands().values())
     return study.__name__ if study.__name__ in names else ""
 
 
@@ -86,7 +86,7 @@ def _key_row(key: FileKey) -> Sequence[str]:
 
 def column_tables(_: str) -> Lines:
     """The columns of all tables, a section for each table of a command."""
-    import validation.studies  # noqa: F401  its tables, too
+    import validation.commands  # noqa: F401  its tables, too
     from fegear.studies.columns import MAIN, columns
 
     tables: dict[tuple[str, str], list[Sequence[str]]] = {}
@@ -94,7 +94,7 @@ def column_tables(_: str) -> Lines:
         row = f"`{column.name}`", column.unit, column.meaning
         for command in column.commands:
             tables.setdefault((command, column.table), []).append(row)
-    order = list(STUDIES)
+    order = list(commands())
     for command, table in sorted(tables, key=lambda key: order.index(key[0])):
         other = "" if table == MAIN else f": {table}"
         yield from (f"## fegear {command}{other}", "")

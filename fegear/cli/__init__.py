@@ -13,7 +13,7 @@ import typer
 from fegear.cli.command import TYPER_OPTIONS
 from fegear.cli.screen import print_error, print_line
 from fegear.cli.study_group import group_class
-from fegear.studies.registry import STUDIES
+from fegear.studies.registry import groups, listed
 
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
@@ -23,48 +23,12 @@ ABOUT = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
     "vibration of gear trains that they excite."
 )
-COMMANDS = {  # in the order of the help
-    "Gears and files": ("sets", "new", "keys", "show", "mesh", "eccentric"),
-    "Statics": (
-        *("stiffness", "compare", "identify", "relief", "tolerances", "wear"),
-        "render",
-        "sharing",
-        "bearing",
-    ),
-    "Vibration": (
-        *("modes", "theory", "sweep", "motion", "branches", "bifurcations", "map"),
-        *("stability", "signals", "faults", "campbell", "dynamics", "export"),
-    ),
-    "Machines": ("clatter", "rattle"),
-    "Evidence and upkeep": (
-        *("explain", "validate", "ablation", "reproduce", "bench", "warmup"),
-    ),
-}
-RATTLES = (  # of the group `rattle`
-    *("critical", "gears", "run-down", "periodic"),
-    *("bifurcation", "basin", "manifold", "noise"),
-)
-BENCHMARKS = (  # of the group `bench`
-    *("stiffness", "dynamics", "lumped", "branches", "stability"),
-    *("growth", "eccentric", "clatter", "commands", "all"),
-)
 
-
-app = typer.Typer(name="fegear", help=ABOUT, cls=group_class(COMMANDS), **TYPER_OPTIONS)
-benchmarks = typer.Typer(
-    help="Run time against error.",
-    cls=group_class({"Commands": BENCHMARKS}, "bench "),
-    **TYPER_OPTIONS,
-)
-rattles = typer.Typer(
-    help="Rattle of eccentric gears: quiet or noisy.",
-    cls=group_class({"Commands": RATTLES}, "rattle "),
-    **TYPER_OPTIONS,
-)
-
-app.add_typer(rattles, name="rattle")
-if any(f"bench {name}" in STUDIES for name in BENCHMARKS):
-    app.add_typer(benchmarks, name="bench")
+app = typer.Typer(name="fegear", help=ABOUT, cls=group_class(listed()), **TYPER_OPTIONS)
+for group in groups().values():
+    members = group_class(listed(group.name), f"{group.name} ")
+    commands_of_group = typer.Typer(help=group.title, cls=members, **TYPER_OPTIONS)
+    app.add_typer(commands_of_group, name=group.name)
 
 
 def _print_version(wanted: bool) -> None:

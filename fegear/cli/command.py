@@ -26,10 +26,10 @@ def add_command(
 ) -> None:
     """The example has a line of its own, which is not broken."""
     epilog = f"\b\nExample:\n  {example}"
-    group.command(name, cls=Command, epilog=epilog)(command)
+    group.command(name, cls=RefusingCommand, epilog=epilog)(command)
 
 
-class Command(TyperCommand):
+class RefusingCommand(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if ctx.resilient_parsing:  # completing a line that is half written
             return super().parse_args(ctx, args)

@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 from fegear.cli.command import TYPER_OPTIONS, add_command
 from fegear.files.errors import nearest
 from fegear.studies import load_study
-from fegear.studies.registry import STUDIES
+from fegear.studies.registry import commands
 
 
 def group_class(
@@ -25,16 +25,11 @@ def group_class(
 
     class LazyGroup(TyperGroup):
         def list_commands(self, ctx: Any) -> list[str]:
-            return [
-                name for names in sections.values() for name in self._offered(names)
-            ]
-
-        def _offered(self, names: Sequence[str]) -> list[str]:
-            return [n for n in names if prefix + n in STUDIES or n in self.commands]
+            return [name for names in sections.values() for name in names]
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
             command = super().get_command(ctx, cmd_name)
-            if command is None and prefix + cmd_name in STUDIES:
+            if command is None and prefix + cmd_name in commands():
                 command = _load_command(prefix + cmd_name, cmd_name)
                 self.add_command(command, cmd_name)
             return command
@@ -48,18 +43,14 @@ def group_class(
         def format_commands(self, ctx: Any, formatter: Any) -> None:
             width = max(map(len, self.list_commands(ctx)))
             for heading, names in sections.items():
-                rows = [
-                    (name.ljust(width), self._summary(ctx, name))
-                    for name in self._offered(names)
-                ]
-                if rows:
-                    with formatter.section(heading):
-                        formatter.write_dl(rows)
+                rows = [(name.ljust(width), self._summary(ctx, name)) for name in names]
+                with formatter.section(heading):
+                    formatter.write_dl(rows)
 
         def _summary(self, ctx: Any, name: str) -> str:
             """The first line of the help, without loading the study."""
-            if prefix + name in STUDIES:
-                return STUDIES[prefix + name][2]
+            if prefix + name in commands():
+                return commands()[prefix + name].title
             command: Any = super().get_command(ctx, name)
             return str(command.help).partition("\n\n")[0].replace("\n", " ")
 

@@ -11,9 +11,9 @@ from typing import Any
 # by the kind of a file, module and class of its schema; see `register_file`
 FILE_KINDS = {
     "gear-set": ("fegear.gearset.schema", "Document"),
-    "machine": ("fegear.rattle.machines", "MachineFile"),
-    "gearbox": ("fegear.clatter.gearboxes", "GearboxFile"),
-    "bearing": ("fegear.gearset.bearing_file", "BearingFile"),
+    "machine": ("fegear.commands.rattle.machines", "MachineFile"),
+    "gearbox": ("fegear.commands.clatter.gearboxes", "GearboxFile"),
+    "bearing": ("fegear.commands.bearing.file", "BearingFile"),
 }
 # by the end of a key or of a column, longer ends first
 UNITS = {

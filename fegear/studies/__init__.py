@@ -1,4 +1,4 @@
-"""Studies, each in a file that declares it, computes it, and shows what it found.
+"""Studies: what a command is made of, and the list of all commands.
 
 >>> import fegear
 >>> found = fegear.run(fegear.Clatter(gearbox="seed-five-speed", seconds=1.0))
@@ -11,7 +11,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from fegear.studies.registry import STUDIES, home_of
+from fegear.studies.registry import commands
 
 if TYPE_CHECKING:
     from fegear.studies.study import Study
@@ -19,6 +19,6 @@ if TYPE_CHECKING:
 
 def load_study(command: str) -> type[Study]:
     """The class of a study by the name of its command."""
-    module, name, _ = STUDIES[command]
-    study_class: type[Study] = getattr(import_module(home_of(module)), name)
-    return study_class
+    declared = commands()[command]
+    study: type[Study] = getattr(import_module(declared.module), declared.study)
+    return study

@@ -13,12 +13,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import resources
+from typing import Any
 
 from fegear.files.keys import unit_of_key
+from fegear.studies.registry import folders
 
 MAIN = "table"  # name of the table that every study has
-# by package, the name of its file; see `register_columns`
-COLUMN_FILES = {"fegear.studies": "columns.toml"}
+FILE = "columns.toml"  # of this package, and in the folders of commands
 PLACEHOLDERS = {r"\{n\}": r"-?\d+", r"\{gear\}": ".+", r"\{parameter\}": ".+"}
 PARAMETER = "{parameter}"
 
@@ -53,21 +54,26 @@ class Column:
         return re.compile(pattern)
 
 
-def register_columns(package: str, file: str) -> None:
-    """Add the columns of another package, declared as in `columns.toml`."""
-    COLUMN_FILES[package] = file
-    columns.cache_clear()
-    _columns_of.cache_clear()
+@cache
+def columns() -> tuple[Column, ...]:
+    """Columns of all tables, in the order of the commands' folders."""
+    return tuple(
+        column for folder in folders() for column in _declared(folder.__name__)
+    )
 
 
 @cache
-def columns() -> tuple[Column, ...]:
-    """Columns of all tables, in the order of the files."""
-    return tuple(
-        column
-        for package, file in COLUMN_FILES.items()
-        for column in _declared(package, file)
+def _shared_meanings() -> dict[str, dict[str, str]]:
+    """Meanings by column of groups that several commands have, by name."""
+    packages = (
+        __package__,
+        *(folder.__name__.rpartition(".")[0] for folder in folders()),
     )
+    return {
+        group["name"]: group["meaning"]
+        for package in dict.fromkeys(packages)
+        for group in _content(package).get("shared", ())
+    }
 
 
 def find_column(command: str, name: str, table: str = MAIN) -> Column:
@@ -111,11 +117,17 @@ def unit_of_column(name: str) -> str:
     return unit_of_key(name.rpartition(".")[2])
 
 
-def _declared(package: str, file: str) -> Iterator[Column]:
-    text = (resources.files(package) / file).read_text("utf-8")
-    for group in tomllib.loads(text)["columns"]:
+def _content(package: str) -> dict[str, Any]:
+    """What the file of a package declares, nothing where there is none."""
+    file = resources.files(package) / FILE
+    return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
+
+
+def _declared(package: str) -> Iterator[Column]:
+    for group in _content(package).get("columns", ()):
+        meanings = group.get("meaning") or _shared_meanings()[group["shared"]]
         for table, commands in _tables(group["commands"]).items():
-            for name, meaning in group["meaning"].items():
+            for name, meaning in meanings.items():
                 yield Column(
                     name, unit_of_column(name), meaning, tuple(commands), table
                 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fegear.studies.registry import STUDIES, home_of
+from fegear.studies.registry import commands
 
 # what is loaded when it is first asked for, so that `import fegear` is cheap
 HOMES = {
@@ -23,12 +23,12 @@ HOMES = {
     "solve_mesh": "fegear.statics.solving",
     "solve_stress": "fegear.rendering.pictures",
     "run": "fegear.studies.running",
-    "to_opentorsion": "fegear.train.other_programs",
-    "to_ross": "fegear.train.other_programs",
+    "to_opentorsion": "fegear.commands.export.other_programs",
+    "to_ross": "fegear.commands.export.other_programs",
 }
 
 
 def public_homes() -> dict[str, str]:
     """Modules of all public names, studies of other packages among them."""
-    studies = {name: home_of(module) for module, name, _ in STUDIES.values()}
+    studies = {command.study: command.module for command in commands().values()}
     return HOMES | studies

@@ -1,190 +1,137 @@
-"""The list of all studies, each by the name of its command."""
+"""The commands that there are, each declared in its folder.
+
+A folder below one of the roots is a command, or a group of commands, by the entries of
+`COMMANDS` in its `__init__`, which imports nothing else: the help lists commands that
+are loaded when they are asked for.
+
+    COMMANDS = (
+        Command("wear", "Wear of flanks.", __name__, "FlankWear", section="Statics"),
+    )
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
 
-# by command: module, of this package where it is one word, class, and what the list of
-# commands says of it; a study is loaded where it is asked for
-STUDIES = {
-    "clatter": (
-        "clatter",
-        "Clatter",
-        "Clattering gearboxes: impacts of loose wheels.",
-    ),
-    "sets": ("sets", "BuiltinSets", "List the built-in gear sets."),
-    "keys": (
-        "keys",
-        "KeyList",
-        "List the keys of files: unit, default, limits and meaning.",
-    ),
-    "explain": (
-        "explain",
-        "Explanation",
-        "Explain the codes of warnings and of evidence lines.",
-    ),
-    "new": (
-        "new_file",
-        "NewFile",
-        "Write a commented file to begin with, which runs as it is.",
-    ),
-    "show": (
-        "show",
-        "DerivedGeometry",
-        "Derived geometry of a gear set, and what was inferred.",
-    ),
-    "mesh": ("mesh", "GearMesh", "Write the finite-element mesh of a gear."),
-    "stiffness": (
-        "stiffness",
-        "MeshStiffness",
-        "Mesh stiffness, transmission error and load sharing.",
-    ),
-    "identify": (
-        "identify",
-        "Identification",
-        "Face width and hub radii that give measured stiffnesses.",
-    ),
-    "relief": (
-        "relief",
-        "ReliefDesign",
-        "Profile relief of least transmission error over torque.",
-    ),
-    "tolerances": (
-        "tolerances",
-        "Tolerances",
-        "Scatter of stiffness and transmission error by tolerances.",
-    ),
-    "wear": ("wear", "FlankWear", "Wear of both flanks of a mesh by Archard's law."),
-    "render": (
-        "render",
-        "ContactPictures",
-        "Pictures and films of the stress of gears in mesh.",
-    ),
-    "dynamics": (
-        "dynamics",
-        "Dynamics",
-        "Vibration of finite-element gears over speed.",
-    ),
-    "sweep": ("sweep", "Sweep", "Vibration of a lumped train over speed."),
-    "modes": (
-        "modes",
-        "NaturalModes",
-        "Natural frequencies of a train, and what its modes strain.",
-    ),
-    "bearing": (
-        "bearing",
-        "BearingLoad",
-        "Load on a bearing's balls or rollers, and its stiffness.",
-    ),
-    "signals": (
-        "signals",
-        "Signals",
-        "Signals of sensors, their averages over turns and sidebands.",
-    ),
-    "faults": (
-        "faults",
-        "FaultSignals",
-        "Labelled data sets of signals of gears with faults.",
-    ),
-    "campbell": (
-        "campbell",
-        "CampbellDiagram",
-        "Campbell diagram and critical speeds of spinning shafts.",
-    ),
-    "export": (
-        "export",
-        "ModelExport",
-        "Mass, damping and stiffness matrices for other programs.",
-    ),
-    "map": ("map", "Map", "Vibration of a lumped train over a grid of parameters."),
-    "branches": (
-        "branches",
-        "Branches",
-        "Periodic motions over speed or a parameter, stable and unstable.",
-    ),
-    "bifurcations": (
-        "bifurcations",
-        "Bifurcations",
-        "Period doublings and chaos over speed or a parameter.",
-    ),
-    "stability": (
-        "stability",
-        "Stability",
-        "Parametric instability of a train with tooth friction.",
-    ),
-    "motion": (
-        "motion",
-        "Motion",
-        "Steady-state motion of a lumped train at one speed.",
-    ),
-    "sharing": (
-        "sharing",
-        "PlanetLoadSharing",
-        "Load sharing between the planets of a planetary set at rest.",
-    ),
-    "theory": (
-        "theory",
-        "Theory",
-        "Resonances of a lumped train by closed forms.",
-    ),
-    "eccentric": (
-        "eccentric",
-        "Eccentric",
-        "An eccentric circular wheel, and the wheel that it drives.",
-    ),
-    "warmup": (
-        "warmup",
-        "Warmup",
-        "Compile all kernels on all cores, for later runs.",
-    ),
-    "rattle critical": (
-        "rattle_critical",
-        "RattleThreshold",
-        "Determine whether a machine can run without rattling, and which change helps.",
-    ),
-    "rattle run-down": (
-        "rattle_run_down",
-        "RunDown",
-        "Damping of a machine from its speed after the motor is switched off.",
-    ),
-    "rattle basin": (
-        "rattle_basin",
-        "Basins",
-        "Attractors of a machine and their basins of attraction.",
-    ),
-    "rattle bifurcation": (
-        "rattle_bifurcation",
-        "OrbitBifurcations",
-        "Periodic motions over a parameter: where they begin, double and graze.",
-    ),
-    "rattle gears": (
-        "rattle_gears",
-        "MachineFromGears",
-        "A machine of two gears in mesh, for the other commands of rattle.",
-    ),
-    "rattle manifold": (
-        "rattle_manifold",
-        "Manifolds",
-        "Boundaries of basins: stable manifolds of saddles, and curves of grazing.",
-    ),
-    "rattle noise": (
-        "rattle_noise",
-        "RattleNoise",
-        "Noise level of a machine, and its probability of not rattling.",
-    ),
-    "rattle periodic": (
-        "rattle_periodic",
-        "PeriodicOrbits",
-        "Periodic motions P(m, n+, n-), stable or not.",
-    ),
-}
+SECTIONS = (  # of the help, in order
+    *("Gears and files", "Statics", "Vibration", "Machines", "Evidence and upkeep"),
+)
+_ROOTS = ["fegear.commands"]
 
 
-def register(studies: Mapping[str, tuple[str, str, str]]) -> None:
-    """Add the studies of another package, listed as in `STUDIES`."""
-    STUDIES.update(studies)
+@dataclass(frozen=True)
+class Command:
+    """A command and the class of its study.
+
+    Parameters
+    ----------
+    name : str
+        Words of the command; the first of two is that of a group.
+    title : str
+        First line of its help.
+    package : str
+        Folder of the command, as a package.
+    study : str
+        Name of the class.
+    file : str, optional
+        Module of the folder that has the class.
+    section : str, optional
+        Heading in the help, one of `SECTIONS`; a group has one for all its commands.
+    place : int, optional
+        Commands of a section or group are listed in rising order.
+    """
+
+    name: str
+    title: str
+    package: str
+    study: str
+    file: str = "study"
+    section: str = ""
+    place: int = 0
+
+    @property
+    def module(self) -> str:
+        """Full name of the module with the class."""
+        return f"{self.package}.{self.file}"
+
+    @property
+    def group(self) -> str:
+        """Name of its group, empty where it has none."""
+        return self.name.partition(" ")[0] if " " in self.name else ""
 
 
-def home_of(module: str) -> str:
-    """The full name of a module of the list, which is in this package or is full."""
-    return module if "." in module else f"fegear.studies.{module}"
+@dataclass(frozen=True)
+class Group:
+    """Commands whose first word is the same; fields are those of `Command`."""
+
+    name: str
+    title: str
+    section: str
+    place: int = 0
+
+
+def add_root(package: str) -> None:
+    """Add the folders of another package to the commands."""
+    if package not in _ROOTS:
+        _ROOTS.append(package)
+        for cached in (folders, groups, commands):
+            cached.cache_clear()
+
+
+@cache
+def folders() -> tuple[ModuleType, ...]:
+    """Packages of the folders of all commands."""
+    return tuple(
+        import_module(f"{root}.{info.name}")
+        for root in _ROOTS
+        for info in iter_modules(import_module(root).__path__)
+        if info.ispkg
+    )
+
+
+def packages() -> frozenset[str]:
+    """Top-level packages that have commands."""
+    return frozenset(root.partition(".")[0] for root in _ROOTS)
+
+
+def _entries() -> Iterator[Command | Group]:
+    for folder in folders():
+        yield from folder.COMMANDS
+
+
+@cache
+def groups() -> dict[str, Group]:
+    """Groups of commands by name."""
+    return {entry.name: entry for entry in _entries() if isinstance(entry, Group)}
+
+
+@cache
+def commands() -> dict[str, Command]:
+    """All commands by name, in the order of the help."""
+    declared = [entry for entry in _entries() if isinstance(entry, Command)]
+
+    def rank(command: Command) -> tuple[int, int, int]:
+        listed = groups()[command.group] if command.group else command
+        return SECTIONS.index(listed.section), listed.place, command.place
+
+    return {command.name: command for command in sorted(declared, key=rank)}
+
+
+def listed(group: str = "") -> dict[str, list[str]]:
+    """Names in the help by heading: those of a group, or all others and the groups."""
+    if group:
+        names = [
+            c.name.partition(" ")[2] for c in commands().values() if c.group == group
+        ]
+        return {"Commands": names}
+    headings: dict[str, list[str]] = {section: [] for section in SECTIONS}
+    for command in commands().values():
+        entry = groups()[command.group] if command.group else command
+        if entry.name not in headings[entry.section]:
+            headings[entry.section].append(entry.name)
+    return {heading: names for heading, names in headings.items() if names}

@@ -27,7 +27,7 @@ from fegear.files.version import package_version
 from fegear.result import Result
 from fegear.studies.columns import MAIN, meaning_and_unit
 from fegear.studies.page import ColumnTable, Page, RowTable
-from fegear.studies.registry import STUDIES, home_of
+from fegear.studies.registry import packages
 from fegear.studies.table import Table, Tabled, tables_of
 
 FORMAT = "fegear result 2"
@@ -195,8 +195,7 @@ def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Any:
 
 def _packages() -> frozenset[str]:
     """Packages of this program and of all studies."""
-    homes = (home_of(module) for module, _, _ in STUDIES.values())
-    return PACKAGES | {home.partition(".")[0] for home in homes}
+    return PACKAGES | packages()
 
 
 def _class_of_result(result: Saved) -> type:

@@ -13,23 +13,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fegear
-from fegear.contact.cycle import TORQUE
-from fegear.contact.solve import candidate_pairs, solve_cycle, solve_pairs
-from fegear.files.toml import toml_text
-from fegear.gearset.edit import edited
-from fegear.gearset.modifications import Relief
-from fegear.gearset.read import load_tables
-from fegear.statics.best_relief import (
+from fegear.commands.relief.best_relief import (
     ReliefProblem,
     find_best_relief,
     relief_ranges,
     starting_designs,
     without_idle_reliefs,
 )
-from fegear.statics.relief_objective import (
+from fegear.commands.relief.objective import (
     ReliefObjective,
     peak_to_peak,
 )
+from fegear.contact.cycle import TORQUE
+from fegear.contact.solve import candidate_pairs, solve_cycle, solve_pairs
+from fegear.files.toml import toml_text
+from fegear.gearset.edit import edited
+from fegear.gearset.modifications import Relief
+from fegear.gearset.read import load_tables
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem
 from fegear.studies.trains import GearSetRef

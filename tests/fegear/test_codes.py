@@ -19,7 +19,7 @@ from fegear.files.codes import (
     with_code,
 )
 from fegear.files.keys import FILE_KINDS, file_keys
-from fegear.studies.registry import STUDIES
+from fegear.studies.registry import commands as registered
 
 ROOT = Path(__file__).parents[2]
 LITERAL = re.compile(r'"([WE]\d\d)"')
@@ -75,7 +75,7 @@ def test_an_entry_names_options_commands_keys_and_codes_that_exist(code):
         for option in re.findall(r"--[a-z][a-z-]*", quoted):
             assert option in options, option
         for command in re.findall(r"^fegear (rattle [a-z]+|[a-z]+)", quoted):
-            assert command in STUDIES, command
+            assert command in registered(), command
     unquoted = re.sub(r"`[^`]+`", "", text)
     for key in re.findall(r"\b(?:[a-z]+\.)?([a-z]+(?:_[A-Za-z]+)+)\b", unquoted):
         assert key in keys or f"{key}_shape" in keys or key in RELIEFS, key

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 import fegear
+from fegear.commands.stability import study as stability
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
 from fegear.statics.excitation import GivenTables
-from fegear.studies import load_study, stability
-from fegear.studies.registry import STUDIES
+from fegear.studies import load_study
+from fegear.studies.registry import commands
 from fegear.studies.settings import Setting, exposed_fields, group_of
 from lumped.train.table import MeshTable, format_table
 
@@ -71,7 +72,7 @@ def with_table(command: str, *names: str) -> fegear.Study:
 def test_all_studies_with_tables_are_here():
     assert set(NAMES) == {
         command
-        for command in STUDIES
+        for command in commands()
         if any(e.name == "table" for e in exposed_fields(group_of(load_study(command))))
     }
 
@@ -113,7 +114,7 @@ def test_files_by_place_are_declared():
             elif isinstance(field.declared, Setting) and field.declared.place:
                 declarations.add(f"{field.declared.place} {field.declared.reads}")
 
-    for command in STUDIES:
+    for command in commands():
         walk(group_of(load_study(command)), command)
     places = {"SET", "MACHINE", "GEARBOX", "FILE", "CASE"}
     assert declarations >= {f"{place} True" for place in places}

@@ -21,7 +21,7 @@ from fegear.rendering.pictures import StressResult
 from fegear.statics.mesh_result import ErrorEstimate, StaticsResult
 from fegear.studies import load_study
 from fegear.studies.python_example import python_example
-from fegear.studies.registry import STUDIES
+from fegear.studies.registry import commands
 from fegear.studies.result import StudyResult
 from fegear.studies.table import Table
 from lumped import closed_forms
@@ -134,7 +134,7 @@ def study_of_command(argv: list[str], monkeypatch) -> Any:
     return result.exception.args[0]
 
 
-@pytest.mark.parametrize("command", STUDIES)
+@pytest.mark.parametrize("command", commands())
 def test_the_example_in_python_is_that_of_the_command(command, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for name in ("best.toml", "pair.toml", "my-pair.toml", "measured.csv"):

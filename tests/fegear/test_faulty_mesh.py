@@ -9,11 +9,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import fegear
+from fegear.commands.stiffness.crack_tips import crack_tips
+from fegear.commands.stiffness.study import MeshStiffness
 from fegear.gearset.phases import mesh_phases
-from fegear.statics.crack_tips import crack_tips
 from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
-from fegear.studies.stiffness import MeshStiffness
 from fegear.studies.trains import GearSetRef
 
 COARSE = StaticsSettings(

@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 from conftest import make_gear
 
-from fegear.files.errors import InputError
-from fegear.gearset import load_gear_set
-from fegear.statics.identify import (
+from fegear.commands.identify.least_squares import (
     MeasuredStiffness,
     hub_limits,
     identify,
     stiffness_model,
 )
-from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import solve_mesh
-from fegear.studies.identify import (
+from fegear.commands.identify.study import (
     Identification,
     IdentificationResult,
     plain_candidate,
 )
+from fegear.files.errors import InputError
+from fegear.gearset import load_gear_set
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 
 COARSE = StaticsSettings(resolution="coarse", positions=32, estimate_error=False)
 TORQUE = 100.0

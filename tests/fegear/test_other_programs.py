@@ -102,7 +102,7 @@ def test_the_middle_load_case_is_the_torque_unless_given():
 @pytest.mark.parametrize("make", [fegear.to_opentorsion, fegear.to_ross])
 def test_what_other_programs_have_not_is_refused(make, monkeypatch):
     monkeypatch.setattr(
-        "fegear.train.other_programs.import_module", lambda name: builtins
+        "fegear.commands.export.other_programs.import_module", lambda name: builtins
     )
     planetary = fegear.read_gear_set(template_text("planetary"))
     with pytest.raises(InputError, match=r"carrier|one mesh"):
@@ -113,7 +113,7 @@ def test_a_package_that_is_missing_is_named(monkeypatch):
     def missing(name):
         raise ModuleNotFoundError(name)
 
-    monkeypatch.setattr("fegear.train.other_programs.import_module", missing)
+    monkeypatch.setattr("fegear.commands.export.other_programs.import_module", missing)
     gears = fegear.load_gear_set("liu-pair")
     with pytest.raises(InputError, match="pip install ross-rotordynamics"):
         fegear.to_ross(gears)

@@ -10,19 +10,19 @@ import pytest
 from scipy.optimize import minimize
 
 import fegear
-from fegear.statics.best_relief import (
+from fegear.commands.relief.best_relief import (
     ReliefProblem,
     find_best_relief,
     relief_ranges,
     starting_designs,
 )
+from fegear.commands.relief.front import relief_front
+from fegear.commands.relief.objective import ReliefObjective, linear_step, peak_to_peak
+from fegear.commands.relief.tolerance import tolerance_band
+from fegear.commands.relief.vibration import VibrationSearch
 from fegear.statics.harmonics import mesh_harmonics
-from fegear.statics.relief_front import relief_front
-from fegear.statics.relief_objective import ReliefObjective, linear_step, peak_to_peak
-from fegear.statics.relief_tolerance import tolerance_band
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem
-from fegear.studies.relief_vibration import VibrationSearch
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.workers import Stopped
 

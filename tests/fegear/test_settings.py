@@ -16,9 +16,9 @@ import pytest
 
 import fegear
 import lumped
+from fegear.commands.rattle.machine_studies import LoadMachineRef, MotionMachineRef
 from fegear.files.errors import InputError
 from fegear.statics.excitation import GivenTables
-from fegear.studies.machines import LoadMachineRef, MotionMachineRef
 from fegear.studies.study import Study
 from fegear.studies.trains import GearSetRef
 from lumped.branches.periodic import BranchSettings

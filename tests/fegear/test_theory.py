@@ -11,7 +11,7 @@ from drawn_figures import axis_labels, drawn_points, saved_figures
 
 import fegear
 from fegear.cli import run
-from fegear.figures.theory import response_points
+from fegear.commands.theory.figure import response_points
 
 RECTANGULAR = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
 

@@ -12,19 +12,13 @@ from hypothesis import strategies as st
 from scipy.stats import kstest, truncnorm, uniform
 
 import fegear
-from fegear.contact.solve import solve_cycle
-from fegear.contact.variants import Variants, solve_variants, with_profiles
-from fegear.files.store import CheckpointOptions
-from fegear.gearset.modifications import FlankProfile
-from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
-from fegear.statics.tolerance_bands import (
+from fegear.commands.tolerances.bands import (
     band_error,
     contact_ratio,
     peak_to_peak_without,
     total_effects,
 )
-from fegear.statics.tolerances import (
+from fegear.commands.tolerances.deviations import (
     CENTER,
     MEAN_STIFFNESS,
     PEAK_TO_PEAK,
@@ -36,6 +30,12 @@ from fegear.statics.tolerances import (
     ste_derivatives,
     unit_deviates,
 )
+from fegear.commands.tolerances.variants import Variants, solve_variants, with_profiles
+from fegear.contact.solve import solve_cycle
+from fegear.files.store import CheckpointOptions
+from fegear.gearset.modifications import FlankProfile
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem
 from meshes import GearPair
 
 COARSE = StaticsSettings(resolution="coarse", positions=16)

@@ -13,10 +13,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import fegear
-from fegear.contact.solve import solve_cycle
-from fegear.files.errors import InputError
-from fegear.gearset import load_gear_set
-from fegear.statics.archard import (
+from fegear.commands.wear.archard import (
     StepPlan,
     WearingMesh,
     path_points,
@@ -24,6 +21,9 @@ from fegear.statics.archard import (
     step_error,
     wear_off,
 )
+from fegear.contact.solve import solve_cycle
+from fegear.files.errors import InputError
+from fegear.gearset import load_gear_set
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem
 

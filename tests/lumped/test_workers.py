@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from fegear.studies.map import respond_at, respond_over
+from fegear.commands.map.study import respond_at, respond_over
 from fegear.studies.running import Job, TaskProgress
 from lumped.common.progress import silent
 from lumped.common.workers import Cluster, NeverStop, NoClusterError, run_tasks

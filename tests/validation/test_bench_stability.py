@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fegear.studies import stability
+from fegear.commands.stability import study as stability
 from validation.bench import benchmark as bench
 from validation.bench.bench_stability import (
     FULL,

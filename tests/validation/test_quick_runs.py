@@ -14,7 +14,7 @@ from quick_runs import (
 )
 
 from fegear.files.errors import InputError
-from validation.studies.validate import Validation
+from validation.commands.validate.study import Validation
 from validation.study.cases import case_names, load_case
 
 RUNS = named_runs()

@@ -12,7 +12,7 @@ import pytest
 from declared_columns import require_declared
 from quick_sets import measure_quickly
 
-import validation.studies  # noqa: F401  # registers its columns
+import validation.commands  # noqa: F401  # registers its columns
 from fegear.gearset.inertia import body_inertia
 from lumped.train.truncation import MAX_ERROR
 from validation.random_sets import generator, measuring

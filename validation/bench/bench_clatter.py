@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fegear.clatter.gearboxes import load_gearbox
+from fegear.commands.clatter.gearboxes import load_gearbox
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.runs import Impacts, centred_state, join_impacts, simulate
 from lumped.common.progress import Progress

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from fegear.eccentric.contact import solve_contact_cycle
-from fegear.eccentric.elastic_wheel import ElasticWheel
-from fegear.eccentric.turn import STEEL
+from fegear.commands.eccentric.contact import solve_contact_cycle
+from fegear.commands.eccentric.elastic_wheel import ElasticWheel
+from fegear.commands.eccentric.turn import STEEL
 from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from meshes.eccentric import EccentricPair

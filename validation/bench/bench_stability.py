@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from fegear.commands.stability.study import Stability
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import StiffnessSource
 from fegear.studies.running import run
-from fegear.studies.stability import Stability
 from fegear.studies.trains import GearSetRef
 from fegear.studies.varied import FRICTION
 from fegear.train.lumped_models import LumpedModel, lumped_system

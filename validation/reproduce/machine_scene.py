@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from fegear.rattle.machines import NamedMachine, load_machine
+from fegear.commands.rattle.machines import NamedMachine, load_machine
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.machine import Machine
 

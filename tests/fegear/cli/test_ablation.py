@@ -11,7 +11,7 @@ from drawn_figures import saved_figures
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from validation.studies.budget import _cell
+from validation.commands.ablation.study import _cell
 
 pytestmark = pytest.mark.slow
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from cli_commands import printed, rows_of
 
-from fegear.clatter.gearboxes import load_gearbox
 from fegear.cli import run
+from fegear.commands.clatter.gearboxes import load_gearbox
+from fegear.commands.clatter.study import Clatter
 from fegear.files.store import CheckpointOptions
 from fegear.studies import running
-from fegear.studies.clatter import Clatter
 from lumped.clatter.groups import WheelGroup
 
 GEARBOX = """

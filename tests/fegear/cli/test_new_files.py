@@ -11,16 +11,16 @@ import pytest
 from pydantic import ValidationError
 from typer.testing import CliRunner
 
-import validation.studies  # noqa: F401  # registers the files of cases
+import validation.commands  # noqa: F401  # registers the files of cases
 from fegear import load_gear_set
-from fegear.clatter.gearboxes import load_gearbox
 from fegear.cli import app
+from fegear.commands.bearing.file import bearing_of
+from fegear.commands.clatter.gearboxes import load_gearbox
+from fegear.commands.rattle.machines import load_machine
 from fegear.files.keys import FILE_KINDS, file_keys, unit_of_key
 from fegear.files.templates import TEMPLATES, template_text
-from fegear.gearset.bearing_file import bearing_of
 from fegear.gearset.read import load_tables
 from fegear.gearset.schema import Document
-from fegear.rattle.machines import load_machine
 from validation.study.cases import load_case
 
 

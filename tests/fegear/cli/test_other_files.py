@@ -6,7 +6,7 @@ import pytest
 from rexs_files import RexsWriter, as_json, as_xml
 from typer.testing import CliRunner
 
-import validation.studies  # noqa: F401  # registers cases
+import validation.commands  # noqa: F401  # registers cases
 from fegear import load_gear_set
 from fegear.cli import app
 from fegear.files.templates import template_text

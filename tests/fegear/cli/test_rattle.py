@@ -16,8 +16,8 @@ from ended_runs import killed_after
 from typer.testing import CliRunner
 
 from fegear.cli import app, run
-from fegear.studies.machines import default_returns
-from fegear.studies.rattle_basin import default_side
+from fegear.commands.rattle.basin import default_side
+from fegear.commands.rattle.machine_studies import default_returns
 
 GUIDE = Path(__file__).parents[3] / "docs" / "howto" / "rattle.md"
 BASIN = "rattle", "basin", "roots-scaled"

@@ -69,7 +69,7 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
 
 
 def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
-    from fegear.rattle import bifurcation
+    from fegear.commands.rattle import orbit_search as bifurcation
 
     rows = np.array([[0.25, 4.0], [np.nan, np.nan], [np.nan, np.nan]])
     monkeypatch.setattr(bifurcation, "settled_departures", lambda *args: rows)

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 from fegear.cli import app, run
-from fegear.rattle.machines import load_machine
+from fegear.commands.rattle.machines import load_machine
 from lumped.rattle.kernels.flight import return_map
 
 GEARS = (

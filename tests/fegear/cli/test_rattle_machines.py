@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app, run
+from fegear.commands.rattle.machines import MachineFile, load_machine, machine_names
 from fegear.gearset.problems import model_of
-from fegear.rattle.machines import MachineFile, load_machine, machine_names
 
 SCALED = {"damping": 0.6, "eccentricity_rad": 0.1, "half_backlash_rad": 0.6}
 OF_GEARS = {

@@ -11,9 +11,9 @@ from drawn_figures import axis_labels, saved_figures
 from typer.testing import CliRunner
 
 from fegear.cli import app
+from fegear.commands.show.study import shaft_line
 from fegear.files.dxf import write_dxf
 from fegear.gearset import builtin_names, load_gear_set
-from fegear.studies.show import shaft_line
 
 
 def run(*arguments: str) -> str:

@@ -11,8 +11,8 @@ from matplotlib.collections import LineCollection
 
 import fegear
 from fegear.cli import run
+from fegear.commands.stability import study as stability
 from fegear.files.errors import InputError
-from fegear.studies import stability
 from fegear.train import lumped_models
 from lumped.steady.maps import Axis
 

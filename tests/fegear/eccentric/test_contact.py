@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import quad
 
 import fegear
+from fegear.commands.eccentric.contact import pairs_at, share_load, solve_contact_cycle
+from fegear.commands.eccentric.elastic_wheel import ElasticWheel
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
-from fegear.eccentric.contact import pairs_at, share_load, solve_contact_cycle
-from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
 from fegear.elasticity.sector import cyclic_sector

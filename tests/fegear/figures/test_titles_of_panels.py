@@ -6,8 +6,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from fegear import load_gear_set
+from fegear.commands.show.drawing import gear_set_figure
 from fegear.figures.interactive import to_plotly
-from fegear.gearset.draw import gear_set_figure
 
 LETTER = 7.0  # pixels, more than a letter of these titles takes on average
 

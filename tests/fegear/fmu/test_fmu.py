@@ -19,8 +19,14 @@ from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import wave_from_samples
 
 pytest.importorskip("pythonfmu")
-from fegear.fmu.build import FmuMesh, wave_data, write_fmu
-from fegear.fmu.gear_mesh import INPUTS, OUTPUTS, PARAMETERS, GearMeshUnit, wave_value
+from fegear.commands.export.fmu.build import FmuMesh, wave_data, write_fmu
+from fegear.commands.export.fmu.gear_mesh import (
+    INPUTS,
+    OUTPUTS,
+    PARAMETERS,
+    GearMeshUnit,
+    wave_value,
+)
 
 BACKLASH, DAMPING = 50e-6, 800.0  # m, N s/m
 
@@ -144,7 +150,7 @@ def test_the_program_needs_the_standard_library_alone():
     import ast
     import sys
 
-    from fegear.fmu.build import PROGRAM
+    from fegear.commands.export.fmu.build import PROGRAM
 
     nodes = [*ast.walk(ast.parse(PROGRAM.read_text()))]
     modules = {n.module for n in nodes if isinstance(n, ast.ImportFrom)}

@@ -9,8 +9,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from fegear.commands.show.derived import gear_set_figures
 from fegear.gearset import Shaft, builtin_names, load_gear_set
-from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.settings import StaticsSettings

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 
+from fegear.commands.show.derived import gear_set_figures
 from fegear.elasticity.cyclic_gear import cyclic_gear
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import builtin_names, load_gear_set, read_gear_set
-from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.phases import geometric_phase
 
 MESHES = [

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fegear.commands.show.derived import gear_figures
 from fegear.files.errors import InputError
 from fegear.files.templates import template_text
 from fegear.gearset import GearSet, make_gear_set, read_gear_set
-from fegear.gearset.derived import gear_figures
 from fegear.gearset.materials import materials
 from fegear.gearset.plausibility import gear_set_warnings
 from meshes.tooth_thickness import default_span_teeth, pin_dimension, span

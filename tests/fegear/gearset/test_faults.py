@@ -11,18 +11,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fegear.commands.campbell.rotors import rotor_system
+from fegear.commands.show.drawing import damaged_outlines, line_of_action, outlines
+from fegear.commands.show.fault_values import fault_figures, fault_lines
+from fegear.commands.show.faulty_teeth import faulty_teeth
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, builtin_names, load_gear_set, make_gear_set
-from fegear.gearset.draw import damaged_outlines, line_of_action, outlines
 from fegear.gearset.fault_building import roll_length_below_tip
 from fegear.gearset.fault_checks import require_no_faults, without_faults
-from fegear.gearset.fault_figures import fault_figures, fault_lines
 from fegear.gearset.faults import FAULT_KINDS, NO_FAULTS, Faults
-from fegear.gearset.faulty_teeth import faulty_teeth
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.placing import at_place, layout
 from fegear.gearset.zones import zones
-from fegear.train.rotors import rotor_system
 from meshes import GearPair, GeometryError
 
 TABLES = {

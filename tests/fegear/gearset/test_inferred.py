@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fegear import InputError, make_gear_set
-from fegear.gearset.derived import gear_set_figures
+from fegear.commands.show.derived import gear_set_figures
 
 
 def pair(teeth=(18, 41), shifts=(0.5, 0.3), mesh=None, **keys):

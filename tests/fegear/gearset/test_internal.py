@@ -9,10 +9,10 @@ import pytest
 from matplotlib.path import Path
 from scipy.spatial import cKDTree
 
+from fegear.commands.show.derived import gear_figures
+from fegear.commands.show.drawing import tooth_outline
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
-from fegear.gearset.derived import gear_figures
-from fegear.gearset.draw import tooth_outline
 from fegear.gearset.inertia import body_inertia, require_inertia_beyond_springs
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import mesh_errors

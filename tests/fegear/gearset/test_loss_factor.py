@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from fegear.commands.show.planetary_values import loss_per_friction
 from fegear.contact.path import loss_factor
 from fegear.gearset import load_gear_set
 from fegear.gearset.loss_factor import equal_share_loss_factor
-from fegear.gearset.planetary_figures import loss_per_friction
 from meshes import GearPair, SpurGear
 
 SETS = ("liu-pair", "liu-idler", "planetary-24-36-96")

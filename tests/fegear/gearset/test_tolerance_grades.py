@@ -7,13 +7,13 @@ import math
 import pytest
 
 import fegear
-from fegear.files.errors import InputError
-from fegear.gearset.tolerance_grades import (
+from fegear.commands.tolerances.grades import (
     center_distance_tolerance,
     flank_tolerances,
     rounded_um,
     tolerances_of_pair,
 )
+from fegear.files.errors import InputError
 from meshes import SpurGear
 
 NAMES = "single_pitch", "profile_slope", "profile_form", "center_distance"

@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 from fegear import load_gear_set
 from fegear.cli import app
+from fegear.commands.new.study import gear_set_of_rexs, problem_of
 from fegear.files.errors import InputError
-from fegear.studies.new_file import gear_set_of_rexs, problem_of
 
 TREE = RexsWriter(load_gear_set("liu-countershaft")).tree()
 TEXTS = (as_xml(TREE), as_json(TREE))

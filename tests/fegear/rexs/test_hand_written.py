@@ -9,10 +9,10 @@ import tomllib
 
 import pytest
 
+from fegear.commands.new.rexs import convert_gearbox
+from fegear.commands.new.rexs.reading import parse_rexs
 from fegear.files.errors import InputError
 from fegear.gearset.read import read_gear_set
-from fegear.rexs import convert_gearbox
-from fegear.rexs.reading import parse_rexs
 
 RELATIONS = """
 <relation id="7" type="stage">

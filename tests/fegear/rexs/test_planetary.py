@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from rexs_files import RexsParts, as_xml, attribute
 
+from fegear.commands.new.rexs import convert_gearbox
+from fegear.commands.new.rexs.reading import parse_rexs
 from fegear.files.errors import InputError
 from fegear.gearset.read import read_gear_set
-from fegear.rexs import convert_gearbox
-from fegear.rexs.reading import parse_rexs
 
 Edit = Callable[[RexsParts], Any]
 DISTANCE = 78.0  # of the public sample of FVA: 17/22/61 teeth, module 4 mm

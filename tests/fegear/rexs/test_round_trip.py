@@ -9,10 +9,10 @@ import pytest
 from rexs_files import RexsWriter, as_json, as_xml, attribute
 
 from fegear import load_gear_set
+from fegear.commands.new.rexs import convert_gearbox
+from fegear.commands.new.rexs.reading import parse_rexs
+from fegear.commands.new.study import gear_set_of_rexs
 from fegear.gearset.read import builtin_names, read_gear_set
-from fegear.rexs import convert_gearbox
-from fegear.rexs.reading import parse_rexs
-from fegear.studies.new_file import gear_set_of_rexs
 
 # planetary sets are not written as REXS
 BUILT_IN = [name for name in builtin_names() if load_gear_set(name).carrier is None]

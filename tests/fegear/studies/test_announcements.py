@@ -7,7 +7,7 @@ from counter_shafts import counter_shaft
 
 import fegear
 from fegear.studies import load_study
-from fegear.studies.registry import STUDIES
+from fegear.studies.registry import commands
 from fegear.studies.trains import TrainStudy
 
 SPEEDS = tuple(float(speed) for speed in range(1000, 4000, 100))
@@ -77,7 +77,7 @@ def test_all_commands_choose_the_coupled_model_or_the_one_that_is_needed(command
 
 
 def test_no_command_of_motion_is_missing_above():
-    studies = [load_study(name) for name in STUDIES]
+    studies = [load_study(name) for name in commands()]
     trains = {s.command for s in studies if issubclass(s, TrainStudy)}
     # closed forms of model 1, one whose reference is that of signals, and evidence
     assert trains - {"theory", "stability", "faults", "ablation"} == MODELS.keys()

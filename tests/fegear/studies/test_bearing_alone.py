@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fegear
+from fegear.commands.bearing.study import BearingLoad
 from fegear.files.errors import InputError
 from fegear.files.templates import template_text
-from fegear.studies.bearing import BearingLoad
 from fegear.studies.trains import GearSetRef
 
 OF_A_GEAR = "{balls=9, ball_diameter_mm=7.94, pitch_diameter_mm=38.5, clearance_um=10}"

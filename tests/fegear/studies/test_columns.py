@@ -14,7 +14,8 @@ from declared_columns import declared, require_declared
 from scipy.io import netcdf_file
 
 import fegear
-import validation.studies  # noqa: F401  # registers its columns
+import validation.commands  # noqa: F401  # registers its columns
+from fegear.commands.rattle.bifurcation import ExistenceResult
 from fegear.studies.columns import (
     Column,
     column_meaning,
@@ -22,8 +23,7 @@ from fegear.studies.columns import (
     find_column,
     unit_of_column,
 )
-from fegear.studies.rattle_bifurcation import ExistenceResult
-from fegear.studies.registry import STUDIES
+from fegear.studies.registry import commands
 from validation.bench import (
     bench_branches,
     bench_clatter,
@@ -104,7 +104,7 @@ UNITS = {
 
 def test_a_meaning_says_more_than_the_name():
     for column in columns():
-        assert set(column.commands) <= STUDIES.keys()
+        assert set(column.commands) <= commands().keys()
         words = column.meaning.split()
         assert len(words) > 2, column
         assert not column.meaning.endswith(".")

@@ -47,7 +47,7 @@ from fegear.gearset.read import load_tables
 from fegear.studies import load_study
 from fegear.studies.page import Page, RowTable, cell
 from fegear.studies.problem import Job, Task
-from fegear.studies.registry import STUDIES
+from fegear.studies.registry import commands
 from fegear.studies.result import StudyResult
 from fegear.studies.running import Job as RunningJob
 from fegear.studies.running import run as run_study
@@ -115,7 +115,7 @@ class SquaresResult(StudyResult):
 @pytest.fixture
 def toy(monkeypatch):
     """The command line with the toy study."""
-    monkeypatch.setitem(STUDIES, "squares", ("", "Squares", "Squares of numbers."))
+    monkeypatch.setitem(commands(), "squares", ("", "Squares", "Squares of numbers."))
     monkeypatch.setattr(groups, "load_study", lambda command: Squares)
 
     def invoke(*arguments: object) -> Any:
@@ -522,15 +522,15 @@ def example_study(command: str) -> Study:
     return example
 
 
-@pytest.mark.parametrize("command", STUDIES)
+@pytest.mark.parametrize("command", commands())
 def test_the_list_says_what_the_study_says(command):
     study = load_study(command)
     assert study.command == command
-    assert inspect.getdoc(study).splitlines()[0] == STUDIES[command][2]
-    assert getattr(fegear, STUDIES[command][1]) is study
+    assert inspect.getdoc(study).splitlines()[0] == commands()[command].title
+    assert getattr(fegear, commands()[command].study) is study
 
 
-@pytest.mark.parametrize("command", STUDIES)
+@pytest.mark.parametrize("command", commands())
 def test_words_of_a_study_ask_for_it(command, monkeypatch):
     """From values to words and back, floats to the last bit."""
     example, studies = example_study(command), []
@@ -544,7 +544,7 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
     assert studies[0].argv == example.argv
 
 
-@pytest.mark.parametrize("command", list(map(in_tier_of, STUDIES)))
+@pytest.mark.parametrize("command", list(map(in_tier_of, commands())))
 def test_command_call_and_saved_result_show_the_same(command, tmp_path):
     """All that one run of a study is good for, as examples take seconds to run."""
     study = example_study(command)
@@ -702,7 +702,7 @@ def _gear_sets_of_example(study: Any, name: str) -> Iterator[tuple[list[str], by
         yield replace(study, **changed).argv, text
 
 
-@pytest.mark.parametrize("command", STUDIES)
+@pytest.mark.parametrize("command", commands())
 def test_no_output_replaces_a_file_that_is_read(command, capsys):
     """Given itself or named in another file."""
     study = example_study(command)
@@ -772,7 +772,7 @@ def strip_run_dependent(values: Any) -> Any:
     return values
 
 
-RESUMING = [command for command in STUDIES if load_study(command).resumes]
+RESUMING = [command for command in commands() if load_study(command).resumes]
 
 
 class Interrupted:
@@ -834,7 +834,7 @@ def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", STUDIES)
+@pytest.mark.parametrize("command", commands())
 def test_ctrl_c_leaves_no_result_or_one_that_is_not_complete(command, tmp_path):
     study = example_study(command)
     path = tmp_path / f"t{study.endings[0]}"
@@ -857,7 +857,7 @@ def ranges(group: SettingsGroup) -> Iterator[tuple[Any, Range]]:
             yield member.default, allowed
 
 
-WITH_RANGES = [name for name in STUDIES if list(ranges(group_of(load_study(name))))]
+WITH_RANGES = [name for name in commands() if list(ranges(group_of(load_study(name))))]
 
 
 @pytest.mark.parametrize("command", WITH_RANGES)
@@ -866,7 +866,7 @@ def test_defaults_are_within_their_ranges(command):
         assert default in allowed
 
 
-@pytest.mark.parametrize("command", STUDIES)
+@pytest.mark.parametrize("command", commands())
 def test_defaults_of_groups_are_of_their_class(command):
     for member in exposed_fields(group_of(load_study(command))):
         if member.group is not None and member.field.default is not MISSING:

@@ -15,11 +15,11 @@ from cli_commands import printed
 from scipy.io import loadmat, netcdf_file
 
 import fegear
+from fegear.commands.faults.axes import FAULTS, GearSetEdits
+from fegear.commands.faults.study import MAX_VALUES, Runs, noise_seed, random_points
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
 from fegear.gearset.read import load_tables
-from fegear.studies.fault_axes import FAULTS, GearSetEdits
-from fegear.studies.faults import MAX_VALUES, Runs, noise_seed, random_points
 from fegear.studies.page import RowTable
 from fegear.studies.trains import GearSetRef
 from lumped import Settings

@@ -74,7 +74,12 @@ def edited(file, change):
 
 @pytest.mark.parametrize(
     "name",
-    ["os:system", "fegear.studies.sweep:Gone", "fegear.gone:Sweep", "lumped:Wave"],
+    [
+        "os:system",
+        "fegear.commands.sweep.study:Gone",
+        "fegear.gone:Sweep",
+        "lumped:Wave",
+    ],
 )
 def test_what_this_version_does_not_know_is_said_in_a_line(file, name):
     edited(file, lambda _, tree: tree.update({"class": name}))

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import fegear
+from fegear.commands.signals.study import MAX_SAMPLES
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.studies.signals import MAX_SAMPLES
 from fegear.studies.trains import GearSetRef
 from lumped import Settings
 

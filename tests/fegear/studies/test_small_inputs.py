@@ -13,7 +13,7 @@ from fegear.gearset.speeds import cycles_per_turn
 from fegear.studies.axes import parsed_axis
 from fegear.studies.headings import SHOWN_FREQUENCIES, first_frequencies
 from fegear.studies.trains import GearSetRef
-from validation.studies.budget import Ablation
+from validation.commands.ablation.study import Ablation
 
 PAIR = GearSetRef(name="liu-pair")
 

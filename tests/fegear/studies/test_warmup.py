@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from fegear.cli import run
-from fegear.studies import warmup
-from fegear.studies.warmup import DECORATED, USES, kernel_folders
+from fegear.commands.warmup import study as warmup
+from fegear.commands.warmup.study import DECORATED, USES, kernel_folders
 from lumped.common.compiled import CACHE_SUFFIX
 
 # compiled inside others alone, by the record that these are called with

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fegear.studies.rattle_noise import proportion_limits
+from fegear.commands.rattle.noise import proportion_limits
 from lumped.figures.rattle import draw_noise
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.machine import Machine

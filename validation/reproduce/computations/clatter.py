@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from fegear.clatter.gearboxes import load_gearbox
+from fegear.commands.clatter.gearboxes import load_gearbox
 from lumped.clatter.chaos import lyapunov_exponent
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.runs import centred_state, simulate

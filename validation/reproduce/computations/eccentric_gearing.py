@@ -13,8 +13,8 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from fegear.eccentric.drawing import assembled, turned
-from fegear.eccentric.gearing import Gearing
+from fegear.commands.eccentric.drawing import assembled, turned
+from fegear.commands.eccentric.gearing import Gearing
 from lumped.common.arrays import Array
 from lumped.common.progress import Progress
 from meshes.eccentric import EccentricPair

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, Self
 
+from fegear.commands.dynamics.study import Dynamics, DynamicsResult
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
-from fegear.studies.dynamics import Dynamics, DynamicsResult
 from fegear.studies.running import run
 from fegear.studies.trains import GearSetRef
 from lumped.common.progress import Progress

@@ -9,11 +9,11 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
-from fegear.figures.theory import response_points
-from fegear.studies.branches import Branches, BranchesResult
+from fegear.commands.branches.study import Branches, BranchesResult
+from fegear.commands.sweep.study import Sweep, SweepResult
+from fegear.commands.theory.figure import response_points
+from fegear.commands.theory.study import Theory, TheoryResult
 from fegear.studies.running import run
-from fegear.studies.sweep import Sweep, SweepResult
-from fegear.studies.theory import Theory, TheoryResult
 from fegear.studies.trains import GearSetRef
 from lumped.branches.periodic import BranchSettings, PeriodicBranch
 from lumped.closed_forms import separation_angle

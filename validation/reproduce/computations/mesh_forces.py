@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from fegear.studies.motion import Motion, MotionResult
+from fegear.commands.motion.study import Motion, MotionResult
 from fegear.studies.running import run
 from fegear.studies.trains import GearSetRef
 from lumped.common.progress import Progress

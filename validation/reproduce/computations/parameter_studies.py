@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
+from fegear.commands.map.study import respond_at, respond_over
 from fegear.files.errors import InputError
 from fegear.files.speeds import parsed_speeds
 from fegear.gearset.edit import require_known_key
-from fegear.studies.map import respond_at, respond_over
 from fegear.studies.varied import OF_TEETH
 from lumped.closed_forms import (
     Resonance,

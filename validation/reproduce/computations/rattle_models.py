@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from fegear.rattle.machines import load_machine
+from fegear.commands.rattle.machines import load_machine
 from lumped.common.arrays import Array
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress

@@ -11,8 +11,8 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from fegear.rattle.bifurcation import OrbitSearch, find_bifurcations
-from fegear.rattle.existence import Plane, find_existence
+from fegear.commands.rattle.existence import Plane, find_existence
+from fegear.commands.rattle.orbit_search import OrbitSearch, find_bifurcations
 from lumped.common.progress import Progress
 from lumped.continuation.bifurcations import stability_segments
 from lumped.rattle.arcs import arcs_of, history_of
@@ -53,7 +53,7 @@ class ParameterRange:
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitSearchPart(Part):
-    """Which orbits are looked for; see `fegear.rattle.bifurcation.OrbitSearch`.
+    """Which orbits are looked for, see `OrbitSearch` of `rattle bifurcation`.
 
     names : of those that are drawn, all if left out
     """

@@ -1,1 +1,0 @@
-"""Clattering gearboxes: files, runs and what they give."""

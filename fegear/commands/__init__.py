@@ -1,0 +1,1 @@
+"""Commands, a folder each: deleting it deletes the command, and nothing else."""

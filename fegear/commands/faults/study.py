@@ -1,0 +1,519 @@
+"""Labelled sets of signals of gear sets with faults, over sizes, speeds and loads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, dataclass, field, replace
+from functools import cached_property, lru_cache, partial
+from hashlib import sha256
+from itertools import product
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.commands.faults.axes import (
+    FAULTS,
+    SETTINGS,
+    WHOLE_NUMBERS,
+    GearSetEdits,
+    column_of,
+    require_fault_axes,
+)
+from fegear.commands.faults.result import (
+    NO_TOOTH,
+    FaultRuns,
+    FaultSignalsResult,
+    run_warnings,
+)
+from fegear.commands.signals.study import SampledTurns, Signals, SignalsProblem
+from fegear.files.data_sets import DATA_SETS
+from fegear.files.errors import InputError, NoResultError
+from fegear.files.output import TO_SINGLE_TABLE, listed
+from fegear.gearset.read import load_tables
+from fegear.studies.axes import MAX_POINTS, parsed_axis, written_axis
+from fegear.studies.model_texts import file_header, integration_in_words, static_entries
+from fegear.studies.problem import Job, Problem, Task
+from fegear.studies.settings import display_name, refusal, setting
+from fegear.studies.study import Study
+from fegear.studies.train_problem import TrainFacts
+from fegear.studies.trains import (
+    ALL_MODELS,
+    RPM,
+    GearSetRef,
+    TrainStudy,
+    lumped_integration,
+    lumped_model,
+    torque_setting,
+)
+from fegear.train.lumped_models import LumpedModel
+from lumped.common.options import Range
+from lumped.common.workers import Arrays
+from lumped.signals.sampling import Sampling, residual_indicators, sample_signals
+from lumped.signals.sensors import signal_names
+from lumped.steady.maps import Axis
+from lumped.steady.respond import respond_confirmed
+from lumped.steady.settings import Settings
+from lumped.train.system import LumpedSystem
+
+MAX_VALUES = 125_000_000  # samples of all runs and signals, 1 GB
+OUTPUTS = (".csv", *DATA_SETS)
+MAX_SHARED = 32  # gear sets that are not read again for further runs
+AXES = (
+    "Axis of the set: N values from A to B, or values with commas, of speed (rpm of "
+    "the first mesh's driver), torque_Nm, noise_percent, seed (for repetitions), "
+    "tooth, a fault ({}) or a key of the gear set. Runs are all combinations; may be "
+    "repeated."
+)
+LABELS = f"Write labels and indicators, a row for each run, {TO_SINGLE_TABLE}."
+
+
+def _axes_setting() -> Any:
+    conversions: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
+    text = AXES.format(", ".join(FAULTS))
+    return setting(MISSING, text, metavar="NAME=A:B:N", several=True, **conversions)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultSignals(
+    SampledTurns,
+    TrainStudy,
+    Study,
+    command="faults",
+    example="faults liu-pair --rpm 900 --over pitch_error=0:5:6 -o s.h5 --plot s.png",
+):
+    """Labelled data sets of signals of gears with faults.
+
+    Signals as sensors give them, their averages over turns of the faulty gear and
+    indicators, for every combination of fault sizes, speeds, torques and noise. The
+    noise of each run has a seed of its own, which depends on its number and the seed of
+    the set alone. With --output runs are stored in FILE.partial until the file is
+    written; --resume continues from there.
+    """
+
+    resumes = True
+    distributes = True
+    unit = "run"
+    endings = OUTPUTS
+    output = (
+        f"Write signals with their labels to this file, {listed(DATA_SETS)}, or labels "
+        "and indicators alone, .csv."
+    )
+    more_tables = MappingProxyType({"labels": LABELS})
+
+    gear_set: GearSetRef
+    over: tuple[Axis, ...] = _axes_setting()
+    random: int | None = setting(
+        None,
+        "Number of runs at random points instead of combinations: a Latin hypercube "
+        "between the least and the largest value of each axis. [default: none]",
+        Range(1, MAX_POINTS),
+    )
+    random_seed: int = setting(0, "Seed of the random points.", Range(0, 2**32 - 1))
+    tooth: int = setting(
+        1,
+        "Number of the tooth of --gear that has the faults, counted from 1 as in "
+        "pitch_errors_um.",
+        Range(1, 10_000),
+    )
+    rpm: float | None = setting(
+        None,
+        "Rotational speed of the first mesh's driver [rpm]; this or the axis speed. "
+        "[default: none]",
+        RPM,
+        metavar="RPM",
+    )
+    torque: float | None = torque_setting()
+    averages: bool = setting(
+        False, "Leave out the signals, and write their averages over turns alone."
+    )
+    model: LumpedModel = lumped_model(ALL_MODELS)
+    integration: Settings = lumped_integration()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        over = display_name(self, "over")
+        if not self.over:
+            raise InputError(f"{over} = 0; one axis or more is needed")
+        require_fault_axes(self)
+        if self.rpm is None and "speed" not in self.names:
+            rpm = display_name(self, "rpm")
+            raise InputError(f"{rpm} RPM or {over} speed=A:B:N is needed")
+        if self.run_count > MAX_POINTS:
+            raise InputError(f"runs = {self.run_count}; at most {MAX_POINTS}")
+
+        for name, reason in self._without_effect():
+            if name in self.names:
+                names = {key: display_name(self, key) for key in vars(self)}
+                raise InputError(f"{over} {name}; {reason.format_map(names)}")
+            if getattr(self, name) != type(self).__dataclass_fields__[name].default:
+                raise refusal(self, name, reason)
+
+    def _without_effect(self) -> Iterator[tuple[str, str]]:
+        """Settings that would change nothing, with the reason."""
+        if self.random is None:
+            yield "random_seed", "needs {random}"
+        if not self.has_faulty_tooth:
+            yield "tooth", "needs a fault of a tooth among {over}"
+        if not self.noise_percent and "noise_percent" not in self.names:
+            yield "seed", "needs {noise_percent}"
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the axes."""
+        return [axis.name for axis in self.over]
+
+    @property
+    def has_faulty_tooth(self) -> bool:
+        """Whether an axis is the size of a fault of a tooth."""
+        axes = [fault for name, fault in FAULTS.items() if name in self.names]
+        return not all(fault.is_of_gear for fault in axes)
+
+    @property
+    def run_count(self) -> int:
+        """Number of runs."""
+        sizes = [len(axis.values) for axis in self.over]
+        return self.random or int(np.prod(sizes, dtype=object))
+
+    def points(self) -> tuple[tuple[float, ...], ...]:
+        """Values of the axes for each run.
+
+        Returns
+        -------
+        tuple of tuple of float
+            A value for each axis, in the order of the runs.
+        """
+        if self.random is None:
+            return tuple(product(*(axis.values for axis in self.over)))
+        return random_points(self.over, self.random, self.random_seed)
+
+    def prepare(self) -> FaultSignalsProblem:
+        return FaultSignalsProblem.of(self)
+
+
+def random_points(
+    axes: tuple[Axis, ...], count: int, seed: int
+) -> tuple[tuple[float, ...], ...]:
+    """Latin hypercube between the least and the largest values of axes."""
+    from scipy.stats.qmc import LatinHypercube
+
+    unit = LatinHypercube(len(axes), seed=np.random.default_rng(seed)).random(count)
+    columns = []
+    for axis, part in zip(axes, unit.T, strict=True):
+        low, high = min(axis.values), max(axis.values)
+        if axis.name in WHOLE_NUMBERS:
+            columns.append(np.floor(low + part * (high + 1.0 - low)))
+        else:
+            columns.append(low + part * (high - low))
+    return tuple(tuple(map(float, point)) for point in np.transpose(columns))
+
+
+def noise_seed(number: int, seed: int) -> int:
+    """Seed of the noise of a run, by its number from 1 and the seed of the set."""
+    digest = sha256(f"run {number} of seed {seed}".encode()).digest()
+    return int.from_bytes(digest[:4], "big")
+
+
+@dataclass(frozen=True, eq=False)
+class FaultSignalsProblem(Problem):
+    """The runs of a set.
+
+    reference : signals of the gear set without changes by the axes, at the first speed
+        and torque
+    edits : changes of the gear set by the values of axes
+    """
+
+    study: FaultSignals
+    reference: SignalsProblem = field(kw_only=True)
+    edits: GearSetEdits = field(kw_only=True)
+
+    @cached_property
+    def points(self) -> tuple[tuple[float, ...], ...]:
+        """Values of the axes for each run."""
+        return self.study.points()
+
+    @classmethod
+    def of(cls, study: FaultSignals) -> FaultSignalsProblem:
+        """The problem of a study; InputError for what no run can be."""
+        settings, _ = split_point(study, study.points()[0])
+        signals = signals_of(study, settings, study.gear_set, study.model)
+        reference = signals.prepare_with(study.model.excitations)
+        index = reference.turning.index
+        teeth = reference.gears.gears[index].geometry.teeth
+        for setting_name, tooth in _teeth(study):
+            if tooth > teeth:
+                name = reference.gears.gears[index].name
+                raise InputError(
+                    f"{setting_name} = {tooth}; gear {name} has {teeth} teeth"
+                )
+        ref, tables = study.gear_set, dict[str, Any]()
+        if ref.preloaded is None:
+            tables = load_tables(ref.name, ref.overrides)
+        edits = GearSetEdits(tables, ref.overrides, 1 + index, teeth)
+        _require_changes(study, edits)
+        return cls(study, reference=reference, edits=edits)
+
+    @property
+    def inputs(self) -> Mapping[str, str]:
+        inputs: Mapping[str, str] = self.study.inputs
+        return inputs
+
+    @property
+    def announcements(self) -> Iterator[str]:
+        yield from super().announcements
+        teeth = self.reference.turning.teeth
+        yield from self.reference.duration(self.study.run_count, teeth)
+
+    def tasks(self) -> Iterator[Task]:
+        self._require_room()
+        yield Task("runs", self._computed)
+
+    def _require_room(self) -> None:
+        """Refuse sets whose samples exceed the memory allowed."""
+        study, sampling = self.study, self.reference.sampling
+        samples = sampling.points if study.averages else len(sampling.time)
+        signals = len(signal_names(self.reference.system))
+        total = study.run_count * samples * signals
+        if total > MAX_VALUES:
+            cure = "fewer runs" if study.averages else display_name(study, "averages")
+            raise InputError(
+                f"runs = {study.run_count}; {samples} samples of {signals} signals "
+                f"each make {total}, at most {MAX_VALUES} are allowed; use {cure}"
+            )
+
+    def _computed(self, job: Job) -> FaultSignalsResult:
+        runs = Runs(self)
+        arrays = job.compute("runs", runs)
+        collected = FaultRuns.of(
+            [arrays[name] for name in runs], self.reference.sampling
+        )
+        study = self.study
+        if not collected.settled.any():
+            reason = min(set(collected.statuses))
+            raise NoResultError(f"no run has signals: {reason}")
+        warnings = run_warnings(collected)
+        return FaultSignalsResult(
+            study=study,
+            facts=self._facts(tuple(warnings)),
+            gear=self.reference.turning.name,
+            labels=self._labels(),
+            runs=collected,
+            tooth=self.reference.tooth_at_pitch_point,
+        )
+
+    def _labels(self) -> dict[str, NDArray[Any]]:
+        """Values of axes and settings for every run."""
+        study, reference = self.study, self.reference
+        points = np.array(self.points)
+        labels = {
+            column_of(name): points[:, column]
+            for column, name in enumerate(study.names)
+        }
+        count = len(points)
+        torque, rpm = reference.single_torque, study.rpm
+        constant = {
+            "speed_rpm": np.nan if rpm is None else rpm,
+            "torque_Nm": torque,
+            "noise_percent": study.noise_percent,
+            "seed": study.seed,
+        }
+        if study.has_faulty_tooth:
+            constant["faulty_tooth"] = study.tooth
+        for name, value in constant.items():
+            labels.setdefault(name, np.full(count, value, float))
+        for name in {"seed", "faulty_tooth"} & labels.keys():
+            labels[name] = labels[name].astype(np.int64)
+        if study.has_faulty_tooth:
+            labels["faulty_tooth"][~self._is_faulty] = NO_TOOTH
+        seeds = [noise_seed(n, int(s)) for n, s in enumerate(labels["seed"], start=1)]
+        rate_per_rpm = self.reference.sampling.rate / self._reference_rpm
+        return {
+            "run": np.arange(1, count + 1),
+            **labels,
+            "noise_seed": np.array(seeds, np.int64),
+            "sampling_rate_Hz": rate_per_rpm * labels["speed_rpm"],
+        }
+
+    @property
+    def _is_faulty(self) -> NDArray[np.bool_]:
+        """Whether each run has a tooth with a fault by the axes."""
+        of_tooth = [
+            name in FAULTS and not FAULTS[name].is_of_gear for name in self.study.names
+        ]
+        sizes = np.array(self.points)[:, of_tooth]
+        return np.asarray((sizes != 0.0).any(axis=1))
+
+    @property
+    def _reference_rpm(self) -> float:
+        settings, _ = split_point(self.study, self.points[0])
+        return float(settings["rpm"])
+
+    def _facts(self, warnings: tuple[str, ...]) -> TrainFacts:
+        """What the result tells of the train without changes by the axes."""
+        reference, model = self.reference, self.reference.model
+        system = reference.system
+        ratio, torque = system.train.damping_ratio, reference.single_torque
+        method = integration_in_words(reference.integration, model.number == "coupled")
+        systems = {torque: system}
+        at_rest = reference.warnings_at_rest(systems, (reference.study.frequency,))
+        return TrainFacts(
+            summary=reference.summary_head(ratio)
+            | {"translations": model.translations}
+            | static_entries(systems, len(reference.gears.meshes)),
+            header={
+                **file_header(reference.gears, model, ratio, method),
+                "model": model.name,
+                **self.study.gear_set.entries,
+            },
+            notes=reference.notes,
+            warnings=(*at_rest, *warnings),
+        )
+
+
+def split_point(
+    study: FaultSignals, point: tuple[float, ...]
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """Settings of a run, and values by the names of faults and keys."""
+    settings: dict[str, Any] = {
+        name: getattr(study, name) for name, _ in SETTINGS.values()
+    }
+    changes = {}
+    for name, value in zip(study.names, point, strict=True):
+        if name in SETTINGS:
+            whole = name in WHOLE_NUMBERS
+            settings[SETTINGS[name][0]] = int(value) if whole else value
+        else:
+            changes[name] = value
+    return settings, changes
+
+
+def _teeth(study: FaultSignals) -> Iterator[tuple[str, int]]:
+    """Teeth that have faults in some run, and the setting that says so."""
+    axes = [axis for axis in study.over if axis.name == "tooth"]
+    for axis in axes:
+        over = f"{display_name(study, 'over')} tooth"
+        yield from ((over, int(value)) for value in axis.values)
+    if not axes:
+        yield display_name(study, "tooth"), study.tooth
+
+
+def _require_changes(study: FaultSignals, edits: GearSetEdits) -> None:
+    """Refuse an axis of which a value has no place in the gear-set file."""
+    for axis in study.over:
+        if axis.name in SETTINGS:
+            continue
+        for (_, tooth), value in product(_teeth(study), axis.values):
+            edits.texts({axis.name: value}, tooth)
+
+
+def signals_of(
+    study: FaultSignals,
+    settings: Mapping[str, Any],
+    gear_set: GearSetRef,
+    model: LumpedModel,
+) -> Signals:
+    """The study that computes the signals of one run."""
+    return Signals(
+        gear_set=gear_set,
+        rpm=settings["rpm"],
+        torque=settings["torque"],
+        gear_name=study.gear_name,
+        turns=study.turns,
+        samples=study.samples,
+        noise_percent=settings["noise_percent"],
+        seed=settings["seed"],
+        model=model,
+        integration=study.integration,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Runs(Mapping[str, Callable[[], Arrays]]):
+    """Computation of each run by its number, prepared on access."""
+
+    problem: FaultSignalsProblem
+
+    def __iter__(self) -> Iterator[str]:
+        return map(str, range(1, len(self) + 1))
+
+    def __len__(self) -> int:
+        return self.problem.study.run_count
+
+    def __getitem__(self, name: str) -> Callable[[], Arrays]:
+        try:
+            run = self._problem(int(name))
+            system, sampling = run.system, run.sampling
+        except ValueError as error:
+            return partial(without_signals, f"impossible: {error}")
+        noise = 0.01 * run.study.noise_percent
+        tooth = run.teeth_of_intervals
+        frequency = run.study.frequency
+        options = noise, run.study.seed, tooth, self.problem.study.averages
+        settings = run.integration
+        return partial(evaluate_run, system, frequency, settings, sampling, *options)
+
+    def _problem(self, number: int) -> SignalsProblem:
+        """The signals of a run; InputError where there is no such gear set."""
+        study = self.problem.study
+        settings, changes = split_point(study, self.problem.points[number - 1])
+        settings["seed"] = noise_seed(number, settings["seed"])
+        gear_set = study.gear_set
+        if changes:
+            texts = self.problem.edits.texts(changes, settings["tooth"])
+            gear_set = self._shared(texts)
+        reference = self.problem.reference
+        signals = signals_of(study, settings, gear_set, reference.model)
+        return signals.prepare_with(reference.excitations)
+
+    @cached_property
+    def _shared(self) -> Callable[[tuple[str, ...]], GearSetRef]:
+        """Gear sets by their changes, read once each."""
+        study = self.problem.study
+
+        def changed(texts: tuple[str, ...]) -> GearSetRef:
+            return replace(study.gear_set, edits=texts)
+
+        return lru_cache(maxsize=MAX_SHARED)(changed)
+
+
+def without_signals(status: str) -> Arrays:
+    """Arrays of a run whose motion has no signals, and why."""
+    return {"status": np.frombuffer(status.encode(), np.uint8)}
+
+
+def evaluate_run(
+    system: LumpedSystem,
+    frequency: float,
+    settings: Settings,
+    sampling: Sampling,
+    noise: float,
+    seed: int,
+    tooth: NDArray[np.int64],
+    averages: bool,
+) -> Arrays:
+    """Signals and indicators of a run; its status alone where it does not repeat.
+
+    frequency : of the first mesh [Hz]
+    noise : standard deviation over that of each signal; seed : of it
+    tooth : (2, p) of intervals, see `residual_indicators`
+    averages : whether signals are left out
+    """
+    try:
+        response, _, settings = respond_confirmed(system, frequency, settings)
+    except ValueError as error:
+        return without_signals(f"impossible: {error}")
+    if not response.multiple:
+        return without_signals(str(response.status))
+    sampled = sample_signals(system, response, settings, sampling, noise, seed)
+    indicators = {
+        "rms": sampled.values.std(axis=0),
+        **residual_indicators(sampled.average, tooth),
+    }
+    arrays = {
+        **without_signals(str(response.status)),
+        "names": np.frombuffer("\n".join(sampled.names).encode(), np.uint8),
+        "average": sampled.average.values.T,
+        **indicators,
+    }
+    return arrays if averages else {**arrays, "values": sampled.values.T}

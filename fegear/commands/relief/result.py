@@ -1,0 +1,346 @@
+"""Result of `fegear relief`: its tables, figures and page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fegear.commands.relief.best_relief import MIN_EFFECT, PLACES
+from fegear.commands.relief.objective import MICRO
+from fegear.files.codes import with_code
+from fegear.files.output import write_text
+from fegear.files.toml import toml_text
+from fegear.gearset.read import relative_tables
+from fegear.studies.page import Columns, Page, RowTable, cell
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MEASURES = {
+    "largest": "largest peak to peak",
+    "mean": "mean peak to peak",
+    "harmonics": "largest root sum of squares of harmonics {orders}",
+    "vibration": "largest peak to peak",
+}
+MAX_LINEAR_ERROR = 0.1  # of the band by derivatives
+LIMIT_RTOL = 1e-3  # within which a magnitude is at its limit
+DESIGN: Columns = {
+    "relief": lambda row: row["relief"],
+    "magnitude\num": cell("magnitude_um", 4),
+    "length\nbase pitches": cell("length_pitches", 4),
+    "begins at\ndiameter [mm]": cell("start_diameter_mm", 6),
+    "length on line\nof action [mm]": cell("length_mm", 4),
+    "objective [um]\nby 1 um more": cell("objective_per_um", 3),
+}
+TORQUES: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "p-p of STE\nbefore [um]": cell("before_um", 4),
+    "p-p of STE\nafter [um]": cell("after_um", 4),
+}
+COMPROMISES: Columns = {
+    "at the lowest\ntorque [um]": cell("lowest_um", 4),
+    "at the highest\ntorque [um]": cell("highest_um", 4),
+    "magnitudes\num": lambda row: ", ".join(f"{x:.4g}" for x in row["magnitudes_um"]),
+    "lengths\nbase pitches": lambda row: ", ".join(
+        f"{x:.3g}" for x in row["lengths_pitches"]
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ReliefResult(StudyResult):
+    """Best reliefs, and what they do.
+
+    reliefs : place, size and sensitivity of each
+    left_out : reliefs that were sought and change the objective too little
+    max_magnitude_um : largest that is allowed
+    before_um, after_um : static objective, of vibration the largest peak to peak
+    rows : peak to peak of the transmission error at the torques, before and after
+    shown : the same at the torques of the figure
+    evaluations : solutions of the mesh cycle during the searches
+    vibration : RMS of the dynamic transmission error over speeds, and peaks
+    front : compromises between the lowest and the highest torque
+    tolerance : objective of reliefs with deviations
+    tables : of the gear set with the reliefs, as in its file
+    complete : whether the search for the least vibration came to its end
+    """
+
+    study: Any
+    gear_set: str
+    meshes: list[int]
+    reliefs: list[dict[str, Any]]
+    before_um: float
+    after_um: float
+    rows: list[dict[str, float]]
+    shown: list[dict[str, float]]
+    evaluations: int
+    vibration: dict[str, Any] | None
+    front: list[dict[str, Any]]
+    tolerance: dict[str, float] | None
+    warnings: list[str]
+    tables: dict[str, Any]
+    left_out: list[str]
+    max_magnitude_um: float
+    complete: bool = True
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        values: dict[str, Any] = {
+            "gear_set": self.gear_set,
+            "mesh": self.study.mesh,
+            "meshes": self.meshes,
+            "objective": self.study.objective,
+            "objective_before_um": self._ends[0],
+            "objective_after_um": self._ends[1],
+            "reliefs": self.reliefs,
+            "left_out": self.left_out,
+            "max_relief_um": self.max_magnitude_um,
+            "torques": self.rows,
+            "starts": self.study.starts,
+            "evaluations": self.evaluations,
+        }
+        if self.study.objective == "harmonics":
+            values["harmonics"] = list(self.study.harmonics)
+        if self.vibration:
+            values["vibration"] = self.vibration
+        if self.front:
+            values["compromises"] = self.front
+        if self.tolerance:
+            values["tolerance"] = self.tolerance
+        return values | {"warnings": [*self.warnings, *self._doubts()]}
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        """Objective before and after [um]."""
+        if self.vibration:
+            return self.vibration["peak_before_um"], self.vibration["peak_after_um"]
+        return self.before_um, self.after_um
+
+    def _doubts(self) -> Iterator[str]:
+        """Yield warnings of the search and of the tolerances."""
+        before, after = self._ends
+        if after >= before:
+            text = f"no relief within the limits gives less than {before:.4g} um"
+            yield with_code("W28", text)
+        yield from self._at_limit()
+        if not self.complete:
+            text = f"the search for the least vibration ended after {self._swept}"
+            yield with_code("W31", text)
+        if self.tolerance and self.tolerance["difference"] > MAX_LINEAR_ERROR:
+            error = 100.0 * self.tolerance["difference"]
+            text = (
+                f"the effect of the tolerances by derivatives is off by {error:.0f} %"
+            )
+            yield with_code("W32", text)
+
+    def _at_limit(self) -> Iterator[str]:
+        """A warning of reliefs whose magnitude ends at the limit."""
+        most = self.max_magnitude_um
+        names = [
+            relief["relief"]
+            for relief in self.reliefs
+            if relief["magnitude_um"] >= (1.0 - LIMIT_RTOL) * most
+        ]
+        if names:
+            text = (
+                f"{' and '.join(names)}: the magnitude ends at the largest allowed, "
+                f"{most:.4g} um, which --max-relief-um raises"
+            )
+            yield with_code("W37", text)
+
+    @property
+    def _swept(self) -> str:
+        values = self.vibration or {}
+        return f"{values['designs']} designs, {values['sweeps']} sweeps"
+
+    @property
+    def more_tables(self) -> dict[str, Table]:
+        return {"torques": self._torques, "pareto": self._pareto}
+
+    @property
+    def _pareto(self) -> Table:
+        """A row for every compromise."""
+        places = PLACES[: len(self.front[0]["magnitudes_um"])] if self.front else ()
+        names = (
+            *("peak_to_peak_lowest_m", "peak_to_peak_highest_m"),
+            *(f"{place}_magnitude_m" for place in places),
+            *(f"{place}_length_pitches" for place in places),
+        )
+        rows = [
+            [
+                *(MICRO * point[name] for name in ("lowest_um", "highest_um")),
+                *(MICRO * size for size in point["magnitudes_um"]),
+                *point["lengths_pitches"],
+            ]
+            for point in self.front
+        ]
+        ends = {f"{which} torque [N m]": f"{torque:g}" for which, torque in self._range}
+        return Table(names, lambda: rows, ends | self.study.gear_set.entries)
+
+    @property
+    def _range(self) -> list[tuple[str, float]]:
+        torques = [row["torque_Nm"] for row in self.rows]
+        return [("lowest", min(torques)), ("highest", max(torques))]
+
+    @property
+    def _torques(self) -> Table:
+        """A row for every torque."""
+        names = "torque_Nm", "peak_to_peak_before_m", "peak_to_peak_after_m"
+        rows = [
+            [row["torque_Nm"], MICRO * row["before_um"], MICRO * row["after_um"]]
+            for row in self.rows
+        ]
+        header = {
+            row["relief"]: f"{row['magnitude_um']} um, {row['length_pitches']} pitches"
+            for row in self.reliefs
+        }
+        return Table(names, lambda: rows, header | self.study.gear_set.entries)
+
+    @property
+    def text(self) -> str:
+        """Text of the gear-set file with the reliefs."""
+        return toml_text(self.tables)
+
+    def write(self, path: str | Path) -> None:
+        """Write the gear-set file."""
+        write_text(path, toml_text(relative_tables(self.tables, Path(path))))
+
+    @property
+    def figures(self) -> Mapping[str, Draw]:
+        figures: dict[str, Draw] = {"plot": self._draw}
+        return figures | {"front": self._draw_front} if self.front else figures
+
+    @property
+    def _title(self) -> str:
+        return f"{self.gear_set}, mesh {self.study.mesh}"
+
+    def _draw(self) -> Figure:
+        from lumped.figures.drawing import panels
+
+        count = 2 if self.vibration else 1
+        figure, axes = panels(count, size=(8.0, 4.5 if count == 1 else 7.5))
+        static, *others = (axis for row in axes for axis in row)
+        torques = [row["torque_Nm"] for row in self.shown]
+        single = "o" if len(torques) == 1 else ""
+        for name, label in (("before_um", "before"), ("after_um", "best relief")):
+            values = [row[name] for row in self.shown]
+            static.plot(torques, values, marker=single, label=label)
+        static.set_xlabel("torque on the driving gear [N m]")
+        static.set_ylabel("peak to peak of the static\ntransmission error [um]")
+        static.set_ylim(bottom=0.0)
+        static.legend(fontsize=8)
+        static.set_title(self._title)
+        for axis in others:
+            self._draw_bands(axis)
+        return figure
+
+    def _draw_bands(self, axes: Any) -> None:
+        values = self.vibration or {}
+        labels = {
+            "before_um": "before",
+            "static_um": "relief of least static peak to peak",
+            "after_um": "relief of least vibration",
+        }
+        for name, label in labels.items():
+            rms = np.array(values[name])
+            rms[~np.isfinite(rms)] = np.nan
+            axes.plot(values["speeds_Hz"], rms, label=label)
+        axes.set_xlabel("mesh frequency of the first mesh [Hz]")
+        axes.set_ylabel("largest RMS of the dynamic\ntransmission error [um]")
+        axes.set_yscale("log")
+        axes.legend(fontsize=8)
+
+    def _draw_front(self) -> Figure:
+        from lumped.figures.drawing import panels
+
+        figure, ((axes,),) = panels(1, size=(6.5, 5.0))
+        points = [(row["lowest_um"], row["highest_um"]) for row in self.front]
+        axes.plot(*zip(*points, strict=True), marker="o", label="compromises")
+        before, after = (
+            [rows[i][name] for i in self._extreme_rows]
+            for rows, name in ((self.rows, "before_um"), (self.rows, "after_um"))
+        )
+        axes.plot(*before, "s", label="before")
+        axes.plot(*after, "D", label=f"best relief, {self.study.objective}")
+        low, high = (torque for _, torque in self._range)
+        axes.set_xlabel(f"peak to peak of the STE at {low:g} N m [um]")
+        axes.set_ylabel(f"peak to peak of the STE at {high:g} N m [um]")
+        axes.set_xlim(left=0.0)
+        axes.set_ylim(bottom=0.0)
+        axes.legend(fontsize=8)
+        axes.set_title(self._title)
+        return figure
+
+    @property
+    def _extreme_rows(self) -> tuple[int, int]:
+        torques = [row["torque_Nm"] for row in self.rows]
+        return int(np.argmin(torques)), int(np.argmax(torques))
+
+    def page(self) -> Page:
+        values = self.summary
+        orders = ", ".join(map(str, self.study.harmonics))
+        measure = MEASURES[self.study.objective].format(orders=orders)
+        yield (
+            f"{self.gear_set} mesh {self.study.mesh}, {measure} of the static "
+            f"transmission error {self.before_um:.4g} um before, "
+            f"{self.after_um:.4g} um after"
+        )
+        if len(self.meshes) > 1:
+            listed = ", ".join(map(str, self.meshes))
+            yield f"the same flanks meet in meshes {listed}: all have the relief"
+        if self.vibration:
+            yield (
+                "peak RMS of the dynamic transmission error {peak_before_um:.4g} um "
+                "before, {peak_static_um:.4g} um with the least static peak to peak, "
+                "{peak_after_um:.4g} um after"
+            ).format_map(self.vibration)
+        if self.reliefs:
+            title = "Best relief" + (", none left out" if self.vibration else "")
+            yield RowTable(self.reliefs, DESIGN, title, ("relief",))
+        inside = [r["relief"] for r in self.reliefs if r["in_single_contact"]]
+        if inside:
+            yield (
+                f"{' and '.join(inside)}: begins inside single contact, so that one "
+                "pair alone never bears the load on unrelieved flanks"
+            )
+        if self.left_out:
+            yield (
+                f"left out, as the objective changes by less than "
+                f"{100.0 * MIN_EFFECT:g} % of that without relief: "
+                + ", ".join(self.left_out)
+            )
+        yield RowTable(self.rows, TORQUES, "At the torques", ())
+        if self.front:
+            yield RowTable(self.front, COMPROMISES, "Compromises", ())
+            yield from self._beaten
+        if self.tolerance:
+            yield with_code("E22", self._band)
+        yield (
+            f"{values['starts']} starts, {values['evaluations']} solutions of the mesh "
+            "cycle" + (f", {self._swept}" if self.vibration else "")
+        )
+
+    @property
+    def _beaten(self) -> Iterator[str]:
+        """Why there are fewer compromises than were sought."""
+        sought, count = self.study.compromises, len(self.front)
+        if count < sought:
+            yield (
+                f"{count} of {sought} searches: the others ended at one of these, or "
+                "at a design that is no better than one of these at either torque"
+            )
+
+    @property
+    def _band(self) -> str:
+        return (
+            "95 % of gears with these deviations are below {by_derivatives_um:.4g} um "
+            "by derivatives, {by_solutions_um:.4g} um by {samples} solutions, "
+            "{nominal_um:.4g} um without"
+        ).format_map(self.tolerance or {})

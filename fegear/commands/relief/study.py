@@ -1,0 +1,520 @@
+"""Profile relief of least transmission error over torque."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import Any, Literal
+
+import numpy as np
+
+from fegear.commands.relief.best_relief import (
+    PLACES,
+    BestRelief,
+    ReliefProblem,
+    ReliefRange,
+    find_best_relief,
+    relief_ranges,
+    starting_designs,
+    without_idle_reliefs,
+)
+from fegear.commands.relief.front import relief_front
+from fegear.commands.relief.objective import (
+    MICRO,
+    Objective,
+    ReliefObjective,
+    peak_to_peak,
+)
+from fegear.commands.relief.result import ReliefResult
+from fegear.commands.relief.tolerance import tolerance_band
+from fegear.commands.relief.vibration import VibrationBest, VibrationSearch
+from fegear.files.errors import InputError
+from fegear.files.output import INTO_PICTURE
+from fegear.gearset.model import GearSet
+from fegear.gearset.modifications import ReliefShape
+from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.read import load_tables
+from fegear.statics.excitation import StiffnessSource
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import contact_problem, solve_mesh
+from fegear.statics.table_warnings import table_warnings
+from fegear.studies.problem import Job, Task
+from fegear.studies.settings import SettingsGroup, expose, group, setting
+from fegear.studies.study import PLOT, Study
+from fegear.studies.trains import (
+    DEFAULT_PAIR,
+    GearSetRef,
+    chosen_torques,
+    mesh_index,
+    mesh_setting,
+    refuse_both,
+    rpms_setting,
+    speeds_setting,
+    torques_setting,
+    with_frequencies,
+)
+from fegear.train.lumped_models import LumpedModel
+from lumped.common.arrays import Array
+from lumped.common.options import Range
+
+Goal = Literal["largest", "mean", "harmonics", "vibration"]
+STATIC_GOALS: tuple[Objective, ...] = ("largest", "mean", "harmonics")
+SHOWN_TORQUES = 41  # of the figure
+MAX_OVER_ERROR = 2.0  # default largest relief over the largest transmission error
+MAX_ORDER = 64
+ELEMENTS = SettingsGroup(
+    kind=StaticsSettings,
+    exposed=expose("friction", "positions", "plane", "resolution"),
+)
+MORE = {
+    "torques": "Write the peak to peak at each torque, before and after, to this CSV "
+    "file.",
+    "pareto": "Write the compromises between the lowest and the highest torque to this "
+    "CSV file; needs --compromises.",
+}
+PICTURES = PLOT | {
+    "front": "Draw the compromises between the lowest and the highest torque "
+    f"{INTO_PICTURE}; needs --compromises."
+}
+
+
+def _orders(text: str) -> tuple[int, ...]:
+    try:
+        orders = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError("allowed are whole numbers, such as 1,2,3") from None
+    if not all(1 <= order <= MAX_ORDER for order in orders):
+        raise ValueError(f"allowed 1 to {MAX_ORDER}")
+    return tuple(sorted(set(orders)))
+
+
+def _orders_text(orders: tuple[int, ...]) -> str:
+    return ",".join(map(str, orders))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReliefDesign(
+    Study,
+    command="relief",
+    example="relief liu-pair --torque 60:140:20 -o best.toml --plot best.png",
+):
+    """Profile relief of least transmission error over torque.
+
+    Magnitude and length of the reliefs of both gears are sought together, from several
+    starts, so that the objective is least: peak to peak or harmonics of the static
+    transmission error at the torques, or the vibration over a band of speeds. Reliefs
+    that the gear set has at these places are replaced.
+    """
+
+    partial = True
+    pictures = PICTURES
+    more_tables = MORE
+    output = "Write the gear set with its best relief to this TOML file."
+    endings = (".toml",)
+
+    gear_set: GearSetRef = DEFAULT_PAIR
+    mesh: int = mesh_setting()
+    torque: tuple[float, ...] = torques_setting("driving gear of the mesh")
+    objective: Goal = setting(
+        "largest",
+        "Quantity to minimise. largest: peak to peak of the static transmission error "
+        "at the worst torque; mean: the mean peak to peak of all torques; harmonics: "
+        "root of the sum of squares of amplitudes of some harmonics of the static "
+        "transmission error, at the worst torque; vibration: largest RMS of the "
+        "dynamic transmission error over speeds, by sweeps of the coupled model.",
+    )
+    harmonics: tuple[int, ...] = setting(
+        (1, 2, 3),
+        "Orders of the mesh frequency, with commas, of the objective harmonics.",
+        metavar="N,N",
+        parse=_orders,
+        write=_orders_text,
+    )
+    speeds: tuple[float, ...] = speeds_setting(
+        (),
+        "Mesh frequencies of the first mesh [Hz] of the objective vibration. [default: "
+        "none]",
+    )
+    rpm: tuple[float, ...] = rpms_setting("--speeds")
+    designs: int = setting(
+        40,
+        "Largest number of designs whose vibration is computed, each by a sweep up "
+        "and down at every torque.",
+        Range(1, 10000),
+    )
+    shape: ReliefShape = setting("linear", "Depth of the reliefs over the roll angle.")
+    root: bool = setting(False, "Seek root reliefs as well as tip reliefs.")
+    symmetric: bool = setting(
+        False,
+        "Seek one magnitude and one length in base pitches for both gears.",
+    )
+    max_relief_um: float | None = setting(
+        None,
+        "Largest magnitude of a relief [um]. [default: twice the largest static "
+        "transmission error]",
+        Range(above=0.0, below=1e4),
+        option="--max-relief-um",
+    )
+    starts: int = setting(
+        5, "Number of designs from which searches start.", Range(1, 64)
+    )
+    compromises: int = setting(
+        0,
+        "Number of compromises between the peak to peak at the lowest and at the "
+        "highest torque to seek.",
+        Range(0, 101),
+    )
+    relief_tolerance_um: float = setting(
+        0.0,
+        "Deviation of the magnitudes [um], uniform within plus and minus this, whose "
+        "effect on the objective is computed.",
+        Range(0.0, below=1e3),
+        option="--relief-tolerance-um",
+    )
+    length_tolerance: float = setting(
+        0.0,
+        "The same of the lengths [base pitches].",
+        Range(0.0, below=1.0),
+        option="--length-tolerance",
+    )
+    elements: StaticsSettings = group(ELEMENTS)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_both(self, "speeds", "rpm")
+
+    def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        defaults = {field.name: field.default for field in fields(self)}
+        for name, reason in self._idle():
+            if name in outputs or getattr(self, name, None) != defaults.get(name):
+                yield name, reason
+
+    def _idle(self) -> Iterator[tuple[str, str]]:
+        """Yield settings and outputs that need another setting."""
+        if self.objective != "harmonics":
+            yield "harmonics", "needs {objective} harmonics"
+        if self.objective != "vibration":
+            for name in ("speeds", "rpm", "designs"):
+                yield name, "needs {objective} vibration"
+        else:
+            for name in ("relief_tolerance_um", "length_tolerance"):
+                yield name, "needs another {objective}"
+        if not self.compromises:
+            for name in ("pareto", "front"):
+                yield name, "needs {compromises}"
+
+    def tasks(self) -> Iterator[Task]:
+        study = with_frequencies(self, {"speeds": self.rpm})
+        gears = study.gear_set.healthy("optimal reliefs")
+        index = mesh_index(gears, study.mesh)
+        torques = chosen_torques(gears, study.torque, study.mesh)
+        if study.gear_set.preloaded is not None:
+            raise InputError(f"gear_set = {gears.name}; needs a gear set by its name")
+        if study.objective == "vibration" and not study.speeds:
+            raise InputError("speeds is missing; objective = vibration needs a band")
+        if study.compromises and len(torques) < 2:
+            raise InputError(
+                f"compromises = {study.compromises}; needs two torques or more"
+            )
+        if study.objective == "harmonics":
+            study._require_resolved()
+        yield Task("relief", partial(study._find, index, torques))
+
+    def _require_resolved(self) -> None:
+        """Raise InputError for a harmonic that the positions do not resolve."""
+        most = (self.elements.positions - 1) // 2
+        if self.harmonics[-1] > most:
+            raise InputError(
+                f"harmonics = {_orders_text(self.harmonics)}; at most {most} with "
+                f"positions = {self.elements.positions}"
+            )
+
+    def _find(self, index: int, torques: tuple[float, ...], job: Job) -> ReliefResult:
+        """Find the best reliefs of a mesh, by its index, at torques [N m]."""
+        gears, settings = self.gear_set.loaded, self.elements
+        quick = replace(settings, estimate_error=False, root_stress=False)
+        before = solve_mesh(gears, index, torques, quick, job.report).cycle.ste
+        problem = self._problem(index, torques, float(np.abs(before).max()))
+        objective = self._static(
+            "largest" if self.objective == "vibration" else self.objective
+        )
+        best = self._searched(problem, objective, job)
+        vibration, design = None, best.design
+        if self.objective == "vibration":
+            vibration = self._vibrating(problem, best, index, torques, job)
+            design = vibration.design
+        complete = vibration is None or vibration.complete
+        front = self._front(problem, best, job) if complete else ((), 0)
+        evaluations = best.evaluations + front[1]
+        places = [entry.place for entry in problem.ranges]
+        if vibration is None:
+            problem, design, more = without_idle_reliefs(problem, design, objective)
+            evaluations += more
+        problem, design = problem.separate(design)
+        reliefs = _reliefs(problem, design, objective)
+        edits = self._edits(places, reliefs)
+        after = self.gear_set.changed(edits)
+        shown = torques
+        if len(torques) > 1:
+            shown = tuple(np.linspace(min(torques), max(torques), SHOWN_TORQUES))
+        after_ste = _ste(after, index, torques, quick)
+        return ReliefResult(
+            study=self,
+            gear_set=gears.name,
+            meshes=[n + 1 for n in gears.meshes_of_same_flanks(index)],
+            reliefs=reliefs,
+            before_um=self._over_pitches(before, objective) / MICRO,
+            after_um=self._over_pitches(after_ste, objective) / MICRO,
+            rows=_rows(torques, before, after_ste),
+            shown=_rows(
+                shown,
+                _ste(gears, index, shown, quick),
+                _ste(after, index, shown, quick),
+            ),
+            evaluations=evaluations,
+            left_out=_left_out(places, reliefs),
+            max_magnitude_um=problem.max_magnitude / MICRO,
+            vibration=_vibration_entries(vibration),
+            front=list(front[0]),
+            tolerance=self._tolerance(problem, design, objective),
+            warnings=[
+                *gear_set_warnings(after),
+                *table_warnings(solve_mesh(after, index, torques, settings)),
+            ],
+            tables=load_tables(self.gear_set.name, self.gear_set.overrides | edits),
+            complete=complete,
+        )
+
+    def _edits(
+        self, places: list[str], reliefs: list[dict[str, Any]]
+    ) -> dict[str, Any]:
+        """Keys that give the reliefs to the mesh and to those with the same flanks."""
+        edits: dict[str, Any] = {}
+        for index in self.gear_set.loaded.meshes_of_same_flanks(self.mesh - 1):
+            edits |= _edits(index + 1, places, reliefs, self.shape)
+        return edits
+
+    def _problem(
+        self, index: int, torques: tuple[float, ...], largest: float
+    ) -> ReliefProblem:
+        """The sought reliefs; largest : transmission error [m]."""
+        places = PLACES if self.root else PLACES[:2]
+        contact = contact_problem(self.gear_set.loaded, index, self.elements)
+        without: dict[str, Any] = {f"{place}_relief": None for place in places}
+        bare = replace(contact, **without)
+        return ReliefProblem(
+            contact=bare,
+            ranges=relief_ranges(bare, places),
+            torques=np.array(torques),
+            positions=np.arange(self.elements.positions) / self.elements.positions,
+            max_magnitude=MICRO * self.max_relief_um
+            if self.max_relief_um
+            else MAX_OVER_ERROR * largest,
+            shape=self.shape,
+            symmetric=self.symmetric,
+        )
+
+    def _static(self, name: Objective) -> ReliefObjective:
+        return ReliefObjective(name, self.harmonics)
+
+    def _over_pitches(self, ste: Array, objective: ReliefObjective) -> float:
+        """Objective [m] of transmission errors over one base pitch or several."""
+        pitches = ste.shape[1] // self.elements.positions
+        orders = tuple(pitches * order for order in objective.harmonics)
+        return replace(objective, harmonics=orders).of(ste)
+
+    def _searched(
+        self, problem: ReliefProblem, objective: ReliefObjective, job: Job
+    ) -> BestRelief:
+        starts = starting_designs(problem, self.starts)
+        return find_best_relief(
+            problem, starts, objective, partial(job.report, "searches")
+        )
+
+    def _vibrating(
+        self,
+        problem: ReliefProblem,
+        best: BestRelief,
+        index: int,
+        torques: tuple[float, ...],
+        job: Job,
+    ) -> VibrationBest:
+        """Begin with the best of each static objective, that of `best` first."""
+        others = STATIC_GOALS[1:]
+        if (self.elements.positions - 1) // 2 < self.harmonics[-1]:
+            others = others[:1]
+        static = {"largest": best.design} | {
+            name: self._searched(problem, self._static(name), job).design
+            for name in others
+        }
+        elements = self.elements
+        stiffness = StiffnessSource(
+            plane=elements.plane, resolution=elements.resolution
+        )
+
+        def changed(design: Array) -> GearSet:
+            reliefs = _reliefs(*problem.separate(design), None)
+            places = [entry.place for entry in problem.ranges]
+            edits = self._edits(places, reliefs)
+            return self.gear_set.changed(edits)
+
+        search = VibrationSearch(
+            changed=changed,
+            bounds=np.array(problem.bounds),
+            model=LumpedModel(
+                number="auto", stiffness=stiffness, friction=elements.friction
+            ),
+            index=index,
+            torques=torques,
+            speeds=self.speeds,
+            limit=self.designs,
+            job=job,
+        )
+        return search.find(self.gear_set.loaded, static)
+
+    def _front(
+        self, problem: ReliefProblem, best: BestRelief, job: Job
+    ) -> tuple[list[dict[str, Any]], int]:
+        if not self.compromises:
+            return [], 0
+        points, evaluations = relief_front(
+            problem,
+            self._static("largest"),
+            self.compromises,
+            (best.design,),
+            partial(job.report, "compromises"),
+        )
+        count = len(problem.ranges)
+        designs = [problem.separate(point.design)[1] for point in points]
+        return [
+            {
+                "lowest_um": float(point.measures[0]) / MICRO,
+                "highest_um": float(point.measures[1]) / MICRO,
+                "magnitudes_um": design[:count].tolist(),
+                "lengths_pitches": design[count:].tolist(),
+            }
+            for point, design in zip(points, designs, strict=True)
+        ], evaluations
+
+    def _tolerance(
+        self, problem: ReliefProblem, design: Array, objective: ReliefObjective
+    ) -> dict[str, float] | None:
+        if not (self.relief_tolerance_um or self.length_tolerance):
+            return None
+        if not problem.ranges:  # the teeth are best without relief
+            return None
+        limits = MICRO * self.relief_tolerance_um, self.length_tolerance
+        band = tolerance_band(problem, design, objective, *limits)
+        return {
+            "nominal_um": band.nominal / MICRO,
+            "by_derivatives_um": band.first_order / MICRO,
+            "by_solutions_um": band.solved / MICRO,
+            "difference": band.difference,
+            "samples": band.samples,
+        }
+
+
+def _vibration_entries(best: VibrationBest | None) -> dict[str, Any] | None:
+    if best is None:
+        return None
+    bands = {"before": best.before, "static": best.static, "after": best.best}
+    return {
+        "speeds_Hz": list(best.before.speeds),
+        **{f"{name}_um": _micro(band.rms) for name, band in bands.items()},
+        **{f"peak_{name}_um": band.peak / MICRO for name, band in bands.items()},
+        "designs": best.designs,
+        "sweeps": best.sweeps,
+    }
+
+
+def _micro(values: tuple[float, ...]) -> list[float]:
+    return [value / MICRO for value in values]
+
+
+def _ste(gears: Any, index: int, torques: Any, settings: StaticsSettings) -> Any:
+    return solve_mesh(gears, index, torques, settings).cycle.ste
+
+
+def _reliefs(
+    problem: ReliefProblem, design: Array, objective: ReliefObjective | None
+) -> list[dict[str, Any]]:
+    """Sought reliefs with rounded sizes, and what a micrometre more would change.
+
+    objective : that changes
+    """
+    count = len(problem.ranges)
+    design = np.concatenate([design[:count].round(2), design[count:].round(4)])
+    change = np.zeros(count)
+    if objective is not None:  # which has a kink at the best design: no derivative
+        larger = [design + unit for unit in np.eye(2 * count)[:count]]
+        values = [objective.of(problem.ste(one)[0]) for one in (design, *larger)]
+        change = (np.array(values[1:]) - values[0]) / MICRO
+    return [
+        {
+            "relief": f"{entry.place}_relief",
+            "magnitude_um": float(design[i]),
+            "length_pitches": float(design[count + i]),
+            **_place_of(problem, entry, float(design[count + i])),
+            "objective_per_um": float(change[i]),
+        }
+        for i, entry in enumerate(problem.ranges)
+    ]
+
+
+def _place_of(
+    problem: ReliefProblem, entry: ReliefRange, length: float
+) -> dict[str, Any]:
+    """Where a relief begins, and whether one pair alone bears the load there.
+
+    length : [base pitches]
+    """
+    flank, pitch = entry.flank, problem.contact.pair.base_pitch
+    start = entry.start(length, pitch)
+    inside = start < flank.high if entry.is_tip else start > flank.low
+    return {
+        "start_diameter_mm": 2e3 * math.hypot(flank.gear.base_radius, start),
+        "length_mm": 1e3 * length * pitch,
+        "in_single_contact": bool(inside and flank.low < flank.high),
+    }
+
+
+def _left_out(places: list[str], reliefs: list[dict[str, Any]]) -> list[str]:
+    """Reliefs at places that are not among those of the result."""
+    names = {relief["relief"] for relief in reliefs}
+    return [name for place in places if (name := f"{place}_relief") not in names]
+
+
+def _edits(
+    mesh: int, places: list[str], reliefs: list[dict[str, Any]], shape: ReliefShape
+) -> dict[str, Any]:
+    """Keys of the gear set that give the reliefs, in place of all others at places.
+
+    mesh : its number, from 1
+    """
+    edits: dict[str, Any] = {}
+    for place in places:
+        both = place.partition("_")[2]
+        edits[f"mesh.{mesh}.{both}_relief.magnitude_um"] = 0
+    for name in _left_out(places, reliefs):
+        edits[f"mesh.{mesh}.{name}.magnitude_um"] = 0
+    for relief in reliefs:
+        key = f"mesh.{mesh}.{relief['relief']}"
+        edits[f"{key}.magnitude_um"] = relief["magnitude_um"]
+        if relief["magnitude_um"]:
+            edits[f"{key}.length_pitches"] = relief["length_pitches"]
+            edits[f"{key}.shape"] = shape
+    return edits
+
+
+def _rows(torques: Any, before: Any, after: Any) -> list[dict[str, float]]:
+    ranges = zip(torques, peak_to_peak(before), peak_to_peak(after), strict=True)
+    return [
+        {
+            "torque_Nm": float(torque),
+            "before_um": float(one) / MICRO,
+            "after_um": float(two) / MICRO,
+        }
+        for torque, one, two in ranges
+    ]

@@ -1,1 +1,0 @@
-"""Eccentric gearing: a circular wheel that turns off its centre, and its mate."""

@@ -1,5 +1,0 @@
-"""A gear mesh as a functional mock-up unit (FMU) for simulations of machines."""
-
-from fegear.fmu.build import FmuMesh, write_fmu
-
-__all__ = ["FmuMesh", "write_fmu"]

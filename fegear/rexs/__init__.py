@@ -1,6 +1,0 @@
-"""Gear sets from REXS files, the open exchange format of gearboxes."""
-
-from fegear.rexs.gear_set import RexsGearSet, convert_gearbox
-from fegear.rexs.reading import ENDINGS, read_rexs
-
-__all__ = ["ENDINGS", "RexsGearSet", "convert_gearbox", "read_rexs"]
