@@ -64,8 +64,8 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
-from fegear.studies.public import public_homes
 from fegear.studies import registry
+from fegear.studies.public import public_homes
 
 with suppress(ModuleNotFoundError):  # studies of evidence, where they are installed
     import validation.commands  # noqa: F401

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fegear.studies.running import run
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from validation.commands.ablation.study import Ablation
 from validation.commands.bench.study import AllBenchmarks
 from validation.commands.validate.study import RANDOM_SETS, Validation

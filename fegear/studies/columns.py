@@ -62,9 +62,16 @@ def columns() -> tuple[Column, ...]:
     )
 
 
+def shared_meaning(group: str, name: str) -> str:
+    """What a column of a group means that several commands have; KeyError if none."""
+    for declared, meaning in _shared_groups()[group].items():
+        if Column(declared, "", meaning, ()).stands_for(name):
+            return meaning
+    raise KeyError(f"{group}: column {name} is not declared")
+
+
 @cache
-def _shared_meanings() -> dict[str, dict[str, str]]:
-    """Meanings by column of groups that several commands have, by name."""
+def _shared_groups() -> dict[str, dict[str, str]]:
     packages = (
         __package__,
         *(folder.__name__.rpartition(".")[0] for folder in folders()),
@@ -125,7 +132,7 @@ def _content(package: str) -> dict[str, Any]:
 
 def _declared(package: str) -> Iterator[Column]:
     for group in _content(package).get("columns", ()):
-        meanings = group.get("meaning") or _shared_meanings()[group["shared"]]
+        meanings = group.get("meaning") or _shared_groups()[group["shared"]]
         for table, commands in _tables(group["commands"]).items():
             for name, meaning in meanings.items():
                 yield Column(

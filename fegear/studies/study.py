@@ -79,11 +79,15 @@ class Study(metaclass=_StudyType):
     endings: ClassVar[Sequence[str]] = TABLES  # of its name
     folder: ClassVar[bool] = False  # whether it is a directory, with `files` in it
 
-    def __init_subclass__(cls, *, command: str, example: str, **options: Any) -> None:
+    def __init_subclass__(
+        cls, *, command: str = "", example: str = "", **options: Any
+    ) -> None:
+        """Declare the command of a study; a base of several studies has none."""
         super().__init_subclass__(**options)
-        cls.command, cls.example = command, f"fegear {example}"
-        cls.description = cls.__doc__ or ""
-        set_lazy_docstring(cls, _section)
+        if command:
+            cls.command, cls.example = command, f"fegear {example}"
+            cls.description = cls.__doc__ or ""
+            set_lazy_docstring(cls, _section)
 
     def __post_init__(self) -> None:
         take_plain_values(self)

@@ -14,7 +14,7 @@ from fegear.cli import app
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations, StiffnessSource
-from fegear.studies.model_texts import static_warnings
+from fegear.studies.trains.model_texts import static_warnings
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.respond import respond_with_history
 

@@ -32,7 +32,7 @@ from fegear.gearset.modifications import Relief
 from fegear.gearset.read import load_tables
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 
 COARSE = StaticsSettings(resolution="coarse")
 TORQUES = np.array([60.0, 100.0, 140.0])

@@ -14,7 +14,7 @@ from fegear.commands.stiffness.study import MeshStiffness
 from fegear.gearset.phases import mesh_phases
 from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 
 COARSE = StaticsSettings(
     resolution="coarse", positions=16, estimate_error=False, root_stress=False

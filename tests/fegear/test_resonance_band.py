@@ -12,7 +12,7 @@ from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.statics.excitation import Excitations
-from fegear.studies.model_texts import truncation_entries, truncation_warnings
+from fegear.studies.trains.model_texts import truncation_entries, truncation_warnings
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady import truncation_check
 from lumped.steady.respond import respond

@@ -20,7 +20,7 @@ from fegear.commands.rattle.machine_studies import LoadMachineRef, MotionMachine
 from fegear.files.errors import InputError
 from fegear.statics.excitation import GivenTables
 from fegear.studies.study import Study
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.branches.periodic import BranchSettings
 from lumped.steady.maps import Axis
 from lumped.train.at_rest import RestReference

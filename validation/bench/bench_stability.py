@@ -20,8 +20,8 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import StiffnessSource
 from fegear.studies.running import run
-from fegear.studies.trains import GearSetRef
-from fegear.studies.varied import FRICTION
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.parametric import FRICTION
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.common.arrays import Array
 from lumped.common.progress import Progress

@@ -21,7 +21,7 @@ from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
-from fegear.studies.model_texts import body_modes_warnings
+from fegear.studies.trains.model_texts import body_modes_warnings
 from fegear.train.lumped_models import LumpedModel, lumped_system, truncation_bound
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress, silent

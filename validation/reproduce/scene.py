@@ -22,7 +22,7 @@ from fegear.statics.excitation import (
     Kind,
     StiffnessSource,
 )
-from fegear.studies.varied import BENDING, FRICTION, OF_TEETH
+from fegear.studies.trains.parametric import BENDING, FRICTION, OF_TEETH
 from fegear.train.lumped_models import LumpedModel, Number, lumped_system
 from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.system import LumpedSystem

@@ -19,8 +19,8 @@ from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.solving import solve_mesh
-from fegear.studies.model_texts import static_warnings, truncation_warnings
-from fegear.studies.responses import sweep_warnings
+from fegear.studies.trains.model_texts import static_warnings, truncation_warnings
+from fegear.studies.trains.responses import sweep_warnings
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.common.arrays import Array
 from lumped.common.checks import require_present

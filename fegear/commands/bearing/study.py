@@ -23,8 +23,9 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import display_name, refusal, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table
-from fegear.studies.train_problem import refuse_edits
-from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.loads import chosen_torque, torque_setting
+from fegear.studies.trains.train_problem import refuse_edits
 from lumped.bearings.kinematics import (
     ball_pass_over_shaft,
     cage_over_shaft,

@@ -15,11 +15,7 @@ from fegear.files.records import Records
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.plausibility import motion_warnings
-from fegear.studies.axes import axis_setting
 from fegear.studies.columns import meanings
-from fegear.studies.driver_speed import DRIVER_SPEED
-from fegear.studies.headings import edits_in_words
-from fegear.studies.model_texts import body_modes_warnings, integration_in_words
 from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
@@ -33,19 +29,21 @@ from fegear.studies.settings import (
 )
 from fegear.studies.study import Study
 from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainFacts
-from fegear.studies.trains import (
-    ALL_MODELS,
+from fegear.studies.trains.axes import axis_setting
+from fegear.studies.trains.driver_speed import DRIVER_SPEED
+from fegear.studies.trains.headings import edits_in_words
+from fegear.studies.trains.loads import torque_setting
+from fegear.studies.trains.model_texts import body_modes_warnings, integration_in_words
+from fegear.studies.trains.models import ALL_MODELS, lumped_integration, lumped_model
+from fegear.studies.trains.parametric import TORQUE, ParametricProblem, ParametricStudy
+from fegear.studies.trains.speeds import (
     FREQUENCY,
     RPM,
-    lumped_integration,
-    lumped_model,
     refuse_both,
     rpm_setting,
-    torque_setting,
     with_frequencies,
 )
-from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
+from fegear.studies.trains.train_problem import TrainFacts
 from fegear.train.lumped_models import LumpedModel, require_method
 from lumped.attractors.attractor_sweeps import (
     AttractorBranch,

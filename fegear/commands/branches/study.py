@@ -14,14 +14,7 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.statics.plausibility import motion_warnings
-from fegear.studies.axes import (
-    limits,
-    limits_axis,
-    written_limits,
-    written_limits_axis,
-)
 from fegear.studies.columns import meanings
-from fegear.studies.model_texts import body_modes_warnings, natural_in_words
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
@@ -35,19 +28,28 @@ from fegear.studies.settings import (
 )
 from fegear.studies.study import Study
 from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainFacts
-from fegear.studies.trains import (
+from fegear.studies.trains.axes import (
+    limits,
+    limits_axis,
+    written_limits,
+    written_limits_axis,
+)
+from fegear.studies.trains.loads import torque_setting
+from fegear.studies.trains.model_texts import body_modes_warnings, natural_in_words
+from fegear.studies.trains.models import (
     ALL_MODELS,
-    FREQUENCY,
     SOURCE,
     lumped_model,
+    tables_setting,
+)
+from fegear.studies.trains.parametric import TORQUE, ParametricProblem, ParametricStudy
+from fegear.studies.trains.speeds import (
+    FREQUENCY,
     refuse_both,
     rpm_limits_setting,
-    tables_setting,
-    torque_setting,
     with_frequencies,
 )
-from fegear.studies.varied import TORQUE, ParametricProblem, ParametricStudy
+from fegear.studies.trains.train_problem import TrainFacts
 from fegear.train.lumped_models import LumpedModel, natural_frequencies
 from lumped.branches.cascades import Cascade, find_cascades
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fegear.commands.campbell.rotors import rotor_system
-from fegear.commands.modes.study import FE_SETTINGS, mean_stiffnesses, stiffness_load
 from fegear.files.codes import with_code
 from fegear.files.output import TO_TABLE
 from fegear.gearset.model import GearSet
@@ -26,7 +25,13 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import group, setting
 from fegear.studies.study import PLOT, Study
 from fegear.studies.table import Table, finite_or_none
-from fegear.studies.trains import GearSetRef, torque_setting
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.loads import torque_setting
+from fegear.studies.trains.mean_stiffness import (
+    FE_SETTINGS,
+    mean_stiffnesses,
+    stiffness_load,
+)
 from lumped.common.arrays import Array
 from lumped.common.options import Range
 from lumped.figures.campbell import CampbellCurves, OrderLine, draw_campbell

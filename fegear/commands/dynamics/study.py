@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 
-from fegear.commands.sweep.study import SweptSpeeds, unbegun
 from fegear.dynamics.build import FiniteElements, StepperChoice, prepare
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.history import format_history, history_name, history_table
@@ -20,15 +19,8 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import Excitations, StiffnessSource
-from fegear.studies.model_texts import (
-    cap_in_words,
-    file_header,
-    natural_in_words,
-    torque_entry,
-)
 from fegear.studies.page import Page
 from fegear.studies.problem import Job, Problem, Task
-from fegear.studies.responses import ResponsesResult, sweep_warnings
 from fegear.studies.settings import (
     Setting,
     SettingsGroup,
@@ -39,18 +31,23 @@ from fegear.studies.settings import (
     setting_of,
 )
 from fegear.studies.study import Study
-from fegear.studies.train_problem import (
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.loads import chosen_torques, torques_setting
+from fegear.studies.trains.model_texts import (
+    cap_in_words,
+    file_header,
+    natural_in_words,
+    torque_entry,
+)
+from fegear.studies.trains.models import SETTLING
+from fegear.studies.trains.responses import ResponsesResult, sweep_warnings
+from fegear.studies.trains.speeds import with_frequencies
+from fegear.studies.trains.swept_speeds import SweptSpeeds, unbegun
+from fegear.studies.trains.train_problem import (
     TrainFacts,
     fault_entries,
     fault_notes,
     refuse_edits,
-)
-from fegear.studies.trains import (
-    SETTLING,
-    GearSetRef,
-    chosen_torques,
-    torques_setting,
-    with_frequencies,
 )
 from fegear.train.loaded_modes import system_of_modes
 from fegear.train.lumped_models import (

@@ -14,11 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.commands.export.fmu import FmuMesh, write_fmu
-from fegear.commands.modes.study import (
-    FE_SETTINGS,
-    mean_stiffnesses,
-    require_stiffness_edits,
-)
 from fegear.files.errors import InputError
 from fegear.files.matlab import text_cells, write_matlab
 from fegear.files.output import (
@@ -47,11 +42,12 @@ from fegear.studies.settings import (
 )
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
-from fegear.studies.trains import (
-    GearSetRef,
-    chosen_torque,
-    mesh_index,
-    torque_setting,
+from fegear.studies.trains.gear_sets import GearSetRef, mesh_index
+from fegear.studies.trains.loads import chosen_torque, torque_setting
+from fegear.studies.trains.mean_stiffness import (
+    FE_SETTINGS,
+    mean_stiffnesses,
+    require_stiffness_edits,
 )
 from fegear.train.loaded_modes import (
     LinearModel,

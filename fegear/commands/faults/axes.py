@@ -14,9 +14,9 @@ from typing import Any
 from fegear.files.errors import InputError, nearest
 from fegear.files.toml import toml_value
 from fegear.gearset.edit import find_entry, require_known_key
-from fegear.studies.axes import require_within
 from fegear.studies.settings import display_name
-from fegear.studies.trains import require_torque_axis
+from fegear.studies.trains.axes import require_within
+from fegear.studies.trains.loads import require_torque_axis
 from lumped.steady.maps import Axis
 
 

@@ -16,11 +16,16 @@ from fegear.files.data_sets import DATA_SETS, DataArray, write_data_set
 from fegear.files.errors import InputError
 from fegear.files.output import path_of, require_ending
 from fegear.files.version import package_version
-from fegear.studies.columns import column_meaning, meaning_and_unit, unit_of_column
+from fegear.studies.columns import (
+    MAIN,
+    meaning_and_unit,
+    shared_meaning,
+    unit_of_column,
+)
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
-from fegear.studies.train_problem import TrainFacts
+from fegear.studies.trains.train_problem import TrainFacts
 from lumped.common.arrays import Array
 from lumped.common.workers import Arrays
 from lumped.figures.fault_indicators import IndicatorPoints, draw_indicators
@@ -29,6 +34,7 @@ from lumped.signals.sampling import Sampling
 
 INDICATORS = ("rms", "residual_rms", "residual_peak", "residual_kurtosis", "tooth")
 UNITLESS = ("residual_kurtosis", "tooth")
+AVERAGES, OF_AVERAGES = "average over turns", ("angle_deg", "tooth")
 SUFFIXES = ("_rad_per_s", "_m", "_N")  # units of signals
 SCALES = {"m": (1e6, "um"), "rad/s": (1e3, "mrad/s"), "N": (1.0, "N")}
 SHOWN_SIGNALS = 4  # in the picture
@@ -289,9 +295,10 @@ class FaultSignalsResult(StudyResult):
         }
 
     def _attributes(self, name: str) -> dict[str, str]:
-        table = "average" if name in ("angle_deg", "tooth") else "table"
-        command = "signals" if table == "average" else self.study.command
-        meaning, unit = meaning_and_unit(command, name, table, {})
+        if name in OF_AVERAGES:
+            meaning, unit = shared_meaning(AVERAGES, name), unit_of_column(name)
+        else:
+            meaning, unit = meaning_and_unit(self.study.command, name, MAIN, {})
         return {"units": unit or "1", **({"long_name": meaning} if meaning else {})}
 
     @property
@@ -348,7 +355,9 @@ def _range(values: NDArray[Any]) -> dict[str, Any]:
 
 
 def _attributes_of_signal(name: str) -> dict[str, str]:
-    meaning, _, _ = column_meaning("signals", name).partition("; in a spectrum")
+    meaning, _, _ = shared_meaning("signals of sensors", name).partition(
+        "; in a spectrum"
+    )
     return {"units": unit_of_column(name), "long_name": meaning}
 
 

@@ -27,26 +27,30 @@ from fegear.commands.faults.result import (
     FaultSignalsResult,
     run_warnings,
 )
-from fegear.commands.signals.study import SampledTurns, Signals, SignalsProblem
 from fegear.files.data_sets import DATA_SETS
 from fegear.files.errors import InputError, NoResultError
 from fegear.files.output import TO_SINGLE_TABLE, listed
 from fegear.gearset.read import load_tables
-from fegear.studies.axes import MAX_POINTS, parsed_axis, written_axis
-from fegear.studies.model_texts import file_header, integration_in_words, static_entries
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import display_name, refusal, setting
 from fegear.studies.study import Study
-from fegear.studies.train_problem import TrainFacts
-from fegear.studies.trains import (
-    ALL_MODELS,
-    RPM,
-    GearSetRef,
-    TrainStudy,
-    lumped_integration,
-    lumped_model,
-    torque_setting,
+from fegear.studies.trains.axes import MAX_POINTS, parsed_axis, written_axis
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.loads import torque_setting
+from fegear.studies.trains.model_texts import (
+    file_header,
+    integration_in_words,
+    static_entries,
 )
+from fegear.studies.trains.models import ALL_MODELS, lumped_integration, lumped_model
+from fegear.studies.trains.sampled_signals import (
+    SampledProblem,
+    SampledTurns,
+    SignalsStudy,
+)
+from fegear.studies.trains.speeds import RPM
+from fegear.studies.trains.train_problem import TrainFacts
+from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.options import Range
 from lumped.common.workers import Arrays
@@ -225,7 +229,7 @@ class FaultSignalsProblem(Problem):
     """
 
     study: FaultSignals
-    reference: SignalsProblem = field(kw_only=True)
+    reference: SampledProblem = field(kw_only=True)
     edits: GearSetEdits = field(kw_only=True)
 
     @cached_property
@@ -238,7 +242,7 @@ class FaultSignalsProblem(Problem):
         """The problem of a study; InputError for what no run can be."""
         settings, _ = split_point(study, study.points()[0])
         signals = signals_of(study, settings, study.gear_set, study.model)
-        reference = signals.prepare_with(study.model.excitations)
+        reference = SampledProblem.of_study(signals, study.model.excitations)
         index = reference.turning.index
         teeth = reference.gears.gears[index].geometry.teeth
         for setting_name, tooth in _teeth(study):
@@ -412,9 +416,9 @@ def signals_of(
     settings: Mapping[str, Any],
     gear_set: GearSetRef,
     model: LumpedModel,
-) -> Signals:
+) -> SignalsStudy:
     """The study that computes the signals of one run."""
-    return Signals(
+    return SignalsStudy(
         gear_set=gear_set,
         rpm=settings["rpm"],
         torque=settings["torque"],
@@ -453,7 +457,7 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
         settings = run.integration
         return partial(evaluate_run, system, frequency, settings, sampling, *options)
 
-    def _problem(self, number: int) -> SignalsProblem:
+    def _problem(self, number: int) -> SampledProblem:
         """The signals of a run; InputError where there is no such gear set."""
         study = self.problem.study
         settings, changes = split_point(study, self.problem.points[number - 1])
@@ -464,7 +468,7 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
             gear_set = self._shared(texts)
         reference = self.problem.reference
         signals = signals_of(study, settings, gear_set, reference.model)
-        return signals.prepare_with(reference.excitations)
+        return SampledProblem.of_study(signals, reference.excitations)
 
     @cached_property
     def _shared(self) -> Callable[[tuple[str, ...]], GearSetRef]:

@@ -30,8 +30,9 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import SettingsGroup, display_name, expose, group, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table, finite_or_none
-from fegear.studies.train_problem import refuse_edits
-from fegear.studies.trains import GearSetRef, chosen_torque, torque_setting
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.loads import chosen_torque, torque_setting
+from fegear.studies.trains.train_problem import refuse_edits
 from lumped.common.options import Range
 from lumped.figures.drawing import draw_title, panels
 

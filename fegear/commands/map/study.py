@@ -16,34 +16,36 @@ from fegear.files.errors import InputError
 from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
 from fegear.statics.plausibility import motion_warnings
-from fegear.studies.axes import axes_setting
-from fegear.studies.headings import edits_in_words
-from fegear.studies.model_texts import integration_in_words
 from fegear.studies.page import Page, number, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import display_name, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table, finite_or_none
-from fegear.studies.train_problem import TrainFacts
-from fegear.studies.trains import (
+from fegear.studies.trains.axes import axes_setting
+from fegear.studies.trains.headings import edits_in_words
+from fegear.studies.trains.loads import torque_setting
+from fegear.studies.trains.model_texts import integration_in_words
+from fegear.studies.trains.models import (
     ALL_MODELS,
     BEARINGS,
-    FREQUENCY,
     MOVING,
     lumped_integration,
     lumped_model,
-    rpms_setting,
-    speeds_setting,
-    torque_setting,
-    with_frequencies,
 )
-from fegear.studies.varied import (
+from fegear.studies.trains.parametric import (
     TORQUE,
     ParametricProblem,
     ParametricStudy,
     digest,
 )
+from fegear.studies.trains.speeds import (
+    FREQUENCY,
+    rpms_setting,
+    speeds_setting,
+    with_frequencies,
+)
+from fegear.studies.trains.train_problem import TrainFacts
 from fegear.train.lumped_models import LumpedModel, require_method
 from lumped.attractors.attractor_sweeps import sweep_attractors
 from lumped.attractors.attractors import (

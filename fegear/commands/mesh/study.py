@@ -17,8 +17,8 @@ from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult
 from fegear.studies.settings import SettingsGroup, expose, group, setting
 from fegear.studies.study import NO_PICTURES, Study
-from fegear.studies.train_problem import refuse_edits
-from fegear.studies.trains import DEFAULT_PAIR, GearSetRef
+from fegear.studies.trains.gear_sets import DEFAULT_PAIR, GearSetRef
+from fegear.studies.trains.train_problem import refuse_edits
 from meshes import SectorMesh, sector_mesh
 from meshes.files import FORMATS, write_mesh
 

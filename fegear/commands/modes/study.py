@@ -14,27 +14,30 @@ from fegear.files.codes import with_code
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
-from fegear.statics.excitation import Excitations, StiffnessSource, unmodified
-from fegear.studies.model_texts import body_entries, body_modes_warnings
+from fegear.statics.excitation import StiffnessSource
 from fegear.studies.page import ColumnTable, Page, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult
 from fegear.studies.settings import (
-    SettingsGroup,
-    display_name,
-    expose,
     group,
     refusal,
-    refuse_given,
     setting,
     setting_of,
 )
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
-from fegear.studies.train_problem import bodies_described
-from fegear.studies.trains import RPM, GearSetRef, chosen_torque, torque_setting
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.loads import chosen_torque, torque_setting
+from fegear.studies.trains.mean_stiffness import (
+    FE_SETTINGS,
+    mean_stiffnesses,
+    require_stiffness_edits,
+    stiffness_load,
+)
+from fegear.studies.trains.model_texts import body_entries, body_modes_warnings
+from fegear.studies.trains.speeds import RPM
+from fegear.studies.trains.train_problem import bodies_described
 from fegear.train.loaded_modes import (
     averages_of_modes,
     mesh_stiffness_of_modes,
@@ -66,7 +69,6 @@ MAX_COLUMNS = 3  # of meshes with a column of their own on the screen
 MIN_MESH_ENERGY_FRACTION = (
     1e-6  # part of the strain energy in the meshes below which there is none
 )
-FE_SETTINGS = SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resolution"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -389,50 +391,6 @@ class ModesResult(StudyResult):
                     f"{100.0 * max(part, 0.0):.1f}" for part in parts[: len(modes)]
                 ]
         return columns
-
-
-def require_stiffness_edits(study: Any) -> None:
-    """Refuse a change of a given mean stiffness that a study does not read."""
-    for key in study.gear_set.overrides:
-        if key.endswith("mean_stiffness_N_per_m") and study.stiffness != "given":
-            name = display_name(study, "stiffness")
-            reason = f"finite elements take its place, choose {name} given"
-            raise study.gear_set.rejection(key, reason)
-
-
-def stiffness_load(study: Any, gears: GearSet) -> float | None:
-    """Torque on the input gear [N m] of mean stiffnesses, None where all are given.
-
-    study : with the settings torque, stiffness and source, which are refused where
-        they would change nothing
-    """
-    if study.stiffness != "given" or not all(m.mean_stiffness for m in gears.meshes):
-        return chosen_torque(gears, study.torque)
-    if study.torque is not None:
-        reason = f"{gears.name} gives all mean stiffnesses, use "
-        raise refusal(study, "torque", reason + "{stiffness} fe")
-    reason = "the gear set gives all stiffness parameters, nothing is solved"
-    refuse_given(study.source, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
-    return None
-
-
-def mean_stiffnesses(
-    gear_set: GearSet, torque: float, source: StiffnessSource, use_given: bool
-) -> list[tuple[float, str]]:
-    """Mean stiffness of every mesh [N/m], and where it comes from."""
-    excitations, stiffnesses = Excitations(source), []
-    for mesh, driver_torque in enumerate(mesh_torques_at(gear_set, torque)):
-        nominal = gear_set.meshes[mesh].mean_stiffness
-        origin = (
-            f"finite elements at {driver_torque:g} N m on the driver, without relief"
-        )
-        if nominal is not None and use_given:
-            value, origin = nominal, "given by the gear set"
-        else:
-            table = excitations.table(unmodified(gear_set, mesh), mesh, driver_torque)
-            value = float(table["stiffness_N_per_m"].mean())
-        stiffnesses.append((value, origin))
-    return stiffnesses
 
 
 def name_mode(modes: Modes, i: int) -> str:

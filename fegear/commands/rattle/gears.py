@@ -33,7 +33,8 @@ from fegear.studies.settings import (
     setting,
 )
 from fegear.studies.study import NO_PICTURES, Study
-from fegear.studies.trains import MIN_TORQUE, GearSetRef, mesh_index, mesh_setting
+from fegear.studies.trains.gear_sets import GearSetRef, mesh_index, mesh_setting
+from fegear.studies.trains.loads import MIN_TORQUE
 from lumped.common.options import Range
 from lumped.rattle.assembly import Assembly, Shafts
 from lumped.rattle.machine import Machine

@@ -43,16 +43,17 @@ from fegear.statics.table_warnings import table_warnings
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting
 from fegear.studies.study import PLOT, Study
-from fegear.studies.trains import (
+from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    chosen_torques,
     mesh_index,
     mesh_setting,
+)
+from fegear.studies.trains.loads import chosen_torques, torques_setting
+from fegear.studies.trains.speeds import (
     refuse_both,
     rpms_setting,
     speeds_setting,
-    torques_setting,
     with_frequencies,
 )
 from fegear.train.lumped_models import LumpedModel

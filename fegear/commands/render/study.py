@@ -47,14 +47,14 @@ from fegear.studies.settings import (
     setting,
 )
 from fegear.studies.study import NO_PICTURES, Study
-from fegear.studies.train_problem import refuse_edits
-from fegear.studies.trains import (
+from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    chosen_torque,
     mesh_index,
     mesh_setting,
 )
+from fegear.studies.trains.loads import chosen_torque
+from fegear.studies.trains.train_problem import refuse_edits
 
 
 def _scale(text: str) -> float | None:

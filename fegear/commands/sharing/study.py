@@ -19,15 +19,10 @@ from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainProblem
-from fegear.studies.trains import (
-    ALL_MODELS,
-    TrainStudy,
-    chosen_torques,
-    lumped_model,
-    tables_setting,
-    torques_setting,
-)
+from fegear.studies.trains.loads import chosen_torques, torques_setting
+from fegear.studies.trains.models import ALL_MODELS, lumped_model, tables_setting
+from fegear.studies.trains.train_problem import TrainProblem
+from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import LoadSharing, load_sharing

@@ -19,7 +19,7 @@ from fegear.studies.page import ROUND_OFF, ColumnTable, Page, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.study import NO_PICTURES, Study
-from fegear.studies.trains import DEFAULT_PAIR, GearSetRef
+from fegear.studies.trains.gear_sets import DEFAULT_PAIR, GearSetRef
 
 # Ends of names and what they mean on the screen, longer ones first.
 LABELS = {

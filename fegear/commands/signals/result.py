@@ -15,7 +15,7 @@ from fegear.studies.columns import unit_of_column
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
-from fegear.studies.train_problem import TrainFacts
+from fegear.studies.trains.train_problem import TrainFacts
 from lumped.common.arrays import Array
 from lumped.common.csv_text import format_exact
 from lumped.figures.order_maps import OrderCurves, draw_order_maps

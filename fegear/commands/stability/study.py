@@ -12,35 +12,32 @@ from typing import TYPE_CHECKING, Any, Literal
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
-from fegear.studies.axes import axis_setting
 from fegear.studies.columns import meanings
-from fegear.studies.headings import friction_in_words
-from fegear.studies.model_texts import BENDING as RATIO
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import display_name, refusal, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainFacts
-from fegear.studies.trains import (
-    SLIDING,
-    SPRINGS,
-    lumped_model,
-    refuse_both,
-    rpms_setting,
-    speeds_setting,
-    tables_setting,
-    torque_setting,
-    with_frequencies,
-)
-from fegear.studies.varied import (
+from fegear.studies.trains.axes import axis_setting
+from fegear.studies.trains.headings import friction_in_words
+from fegear.studies.trains.loads import torque_setting
+from fegear.studies.trains.model_texts import BENDING as RATIO
+from fegear.studies.trains.models import SLIDING, SPRINGS, lumped_model, tables_setting
+from fegear.studies.trains.parametric import (
     FRICTION,
     OF_TEETH,
     TORQUE,
     ParametricProblem,
     ParametricStudy,
 )
+from fegear.studies.trains.speeds import (
+    refuse_both,
+    rpms_setting,
+    speeds_setting,
+    with_frequencies,
+)
+from fegear.studies.trains.train_problem import TrainFacts
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range

@@ -6,48 +6,42 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import pairwise
-from typing import Literal
 
-from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
-from fegear.files.speeds import written_speeds
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.studies.columns import meanings
-from fegear.studies.model_texts import (
+from fegear.studies.problem import Job, Task
+from fegear.studies.result import Draw
+from fegear.studies.study import PLOT, Study
+from fegear.studies.table import Table
+from fegear.studies.trains.loads import chosen_torques, torques_setting
+from fegear.studies.trains.model_texts import (
     file_header,
     integration_in_words,
     natural_in_words,
     static_entries,
     truncation_entries,
 )
-from fegear.studies.problem import Job, Task
-from fegear.studies.responses import ResponsesResult, sweep_warnings
-from fegear.studies.result import Draw
-from fegear.studies.settings import display_name, setting
-from fegear.studies.study import PLOT, Study
-from fegear.studies.table import Table
-from fegear.studies.train_problem import (
+from fegear.studies.trains.models import (
+    ALL_MODELS,
+    BEARINGS,
+    MOVING,
+    lumped_integration,
+    lumped_model,
+    tables_setting,
+)
+from fegear.studies.trains.responses import ResponsesResult, sweep_warnings
+from fegear.studies.trains.speeds import (
+    with_frequencies,
+)
+from fegear.studies.trains.swept_speeds import SweptSpeeds, unbegun
+from fegear.studies.trains.train_problem import (
     TrainFacts,
     TrainProblem,
     bearing_notes,
     bodies_described,
 )
-from fegear.studies.trains import (
-    ALL_MODELS,
-    BEARINGS,
-    MOVING,
-    TrainStudy,
-    chosen_torques,
-    lumped_integration,
-    lumped_model,
-    refuse_both,
-    rpms_setting,
-    speeds_setting,
-    tables_setting,
-    torques_setting,
-    with_frequencies,
-)
+from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.lumped_models import (
     DEFAULT_SPEEDS,
     LumpedModel,
@@ -66,7 +60,7 @@ from lumped.figures.waterfall import (
     spectra_rows,
 )
 from lumped.steady.settings import Settings
-from lumped.steady.sweep import DIRECTIONS, Branch, Direction, reporting_observer, sweep
+from lumped.steady.sweep import Branch, Direction, reporting_observer, sweep
 from lumped.steady.truncation_check import check_truncation
 from lumped.train.system import LumpedSystem
 
@@ -75,42 +69,6 @@ MORE = {
     f"dynamic transmission error [m], {TO_SINGLE_TABLE}."
 }
 LEGEND = "mesh_frequency_Hz", "order", "amplitude_m"  # of the spectra
-
-
-@dataclass(frozen=True, kw_only=True)
-class SweptSpeeds:
-    """Speeds, and the order in which they are passed."""
-
-    speeds: tuple[float, ...] = speeds_setting(
-        (),
-        "Mesh frequencies of the first mesh [Hz]; a number, or several with commas, as "
-        "well. [default: 0.5 to 1.3 times the resonances]",
-    )
-    rpm: tuple[float, ...] = rpms_setting("--speeds")
-    direction: Literal["up", "down", "both"] = setting(
-        "both", "Whether the speed rises, falls, or first rises and then falls."
-    )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()  # type: ignore[misc]
-        refuse_both(self, "speeds", "rpm")
-        for name in ("speeds", "rpm"):
-            self._require_rising(name)
-
-    def _require_rising(self, name: str) -> None:
-        """Refuse speeds that fall, as the direction orders them."""
-        speeds = getattr(self, name)
-        if len(speeds) > 1 and all(b < a for a, b in pairwise(speeds)):
-            shown = f"{display_name(self, name)} = {written_speeds(speeds)}"
-            down = f"{display_name(self, 'direction')} down"
-            raise InputError(
-                f"{shown}; must rise; {down} passes them from the highest to the lowest"
-            )
-
-    @property
-    def directions(self) -> tuple[Direction, ...]:
-        """The directions of the speed, in order."""
-        return DIRECTIONS if self.direction == "both" else (self.direction,)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,11 +188,6 @@ class SweepProblem(TrainProblem):
             natural=natural_in_words(system, next(iter(self.systems))),
             branches=branches,
         )
-
-
-def unbegun(system: LumpedSystem, direction: Direction) -> Branch:
-    """A branch of which Ctrl-C left nothing."""
-    return Branch(system, direction, (), complete=False)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

@@ -19,21 +19,17 @@ from fegear.gearset.speeds import cycles_per_turn
 from fegear.gearset.zones import zones
 from fegear.statics.excitation import ExcitationSource, unmodified
 from fegear.statics.plausibility import mesh_warnings
-from fegear.studies.headings import first_frequencies
-from fegear.studies.model_texts import file_header, natural_in_words
 from fegear.studies.page import Cell, Columns, Page, RowTable, cell
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.study import Study
 from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainFacts, TrainProblem
-from fegear.studies.trains import (
-    SPRINGS,
-    TrainStudy,
-    lumped_model,
-    tables_setting,
-    torque_setting,
-)
+from fegear.studies.trains.headings import first_frequencies
+from fegear.studies.trains.loads import torque_setting
+from fegear.studies.trains.model_texts import file_header, natural_in_words
+from fegear.studies.trains.models import SPRINGS, lumped_model, tables_setting
+from fegear.studies.trains.train_problem import TrainFacts, TrainProblem
+from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.loaded_modes import system_of_modes
 from fegear.train.lumped_models import LumpedModel, lumped_system, natural_frequencies
 from lumped.closed_forms import (

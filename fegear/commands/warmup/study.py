@@ -18,11 +18,12 @@ from fegear.files.errors import InputError
 from fegear.studies import load_study
 from fegear.studies.page import Page, RowTable
 from fegear.studies.problem import Job, Task
+from fegear.studies.registry import commands
 from fegear.studies.result import StudyResult
 from fegear.studies.settings import display_name, setting
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.common.compiled import CACHE_SUFFIX, CompileCount, kernel_cache
 
 if TYPE_CHECKING:
@@ -51,21 +52,22 @@ PATIENCE = 0.2  # s between looks at whether the run is to end
 COLUMNS = "directory", "functions", "signatures"
 
 
-def _study(command: str, **settings: Any) -> Study:
-    return load_study(command)(**settings)
+def _study(command: str, **settings: Any) -> Any:
+    """A study, or None where its command is not there."""
+    return load_study(command)(**settings) if command in commands() else None
 
 
-def _swept(model: LumpedModel, **settings: Any) -> Study:
+def _swept(model: LumpedModel, **settings: Any) -> Study | None:
     swept = {"gear_set": PAIR, "torque": [100.0], "speeds": [SPEED]}
     return _study("sweep", **swept, model=model, **settings)
 
 
-def _damped(model: LumpedModel) -> Study:
+def _damped(model: LumpedModel) -> Study | None:
     over = {"over": "damping_ratio=0.04,0.05", "at": SPEED}
     return _study("bifurcations", gear_set=PAIR, model=model, **over)
 
 
-def _statics() -> Iterator[Study]:
+def _statics() -> Iterator[Study | None]:
     from fegear.statics.settings import StaticsSettings
 
     elements = StaticsSettings(resolution="coarse", positions=4)
@@ -82,7 +84,7 @@ def _rectangular(**settings: Any) -> LumpedModel:
     return LumpedModel(stiffness=StiffnessSource(kind="rectangular"), **settings)
 
 
-def _springs() -> Iterator[Study]:
+def _springs() -> Iterator[Study | None]:
     model = _rectangular()
     yield _swept(model)
     yield _swept(replace(model, friction=0.1, bending=0.0))
@@ -92,7 +94,7 @@ def _springs() -> Iterator[Study]:
     yield _study("stability", gear_set=PAIR, model=replace(model, bending=0.4), **over)
 
 
-def _bearings() -> Iterator[Study]:
+def _bearings() -> Iterator[Study | None]:
     model = _rectangular(number=1, translations=True, bearings="rolling")
     edits = ("gear.1.ball_bearing={balls=9,ball_diameter_mm=8,pitch_diameter_mm=39}",)
     gear_set = GearSetRef(name=PAIR, edits=edits)
@@ -100,13 +102,13 @@ def _bearings() -> Iterator[Study]:
     yield _study("sweep", model=model, **at)
 
 
-def _adaptive() -> Iterator[Study]:
+def _adaptive() -> Iterator[Study | None]:
     from lumped.steady.settings import Settings
 
     yield _swept(_rectangular(), integration=Settings(method="dopri5"))
 
 
-def _coupled() -> Iterator[Study]:
+def _coupled() -> Iterator[Study | None]:
     from fegear.statics.excitation import StiffnessSource
     from fegear.train.lumped_models import LumpedModel
 
@@ -116,7 +118,7 @@ def _coupled() -> Iterator[Study]:
     yield _damped(model)
 
 
-def _elements() -> Iterator[Study]:
+def _elements() -> Iterator[Study | None]:
     from fegear.dynamics.build import FiniteElements
     from fegear.dynamics.stepper import DynamicSettings
     from fegear.statics.excitation import StiffnessSource
@@ -133,8 +135,7 @@ def _elements() -> Iterator[Study]:
         yield _study("dynamics", gear_set=PAIR, elements=elements, **at, **settings)
 
 
-def _rattle() -> Iterator[Study]:
-    from fegear.commands.rattle.machines import load_machine
+def _rattle() -> Iterator[Study | None]:
     from lumped.rattle.arcs import arcs_of, history_of
     from lumped.rattle.return_map import follow
     from lumped.rattle.sticking import sticking_from, sticking_motions
@@ -146,14 +147,17 @@ def _rattle() -> Iterator[Study]:
     yield _study("rattle periodic", machine=MACHINE, **one)
     yield _study("rattle bifurcation", machine=MACHINE, **one, **over)
     yield _study("rattle manifold", machine=MACHINE, length=1.0, preimages=0)
-    machine = load_machine(MACHINE).machine
+    noise = _study("rattle noise", machine="roots-a-sprung", starts=2, turns=2)
+    yield noise
+    if noise is None:
+        return
+    machine = _study("rattle noise", machine=MACHINE).named.machine
     history_of(machine, arcs_of(machine, follow(machine, (0.0, 3.0), 2)))
     sticking_from(machine, (0.3, 0.5))
     sticking_motions(replace(machine, restitution=0.0))
-    yield _study("rattle noise", machine="roots-a-sprung", starts=2, turns=2)
 
 
-def _clatter() -> Iterator[Study]:
+def _clatter() -> Iterator[Study | None]:
     yield _study("clatter", gearbox=GEARBOX, seconds=0.4)
     with TemporaryDirectory() as folder:
         spur = Path(folder) / "spur.toml"
@@ -164,7 +168,7 @@ def _clatter() -> Iterator[Study]:
 
 # by name, the number of uses and what they are; those that take longest come first,
 # and what shares kernels is in one list
-USES: Mapping[str, tuple[int, Callable[[], Iterator[Study]]]] = {
+USES: Mapping[str, tuple[int, Callable[[], Iterator[Study | None]]]] = {
     "coupled": (2, _coupled),
     "springs": (5, _springs),
     "elements": (2, _elements),
@@ -317,7 +321,8 @@ def _use(name: str, said: Connection) -> None:
     try:
         with CompileCount() as count:
             for study in USES[name][1]():
-                run(study, workers=1)
+                if study is not None:
+                    run(study, workers=1)
                 said.send(count.names)
     except Exception as error:
         said.send(error)

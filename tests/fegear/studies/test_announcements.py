@@ -8,7 +8,7 @@ from counter_shafts import counter_shaft
 import fegear
 from fegear.studies import load_study
 from fegear.studies.registry import commands
-from fegear.studies.trains import TrainStudy
+from fegear.studies.trains.train_study import TrainStudy
 
 SPEEDS = tuple(float(speed) for speed in range(1000, 4000, 100))
 MODELS = {  # settings that commands need besides the gear set

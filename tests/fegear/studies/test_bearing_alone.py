@@ -9,7 +9,7 @@ import fegear
 from fegear.commands.bearing.study import BearingLoad
 from fegear.files.errors import InputError
 from fegear.files.templates import template_text
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 
 OF_A_GEAR = "{balls=9, ball_diameter_mm=7.94, pitch_diameter_mm=38.5, clearance_um=10}"
 

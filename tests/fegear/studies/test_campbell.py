@@ -13,7 +13,7 @@ import fegear
 from fegear.commands.campbell.rotors import rotor_system, transverse_inertia
 from fegear.gearset import load_gear_set
 from fegear.gearset.inertia import inertia_of, mass_of
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.rotors.assembly import assemble
 from lumped.rotors.modes import WhirlProblem
 

@@ -54,7 +54,7 @@ from fegear.studies.running import run as run_study
 from fegear.studies.settings import SettingsGroup, exposed_fields, group_of, setting
 from fegear.studies.study import Range, Study
 from fegear.studies.table import Table
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.common.csv_text import parse_csv
 from lumped.figures.drawing import panels
 

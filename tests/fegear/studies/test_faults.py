@@ -21,7 +21,7 @@ from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
 from fegear.gearset.read import load_tables
 from fegear.studies.page import RowTable
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from lumped import Settings
 from lumped.common.workers import Cluster
 from lumped.steady.maps import Axis

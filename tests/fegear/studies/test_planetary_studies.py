@@ -16,7 +16,7 @@ from fegear.gearset.members import MEMBERS
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from fegear.train.lumped_models import LumpedModel, StiffnessSource
 
 SET = "planetary-24-36-96"

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import fegear
-from fegear.commands.signals.study import MAX_SAMPLES
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.sampled_signals import MAX_SAMPLES
 from lumped import Settings
 
 MODEL = fegear.LumpedModel(

@@ -10,9 +10,9 @@ import fegear
 from fegear.cli import run
 from fegear.files.errors import InputError
 from fegear.gearset.speeds import cycles_per_turn
-from fegear.studies.axes import parsed_axis
-from fegear.studies.headings import SHOWN_FREQUENCIES, first_frequencies
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.axes import parsed_axis
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.headings import SHOWN_FREQUENCIES, first_frequencies
 from validation.commands.ablation.study import Ablation
 
 PAIR = GearSetRef(name="liu-pair")

@@ -15,23 +15,22 @@ from fegear.files.output import make_directory
 from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
 from fegear.studies.columns import meanings
-from fegear.studies.headings import edits_in_words
 from fegear.studies.page import ColumnTable, Page, number
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import display_name, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table
-from fegear.studies.train_problem import refuse_edits
-from fegear.studies.trains import (
-    GearSetRef,
-    chosen_torque,
+from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.studies.trains.headings import edits_in_words
+from fegear.studies.trains.loads import chosen_torque, torque_setting
+from fegear.studies.trains.speeds import (
     refuse_both,
     rpms_setting,
     speeds_setting,
-    torque_setting,
     with_frequencies,
 )
+from fegear.studies.trains.train_problem import refuse_edits
 from lumped.common.options import Range
 from lumped.figures.drawing import draw_title
 from validation.report.figures import draw_budget

@@ -19,7 +19,7 @@ from fegear.studies.result import StudyResult
 from fegear.studies.settings import argument, group_of, refuse_given, setting
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
-from fegear.studies.trains import chosen_torque, torque_setting
+from fegear.studies.trains.loads import chosen_torque, torque_setting
 from lumped.common.options import Range
 from lumped.common.progress import Progress
 from validation.bench import (

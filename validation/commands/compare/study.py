@@ -16,14 +16,14 @@ from fegear.studies.result import StudyResult
 from fegear.studies.settings import SettingsGroup, expose, group, setting
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
-from fegear.studies.train_problem import refuse_edits
-from fegear.studies.trains import (
+from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    chosen_torque,
     mesh_index,
     mesh_setting,
 )
+from fegear.studies.trains.loads import chosen_torque
+from fegear.studies.trains.train_problem import refuse_edits
 from validation.study.compare import MeshComparison, compare_mesh
 
 WORDS = "quantity", "closed form"

@@ -10,7 +10,7 @@ from fegear.commands.dynamics.study import Dynamics, DynamicsResult
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
 from fegear.studies.running import run
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.common.progress import Progress
 from lumped.steady.sweep import Direction
 from validation.reproduce.computations.frequency_response import (

@@ -14,7 +14,7 @@ from fegear.commands.sweep.study import Sweep, SweepResult
 from fegear.commands.theory.figure import response_points
 from fegear.commands.theory.study import Theory, TheoryResult
 from fegear.studies.running import run
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.branches.periodic import BranchSettings, PeriodicBranch
 from lumped.closed_forms import separation_angle
 from lumped.closed_forms.predictions import Prediction

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from fegear.commands.motion.study import Motion, MotionResult
 from fegear.studies.running import run
-from fegear.studies.trains import GearSetRef
+from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.common.progress import Progress
 from lumped.steady.motion import TimeHistory, sweep_to_speed, time_history
 from lumped.steady.respond import respond

@@ -18,7 +18,7 @@ from fegear.commands.map.study import respond_at, respond_over
 from fegear.files.errors import InputError
 from fegear.files.speeds import parsed_speeds
 from fegear.gearset.edit import require_known_key
-from fegear.studies.varied import OF_TEETH
+from fegear.studies.trains.parametric import OF_TEETH
 from lumped.closed_forms import (
     Resonance,
     instability_interval,

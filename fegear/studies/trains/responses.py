@@ -12,16 +12,16 @@ import numpy as np
 from fegear.files.codes import with_code
 from fegear.gearset.model import GearSet
 from fegear.statics.plausibility import motion_warnings
-from fegear.studies.headings import (
+from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.table import Table
+from fegear.studies.trains.headings import (
     edits_in_words,
     first_frequencies,
     friction_of_summary,
 )
-from fegear.studies.model_texts import static_line, truncation_warnings
-from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
-from fegear.studies.result import Draw, StudyResult
-from fegear.studies.table import Table
-from fegear.studies.train_problem import TrainFacts
+from fegear.studies.trains.model_texts import static_line, truncation_warnings
+from fegear.studies.trains.train_problem import TrainFacts
 from lumped.figures.sweeps import ResponseCurve, draw_sweep
 from lumped.steady.jumps import (
     find_jumps,

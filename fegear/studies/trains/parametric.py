@@ -14,11 +14,12 @@ from fegear.gearset.edit import require_known_key
 from fegear.gearset.model import GearSet
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import ExcitationSource
-from fegear.studies.axes import require_axes, require_within
-from fegear.studies.model_texts import body_entries, file_header
 from fegear.studies.settings import display_name, refusal
-from fegear.studies.train_problem import TrainFacts, TrainProblem
-from fegear.studies.trains import TrainStudy, require_torque_axis
+from fegear.studies.trains.axes import require_axes, require_within
+from fegear.studies.trains.loads import require_torque_axis
+from fegear.studies.trains.model_texts import body_entries, file_header
+from fegear.studies.trains.train_problem import TrainFacts, TrainProblem
+from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.lumped_models import NO_FRICTION, LumpedModel, lumped_system
 from lumped.common.checks import require_present
 from lumped.common.options import Range, allowed_of

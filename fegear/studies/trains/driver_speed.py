@@ -8,7 +8,7 @@ from typing import Any
 
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.gearset.speeds import driver_rpm
-from fegear.studies.columns import meanings
+from fegear.studies.columns import shared_meaning
 from fegear.studies.table import Table
 
 DRIVER_SPEED = "driver_speed_rpm"
@@ -30,5 +30,8 @@ def with_driver_speed(table: Table, cycles: float | None) -> Table:
             yield [*cells[:place], driver_rpm(cycles, cells[place - 1]), *cells[place:]]
 
     names = *table.names[:place], DRIVER_SPEED, *table.names[place:]
-    header = {**table.header, **meanings("sweep", DRIVER_SPEED)}
+    header = {
+        **table.header,
+        DRIVER_SPEED: shared_meaning("response", DRIVER_SPEED),
+    }
     return replace(table, names=names, rows=rows, header=header)

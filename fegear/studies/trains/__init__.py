@@ -1,0 +1,1 @@
+"""What studies of a gear set's train share: gears, load, model, speeds and texts."""

@@ -1,0 +1,305 @@
+"""Base of studies of signals: what is sampled, of which gear, along which ramp."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.files.errors import InputError
+from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import tooth_in_cycles
+from fegear.statics.excitation import ExcitationSource
+from fegear.studies.settings import display_name, setting
+from fegear.studies.trains.axes import written_limits
+from fegear.studies.trains.models import ALL_MODELS, lumped_model
+from fegear.studies.trains.one_speed import OneSpeedProblem, OneSpeedStudy
+from fegear.studies.trains.speeds import FREQUENCY, RPM, RPM_HELP, with_frequencies
+from fegear.studies.trains.train_problem import MOTION_PERIODS
+from fegear.train.lumped_models import LumpedModel
+from lumped.common.options import Range
+from lumped.signals.orders import MIN_PULSES
+from lumped.signals.sampling import TURN_RTOL, Sampling, TurningGear
+from lumped.steady.ramps import SpeedRamp
+from lumped.steady.settings import Settings
+
+# Steps per period of the fastest mesh, unless given: kinks of mesh forces between fewer
+# steps change signals by 0.2 %, between these by 0.01 %
+DEFAULT_STEPS = 256
+
+# Interval in which a fault of a tooth acts, from its start to its end [pitches after
+# the pitch point]. A driving tooth ends its contact at its tip, where a broken one
+# differs and a cracked one bends most, and vibration lasts longer; a driven one starts
+# it there. Of random pairs these intervals name most teeth.
+DRIVING_TOOTH, DRIVEN_TOOTH = (-0.25, 1.25), (-0.875, 0.875)
+
+MAX_SAMPLES = 5_000_000
+
+
+def speed_or_ramp(text: str) -> float | tuple[float, float]:
+    """A speed, or two A:B from one to the other."""
+    try:
+        start, *ends = map(float, text.split(":"))
+        (end,) = ends or [math.nan]
+    except ValueError:
+        raise ValueError("must be a speed, or A:B from one to another") from None
+    return (start, end) if ends else start
+
+
+def written_ramp(speed: float | tuple[float, float]) -> str:
+    """Text from which `speed_or_ramp` reads this speed or these."""
+    return written_limits(speed if isinstance(speed, tuple) else (speed,))
+
+
+def ramp_setting(text: str, allowed: Range) -> Any:
+    """A setting of a speed, or of two between which it rises or falls."""
+    how: dict[str, Any] = {"parse": speed_or_ramp, "write": written_ramp}
+    return setting(None, text, allowed, metavar="A|A:B", **how)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampledTurns:
+    """Which signals are sampled, and their noise."""
+
+    gear_name: str = setting(
+        "",
+        "Name of the gear over whose turns signals are averaged. [default: driver of "
+        "the first mesh]",
+        option="--gear",
+    )
+    turns: int = setting(
+        16, "Number of turns of the gear at constant speed.", Range(1, 10_000)
+    )
+    samples: int = setting(
+        64, "Number of samples per mesh cycle of the gear.", Range(8, 1024)
+    )
+    noise_percent: float = setting(
+        0.0,
+        "Standard deviation of white noise, over that of each signal [%].",
+        Range(0.0, 10_000.0, unit="%"),
+    )
+    seed: int = setting(0, "Seed of the noise.", Range(0, 2**32 - 1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalsStudy(SampledTurns, OneSpeedStudy):
+    """Settings of signals of sensors at constant speed or through a ramp."""
+
+    has_rolling = False
+
+    speed: float | tuple[float, float] | None = ramp_setting(  # type: ignore[assignment]
+        "Mesh frequency of the first mesh [Hz], or A:B from one to another at a "
+        "constant rate; this or --rpm. [default: none]",
+        FREQUENCY,
+    )
+    rpm: float | tuple[float, float] | None = ramp_setting(  # type: ignore[assignment]
+        RPM_HELP.format("--speed").replace(" [rpm]", " [rpm], or A:B"), RPM
+    )
+    seconds: float | None = setting(
+        None, "Duration of a ramp A:B [s]. [default: none]", Range(1e-6, 1e7, "s")
+    )
+    samples: int = setting(
+        64,
+        "Number of samples per mesh cycle of the gear, at the highest speed of a ramp.",
+        Range(8, 1024),
+    )
+    pulses: int = setting(
+        0,
+        "Pulses per turn of a tachometer on the gear, from which its angle follows by "
+        "cubic interpolation; 0 takes the angle of the nominal speed.",
+        Range(0, 1024),
+    )
+    window: int = setting(
+        4,
+        "Turns of the gear in a window of the spectra over turns, or all turns if they "
+        "are fewer.",
+        Range(1, 10_000),
+    )
+    model: LumpedModel = lumped_model(ALL_MODELS)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        seconds = display_name(self, "seconds")
+        if self.is_ramp and self.seconds is None:
+            raise InputError(f"{seconds} is missing; a ramp of the speed needs it")
+        if not self.is_ramp and self.seconds is not None:
+            raise InputError(f"{seconds} = {self.seconds:g}; needs a speed A:B")
+        for name in ("speed", "rpm"):
+            ends = getattr(self, name)
+            if isinstance(ends, tuple) and ends[0] == ends[1]:
+                shown = f"{display_name(self, name)} = {written_limits(ends)}"
+                raise InputError(f"{shown}; the speeds of a ramp must differ")
+
+    @property
+    def is_ramp(self) -> bool:
+        """Whether the speed rises or falls."""
+        return isinstance(self.speed, tuple) or isinstance(self.rpm, tuple)
+
+    @property
+    def mesh_frequencies(self) -> tuple[float, float]:
+        """Mesh frequencies of the first mesh at the start and at the end [Hz]."""
+        speed = self.speed
+        return speed if isinstance(speed, tuple) else (self.frequency, self.frequency)
+
+    @property
+    def frequency(self) -> float:
+        """Mesh frequency of the first mesh at the start [Hz]."""
+        if isinstance(self.speed, tuple):
+            return self.speed[0]
+        return super().frequency
+
+
+@dataclass(frozen=True, eq=False)
+class SampledProblem(OneSpeedProblem):
+    """A train at one torque, at a speed or through a ramp, with the gear whose turns
+    count."""
+
+    study: SignalsStudy
+
+    @classmethod
+    def of_study(
+        cls, study: SignalsStudy, excitations: ExcitationSource | None = None
+    ) -> Self:
+        """The problem of a study, with tables that it shares with others.
+
+        Parameters
+        ----------
+        study : SignalsStudy
+            Settings, which are those of signals at one speed or through a ramp.
+        excitations : ExcitationSource, optional
+            Source of the tables; one of its own where it is None.
+
+        Returns
+        -------
+        SampledProblem
+            Problem whose signals are computed.
+
+        Raises
+        ------
+        InputError
+            If the gear is not there, or the model or the method has no signals.
+        """
+        speeds = {"speed": study.rpm, "from_speed": study.from_rpm}
+        problem = cls.of(with_frequencies(study, speeds))
+        if problem.model.friction:
+            raise study.rejection("friction", "signals are without friction")
+        method = study.integration.method
+        if study.is_ramp and method != "rk4":
+            raise InputError(f"method = {method}; a ramp of the speed takes rk4 only")
+        problem = replace(problem, excitations=excitations)
+        _ = problem.sampling  # refuses a gear that is not there
+        return problem
+
+    @property
+    def integration(self) -> Settings:
+        """Numerical settings of the motion, in enough steps for its signals."""
+        settings: Settings = self.study.integration
+        if self.model.number == "coupled":
+            return settings
+        return replace(settings, steps=settings.steps or DEFAULT_STEPS)
+
+    @cached_property
+    def turning(self) -> TurningGear:
+        """The gear; InputError where it is not there."""
+        gears, study = self.gears, self.study
+        if gears.carrier is not None:
+            raise InputError(f"{gears.name}: planetary sets have no signals here")
+        index = _gear_index(gears, study)
+        train = self.system.train
+        rates = train.mesh_rates
+        mesh = next(m for m, one in enumerate(gears.meshes) if index in one.gears)
+        teeth = gears.gears[index].geometry.teeth
+        # a multiple that is no whole order is not in an average
+        orders = {(teeth * rate / rates[mesh]).numerator for rate in rates}
+        return TurningGear(
+            index=index,
+            name=gears.gears[index].name,
+            teeth=teeth,
+            mesh=mesh,
+            rate=rates[mesh],
+            phase=train.meshes[mesh].phase,
+            orders=tuple(sorted(orders)),
+        )
+
+    @cached_property
+    def sampling(self) -> Sampling:
+        """How signals are sampled; InputError where they are too long or short."""
+        study, turning = self.study, self.turning
+        start, end = study.mesh_frequencies
+        duration = study.seconds or study.turns / turning.turn_frequency(start)
+        ramp = SpeedRamp(start=start, end=end, duration=duration)
+        sampling = Sampling(turning, ramp, study.turns, study.samples, study.pulses)
+        self._require_length(sampling)
+        return sampling
+
+    def _require_length(self, sampling: Sampling) -> None:
+        """Refuse signals that are too long, or a ramp too short for a turn."""
+        study, turning = self.study, sampling.gear
+        name, value = "turns", f"{study.turns}"
+        if study.is_ramp:
+            name, value = "seconds", f"{study.seconds:g}"
+        shown = f"{display_name(study, name)} = {value}"
+        turns = turning.turns(sampling.ramp.cycles)
+        if turns < 1.0 - TURN_RTOL:
+            raise InputError(
+                f"{shown}; {turning.name} turns {turns:.3g} times, 1 turn is needed"
+            )
+        if study.pulses and turns * study.pulses < MIN_PULSES:
+            raise InputError(
+                f"{shown}; {display_name(study, 'pulses')} = {study.pulses} makes "
+                f"{turns * study.pulses:.3g} pulses, {MIN_PULSES} or more are needed"
+            )
+        samples = round(sampling.ramp.duration * sampling.rate)
+        if samples > MAX_SAMPLES:
+            raise InputError(
+                f"{shown}; {turning.teeth} teeth and "
+                f"{study.samples} samples per mesh cycle make {samples} samples, at "
+                f"most {MAX_SAMPLES} are allowed"
+            )
+
+    @property
+    def motions(self) -> float:
+        ramp = self.sampling.ramp
+        return super().motions + ramp.cycles / MOTION_PERIODS * self.study.is_ramp
+
+    @property
+    def tooth_at_pitch_point(self) -> NDArray[np.int64]:
+        """The gear's tooth (p,) nearest to its first mesh's pitch point, from 1."""
+        return self._tooth_after(0.0)
+
+    @property
+    def teeth_of_intervals(self) -> NDArray[np.int64]:
+        """The gear's teeth (2, p) in whose interval each point is, from 1.
+
+        By the first and by the last pitch of the interval in which a fault acts.
+        """
+        turning = self.turning
+        drives = self.gears.meshes[turning.mesh].driver == turning.index
+        start, end = DRIVING_TOOTH if drives else DRIVEN_TOOTH
+        return np.stack([self._tooth_after(start + 0.5), self._tooth_after(end - 0.5)])
+
+    def _tooth_after(self, pitches: float) -> NDArray[np.int64]:
+        """The gear's tooth (p,) nearest to where it is some pitches after the pitch
+        point, from 1."""
+        turning, points = self.turning, self.sampling.points
+        position = turning.phase + turning.teeth * np.arange(points) / points
+        cycle = np.floor(position - pitches + 0.5).astype(np.int64)
+        return 1 + tooth_in_cycles(self.gears, turning.mesh, turning.index, cycle)
+
+
+def _gear_index(gears: GearSet, study: SignalsStudy) -> int:
+    """Index of the gear of a study; InputError where it is not there."""
+    meshing = sorted({gear for mesh in gears.meshes for gear in mesh.gears})
+    names = [gears.gears[index].name for index in meshing]
+    if not study.gear_name:
+        return gears.meshes[0].driver
+    if study.gear_name not in names:
+        raise InputError(
+            f"{display_name(study, 'gear_name')} = {study.gear_name}; {gears.name} has "
+            f"{', '.join(names)}"
+        )
+    return meshing[names.index(study.gear_name)]
