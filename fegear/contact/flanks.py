@@ -24,7 +24,7 @@ RELIEF = np.dtype(
     [("magnitude", "f8"), ("start", "f8"), ("end", "f8"), ("power", "f8")], align=True
 )
 MAX_KNOTS = 1000  # of a measured profile
-MAX_SPALLS = 8  # of a flank, as in `fegear.gearset.faults`
+MAX_SPALLS = 8  # of a flank, as in `fegear.gearset.faults.tooth_faults`
 # Deviations over the active profile from `middle` - `half_range` to its tip: crowning
 # and slope, and measured depths at `count` roll lengths with their slopes. Between
 # knots the depth is linear where `is_linear` is set, else cubic.

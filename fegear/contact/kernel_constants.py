@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fegear.contact.problem import ContactProblem
-from fegear.gearset.faults import MAX_SPALLS
+from fegear.gearset.faults.tooth_faults import MAX_SPALLS
 from fegear.gearset.model import Relief
 from lumped.common.arrays import Array, Indices
 from meshes import SpurGear

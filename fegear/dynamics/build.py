@@ -24,8 +24,8 @@ from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedSte
 from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
-from fegear.gearset.fault_checks import require_no_faults
-from fegear.gearset.faults import FAULT_KINDS
+from fegear.gearset.faults.checks import require_no_faults
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.inertia import (
     require_inertia_beyond_springs,
     require_inertia_of_bodies,

@@ -9,7 +9,7 @@ import numpy as np
 from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.dynamics.different_teeth import side_differences
 from fegear.dynamics.sides import MeshLoadCurves
-from fegear.gearset.fault_checks import with_equal_teeth
+from fegear.gearset.faults.checks import with_equal_teeth
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors

@@ -9,13 +9,13 @@ from typing import Any
 
 from fegear.files.errors import InputError, nearest
 from fegear.gearset.bearing_keys import rolling_bearing
-from fegear.gearset.carriers import carrier_inferences, carrier_of
-from fegear.gearset.fault_building import faults_of
-from fegear.gearset.fault_checks import require_running
+from fegear.gearset.faults.building import faults_of
+from fegear.gearset.faults.checks import require_running
 from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
 from fegear.gearset.modifications import FlankProfile, Relief
 from fegear.gearset.pitch_errors import require_room
+from fegear.gearset.planetary.carriers import carrier_inferences, carrier_of
 from fegear.gearset.problems import shown
 from fegear.gearset.profiles import flank_profile
 from fegear.gearset.refusals import Key, KeyOf, Refusal, build_or_refuse, in_unit

@@ -15,7 +15,7 @@ from copy import deepcopy
 from typing import Any
 
 from fegear.files.errors import InputError
-from fegear.gearset.planetary import MESH_SIDES, expanded
+from fegear.gearset.planetary.expansion import MESH_SIDES, expanded
 from fegear.gearset.problems import known_keys, lists_tables, nearest_key
 from fegear.gearset.schema import START_KEYS, replaced_keys
 

@@ -19,7 +19,7 @@ from pydantic import (
 )
 
 from fegear.gearset.bearing_keys import BallBearingEntry, RollerBearingEntry
-from fegear.gearset.fault_keys import (
+from fegear.gearset.faults.keys import (
     BrokenTips,
     Cracks,
     Eccentricity,
@@ -30,8 +30,8 @@ from fegear.gearset.fault_keys import (
     require_faults,
 )
 from fegear.gearset.materials import STEEL, material_names, require_material
-from fegear.gearset.members import MAX_PLANETS, Member
 from fegear.gearset.modifications import Interpolation, ReliefShape
+from fegear.gearset.planetary.members import MAX_PLANETS, Member
 from meshes.gear import floored
 
 Item = TypeVar("Item")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fegear.files.errors import InputError
-from fegear.gearset.carriers import input_name, members_of
+from fegear.gearset.planetary.carriers import input_name, members_of
 from fegear.gearset.schema import Document, LoadEntry, MeshEntry
 from lumped.common.checks import require_present
 

@@ -14,8 +14,8 @@ from fegear.boundary import public
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.printable import printable
-from fegear.gearset.fault_checks import require_no_faults, without_faults
-from fegear.gearset.faults import FAULT_KINDS, FaultKind
+from fegear.gearset.faults.checks import require_no_faults, without_faults
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import (

@@ -19,7 +19,7 @@ from fegear.contact.offset_centers import CenterOffset
 from fegear.contact.profiles import profile_depth
 from fegear.contact.tooth_faults import ChangedCompliance, FlankSpall, ToothFaults
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET
-from fegear.gearset.fault_building import roll_length_below_tip
+from fegear.gearset.faults.building import roll_length_below_tip
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.modifications import FlankProfile
 from fegear.gearset.phases import mesh_phases

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from fegear.boundary import public
 from fegear.files.errors import InputError
-from fegear.gearset.fault_checks import require_no_faults
-from fegear.gearset.faults import FAULT_KINDS
+from fegear.gearset.faults.checks import require_no_faults
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import fegear
-from fegear.gearset.faults import Faults
+from fegear.gearset.faults.tooth_faults import Faults
 
 WRONG = [None, 5, 0.5, True, b"liu-pair", 1 + 2j, (1,), np.array(5.0), object()]
 TABLES = {

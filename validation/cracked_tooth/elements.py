@@ -7,7 +7,7 @@ from functools import cached_property
 
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle, solve_pair_alone
-from fegear.gearset.faults import Faults, ToothCrack
+from fegear.gearset.faults.tooth_faults import Faults, ToothCrack
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import contact_problem
 from lumped.common.arrays import Array

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fegear.files.errors import InputError
-from fegear.gearset.fault_checks import require_nominal
+from fegear.gearset.faults.checks import require_nominal
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet, Shaft

@@ -11,8 +11,8 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.edit import parsed_value
-from fegear.gearset.fault_checks import require_no_faults
-from fegear.gearset.faults import FAULT_KINDS
+from fegear.gearset.faults.checks import require_no_faults
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
 from fegear.rendering.extremes import Peak, PeaksInView
 from fegear.rendering.pictures import (

@@ -12,7 +12,7 @@ import numpy as np
 
 from fegear.commands.show.fault_drawing import draw_faults, fault_handles
 from fegear.commands.show.faulty_teeth import FaultyTeeth, faulty_teeth
-from fegear.gearset.fault_building import roll_length_below_tip
+from fegear.gearset.faults.building import roll_length_below_tip
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.placing import Layout, Place, at_place, layout
 from meshes.gear import SpurGear

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from fegear.gearset.faults import Faults, Spall, ToothCrack
+from fegear.gearset.faults.tooth_faults import Faults, Spall, ToothCrack
 from fegear.gearset.model import Gear
 
 UM = 1e6  # micrometres in a metre

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fegear.gearset.fault_building import roll_length_below_tip
-from fegear.gearset.faults import Faults
+from fegear.gearset.faults.building import roll_length_below_tip
+from fegear.gearset.faults.tooth_faults import Faults
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases, rolling_sense, tooth_axis
 from fegear.gearset.placing import Layout

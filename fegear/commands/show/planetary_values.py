@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from fegear.gearset.loss_factor import equal_share_loss_factor
-from fegear.gearset.members import MEMBERS
 from fegear.gearset.model import GearSet, PlanetCarrier
+from fegear.gearset.planetary.members import MEMBERS
 from lumped.common.checks import require_present
 
 NOTHING = 1e-6  # part of what all planets together could give, below which it is none

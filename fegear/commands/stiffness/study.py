@@ -17,7 +17,7 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.memory import peak_memory_MB
 from fegear.files.output import INTO_PICTURE
-from fegear.gearset.fault_checks import without_faults
+from fegear.gearset.faults.checks import without_faults
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.harmonics import Harmonic

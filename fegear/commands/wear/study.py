@@ -29,8 +29,8 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.output import write_text
 from fegear.files.toml import toml_text
-from fegear.gearset.fault_checks import require_no_faults
-from fegear.gearset.faults import FAULT_KINDS
+from fegear.gearset.faults.checks import require_no_faults
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.plausibility import gear_set_warnings

@@ -12,8 +12,8 @@ from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
-from fegear.gearset.fault_checks import require_no_faults, require_nominal
-from fegear.gearset.faults import FAULT_KINDS
+from fegear.gearset.faults.checks import require_no_faults, require_nominal
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import files_of_gear_set

@@ -16,7 +16,7 @@ from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.contact.tooth_faults import FlankSpall, ToothFaults
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, FlankCompliance
-from fegear.gearset.faults import MAX_SPALLS
+from fegear.gearset.faults.tooth_faults import MAX_SPALLS
 from fegear.gearset.modifications import FlankProfile
 from meshes import GearPair, SpurGear
 

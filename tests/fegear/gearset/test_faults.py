@@ -17,9 +17,9 @@ from fegear.commands.show.fault_values import fault_figures, fault_lines
 from fegear.commands.show.faulty_teeth import faulty_teeth
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, builtin_names, load_gear_set, make_gear_set
-from fegear.gearset.fault_building import roll_length_below_tip
-from fegear.gearset.fault_checks import require_no_faults, without_faults
-from fegear.gearset.faults import FAULT_KINDS, NO_FAULTS, Faults
+from fegear.gearset.faults.building import roll_length_below_tip
+from fegear.gearset.faults.checks import require_no_faults, without_faults
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS, NO_FAULTS, Faults
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.placing import at_place, layout
 from fegear.gearset.zones import zones

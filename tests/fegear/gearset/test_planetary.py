@@ -16,11 +16,11 @@ from fegear.commands.show.drawing import gear_outline, line_of_action
 from fegear.commands.show.planetary_values import harmonic_figures
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, load_gear_set, make_gear_set
-from fegear.gearset.assembly import equal_numbers
 from fegear.gearset.lumped_train import train_of
-from fegear.gearset.members import MEMBERS, Members
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.placing import layout
+from fegear.gearset.planetary.assembly import equal_numbers
+from fegear.gearset.planetary.members import MEMBERS, Members
 from fegear.gearset.power_path import (
     external_torques,
     input_torques,

@@ -12,7 +12,7 @@ import fegear
 from fegear.commands.show.drawing import gear_set_figure
 from fegear.commands.show.planetary_values import loss_per_friction
 from fegear.gearset import load_gear_set, make_gear_set
-from fegear.gearset.members import MEMBERS
+from fegear.gearset.planetary.members import MEMBERS
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh

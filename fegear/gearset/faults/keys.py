@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Protocol, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
 
-from fegear.gearset.faults import MAX_SPALLS, MAX_WIDTH_SHARE
+from fegear.gearset.faults.tooth_faults import MAX_SPALLS, MAX_WIDTH_SHARE
 from fegear.gearset.modifications import Interpolation
 
 Item = TypeVar("Item")

@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from fegear.files.errors import InputError
-from fegear.gearset.members import sun_drives
+from fegear.gearset.planetary.members import sun_drives
 from fegear.gearset.schema import PlanetaryEntry, with_defaults
 
 MESH_SIDES = ("sun_mesh", "ring_mesh")

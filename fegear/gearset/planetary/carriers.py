@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from fegear.files.errors import InputError
-from fegear.gearset.assembly import require_assembly
-from fegear.gearset.members import Members
 from fegear.gearset.model import CARRIER, Gear, PlanetCarrier
+from fegear.gearset.planetary.assembly import require_assembly
+from fegear.gearset.planetary.members import Members
 from fegear.gearset.schema import ROLLING_KEYS, Document, PlanetaryEntry
 
 

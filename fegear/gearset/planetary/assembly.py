@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 
 from fegear.files.errors import InputError
-from fegear.gearset.members import MAX_PLANETS, Members
+from fegear.gearset.planetary.members import MAX_PLANETS, Members
 from meshes.gear import ceiled
 
 WHOLE = 1e-4  # deviation from a whole number that is round-off of positions

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 from fegear.files.errors import InputError
-from fegear.gearset.fault_building import roll_length_below_tip
-from fegear.gearset.faults import FAULT_KINDS, FaultKind, Faults, Wear
+from fegear.gearset.faults.building import roll_length_below_tip
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind, Faults, Wear
 from fegear.gearset.model import Gear, GearSet, Mesh
 from meshes import GearPair, GeometryError
 from meshes.gear import ceiled, floored

@@ -7,8 +7,14 @@ import re
 from collections.abc import Iterator, Sequence
 
 from fegear.files.errors import InputError
-from fegear.gearset.fault_keys import CrackEntry, SpallEntry, WearEntry
-from fegear.gearset.faults import BrokenTip, Faults, Spall, ToothCrack, Wear
+from fegear.gearset.faults.keys import CrackEntry, SpallEntry, WearEntry
+from fegear.gearset.faults.tooth_faults import (
+    BrokenTip,
+    Faults,
+    Spall,
+    ToothCrack,
+    Wear,
+)
 from fegear.gearset.model import Mesh
 from fegear.gearset.modifications import FlankProfile
 from fegear.gearset.profiles import MeasuredPoints, measured

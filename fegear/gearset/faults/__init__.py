@@ -1,0 +1,1 @@
+"""Faults of teeth: what a file says of them, checked and built."""

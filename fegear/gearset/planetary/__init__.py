@@ -1,0 +1,1 @@
+"""Planetary sets: their gears and meshes from the tables of a file, and the carrier."""
