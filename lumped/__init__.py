@@ -21,7 +21,7 @@ _HOMES = {
     "PairExcitation": "lumped.train.excitation",
     "Response": "lumped.steady.response",
     "RollerBearing": "lumped.bearings.rolling",
-    "Settings": "lumped.steady.settings",
+    "Settings": "lumped.steady.integration_settings",
     "Shaft": "lumped.train.train",
     "Status": "lumped.steady.response",
     "StiffnessParameters": "lumped.train.analytic",

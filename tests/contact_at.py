@@ -20,7 +20,7 @@ from fegear.contact.solve import (
     pair_gaps,
     solve_drive_side,
 )
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from skfem import Basis, ElementTriP2, ElementVector, MeshTri2
 from skfem.models.elasticity import linear_elasticity
 
-from fegear.elasticity.elements import dofs_of_nodes
+from fegear.elasticity.plane_elements import dofs_of_nodes
 from meshes import sector_mesh
 from meshes.cracked_sector import cracked_sector_mesh
 from meshes.profile import flank_frame, turn

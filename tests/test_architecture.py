@@ -200,7 +200,7 @@ def test_kernels_import_only_numerics(path):
         "lumped.clatter.kernels",
         "lumped.rattle.kernels",
         "lumped.stability.kernels",
-        "lumped.common.arrays",
+        "lumped.common.array_types",
         "lumped.common.compiled",
     )
     outside = {m for m in imported_modules(path) if not m.startswith(packages)}

@@ -15,7 +15,7 @@ from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
 from lumped.attractors.attractor_sweeps import AttractorBranch
 from lumped.attractors.attractors import Attractor
-from lumped.figures.attractors import draw_attractors
+from lumped.figures.attractor_plots import draw_attractors
 from lumped.figures.drawing import draw_legend, panels
 from validation.report.figures import _number_decades
 from validation.reproduce.drawing import _color, _look, _name

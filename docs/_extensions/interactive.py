@@ -8,7 +8,7 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-from fegear.figures.interactive.page import LIBRARY, library_text
+from fegear.figures.interactive.html import LIBRARY, library_text
 
 # as pages with figures see it
 os.environ["FEGEAR_PLOTLY_URL"] = f"../_static/{LIBRARY}"

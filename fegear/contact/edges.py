@@ -18,7 +18,7 @@ from fegear.contact.loads import PatchLoad
 from fegear.contact.problem import ContactCycle, ContactProblem, corner_pairs
 from fegear.contact.profiles import profile_kinks
 from fegear.gearset.modifications import FlankProfile, Relief
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes import SpurGear
 from meshes.profile import arc_from_tip, roll_length_at_arc
 

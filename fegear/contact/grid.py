@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 SUPPORT = 5  # points per patch at which the smooth remainder is evaluated
 

@@ -10,7 +10,7 @@ import numpy as np
 from fegear.contact.problem import ContactProblem
 from fegear.gearset.faults.tooth_faults import MAX_SPALLS
 from fegear.gearset.model import Relief
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from meshes import SpurGear
 
 if TYPE_CHECKING:

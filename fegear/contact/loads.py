@@ -12,7 +12,7 @@ import numpy as np
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import KernelResult, run_kernel
 from fegear.elasticity.body_stress import ToothLoad
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from meshes import GearPair
 
 

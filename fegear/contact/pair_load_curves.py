@@ -23,7 +23,7 @@ from fegear.contact.solve import (
     solve_drive_side,
 )
 from fegear.elasticity.flank_grid import flank_stencils
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 N_INTERVALS = 32  # of penetration in a load curve, denser toward zero
 # pairs are kept that touch within so many times the largest penetration of a curve

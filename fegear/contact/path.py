@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fegear.contact.problem import ContactCycle
 from fegear.gearset.loss_factor import sliding_per_base_pitch
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes import GearPair
 
 PATH_TOL = 1e-9  # base pitches beyond its ends that belong to the path

@@ -11,7 +11,7 @@ from fegear.contact.offset_centers import CenterOffset
 from fegear.contact.tooth_faults import ToothFaults
 from fegear.elasticity.flank import FlankCompliance
 from fegear.gearset.modifications import FlankProfile, Relief
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from meshes import GearPair
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fegear.gearset.modifications import FlankProfile
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 END_RTOL = 1e-6  # of a flank: a profile that ends so near its end ends there
 KINK_SLOPE = 1e-6  # change of slope, depth over roll length, that counts as a kink

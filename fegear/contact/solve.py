@@ -19,7 +19,7 @@ from fegear.contact.kernel_constants import (
 from fegear.contact.offset_centers import back_lead, moved_lines
 from fegear.contact.problem import ContactCycle, ContactFailure, ContactProblem
 from fegear.contact.tooth_faults import MISSING_GAP
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fegear.contact.profiles import profile_record
 from fegear.gearset.model import FlankProfile
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from meshes.crack import Crack
 
 MISSING_GAP = 1.0  # [m] of a tooth that is not there, see `flanks.NO_FLANK_GAP`

@@ -26,7 +26,7 @@ from __future__ import annotations
 import numpy as np
 
 from fegear.contact.problem import ContactCycle
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 def work_on_gaps(cycle: ContactCycle, base_pitch: float, pitches: int) -> Array:

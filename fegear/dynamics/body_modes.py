@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 
 from fegear.dynamics.build import SPEED_BAND_FACTORS, elastic_damping
 from fegear.dynamics.elastic import ElasticGear
-from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
+from fegear.dynamics.kernels.step_arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.mesh_load_curves import pitch_point
 from fegear.dynamics.model import modal_matrices
 from fegear.dynamics.rows import contact_rows
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.elasticity.cache import cached_arrays
-from fegear.elasticity.modes import GearModes, lowest_modes, static_inertia
+from fegear.elasticity.gear_modes import GearModes, lowest_modes, static_inertia
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.settings import StaticsSettings
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.common.checks import require_present
 from lumped.train.coupled import BodyModes, CoupledContacts, LoadedState
 from lumped.train.elastic_inertia import harmonic_amplitudes

@@ -21,7 +21,7 @@ from fegear.dynamics.mesh_load_curves import (
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
-from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
+from fegear.elasticity.gear_modes import GearModes, gear_modes, resolving_sector
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults
@@ -33,7 +33,7 @@ from fegear.gearset.inertia import (
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics.excitation import Excitations
 from fegear.statics.settings import StaticsSettings
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
 from lumped.train.elastic_inertia import (

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from fegear.dynamics.stepper import MotionState
 from fegear.files.records import Records
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.steady.response import Response
 
 

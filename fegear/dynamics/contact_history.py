@@ -17,7 +17,7 @@ from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.dynamics.stepper import FeHistory
 from fegear.elasticity.root_stress import FlankLoad
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.kernels.contact import MIN_REVERSING_SPEED
 
 GRID_ATOL = 1e-6  # of a cell of the pair laws within which a position is on the grid

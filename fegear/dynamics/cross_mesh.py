@@ -18,7 +18,7 @@ from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset.model import GearSet
 from fegear.statics.settings import StaticsSettings
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 def cross_mesh_compliance(

@@ -23,7 +23,7 @@ from fegear.contact.pair_load_curves import (
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import back_side_position, different_teeth, with_back_flanks
 from fegear.contact.tooth_faults import ToothFaults
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 
 # Change of a tooth's compliance, over the largest one of its gear, below which the
 # tooth counts as whole: that beside a crack is 0.5 %

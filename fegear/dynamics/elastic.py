@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.elasticity.modes import GearModes
+from fegear.elasticity.gear_modes import GearModes
 
 REAL = ("rigidity", "elastic_damping", "coupling", "cosine", "sine")
 

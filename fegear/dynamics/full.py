@@ -19,8 +19,8 @@ import numpy as np
 
 from fegear.dynamics.elastic import Rayleigh
 from fegear.dynamics.kernels import full as kernel
-from fegear.dynamics.kernels.arrays import Newmark
 from fegear.dynamics.kernels.newmark import predict
+from fegear.dynamics.kernels.step_arrays import Newmark
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.dynamics.stepper import (
@@ -35,7 +35,7 @@ from fegear.dynamics.stepper import (
 from fegear.elasticity.cyclic_gear import CyclicGear, Factors, sector_array
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.gearset.model import GearSet
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.kernels.arrays import Position
 from lumped.steady.steady_state import Diverged
 from lumped.train.system import LumpedSystem

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
+from fegear.dynamics.kernels.step_arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.gearset.pitch_errors import pair_periods
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.common.checks import require_present
 from lumped.kernels.arrays import Contacts
 

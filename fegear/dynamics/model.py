@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fegear.dynamics.elastic import ElasticGear, elastic_body
-from fegear.dynamics.kernels.arrays import (
+from fegear.dynamics.kernels.step_arrays import (
     ContactJacobian,
     Kinematics,
     ModalMatrices,
@@ -29,7 +29,7 @@ from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import rolling_senses
 from fegear.gearset.position_errors import position_gaps
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.kernels.arrays import Contacts
 from lumped.train.system import LumpedSystem
 

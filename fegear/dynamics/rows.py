@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from fegear.dynamics.elastic import ElasticGear
-from fegear.dynamics.kernels.arrays import ContactJacobian
+from fegear.dynamics.kernels.step_arrays import ContactJacobian
 from fegear.dynamics.sides import ContactSide
 from fegear.gearset.model import GearSet
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.coordinates import center_motion, line_of_centers
 from lumped.train.system import LumpedSystem
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fegear.dynamics.kernels import newmark
-from fegear.dynamics.kernels.arrays import Newmark
-from lumped.common.arrays import Array
+from fegear.dynamics.kernels.step_arrays import Newmark
+from lumped.common.array_types import Array
 
 
 @dataclass(frozen=True)

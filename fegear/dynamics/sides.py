@@ -14,7 +14,7 @@ from fegear.elasticity.sector import LEFT, RIGHT
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import first_teeth, rolling_senses
 from fegear.gearset.pitch_errors import mesh_errors
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.pitch_errors import pair_gaps
 
 DRIVE, BACK = 1, -1

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from fegear.dynamics.kernels.arrays import Clock, Record, StepMatrices
+from fegear.dynamics.kernels.step_arrays import Clock, Record, StepMatrices
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.files.errors import InputError
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.options import Range, documented, option
+from lumped.steady.integration_settings import SteadySettings
 from lumped.steady.response import History
-from lumped.steady.settings import SteadySettings
 from lumped.steady.steady_state import Diverged, Speed, mesh_mode_mask, new_convergence
 from lumped.train.system import LumpedSystem
 

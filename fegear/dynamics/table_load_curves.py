@@ -17,7 +17,7 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import GivenTables
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.excitation import column_at_torque
 from lumped.train.path_load_curves import OPEN_GAP, PathLoadCurves, path_load_curves
 from meshes import GearPair

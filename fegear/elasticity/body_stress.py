@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from fegear.elasticity import halfplane
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import RIGHT, CyclicSector
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes import SpurGear
 from meshes.profile import flank_frame
 

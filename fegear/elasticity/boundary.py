@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 
 
 @dataclass(frozen=True)

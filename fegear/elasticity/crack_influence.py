@@ -23,7 +23,7 @@ from fegear.elasticity.flank import (
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.root_stress import FlankLoad, broadcast_loads, near_load
 from fegear.elasticity.sector import RIGHT, CyclicSector
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 COARSER = 0.5  # refinement of the mesh by which the error is estimated
 

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from fegear.elasticity.material import PlaneMaterial
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from meshes.cracked_region import CrackTip
 
 INNER_PART = 0.35  # of the rings' radius up to which they are shifted rigidly

@@ -23,7 +23,7 @@ from scipy.sparse import csr_array, hstack, tril, vstack
 
 from fegear.elasticity.ring import harmonics
 from fegear.elasticity.sector import CyclicSector, FlankPoints, factorise
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.common.compiled import compiled
 
 REGISTER_NUMBERS = 8  # columns come in multiples of it, so that loops have no rest

@@ -40,7 +40,7 @@ from fegear.elasticity.flank import (
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector, cyclic_sector
 from fegear.files.timing import stage
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.workers import require_running
 from meshes import SpurGear
 from meshes.crack import Crack

@@ -23,7 +23,7 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import RIGHT, CyclicSector, FlankPoints
 from fegear.files.timing import stage
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.workers import require_running
 from meshes import MeshSize, SpurGear
 

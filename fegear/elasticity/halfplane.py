@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 def _local_polar(

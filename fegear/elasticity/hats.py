@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 
 
 def hat_displacement(

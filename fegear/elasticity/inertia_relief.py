@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fegear.elasticity.flank import FlankCompliance
-from fegear.elasticity.modes import cyclic_inverse
+from fegear.elasticity.gear_modes import cyclic_inverse
 from fegear.elasticity.sector import RIGHT, CyclicSector
 from fegear.files.timing import stage
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from fegear.elasticity.flank import SectorLoads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import RIGHT, CyclicSector
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 
 BYTES_PER_BATCH = 2**22  # bytes of harmonics that are held at a time
 

@@ -26,7 +26,7 @@ from fegear.elasticity.body_stress import ROOTWARD
 from fegear.elasticity.flank import flamant_loads, join_loads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes import SpurGear
 from meshes.profile import flank_frame
 

@@ -27,11 +27,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 
 from fegear.elasticity.boundary import BoundaryQuadrature, edge_quadrature
-from fegear.elasticity.elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.foundation import foundation_stiffness
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.plane_elements import dofs_of_nodes, plane_basis
 from fegear.files.timing import stage
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
 from meshes.crack import Crack
 from meshes.cracked_sector import cracked_sector_mesh

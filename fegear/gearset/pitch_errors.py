@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.phases import first_teeth, rolling_senses
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.pitch_errors import pair_errors
 
 Errors = tuple[float, ...]

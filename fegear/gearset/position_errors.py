@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import external_torques
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.position_errors import position_gaps as gaps_of_train
 from lumped.train.train import Train
 

@@ -42,7 +42,7 @@ from fegear.rendering.sector_field import (
 from fegear.statics.plausibility import plausibility_warnings
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.common.progress import Progress, silent
 from meshes.profile import flank_frame
 

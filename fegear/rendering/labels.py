@@ -21,7 +21,7 @@ from fegear.rendering.look import (
     ribbon_base,
 )
 from fegear.rendering.recorded import Instant
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 SAME_AXIS = 1e-6  # m, between centres of gears on a shaft
 EQUAL_GAPS = 1e-3  # rad

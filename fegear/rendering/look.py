@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fegear.rendering.fields import ContactField, GearField, PairField
 from fegear.rendering.frames import View
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 
 Shown = Literal["von-mises", "principal", "displacement", "pressure"]
 SIZE = (1920, 1080)  # pixels

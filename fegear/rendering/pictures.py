@@ -461,7 +461,7 @@ class Drawing:
         write_whole(output, lambda path: write_vtu(field, path))
 
     def _page(self, field: ContactField, output: Path) -> None:
-        from fegear.rendering.page import page
+        from fegear.rendering.viewer_page import page
 
         first: Shown = self.picture.shown
         every = dict.fromkeys((first, *get_args(Shown)))

@@ -14,7 +14,7 @@ from fegear.elasticity.material import Plane
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.gearset.model import GearSet
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.csv_text import parse_csv
 
 Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks

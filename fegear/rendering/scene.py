@@ -31,7 +31,7 @@ from fegear.rendering.look import (
     mesh_forces,
     ribbon_of,
 )
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 if TYPE_CHECKING:
     import pyvista

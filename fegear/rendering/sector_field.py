@@ -28,7 +28,7 @@ from fegear.elasticity.body_stress import (
 from fegear.elasticity.flank import SectorLoads, flamant_loads, ring_fields
 from fegear.elasticity.hats import hat_displacement
 from fegear.elasticity.sector import CyclicSector
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from meshes.profile import flank_frame
 
 N_CANDIDATES = 16  # elements among which the one around a point is looked for

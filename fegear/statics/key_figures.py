@@ -10,7 +10,7 @@ import numpy as np
 from fegear.contact.edges import edge_positions, finite_pressures
 from fegear.contact.path import loss_factor, path_positions
 from fegear.contact.problem import ContactCycle, ContactProblem
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.table import MeshTable
 from meshes import GearPair
 

@@ -17,7 +17,7 @@ from fegear.files.output import write_text
 from fegear.result import Result, frame
 from fegear.statics.harmonics import Harmonic, mesh_harmonics
 from fegear.statics.key_figures import key_figures, loss_factors
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.table import MeshTable, format_table
 from meshes import GearPair
 

@@ -21,7 +21,7 @@ from fegear.gearset.model import GearSet
 from fegear.statics.mesh_result import ErrorEstimate, largest_errors, teeth_text
 from fegear.statics.root_stress import RootStresses
 from fegear.statics.settings import BODIES, CORNERS, StaticsSettings
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.csv_text import format_exact
 from lumped.train.table import pair_compliance_name
 from meshes import GearPair

@@ -12,7 +12,7 @@ from fegear.contact.problem import ContactCycle, ContactProblem
 from fegear.elasticity.root_stress import FlankLoad, RootInfluence
 from fegear.elasticity.sector import RIGHT
 from fegear.files.timing import stage
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

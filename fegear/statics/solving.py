@@ -41,7 +41,7 @@ from fegear.statics.mesh_table import (
 )
 from fegear.statics.root_stress import RootStresses, relative_change, root_stresses
 from fegear.statics.settings import MAX_ROWS, RESOLUTIONS, Resolution, StaticsSettings
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_between
 from lumped.common.progress import Progress, silent
 from lumped.train.table import MeshTable

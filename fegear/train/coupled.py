@@ -32,7 +32,7 @@ from fegear.gearset.inertia import (
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations, GivenTables
 from fegear.statics.settings import StaticsSettings
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.coupled import CoupledContacts
 from lumped.train.system import LumpedSystem
 

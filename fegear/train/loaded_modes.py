@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
 from fegear.train.lumped_models import LumpedModel, lumped_system, resolve_model
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.train.modes import Modes
 from lumped.train.system import LumpedSystem

@@ -30,8 +30,8 @@ from fegear.statics.excitation import (
 from fegear.statics.plausibility import mesh_warnings
 from lumped.common.checks import require_choice, require_fields
 from lumped.common.options import Range, documented, option
+from lumped.steady.integration_settings import Method, Settings
 from lumped.steady.losses import nominal_efficiency
-from lumped.steady.settings import Method, Settings
 from lumped.steady.truncation_check import TruncationCheck
 from lumped.train.at_rest import RestReference, remove_pitch_errors
 from lumped.train.coupled import COMPONENTS

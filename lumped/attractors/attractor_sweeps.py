@@ -24,8 +24,8 @@ from lumped.attractors.attractors import (
 )
 from lumped.common.checks import check_arguments
 from lumped.common.workers import Stop
+from lumped.steady.integration_settings import Settings
 from lumped.steady.response import Response, Status
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import (
     Callback,
     Stepper,

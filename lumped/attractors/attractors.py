@@ -17,12 +17,12 @@ import numpy as np
 from lumped.branches.motions import PeriodicProblem, SpeedFamily
 from lumped.branches.periodic import has_half_period
 from lumped.branches.points import branch_point
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import check_arguments, require_fields
 from lumped.common.options import Range, documented, option
 from lumped.continuation.arc_length import Continuation, NoSolution, StepControl
+from lumped.steady.integration_settings import Settings
 from lumped.steady.response import Response, Status
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import FixedStepper, allocate_record
 from lumped.train.system import LumpedSystem

@@ -14,7 +14,7 @@ import numpy as np
 
 from lumped.bearings.kinematics import cage_over_shaft
 from lumped.bearings.rolling import RollingBearing
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 MAX_ITERATIONS = 40
 LOAD_STEP = 3.0  # ratio of loads from which a smaller one is approached

@@ -20,11 +20,11 @@ import numpy as np
 
 from lumped.branches.series import Series
 from lumped.branches.springs import SpringForces
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 from lumped.kernels.arrays import ContactPieces
+from lumped.steady.integration_settings import Settings
 from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import FixedStepper
 from lumped.train.system import LumpedSystem

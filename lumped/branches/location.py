@@ -17,7 +17,7 @@ import numpy as np
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.motions import PeriodicProblem
 from lumped.branches.shooting import ADAPTIVE
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 from lumped.continuation.arc_length import NoSolution
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import AdaptiveStepper

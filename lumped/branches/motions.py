@@ -13,7 +13,7 @@ from typing import ClassVar, Literal, Protocol
 
 from lumped.branches.balance import MAX_UNKNOWNS, HarmonicBalance
 from lumped.branches.period_map import SPRING_STEPS, PeriodMap
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.system import LumpedSystem
 
 DIFFERENCE_STEP = 1e-6  # of the unit, between systems that tell what a figure changes

@@ -13,10 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
+from lumped.steady.integration_settings import Settings
 from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import AdaptiveStepper, FixedStepper, stepper_of
 from lumped.train.system import LumpedSystem

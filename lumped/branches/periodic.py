@@ -18,7 +18,7 @@ from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem, Sol
 from lumped.branches.period_map import PeriodMap
 from lumped.branches.points import BranchPoint, branch_point, with_bifurcations
 from lumped.branches.shooting import shoot
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
 from lumped.continuation.arc_length import (
@@ -37,9 +37,9 @@ from lumped.continuation.bifurcations import (
     HALVED,
     bifurcation_test,
 )
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond
 from lumped.steady.response import Response, Status
-from lumped.steady.settings import Settings
 from lumped.steady.steppers import stepper_of
 from lumped.steady.sweep import Direction, SweepPoint, continue_sweep
 from lumped.train.train import TrainError

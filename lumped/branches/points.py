@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from lumped.branches.motions import PeriodicProblem
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 from lumped.continuation.arc_length import BranchTrace, Continuation, Point
 from lumped.continuation.bifurcations import (
     CROSSING,

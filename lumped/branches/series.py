@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ import numpy as np
 
 from lumped.branches.motions import PeriodicMotion
 from lumped.branches.period_map import SPRING_STEPS, PeriodMap
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.continuation.arc_length import NoSolution
+from lumped.steady.integration_settings import Settings
 from lumped.steady.measures import measure_motion
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import stepper_of
 

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from lumped.branches.series import SampledSeries, Series
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 from lumped.kernels.arrays import (
     ContactPieces,
     FourierOrbit,

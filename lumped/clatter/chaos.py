@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.runs import State, simulate
-from lumped.common.arrays import Array
+from lumped.clatter.impact_runs import State, simulate
+from lumped.common.array_types import Array
 
 # Distance at which a neighbour is held, relative to the plays
 NEIGHBOUR_DISTANCE = 1e-7

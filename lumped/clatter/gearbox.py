@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 MAX_ANGULAR_SPEED = 1e6  # rad/s
 AXIAL, RADIAL, TEETH = "axial", "radial", "teeth"

@@ -12,9 +12,9 @@ import numpy as np
 from lumped.clatter.chaos import lyapunov_exponent
 from lumped.clatter.gearbox import TEETH, LooseWheel
 from lumped.clatter.groups import WheelGroup
+from lumped.clatter.impact_runs import CHUNK, Impacts, State, join_impacts, simulate
 from lumped.clatter.maps import MapName, follow_map, map_exponent, require_mapped
-from lumped.clatter.runs import CHUNK, Impacts, State, join_impacts, simulate
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 MapKind = Literal["event", "implicit", "fermi"]
 # Most periods, or impacts of a map, over which an exponent is measured

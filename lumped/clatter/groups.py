@@ -18,8 +18,8 @@ from lumped.clatter.gearbox import (
     SpeedSignal,
     Variation,
 )
-from lumped.clatter.kernels.arrays import GroupArrays
-from lumped.common.arrays import Array
+from lumped.clatter.kernels.group_arrays import GroupArrays
+from lumped.common.array_types import Array
 from lumped.rattle.kernels.flight import EVENT_TOL
 
 # Multiple of the round-off of a position below which gaps are closed

@@ -9,9 +9,9 @@ import numpy as np
 
 from lumped.clatter.gearbox import RADIAL, TEETH, Harmonics
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.kernels import maps as kernel
-from lumped.clatter.runs import Impacts, State
-from lumped.common.arrays import Array
+from lumped.clatter.impact_runs import Impacts, State
+from lumped.clatter.kernels import impact_maps as kernel
+from lumped.common.array_types import Array
 
 NEIGHBOUR_DISTANCE = 1e-7  # distance at which a neighbour is held, in periods and plays
 TRANSIENT_IMPACTS = 100  # impacts before an exponent is measured

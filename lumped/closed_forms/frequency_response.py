@@ -24,7 +24,7 @@ from lumped.closed_forms.separation import (
     lost_stiffness_slope,
     separation_angle,
 )
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 # A root is real if its imaginary over absolute value is below this
 REAL_ROOT_RTOL = 1e-7

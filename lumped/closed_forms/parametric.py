@@ -20,7 +20,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 from lumped.train.excitation import MeshExcitation
 from lumped.train.system import LumpedSystem
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lumped.closed_forms.resonance import Resonance
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 def optimal_relief(force: float, lowest: float, highest: float) -> float:

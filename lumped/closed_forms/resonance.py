@@ -34,7 +34,7 @@ from fractions import Fraction
 import numpy as np
 
 from lumped.closed_forms.parametric import ParametricSystem
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lumped.closed_forms.resonance import Resonance
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 def contact_loss_amplitude(resonance: Resonance) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 
 from lumped.closed_forms.parametric import ParametricSystem
 from lumped.closed_forms.resonance import Resonance, harmonics_at, resonance
-from lumped.common.arrays import Complex
+from lumped.common.array_types import Complex
 
 
 def forced_vibration(

@@ -50,7 +50,7 @@ from lumped.closed_forms.tooth_energy import (
     ToothSections,
     beam_compliance,
 )
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 CrackModel = Literal["parallel", "parabola", "hinge"]
 BENDING_FIT = 1.122, -1.4, 7.33, -13.08, 14.0  # powers of a/b, of F

@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 SHEAR_CORRECTION = 1.2  # rectangular section
 GAUSS_POINTS = 4  # between two points of an outline

@@ -16,7 +16,7 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 MAX_CORRECTIONS = 12
 GROW_UP_TO, SHRINK_FROM = 2, 5  # corrections after which steps grow or shrink

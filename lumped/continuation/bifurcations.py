@@ -14,7 +14,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from lumped.common.arrays import Complex
+from lumped.common.array_types import Complex
 
 FOLD, DOUBLING = "fold", "period doubling"
 CROSSING, TORUS = "branch point", "torus"

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.figures.drawing import draw_legend, draw_title, panels
-from lumped.rotors.modes import ModeKind, mode_kind
+from lumped.rotors.whirl import ModeKind, mode_kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

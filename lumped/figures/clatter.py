@@ -8,8 +8,8 @@ import numpy as np
 
 from lumped.clatter.gearbox import TEETH, LooseWheel
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.runs import State, simulate
-from lumped.common.arrays import Array
+from lumped.clatter.impact_runs import State, simulate
+from lumped.common.array_types import Array
 from lumped.figures.drawing import color_of, draw_title, panels
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.continuation.bifurcations import DOUBLING, FOLD, stability_segments
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 from lumped.rattle.branches import GRAZING, OrbitBranch

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 from lumped.steady.jumps import find_jumps, opposite_branches
 from lumped.steady.motion import TimeHistory, resample

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.figures.drawing import draw_legend, draw_title, panels
 
 if TYPE_CHECKING:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
+from lumped.steady.integration_settings import Settings
 from lumped.steady.motion import spectrum
 from lumped.steady.response import Status
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import stepper_of
 from lumped.steady.sweep import Branch

@@ -142,7 +142,8 @@ def add_end_forces(steps, head, changes):
 def set_changed_forces(steps, i, n_active, head, changes):
     """Forces of the changes at node i, about the loads that were found.
 
-    x + Q F' x = B q for every change: Q as `lumped.kernels.coupled.find_loads` left it.
+    x + Q F' x = B q for every change: Q as `find_loads` of
+    `lumped.kernels.coupled_steps` left it.
     """
     problem, matrix, rows = steps.problem, changes.matrix, steps.grid.rows
     n, count = changes.q.shape

@@ -28,7 +28,7 @@ from lumped.kernels.convergence import (
     is_bounded,
     update_limits,
 )
-from lumped.kernels.excitation import position, set_excitation, set_pitch, value_at
+from lumped.kernels.excitation_at import position, set_excitation, set_pitch, value_at
 from lumped.kernels.mesh_force import record, record_before, record_state
 
 C = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])

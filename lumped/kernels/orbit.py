@@ -18,7 +18,7 @@ import numpy as np
 from lumped.common.compiled import compiled, inlined
 from lumped.kernels.arrays import OFFSET
 from lumped.kernels.elimination import eliminate
-from lumped.kernels.excitation import position, set_excitation, set_pitch, value_at
+from lumped.kernels.excitation_at import position, set_excitation, set_pitch, value_at
 from lumped.kernels.mesh_force import pair_force, pair_slope
 from lumped.kernels.rk4 import rk4_step
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.rattle.kernels import arcs as kernel
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.return_map import Itinerary

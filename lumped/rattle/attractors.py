@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.common.workers import run_in_threads
 from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.kernels import settle as kernel

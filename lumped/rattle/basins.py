@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.machine import Machine

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.continuation.arc_length import (
     Continuation,
     NoSolution,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.rattle.machine import TURN
 from lumped.rattle.motions import AssemblyIntegrator
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.rattle.attractors import DEFAULT_SETTINGS, classify_attractors
 from lumped.rattle.kernels.settle import CHANGING, STICKING, UNKNOWN
 from lumped.rattle.machine import Machine

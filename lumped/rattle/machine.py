@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.rattle.kernels.arrays import (
+from lumped.rattle.kernels.records import (
     MAX_DECAYING_FLIGHT,
     MAX_LOAD_CHANGE,
     Rattle,

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.kernels import inverse as kernel
 from lumped.rattle.machine import TURN, Machine

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.workers import run_in_threads
 from lumped.rattle.assembly import Assembly, Linear
-from lumped.rattle.kernels import modes as kernel
+from lumped.rattle.kernels import assembly_modes as kernel
 from lumped.rattle.machine import TURN
 
 Waves = NDArray[np.complex128]

@@ -15,12 +15,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.common.workers import run_tasks
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.attractors import QUIET as QUIET_NAME
 from lumped.rattle.attractors import RattleAttractor, classify_attractors
-from lumped.rattle.kernels import noise as kernel
+from lumped.rattle.kernels import meetings as kernel
 from lumped.rattle.kernels.settle import PERMANENT_CONTACT, UNKNOWN
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import AssemblyIntegrator, AssemblyRun

@@ -11,7 +11,11 @@ import numpy as np
 from lumped.rattle.arcs import arcs_of, linearise_arcs
 from lumped.rattle.kernels import arcs as kernel
 from lumped.rattle.machine import Machine
-from lumped.rattle.periodic import has_closed_form, simple_rattle, two_sided_rattle
+from lumped.rattle.periodic_orbits import (
+    has_closed_form,
+    simple_rattle,
+    two_sided_rattle,
+)
 from lumped.rattle.return_map import (
     MAP_POINT_TOL,
     Itinerary,

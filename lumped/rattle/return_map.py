@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import OptimizeWarning, curve_fit
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.rattle.impulses import impulse_rattle
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.motions import AssemblyIntegrator
-from lumped.rattle.periodic import min_eccentricity, signed_balance
+from lumped.rattle.periodic_orbits import min_eccentricity, signed_balance
 
 Function = Callable[[Array], Array]
 

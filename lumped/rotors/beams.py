@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 NODE_COORDINATES = ("x", "y", "tilt x", "tilt y", "rotation")
 NODE_SIZE = len(NODE_COORDINATES)

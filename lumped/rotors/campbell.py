@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 from lumped.common.checks import require_between
-from lumped.rotors.modes import Instability, WhirlModes, WhirlProblem, groups_of_equal
+from lumped.rotors.whirl import Instability, WhirlModes, WhirlProblem, groups_of_equal
 
 MIN_ASSURANCE = 0.9  # of modes that continue each other, below which steps are halved
 LOST_ASSURANCE = 0.3  # below which a mode has ended

@@ -15,7 +15,7 @@ from scipy.linalg import eigh
 
 from lumped.rotors.campbell import Campbell, crossings
 from lumped.rotors.description import RotorError
-from lumped.rotors.modes import WhirlModes, WhirlProblem
+from lumped.rotors.whirl import WhirlModes, WhirlProblem
 
 
 @dataclass(frozen=True)

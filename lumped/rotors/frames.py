@@ -15,8 +15,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from lumped.rotors.assembly import GyroscopicSystem, assemble_any
 from lumped.rotors.description import RotorError, RotorSystem
+from lumped.rotors.matrices import GyroscopicSystem, assemble_any
 
 
 def rotating_frame(system: RotorSystem) -> GyroscopicSystem:

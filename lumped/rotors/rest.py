@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh, solve_triangular
 
-from lumped.common.arrays import Array
-from lumped.rotors.assembly import GyroscopicSystem
+from lumped.common.array_types import Array
 from lumped.rotors.beams import NODE_SIZE
+from lumped.rotors.matrices import GyroscopicSystem
 
 NULL_RTOL = 1e-13  # stiffness against a rigid motion over the largest one
 MIN_INVERSE = 1e-9  # inverse of the square of a frequency over the largest one

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 WHOLE_TURNS_TOL = 1e-6  # samples by which a turn may be short of its last point
 # Residual over the largest value of the average below which it is round-off

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
+from lumped.steady.integration_settings import Settings
 from lumped.steady.ramps import SpeedRamp, ramp_motion
 from lumped.steady.response import History
-from lumped.steady.settings import Settings
 from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:

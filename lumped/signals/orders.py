@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 MIN_PULSES = 4  # through which a cubic passes
 NEWTON_STEPS, ANGLE_TOL = 10, 1e-9  # to an angle [turns]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.signals.averages import TurnAverage, synchronous_average
 from lumped.signals.coordinate_motion import (
     CoordinateMotion,
@@ -19,9 +19,9 @@ from lumped.signals.coordinate_motion import (
 )
 from lumped.signals.orders import pulse_times, resample_at, times_at_angles
 from lumped.signals.sensors import signals_of_pieces, with_noise
+from lumped.steady.integration_settings import Settings
 from lumped.steady.ramps import SpeedRamp
 from lumped.steady.response import Response
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import stepper_of, steps_per_period
 from lumped.train.system import LumpedSystem

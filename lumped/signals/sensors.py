@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.signals.coordinate_motion import CoordinateMotion
 from lumped.train.system import LumpedSystem
 

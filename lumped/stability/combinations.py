@@ -22,8 +22,8 @@ from typing import Literal
 
 import numpy as np
 
-from lumped.common.arrays import Array
-from lumped.stability.periodic import PeriodicSystem
+from lumped.common.array_types import Array
+from lumped.stability.periodic_system import PeriodicSystem
 
 Kind = Literal["single", "sum", "difference"]
 KINDS: Mapping[int, Kind] = {1: "sum", -1: "difference"}

@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.stability.combinations import N_ORDERS, Combination, combinations
 from lumped.stability.mode_labels import Names, candidates, growth
 from lumped.stability.multipliers import Method
-from lumped.stability.periodic import PeriodicSystem
+from lumped.stability.periodic_system import PeriodicSystem
 
 Indices = NDArray[np.intp]
 EDGE_RTOL = 2e-8  # relative error of the speed at an edge

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.stability.combinations import (
     Combination,
     mean_modes,
     name_of,
 )
 from lumped.stability.multipliers import Method, scale_by_growth, scaled_transition
-from lumped.stability.periodic import PeriodicSystem
+from lumped.stability.periodic_system import PeriodicSystem
 
 Names = NDArray[np.str_]
 # excess of a multiplier over 1: two that coincide are known to half of the digits only,

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lumped.common.arrays import Array, Complex
-from lumped.stability.periodic import PeriodicSystem
+from lumped.common.array_types import Array, Complex
+from lumped.stability.periodic_system import PeriodicSystem
 
 Method = Literal["peano-baker", "exponential", "integration"]
 METHODS: tuple[Method, ...] = ("peano-baker", "exponential", "integration")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.steady.sweep import Branch, Direction
 
 MIN_JUMP_MISS = 3.0  # least miss of a jump over the changes next to the step

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.kernels.arrays import FrictionSamples
 from lumped.steady.response import History
 from lumped.train.excitation import MeshExcitation

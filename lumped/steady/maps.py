@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_fields
 from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.steady.response import RESPONSE_QUANTITIES, Response

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.steady.response import History
 
 ROWS_PER_BLOCK = 65_536  # rows of a motion whose largest values are determined at once

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.kernels.arrays import FrictionSamples
+from lumped.steady.integration_settings import Settings
 from lumped.steady.losses import friction_power, transmitted_power
 from lumped.steady.pair_motions import PairMotion, pair_motions
 from lumped.steady.respond import respond_confirmed, respond_with_history
 from lumped.steady.response import History, Response, Status
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Callback
 from lumped.steady.steppers import steps_per_period
 from lumped.steady.sweep import NO_OBSERVER, Direction, Observer, sweep

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.kernels.arrays import MULTIPLE, PERIOD
 
 if TYPE_CHECKING:
     from lumped.kernels.arrays import Convergence
-    from lumped.steady.settings import Settings
+    from lumped.steady.integration_settings import Settings
     from lumped.steady.steady_state import Speed
     from lumped.train.system import LumpedSystem
 

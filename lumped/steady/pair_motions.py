@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.common.checks import require_present
+from lumped.steady.integration_settings import Settings
 from lumped.steady.response import History
-from lumped.steady.settings import Settings
 from lumped.steady.steppers import steps_per_period
 from lumped.train.coupled import POSITION_ROUND_OFF
 from lumped.train.system import LumpedSystem

@@ -22,12 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_fields, require_present
 from lumped.common.options import Range, option
 from lumped.kernels.arrays import CoupledSystem, ExcitationSamples
+from lumped.steady.integration_settings import Settings
 from lumped.steady.response import History
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged
 from lumped.steady.steppers import FixedStepper, steps_per_period
 from lumped.train.system import LumpedSystem

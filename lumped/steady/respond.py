@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import check_arguments
+from lumped.steady.integration_settings import Settings
 from lumped.steady.response import History, Response
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Callback, confirm_steady_state, steady_state
 from lumped.steady.steppers import stepper_of
 from lumped.train.system import LumpedSystem

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
+from lumped.steady.integration_settings import SteadySettings
 from lumped.steady.measures import combine_windows, measure_motion
 from lumped.steady.response import RESPONSE_QUANTITIES, History, Response, Status
-from lumped.steady.settings import SteadySettings
 from lumped.train.modes import MIN_FELT_ENERGY
 from lumped.train.system import LumpedSystem
 

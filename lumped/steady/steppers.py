@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.kernels.arrays import FrictionSamples, VariedSteps
+from lumped.steady.integration_settings import Settings
 from lumped.steady.newton_shooting import integrate_or_shoot
 from lumped.steady.response import History
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import (
     Diverged,
     Speed,
@@ -242,7 +242,7 @@ class FixedStepper(LumpedStepper):
             from lumped.kernels import rk4
 
             return rk4
-        from lumped.kernels import coupled
+        from lumped.kernels import coupled_steps as coupled
 
         return coupled
 

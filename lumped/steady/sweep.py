@@ -11,12 +11,12 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import check_arguments
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Stop, Stopped, run_in_threads
+from lumped.steady.integration_settings import Settings, SteadySettings
 from lumped.steady.response import Response, Status
-from lumped.steady.settings import Settings, SteadySettings
 from lumped.steady.steady_state import Callback, Stepper, confirm_steady_state
 from lumped.steady.steppers import stepper_of
 from lumped.steady.truncation_check import TruncationCheck

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lumped.common.checks import require_fields
+from lumped.steady.integration_settings import Settings
 from lumped.steady.response import Response, Status
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import stepper_of
 from lumped.train.system import LumpedSystem

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import check_arguments, require_fields
 from lumped.train.excitation import (
     MODELS,

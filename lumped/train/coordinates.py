@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.train import Carrier, Gear, Mesh, Train, TrainError
 
 BEARING, SHAFT = SPRING_KINDS = "bearing", "shaft"  # with couplings at their ends

@@ -47,7 +47,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.kernels.arrays import (
     NO_CHANGES,
     NO_ROWS,
@@ -578,7 +578,7 @@ def _steps_on_grid(
     sizes: Array,
 ) -> CoupledSteps:
     """Steps at the nodes of a grid; sizes : of all steps, which are equal [s]."""
-    from lumped.kernels.coupled import add_wave_compliance
+    from lumped.kernels.coupled_steps import add_wave_compliance
 
     propagator = linear.step(frequency, float(sizes[0]))
     a, push = linear.n_standing, propagator.waves[:, 2:4].sum(axis=0)

@@ -26,7 +26,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 
 Fidelity = Literal["quasistatic", "reduced"]
 # R_i assigned to an undamped mode at resonance, as for zeta = 0.0005

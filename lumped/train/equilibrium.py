@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.train.system import LumpedSystem
 

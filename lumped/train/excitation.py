@@ -28,7 +28,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import (
     check_arguments,
     format_value,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.kernels.arrays import ExcitationSamples, FrictionSamples
 from lumped.train.friction import (
     FrictionRows,

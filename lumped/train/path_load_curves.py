@@ -20,7 +20,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.excitation import table_pitches
 from lumped.train.table import MeshTable, pair_compliance_name, pair_names, pair_teeth
 

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 def pair_errors(driver: Sequence[float], driven: Sequence[float]) -> Array:

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.coordinates import line_of_action
 from lumped.train.excitation import MeshExcitation
 from lumped.train.train import Train, TrainError

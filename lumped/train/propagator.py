@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 from lumped.kernels.arrays import CoupledSystem, Propagator
 from lumped.train.rotating_frame import RotatingFrame
 

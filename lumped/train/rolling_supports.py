@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.bearings.kinematics import cage_over_shaft
 from lumped.bearings.rolling import BallBearing, RollerBearing
 from lumped.bearings.statics import MIN_LOAD, RingSupport, mean_support
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import check_arguments, require_present
 from lumped.kernels.arrays import BearingSamples, ExcitationSamples, ModalSystem
 from lumped.train.coordinates import rigid_groups, train_coordinates

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 from lumped.train.modes import Modes
 
 INDEFINITE_RTOL = 1e-12  # of the largest stiffness: a negative one that is round-off

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_between, require_fields, require_present
 from lumped.kernels.arrays import (
     BearingSamples,

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.kernels.arrays import PITCH, ExcitationSamples, Pieces
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.train import Train

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array, Mask
+from lumped.common.array_types import Array, Mask
 from lumped.train.elastic_inertia import inertia_factor, normalise
 from lumped.train.modes import MIN_RESONANCE_ENERGY
 

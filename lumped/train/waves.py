@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_fields
 
 POSITION_TOL = 1e-12  # base pitches within which two positions are equal

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
-from meshes.arrays import Array
+from meshes.array_types import Array
 from meshes.eccentric.pitch import MIN_GAP, EccentricPair, Frames, PitchCurve
 
 Side = Literal[1, -1]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meshes.arrays import Array
+from meshes.array_types import Array
 from meshes.eccentric.base import LEADING, TRAILING, Side
 from meshes.eccentric.teeth import ToothedWheel
 from meshes.outline import Curve, Edges

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from meshes.arrays import Array
+from meshes.array_types import Array
 from meshes.gear import GeometryError, floored
 
 MIN_GAP = 1e-3  # least distance from the bearing to the circle, over the radius

@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from meshes.arrays import Array
+from meshes.array_types import Array
 from meshes.eccentric.base import LEADING, TRAILING, Side, feasibility
 from meshes.eccentric.pitch import EccentricPair, PitchCurve
 from meshes.gear import GeometryError, floored

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from conftest import make_gear
 
-from fegear.elasticity import cache, modes
+from fegear.elasticity import cache
+from fegear.elasticity import gear_modes as modes
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import cyclic_sector
 from fegear.files.store import load_arrays, save_arrays

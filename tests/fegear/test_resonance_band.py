@@ -15,9 +15,9 @@ from fegear.statics.excitation import Excitations
 from fegear.studies.trains.model_texts import truncation_entries, truncation_warnings
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady import truncation_check
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond
 from lumped.steady.response import Status
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.truncation_check import check_truncation, leaves_modes_out
 

@@ -12,9 +12,9 @@ from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.contact_history import contact_histories, interpolate
 from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
 from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.steady.integration_settings import Settings
 from lumped.steady.losses import shared_loads
 from lumped.steady.respond import respond_with_history
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.train.friction import torque_shares
 

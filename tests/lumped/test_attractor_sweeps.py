@@ -9,8 +9,8 @@ import pytest
 
 from lumped.attractors.attractor_sweeps import AttractorBranch, sweep_attractors
 from lumped.attractors.attractors import Attractor, SectionSettings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond_with_history
-from lumped.steady.settings import Settings
 from lumped.steady.sweep import Observer
 
 CHAPTER_3 = 2.621e-3, 3.27e-3, 0.119  # kg m2

@@ -19,8 +19,8 @@ from lumped.attractors.attractors import (
 )
 from lumped.branches.balance import HarmonicBalance
 from lumped.kernels import orbit
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond_confirmed
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import FixedStepper
 

@@ -11,7 +11,7 @@ from numba import njit
 
 from lumped.kernels import convergence
 from lumped.kernels.convergence import close_section
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.steady_state import new_convergence
 
 MULTIPLES = 8

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from lumped import Settings
 from lumped.kernels.arrays import Contacts
-from lumped.kernels.coupled import integrate_variations, settle_motion
+from lumped.kernels.coupled_steps import integrate_variations, settle_motion
 from lumped.steady.steady_state import new_convergence
 from lumped.train import coupled as coupled_model
 from lumped.train.coupled import (

@@ -20,7 +20,7 @@ from rim_gears import FIRM, FREE, INERTIAS, RADII, STIFF, TORQUE, RimGears
 from scipy.integrate import quad
 
 from lumped import Settings, respond
-from lumped.steady.settings import CONTACT_STEPS
+from lumped.steady.integration_settings import CONTACT_STEPS
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import FixedStepper, steps_per_period, warm_up
 from validation.oracles.coupled_train import instant_of

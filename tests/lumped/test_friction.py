@@ -14,11 +14,11 @@ from scipy.integrate import solve_ivp
 from lumped.branches.balance import HarmonicBalance
 from lumped.closed_forms import parametric_system
 from lumped.stability.multipliers import largest_multiplier
-from lumped.stability.periodic import periodic_system
+from lumped.stability.periodic_system import periodic_system
+from lumped.steady.integration_settings import Settings
 from lumped.steady.losses import driven_power, efficiency
 from lumped.steady.motion import time_history
 from lumped.steady.respond import respond
-from lumped.steady.settings import Settings
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import bending_along_path, excitation_from_table
 from lumped.train.friction import ToothFriction, with_bending

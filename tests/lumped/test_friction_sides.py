@@ -14,8 +14,8 @@ from fegear.gearset import load_gear_set
 from fegear.statics.excitation import StiffnessSource
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.kernels.friction import set_friction_acceleration
+from lumped.steady.integration_settings import Settings
 from lumped.steady.motion import time_history
-from lumped.steady.settings import Settings
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.friction import ToothFriction, base_pitch, with_bending
 from lumped.train.friction_samples import scale_to_frequency

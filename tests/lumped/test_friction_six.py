@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import FixedStepper
 from lumped.train.analytic import StiffnessParameters, analytic_excitation

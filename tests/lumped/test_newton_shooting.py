@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from rim_gears import FIRM
 
 from lumped.steady import newton_shooting
+from lumped.steady.integration_settings import Settings
 from lumped.steady.newton_shooting import is_stable, stable_fixed_point
 from lumped.steady.respond import respond
-from lumped.steady.settings import Settings
 from lumped.steady.sweep import sweep
 
 PLACE = np.array([0.3, -0.2, 0.5, 0.1])

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 import lumped
 from lumped import Settings
-from lumped.kernels.coupled import settle_motion
+from lumped.kernels.coupled_steps import settle_motion
 from lumped.steady.steady_state import new_convergence
 from lumped.train.coordinates import train_coordinates
 from lumped.train.coupled import contact_grid, coupled_steps, coupled_system

@@ -16,8 +16,8 @@ from lumped.figures.waterfall import (
     spectra_over_speed,
     spectra_rows,
 )
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond_with_history
-from lumped.steady.settings import Settings
 from lumped.steady.sweep import sweep
 from lumped.train.friction import ToothFriction
 

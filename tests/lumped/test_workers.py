@@ -18,8 +18,8 @@ from lumped.common.workers import Cluster, NeverStop, NoClusterError, run_tasks
 from lumped.rattle import basins
 from lumped.rattle.basins import InitialGrid, settle_grid
 from lumped.rattle.machine import Machine
+from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import Axis, ParameterMap, run_map
-from lumped.steady.settings import Settings
 from lumped.steady.sweep import DIRECTIONS
 
 GRID = InitialGrid(side=60, velocity=(0.0, 7.0))

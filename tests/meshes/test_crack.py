@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from whole_gear import COARSE, small_gear, small_ring
 
-from fegear.elasticity.elements import plane_basis
+from fegear.elasticity.plane_elements import plane_basis
 from meshes import MeshSize, sector_mesh
 from meshes.crack import CLEARANCE, Crack, arc_lengths, crack_points, fillet_slope
 from meshes.cracked_sector import cracked_sector_mesh

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.spatial import cKDTree
 
-from fegear.commands.show.drawing import tooth_outline
+from fegear.commands.show.gear_set_figure import tooth_outline
 from meshes import GearPair, GeometryError
 from meshes.internal import InternalGear
 from meshes.involute import involute

@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
-from fegear.commands.show.drawing import tooth_outline
+from fegear.commands.show.gear_set_figure import tooth_outline
 from meshes import GearPair, GeometryError
 from meshes.gear import fillet_at
 from meshes.outline import MeshSize, half_sector_outline

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import wofz
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 
 
 def chirp_response(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh, eigvals
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.steady.motion import resample
 from lumped.steady.response import History
 from lumped.train.system import LumpedSystem

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import eigh, expm
 from scipy.optimize import brentq
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 TIME_TOL = 1e-12  # periods within which two jumps are one
 AHEAD = 1e-9  # periods ahead for which a contact at its border is judged

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 if TYPE_CHECKING:
     from fegear.dynamics.model import DynamicModel

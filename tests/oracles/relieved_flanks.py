@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 POINTS, ZOOMS = 2001, 6
 

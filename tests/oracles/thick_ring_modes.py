@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import jvp, yvp
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from validation.oracles.ring import Annulus, shear_modulus
 
 

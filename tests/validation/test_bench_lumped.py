@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond
-from lumped.steady.settings import Settings
 from validation.bench.bench_lumped import StepCost, growth, races, with_disks
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms
 from validation.stress.stress_coupled import TRIALS as COUPLED

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fegear.files.errors import InputError
-from fegear.files.speeds import parsed_speeds
+from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset import load_gear_set
 from validation.study.cases import case_names, load_case, read_case
 from validation.study.metrics import METRICS

@@ -10,7 +10,7 @@ from fegear.contact.solve import solve_pair_alone
 from fegear.gearset import load_gear_set
 from fegear.statics.solving import contact_problem
 from meshes.crack import Crack, crack_points
-from validation.cracked_tooth import page
+from validation.cracked_tooth import cracked_page as page
 from validation.cracked_tooth.draw_cracked_tooth import draw_drops
 from validation.cracked_tooth.drops import (
     CRACK_ANGLE,

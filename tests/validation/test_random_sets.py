@@ -16,7 +16,7 @@ import validation.commands  # noqa: F401  # registers its columns
 from fegear.gearset.inertia import body_inertia
 from lumped.train.truncation import MAX_ERROR
 from validation.random_sets import generator, measuring
-from validation.random_sets.full import FullPoint, smallest_sets
+from validation.random_sets.full_dynamics import FullPoint, smallest_sets
 from validation.random_sets.generator import COUNT, kind_of, random_gear_set
 from validation.random_sets.measuring import (
     COUPLED_DOWN,
@@ -29,7 +29,7 @@ from validation.random_sets.measuring import (
     Measured,
     measure,
 )
-from validation.random_sets.runs import FULL, SetRun, compared_sets, make_sets
+from validation.random_sets.set_runs import FULL, SetRun, compared_sets, make_sets
 from validation.random_sets.verdicts import evaluate
 from validation.report import report_values, write_report
 from validation.report.random_sets import quantities

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from lumped.rattle.machine import Machine
-from lumped.rattle.periodic import min_eccentricity
+from lumped.rattle.periodic_orbits import min_eccentricity
 from validation.reproduce.computations.kinds import COMPUTE
 from validation.reproduce.source_figures import load_figure, read_figure
 

@@ -12,7 +12,7 @@ from validation.study.sources import DRAWING, ROOT, SHOWN, digest_of, sources_of
 
 COMPUTED = [
     "validation.study.solving",
-    "validation.random_sets.runs",
+    "validation.random_sets.set_runs",
     "validation.reproduce.computations.clatter",
     "validation.reproduce.computations.frequency_response",
     "validation.reproduce.computations.rattle_basins",

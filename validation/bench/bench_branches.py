@@ -22,9 +22,9 @@ from lumped.branches.points import BranchPoint
 from lumped.branches.shooting import ADAPTIVE, shoot
 from lumped.common.progress import Progress
 from lumped.continuation.arc_length import NoSolution
+from lumped.steady.integration_settings import Settings
 from lumped.steady.jumps import find_jumps
 from lumped.steady.response import Response, Status
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import stepper_of
 from lumped.steady.sweep import Branch, sweep_all

@@ -13,7 +13,7 @@ import numpy as np
 
 from fegear.commands.clatter.gearboxes import load_gearbox
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.runs import Impacts, centred_state, join_impacts, simulate
+from lumped.clatter.impact_runs import Impacts, centred_state, join_impacts, simulate
 from lumped.common.progress import Progress
 from validation.bench import benchmark as bench
 

@@ -21,7 +21,7 @@ from fegear.files.memory import memory_level
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import lumped_system
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from lumped.train.system import LumpedSystem
 from validation.bench import benchmark as bench

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from fegear.commands.eccentric.contact import solve_contact_cycle
 from fegear.commands.eccentric.elastic_wheel import ElasticWheel
 from fegear.commands.eccentric.turn import STEEL
-from lumped.common.arrays import Array
+from fegear.commands.eccentric.wheel_contact import solve_contact_cycle
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.outline import WheelEdges

@@ -13,11 +13,11 @@ import numpy as np
 
 from fegear.gearset.model import GearSet
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
+from lumped.steady.integration_settings import SPRING_STEPS, Settings
 from lumped.steady.respond import respond
 from lumped.steady.response import Response
-from lumped.steady.settings import SPRING_STEPS, Settings
 from lumped.steady.sweep import sweep_all
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Gear, Shaft

@@ -23,13 +23,13 @@ from fegear.studies.running import run
 from fegear.studies.trains.gear_sets import GearSetRef
 from fegear.studies.trains.parametric import FRICTION
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from lumped.stability.combinations import Combination, combinations
 from lumped.stability.intervals import scan_stability
 from lumped.stability.kernels.transition import set_transitions
 from lumped.stability.multipliers import MAX_STEP_ANGLE, integrated, largest_multiplier
-from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.stability.periodic_system import PeriodicSystem, periodic_system
 from lumped.steady.maps import Axis
 from validation.bench import benchmark as bench
 from validation.oracles.hill import (

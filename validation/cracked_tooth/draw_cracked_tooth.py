@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from validation.cracked_tooth import page
+from validation.cracked_tooth import cracked_page as page
 from validation.cracked_tooth.drops import CRACK_ANGLE, DropCurves
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ import numpy as np
 
 from lumped.closed_forms.tooth_crack import CrackModel, RootCrack
 from lumped.closed_forms.tooth_energy import mesh_stiffness
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from validation.cracked_tooth.healthy import HealthyPair
 from validation.oracles.cut_tooth import CutTooth, tangent_point
 from validation.oracles.potential_energy import touching_pairs

@@ -10,7 +10,7 @@ from fegear.contact.solve import solve_cycle, solve_pair_alone
 from fegear.gearset.faults.tooth_faults import Faults, ToothCrack
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import contact_problem
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes.crack import Crack
 from validation.cracked_tooth.drops import (
     CRACK_ANGLE,

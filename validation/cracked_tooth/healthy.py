@@ -25,7 +25,7 @@ from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
 from lumped.closed_forms.tooth_energy import ToothMaterial, contact_compliance
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes import GearPair
 from validation.oracles import potential_energy, ring
 from validation.oracles.cut_tooth import CutTooth

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.interpolate import PPoly
 from scipy.optimize import root
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 
 if TYPE_CHECKING:

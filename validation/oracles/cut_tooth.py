@@ -23,7 +23,7 @@ from lumped.closed_forms.tooth_energy import (
     ToothOutline,
     beam_compliance,
 )
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes import SpurGear
 from meshes.profile import fillet_points, flank_points
 from validation.oracles.hertz import Material

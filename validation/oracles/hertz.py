@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lumped.closed_forms.tooth_energy import ToothMaterial, contact_compliance
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 Plane = Literal["stress", "strain"]
 

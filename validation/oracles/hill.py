@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 def exact_transition(a: float, b: float, h: float) -> Array:

@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import eigh
 
-from lumped.common.arrays import Array, Mask
+from lumped.common.array_types import Array, Mask
 
 if TYPE_CHECKING:
     from fegear.dynamics.model import DynamicModel

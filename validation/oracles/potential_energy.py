@@ -32,7 +32,7 @@ from lumped.closed_forms.tooth_energy import (
     ToothSections,
     beam_compliance,
 )
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from validation.oracles.hertz import (
     Material,
     Plane,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 POSITIVE = ("shear_modulus", "young_modulus", "density", "face_width")
 

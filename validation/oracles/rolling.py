@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 BRACKET = 0.9, 1.1  # of Burmester's distance, between which the exact one is
 

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.train.system import LumpedSystem
 
 Method = Literal["DOP853", "LSODA"]

@@ -85,7 +85,7 @@ def _write_interactive(figure: Figure, folder: Path, name: str) -> str:
     """Write NAME.html, beside one plotly.js for all figures of the folder."""
     if not has_plotly():
         return ""
-    from fegear.figures.interactive.page import LIBRARY, interactive_page, library_text
+    from fegear.figures.interactive.html import LIBRARY, interactive_page, library_text
 
     library = folder / LIBRARY
     if not library.exists():

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from lumped.rotors.assembly import assemble
 from lumped.rotors.campbell import campbell
 from lumped.rotors.critical import critical_speeds
 from lumped.rotors.description import (
@@ -29,7 +28,8 @@ from lumped.rotors.description import (
     RotorSystem,
     Section,
 )
-from lumped.rotors.modes import WhirlProblem
+from lumped.rotors.matrices import assemble
+from lumped.rotors.whirl import WhirlProblem
 from validation.programs.comparison import (
     ComparedValue,
     recorded_rows,

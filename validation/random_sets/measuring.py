@@ -25,7 +25,7 @@ from fegear.studies.trains.model_texts import body_modes_warnings
 from fegear.train.lumped_models import LumpedModel, lumped_system, truncation_bound
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress, silent
-from lumped.steady.settings import Settings, SteadySettings
+from lumped.steady.integration_settings import Settings, SteadySettings
 from lumped.steady.steady_state import Stepper
 from lumped.steady.steppers import stepper_of, warm_up
 from lumped.steady.sweep import Branch, Direction, sweep_branch

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.common.arrays import Array, Mask
+from lumped.common.array_types import Array, Mask
 from validation.random_sets.measuring import (
     COUPLED_DOWN,
     COUPLED_UP,

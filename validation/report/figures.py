@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.figures.drawing import panels
 from validation.study.budget import COUPLED_MODEL, QUANTITIES, Budget
 from validation.study.metrics import METRICS, ForceCycle, MeasuredCurve, Verdict

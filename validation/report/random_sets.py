@@ -15,7 +15,7 @@ from validation.random_sets.measuring import (
     WITHOUT,
     Measured,
 )
-from validation.random_sets.runs import FULL, SPEEDS, SetRun
+from validation.random_sets.set_runs import FULL, SPEEDS, SetRun
 from validation.random_sets.verdicts import (
     MAX_OTHER_BRANCH,
     MAX_P90,

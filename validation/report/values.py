@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from validation.random_sets.runs import SetRun
+from validation.random_sets.set_runs import SetRun
 from validation.report.random_sets import random_set_values
 from validation.study.budget import QUANTITIES, Budget, budget_of
 from validation.study.cases import Printed, Tolerance

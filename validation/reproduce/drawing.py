@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.figures.drawing import color_of, draw_legend, panels
 from lumped.figures.rattle import color_of_motion
 from validation.reproduce.parts import QUANTITIES, Curve, Style

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from validation.reproduce.parts import (
     ROUND_OFF,
     Curve,

@@ -17,10 +17,10 @@ from fegear.gearset.read import make_gear_set
 from fegear.statics.excitation import Excitations, StiffnessSource
 from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import FixedStepper
 from lumped.steady.sweep import sweep

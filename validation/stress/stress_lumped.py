@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond, respond_with_history
 from lumped.steady.response import History, Response
-from lumped.steady.settings import Settings
 from lumped.steady.sweep import sweep, sweep_all
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import MeshExcitation, PairExcitation

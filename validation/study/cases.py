@@ -15,7 +15,7 @@ from pydantic import AfterValidator, Field
 
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
-from fegear.files.speeds import parsed_speeds
+from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.read import path_of
 from fegear.statics.excitation import Kind
 from lumped.steady.motion import APPROACH_STEP

@@ -15,7 +15,7 @@ from pydantic_core import ErrorDetails
 
 from fegear.files.errors import InputError
 from fegear.files.kinds import require_kind
-from fegear.files.speeds import parsed_speeds
+from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.problems import PHRASES, nearest, shown
 from fegear.gearset.read import parsed_toml

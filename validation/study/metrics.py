@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.steady.jumps import Jump, Peak
 from lumped.steady.response import History
 from lumped.steady.sweep import Direction

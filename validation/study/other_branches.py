@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array, Mask
+from lumped.common.array_types import Array, Mask
 from lumped.steady.jumps import Jump, Peak
 from validation.study.metrics import MeasuredCurve
 

@@ -22,12 +22,12 @@ from fegear.statics.solving import solve_mesh
 from fegear.studies.trains.model_texts import static_warnings, truncation_warnings
 from fegear.studies.trains.responses import sweep_warnings
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress
+from lumped.steady.integration_settings import Settings
 from lumped.steady.motion import speeds_between
 from lumped.steady.response import Response, Status
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Stepper, steady_state
 from lumped.steady.steppers import stepper_of, steps_per_period, warm_up
 from lumped.steady.sweep import Branch, Direction, Observer, sweep_branch

@@ -15,7 +15,7 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import StiffnessSource
 from fegear.train.lumped_models import shares_a_gear
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from validation.study.cases import Case, Model, Part, SingleSpeed
 from validation.study.metrics import FE, FE_FRICTIONLESS, FRICTION_EFFECT
 from validation.study.sources import digest_of

@@ -35,7 +35,7 @@ from lumped.bearings.kinematics import (
 from lumped.bearings.load_integral import max_element_load
 from lumped.bearings.rolling import RollingBearing
 from lumped.bearings.statics import MIN_LOAD, load_distribution, mean_support
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.common.options import Range
 from lumped.train.rolling_supports import bearing_loads

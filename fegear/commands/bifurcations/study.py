@@ -12,7 +12,7 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.files.records import Records
-from fegear.files.speeds import MESH_FREQUENCY
+from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.plausibility import motion_warnings
 from fegear.studies.columns import meanings
@@ -55,11 +55,11 @@ from lumped.attractors.attractors import Attractor, SectionSettings
 from lumped.branches.motions import ParameterFamily, SpeedFamily
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
-from lumped.figures.attractors import draw_attractors
-from lumped.figures.maps import axis_label
+from lumped.figures.attractor_plots import draw_attractors
+from lumped.figures.map_plots import axis_label
+from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import Axis
 from lumped.steady.response import Response
-from lumped.steady.settings import Settings
 from lumped.steady.sweep import DIRECTIONS, Direction, reporting_observer
 from lumped.train.system import LumpedSystem
 

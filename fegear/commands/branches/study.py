@@ -12,7 +12,7 @@ import numpy as np
 
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
-from fegear.files.speeds import MESH_FREQUENCY
+from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.statics.plausibility import motion_warnings
 from fegear.studies.columns import meanings
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize

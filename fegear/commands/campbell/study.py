@@ -32,14 +32,14 @@ from fegear.studies.trains.mean_stiffness import (
     mean_stiffnesses,
     stiffness_load,
 )
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.options import Range
 from lumped.figures.campbell import CampbellCurves, OrderLine, draw_campbell
-from lumped.rotors.assembly import assemble
 from lumped.rotors.campbell import Campbell, campbell, unstable_ranges
 from lumped.rotors.critical import CriticalSpeed, critical_speeds
 from lumped.rotors.description import RotorSystem
-from lumped.rotors.modes import Instability, WhirlProblem, mode_kind
+from lumped.rotors.matrices import assemble
+from lumped.rotors.whirl import Instability, WhirlProblem, mode_kind
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -32,9 +32,9 @@ from lumped.clatter.group_runs import (
     run_map,
 )
 from lumped.clatter.groups import WheelGroup
+from lumped.clatter.impact_runs import Impacts, State, centred_state, random_state
 from lumped.clatter.maps import MapName
-from lumped.clatter.noise import noise_of
-from lumped.clatter.runs import Impacts, State, centred_state, random_state
+from lumped.clatter.noise_levels import noise_of
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
 from lumped.figures.clatter import draw_attractor, draw_motion

@@ -18,10 +18,10 @@ from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity import halfplane
 from fegear.elasticity.boundary import BoundaryQuadrature, edge_quadrature
-from fegear.elasticity.elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.plane_elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.sector import factorise
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from meshes.eccentric.wheel_mesh import WheelMesh
 
 ORDER, NEWTON = 2, 4  # of elements; steps to the nearest point of an edge

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fegear.files.errors import InputError
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.csv_text import format_exact
 from meshes import GeometryError
 from meshes.eccentric import EccentricPair, PitchCurve

@@ -11,16 +11,16 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.commands.eccentric.drawing import draw_gearing
 from fegear.commands.eccentric.elastic_wheel import ElasticWheel
-from fegear.commands.eccentric.files import (
+from fegear.commands.eccentric.gearing import ANGLES, Gearing
+from fegear.commands.eccentric.gearing_figure import draw_gearing
+from fegear.commands.eccentric.gearing_files import (
     DRAWINGS,
     FILMS,
     MESHES,
     write_animation,
     write_drawing,
 )
-from fegear.commands.eccentric.gearing import ANGLES, Gearing
 from fegear.commands.eccentric.turn import STEEL, Columns, contact_columns, wheel_meshes
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fegear.commands.eccentric.contact import solve_contact_cycle
 from fegear.commands.eccentric.elastic_wheel import ElasticWheel
 from fegear.commands.eccentric.gearing import Gearing
+from fegear.commands.eccentric.wheel_contact import solve_contact_cycle
 from fegear.elasticity.material import PlaneMaterial
 from fegear.files.errors import InputError
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes import GeometryError
 from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.teeth import ToothedPair

@@ -26,7 +26,7 @@ from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.trains.train_problem import TrainFacts
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.workers import Arrays
 from lumped.figures.fault_indicators import IndicatorPoints, draw_indicators
 from lumped.signals.averages import residual_of

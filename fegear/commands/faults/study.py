@@ -56,9 +56,9 @@ from lumped.common.options import Range
 from lumped.common.workers import Arrays
 from lumped.signals.sampling import Sampling, residual_indicators, sample_signals
 from lumped.signals.sensors import signal_names
+from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import Axis
 from lumped.steady.respond import respond_confirmed
-from lumped.steady.settings import Settings
 from lumped.train.system import LumpedSystem
 
 MAX_VALUES = 125_000_000  # samples of all runs and signals, 1 GB

@@ -27,7 +27,7 @@ from fegear.gearset.model import Gear, GearSet
 from fegear.result import Result
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress, silent
 
 Figures = tuple[Array, Array]

@@ -13,7 +13,7 @@ import numpy as np
 
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
-from fegear.files.speeds import written_speeds
+from fegear.files.speed_ranges import written_speeds
 from fegear.gearset.model import GearSet
 from fegear.statics.plausibility import motion_warnings
 from fegear.studies.page import Page, number, pluralize
@@ -56,7 +56,8 @@ from lumped.attractors.attractors import (
 from lumped.branches.motions import SpeedFamily
 from lumped.common.csv_text import format_exact
 from lumped.common.workers import NeverStop, Stop, Stopped
-from lumped.figures.maps import draw_map
+from lumped.figures.map_plots import draw_map
+from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import (
     Axis,
     Cell,
@@ -68,7 +69,6 @@ from lumped.steady.maps import (
 )
 from lumped.steady.respond import respond_confirmed
 from lumped.steady.response import Response
-from lumped.steady.settings import Settings
 from lumped.steady.sweep import DIRECTIONS, Direction, sweep
 from lumped.train.system import LumpedSystem
 

@@ -22,7 +22,7 @@ from fegear.commands.rattle.orbit_search import (
 )
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
-from fegear.files.speeds import limits_of
+from fegear.files.speed_ranges import limits_of
 from fegear.studies.columns import meanings
 from fegear.studies.page import Page, heading, pluralize
 from fegear.studies.problem import Job, Task

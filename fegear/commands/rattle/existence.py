@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from fegear.commands.rattle.orbit_search import OrbitSearch, follow_branches, orbits_of
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Compute, compute_in_threads
 from lumped.continuation.arc_length import NoSolution

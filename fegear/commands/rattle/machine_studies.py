@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.files.codes import with_code
 from fegear.files.contents import exact_repr
-from fegear.files.speeds import limits_of
+from fegear.files.speed_ranges import limits_of
 from fegear.studies.settings import argument, display_name, require_settings, setting
 from lumped.common.options import Range
 from lumped.rattle.return_map import DEFAULT_RETURNS

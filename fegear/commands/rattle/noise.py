@@ -27,7 +27,7 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import display_name, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table, finite_or_none
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.options import Range
 from lumped.figures.rattle import axis_labels, draw_noise
 from lumped.rattle import noise as of

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.rattle.branches import OrbitBranch, OrbitFinder, machine_with

@@ -24,7 +24,7 @@ from fegear.studies.table import Table
 from lumped.common.options import Range
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import Orbit, find_orbits
-from lumped.rattle.periodic import (
+from lumped.rattle.periodic_orbits import (
     has_closed_form,
     simple_rattle,
     two_sided_rattle,

@@ -20,7 +20,7 @@ from fegear.studies.result import StudyResult
 from fegear.studies.settings import argument, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.csv_text import TableError, parse_csv
 from lumped.common.options import Range
 from lumped.rattle.machine import TURN

@@ -23,7 +23,7 @@ from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.gearset.modifications import Relief, ReliefShape
 from fegear.gearset.zones import Zones, zones
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 PLACES = ("driver_tip", "driven_tip", "driver_root", "driven_root")
 MIN_MAGNITUDE = 1e-12  # of a relief [m], by which its derivative is known

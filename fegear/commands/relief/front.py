@@ -14,7 +14,7 @@ from fegear.commands.relief.best_relief import (
     starting_designs,
 )
 from fegear.commands.relief.objective import ReliefObjective
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 END_STARTS = 5  # searches for either end of the front
 MIN_FACTOR = 0.02  # of the torque that counts less, at the ends of the front

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 Objective = Literal["largest", "mean", "harmonics"]
 MICRO = 1e-6  # unit of magnitudes and transmission errors in the optimisation [m]

@@ -57,7 +57,7 @@ from fegear.studies.trains.speeds import (
     with_frequencies,
 )
 from fegear.train.lumped_models import LumpedModel
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.options import Range
 
 Goal = Literal["largest", "mean", "harmonics", "vibration"]

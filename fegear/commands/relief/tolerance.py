@@ -8,7 +8,7 @@ import numpy as np
 
 from fegear.commands.relief.best_relief import ReliefProblem
 from fegear.commands.relief.objective import MICRO, ReliefObjective
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 SAMPLES = 200  # designs that are solved
 QUANTILE = 0.95

@@ -17,9 +17,9 @@ import numpy as np
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.workers import Stopped
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.sweep import DIRECTIONS, sweep
 
 FIRST_STEP = 0.08  # of the simplex, over the range of designs

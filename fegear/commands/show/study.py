@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from fegear.commands.show.derived import gear_set_figures
-from fegear.commands.show.drawing import gear_set_figure, outlines
 from fegear.commands.show.fault_values import fault_lines
+from fegear.commands.show.gear_set_figure import gear_set_figure, outlines
 from fegear.files.dxf import write_dxf
 from fegear.files.keys import UNITS
 from fegear.files.output import INTO_PICTURE, PICTURES, path_of

@@ -16,7 +16,7 @@ from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.trains.train_problem import TrainFacts
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.csv_text import format_exact
 from lumped.figures.order_maps import OrderCurves, draw_order_maps
 from lumped.figures.turn_averages import AverageCurves, draw_turn_averages

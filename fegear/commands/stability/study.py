@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
-from fegear.files.speeds import MESH_FREQUENCY
+from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.studies.columns import meanings
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.problem import Job, Task
@@ -41,10 +41,10 @@ from fegear.studies.trains.train_problem import TrainFacts
 from fegear.train.lumped_models import LumpedModel
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
-from lumped.figures.maps import axis_label
+from lumped.figures.map_plots import axis_label
 from lumped.figures.stability import draw_chart
 from lumped.stability.intervals import Interval, StabilityScan, scan_stability
-from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.stability.periodic_system import PeriodicSystem, periodic_system
 from lumped.steady.maps import Axis
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_in_cycles
 from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fegear.contact.edges import edge_pairs
 from fegear.contact.path import path_positions, roll_angles, sliding_over_pitch_speed
 from fegear.contact.virtual_work import arrange_along_path
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:

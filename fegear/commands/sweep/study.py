@@ -59,7 +59,7 @@ from lumped.figures.waterfall import (
     spectra_over_speed,
     spectra_rows,
 )
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.sweep import Branch, Direction, reporting_observer, sweep
 from lumped.steady.truncation_check import check_truncation
 from lumped.train.system import LumpedSystem

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.closed_forms import contact_loss_amplitude, steady_vibrations
 from lumped.closed_forms.predictions import Prediction
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from fegear.commands.tolerances.deviations import (
     linear_contact,
 )
 from fegear.commands.tolerances.variants import line_of_action
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes import GearPair
 from meshes.pairing import undercut_end
 

@@ -36,7 +36,7 @@ from fegear.commands.tolerances.variants import (
 from fegear.contact.path import on_path
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import candidate_pairs, solve_cycle
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 Distribution = Literal["normal", "uniform"]
 LIMIT_OVER_STD = 3.0  # of a normal distribution, which is cut off at its limits

@@ -53,7 +53,7 @@ from fegear.studies.trains.gear_sets import (
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torque
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.options import Range
 from meshes import GearPair
 

@@ -27,7 +27,7 @@ from fegear.contact.solve import (
     workspace,
 )
 from fegear.gearset.modifications import FlankProfile
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes import GearPair
 
 

@@ -103,7 +103,7 @@ def _bearings() -> Iterator[Study | None]:
 
 
 def _adaptive() -> Iterator[Study | None]:
-    from lumped.steady.settings import Settings
+    from lumped.steady.integration_settings import Settings
 
     yield _swept(_rectangular(), integration=Settings(method="dopri5"))
 

@@ -33,7 +33,7 @@ from fegear.gearset.modifications import MAX_PROFILE_POINTS, FlankProfile
 from fegear.gearset.profiles import MAX_DEVIATION_UM
 from fegear.gearset.zones import zones
 from fegear.statics.mesh_faults import with_wear
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress, silent
 from meshes import GearPair
 

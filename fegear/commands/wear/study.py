@@ -53,7 +53,7 @@ from fegear.studies.trains.gear_sets import (
 )
 from fegear.studies.trains.loads import chosen_torque
 from fegear.studies.trains.train_problem import refuse_edits
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.options import Range
 
 MICRO = 1e-6

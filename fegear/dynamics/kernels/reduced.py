@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from fegear.dynamics.kernels.arrays import Row, StepWorkspace
 from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
+from fegear.dynamics.kernels.step_arrays import Row, StepWorkspace
 from lumped.common.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.contact import (
     CONVERGED,

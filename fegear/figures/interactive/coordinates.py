@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ import os
 from html import escape
 from typing import TYPE_CHECKING
 
-from fegear.figures.interactive.page import interactive_part, library_text
+from fegear.figures.interactive.html import interactive_part, library_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

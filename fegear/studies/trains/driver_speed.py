@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from fegear.files.speeds import MESH_FREQUENCY
+from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.gearset.speeds import driver_rpm
 from fegear.studies.columns import shared_meaning
 from fegear.studies.table import Table

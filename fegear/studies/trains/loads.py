@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any, get_args
 
 from fegear.files.errors import InputError
-from fegear.files.speeds import parsed_speeds
+from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
 from fegear.studies.settings import (

@@ -17,7 +17,7 @@ from fegear.train.lumped_models import (
     truncation_bound,
 )
 from lumped.common.csv_text import format_exact
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.truncation_check import TruncationCheck
 from lumped.train.system import LumpedSystem
 from lumped.train.truncation import MAX_ERROR

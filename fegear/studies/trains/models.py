@@ -20,7 +20,7 @@ from fegear.train.lumped_models import (
     LumpedModel,
     Number,
 )
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 
 TABLES = (
     f"Mesh table {TABLE_FILE} to use instead of finite elements; give one for each "

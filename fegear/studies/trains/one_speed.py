@@ -45,15 +45,15 @@ from fegear.train.lumped_models import (
     require_method,
     truncation_error,
 )
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.common.csv_text import format_exact
+from lumped.steady.integration_settings import Settings
 from lumped.steady.motion import (
     speeds_between,
     sweep_to_speed,
 )
 from lumped.steady.response import Response
-from lumped.steady.settings import Settings
 from lumped.steady.sweep import Observer, reporting_observer
 from lumped.steady.truncation_check import TruncationCheck
 from lumped.train.system import LumpedSystem

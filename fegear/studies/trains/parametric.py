@@ -9,7 +9,7 @@ from hashlib import sha256
 from typing import Any
 
 from fegear.files.errors import InputError
-from fegear.files.speeds import MESH_FREQUENCY
+from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.gearset.edit import require_known_key
 from fegear.gearset.model import GearSet
 from fegear.gearset.speeds import cycles_per_turn

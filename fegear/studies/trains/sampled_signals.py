@@ -24,8 +24,8 @@ from fegear.train.lumped_models import LumpedModel
 from lumped.common.options import Range
 from lumped.signals.orders import MIN_PULSES
 from lumped.signals.sampling import TURN_RTOL, Sampling, TurningGear
+from lumped.steady.integration_settings import Settings
 from lumped.steady.ramps import SpeedRamp
-from lumped.steady.settings import Settings
 
 # Steps per period of the fastest mesh, unless given: kinks of mesh forces between fewer
 # steps change signals by 0.2 %, between these by 0.01 %

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from fegear.files.errors import InputError
-from fegear.files.speeds import parsed_speeds, written_speeds
+from fegear.files.speed_ranges import parsed_speeds, written_speeds
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.studies.settings import (
     display_name,

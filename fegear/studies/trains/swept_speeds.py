@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Literal
 
 from fegear.files.errors import InputError
-from fegear.files.speeds import written_speeds
+from fegear.files.speed_ranges import written_speeds
 from fegear.studies.settings import display_name, setting
 from fegear.studies.trains.speeds import (
     refuse_both,

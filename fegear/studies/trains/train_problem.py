@@ -28,7 +28,7 @@ from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.lumped_models import LumpedModel, has_rolling_bearings, resolve_model
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.bearings.kinematics import ball_pass_over_shaft
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.train.rolling_supports import bearing_loads
 from lumped.train.system import LumpedSystem
 from lumped.train.train import TrainError

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.clatter.kernels.excitation import (
+from lumped.clatter.kernels.edge_waves import (
     derive_drives,
     evaluate_drive,
     evaluate_excitation,

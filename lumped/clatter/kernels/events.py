@@ -22,7 +22,7 @@ from lumped.clatter.kernels.contact import (
     select_held,
     snap_to_edge,
 )
-from lumped.clatter.kernels.excitation import evaluate_drive, evaluate_excitation
+from lumped.clatter.kernels.edge_waves import evaluate_drive, evaluate_excitation
 from lumped.clatter.kernels.impact import solve_impact
 from lumped.clatter.kernels.phi import phi_functions
 from lumped.common.compiled import compiled, compiled_part, inlined

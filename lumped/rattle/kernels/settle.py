@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from lumped.common.compiled import compiled, inlined
-from lumped.rattle.kernels.arrays import MAX_DECAYING_FLIGHT
 from lumped.rattle.kernels.flight import (
     MAX_RESTING_SPEED,
     MAX_STEPS,
@@ -25,6 +24,7 @@ from lumped.rattle.kernels.flight import (
     return_map,
     start_state,
 )
+from lumped.rattle.kernels.records import MAX_DECAYING_FLIGHT
 
 DEPARTURE_TOL = 1e-9  # turns, and of a speed: departures that are one
 ROUNDOFF_DISTANCE = 1e-13  # the same to round-off

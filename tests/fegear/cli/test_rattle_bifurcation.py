@@ -10,7 +10,7 @@ from cli_commands import printed, rows_of
 from drawn_figures import are_drawn, axis_labels, saved_figures
 
 from lumped.rattle.machine import Machine
-from lumped.rattle.periodic import min_eccentricity
+from lumped.rattle.periodic_orbits import min_eccentricity
 
 COMMAND = (
     *("rattle", "bifurcation", "roots-scaled", "--over", "delta=0.57:0.62"),

@@ -118,12 +118,12 @@ def test_titles_fit_above_their_figure(width):
 
 
 def test_what_is_an_axis_of_a_map_is_not_said_to_be_fixed(monkeypatch, tmp_path):
-    import lumped.figures.maps
+    import lumped.figures.map_plots
 
     titles = []
-    draw = lumped.figures.maps.draw_title
+    draw = lumped.figures.map_plots.draw_title
     monkeypatch.setattr(
-        lumped.figures.maps,
+        lumped.figures.map_plots,
         "draw_title",
         lambda figure, title: titles.append(title) or draw(figure, title),
     )

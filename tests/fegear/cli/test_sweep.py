@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from fegear.cli import app
 from fegear.files.errors import InputError
-from fegear.files.speeds import parsed_speeds, written_speeds
+from fegear.files.speed_ranges import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh

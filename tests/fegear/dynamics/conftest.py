@@ -15,15 +15,15 @@ from conftest import SMALL_HUBS
 from fegear.dynamics.build import elastic_damping
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.full import FullStepper, full_model
-from fegear.dynamics.kernels.arrays import Clock
+from fegear.dynamics.kernels.step_arrays import Clock
 from fegear.dynamics.mesh_load_curves import mesh_load_curves
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
 from fegear.dynamics.scheme import generalized_alpha
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.dynamics.stepper import MotionState, ReducedStepper, TimeSteps, empty_record
 from fegear.elasticity.cyclic_gear import cyclic_gear
+from fegear.elasticity.gear_modes import gear_modes
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.modes import gear_modes
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set
 from fegear.gearset.lumped_train import train_of

@@ -14,9 +14,9 @@ from fegear.dynamics.mesh_load_curves import pitch_point
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import contact_sides
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
-from fegear.elasticity.modes import gear_modes, lowest_modes
+from fegear.elasticity.gear_modes import gear_modes, lowest_modes
 from fegear.train.coupled import contacts_of
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper
 

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from fegear.dynamics.body_modes import body_modes
 from fegear.dynamics.sides import contact_sides
 from fegear.dynamics.stepper import DynamicSettings
-from fegear.elasticity.modes import lowest_modes
+from fegear.elasticity.gear_modes import lowest_modes
 from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
 from fegear.statics.excitation import StiffnessSource
@@ -22,8 +22,8 @@ from fegear.train.coupled import contacts_of
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.attractors.attractors import find_attractor
 from lumped.branches.period_map import PeriodMap
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper
 from lumped.train.coupled import COMPONENTS, contact_loads

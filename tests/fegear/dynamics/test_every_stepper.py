@@ -14,8 +14,8 @@ from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.files.store import Records, open_checkpoint
 from fegear.train.coupled import contacts_of
+from lumped.steady.integration_settings import Settings
 from lumped.steady.response import RESPONSE_QUANTITIES, Status
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, steady_state
 from lumped.steady.steppers import AdaptiveStepper, FixedStepper
 from lumped.steady.sweep import Observer, sweep_branch

@@ -17,7 +17,7 @@ from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem, solve_mesh
 from fegear.train.coupled import contacts_of, coupled_contacts
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper
 from lumped.train.path_load_curves import path_load_curves

@@ -10,8 +10,12 @@ import pytest
 from scipy.integrate import quad
 
 import fegear
-from fegear.commands.eccentric.contact import pairs_at, share_load, solve_contact_cycle
 from fegear.commands.eccentric.elastic_wheel import ElasticWheel
+from fegear.commands.eccentric.wheel_contact import (
+    pairs_at,
+    share_load,
+    solve_contact_cycle,
+)
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity.flank import flank_compliance

@@ -11,8 +11,8 @@ from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity.boundary import edge_quadrature
 from fegear.elasticity.crack_tip import tip_field
-from fegear.elasticity.elements import dofs_of_nodes, plane_basis
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.plane_elements import dofs_of_nodes, plane_basis
 from meshes.cracked_region import CrackLine, mesh_cracked_region
 
 STRESS, STRAIN = (PlaneMaterial(2.0, 0.3, plane) for plane in ("stress", "strain"))

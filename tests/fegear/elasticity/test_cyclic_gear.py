@@ -31,8 +31,8 @@ from fegear.elasticity.flank import (
     rootward_compliance,
 )
 from fegear.elasticity.flank_grid import flank_stencils
+from fegear.elasticity.gear_modes import gear_modes
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.modes import gear_modes
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from meshes import MeshSize, sector_mesh
 from meshes.profile import flank_points, flank_tangents, roll_length_at_arc, turn

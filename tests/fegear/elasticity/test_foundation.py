@@ -13,7 +13,7 @@ from thin_ring import RIM, thin_ring
 from whole_gear import COARSE, DENSITY, STEEL, WholeGear, small_ring
 
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
-from fegear.elasticity.modes import gear_modes, lowest_modes
+from fegear.elasticity.gear_modes import gear_modes, lowest_modes
 from fegear.elasticity.root_stress import root_influence
 from fegear.elasticity.sector import RIGHT, CyclicSector
 from meshes import MeshSize

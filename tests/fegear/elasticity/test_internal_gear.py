@@ -19,8 +19,8 @@ from whole_gear import (
 )
 
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
+from fegear.elasticity.gear_modes import gear_modes
 from fegear.elasticity.inertia_relief import inertia_relief
-from fegear.elasticity.modes import gear_modes
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 
 CUTOFF = 230e3  # modes of body and teeth

@@ -10,8 +10,8 @@ from conftest import MODULE, make_gear
 
 from fegear.elasticity import ring
 from fegear.elasticity.flank import flank_compliance
+from fegear.elasticity.gear_modes import gear_modes
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.modes import gear_modes
 from fegear.elasticity.sector import CyclicSector
 from meshes import MeshSize, outline
 

@@ -23,7 +23,7 @@ from whole_gear import (
 )
 
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
-from fegear.elasticity.modes import (
+from fegear.elasticity.gear_modes import (
     cyclic_modes,
     gear_modes,
     mode_counts,

@@ -6,7 +6,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from fegear import load_gear_set
-from fegear.commands.show.drawing import gear_set_figure
+from fegear.commands.show.gear_set_figure import gear_set_figure
 from fegear.figures.interactive import to_plotly
 
 LETTER = 7.0  # pixels, more than a letter of these titles takes on average

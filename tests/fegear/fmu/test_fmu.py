@@ -19,7 +19,6 @@ from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import wave_from_samples
 
 pytest.importorskip("pythonfmu")
-from fegear.commands.export.fmu.build import FmuMesh, wave_data, write_fmu
 from fegear.commands.export.fmu.gear_mesh import (
     INPUTS,
     OUTPUTS,
@@ -27,6 +26,7 @@ from fegear.commands.export.fmu.gear_mesh import (
     GearMeshUnit,
     wave_value,
 )
+from fegear.commands.export.fmu.unit_file import FmuMesh, wave_data, write_fmu
 
 BACKLASH, DAMPING = 50e-6, 800.0  # m, N s/m
 
@@ -150,7 +150,7 @@ def test_the_program_needs_the_standard_library_alone():
     import ast
     import sys
 
-    from fegear.commands.export.fmu.build import PROGRAM
+    from fegear.commands.export.fmu.unit_file import PROGRAM
 
     nodes = [*ast.walk(ast.parse(PROGRAM.read_text()))]
     modules = {n.module for n in nodes if isinstance(n, ast.ImportFrom)}

@@ -11,7 +11,7 @@ import pytest
 from drawn_figures import axis_labels, saved_figures
 
 import fegear
-from fegear.commands.show.drawing import (
+from fegear.commands.show.gear_set_figure import (
     gear_outline,
     line_of_action,
 )

@@ -12,9 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fegear.commands.campbell.rotors import rotor_system
-from fegear.commands.show.drawing import damaged_outlines, line_of_action, outlines
 from fegear.commands.show.fault_values import fault_figures, fault_lines
 from fegear.commands.show.faulty_teeth import faulty_teeth
+from fegear.commands.show.gear_set_figure import (
+    damaged_outlines,
+    line_of_action,
+    outlines,
+)
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, builtin_names, load_gear_set, make_gear_set
 from fegear.gearset.faults.building import roll_length_below_tip

@@ -10,7 +10,7 @@ from matplotlib.path import Path
 from scipy.spatial import cKDTree
 
 from fegear.commands.show.derived import gear_figures
-from fegear.commands.show.drawing import tooth_outline
+from fegear.commands.show.gear_set_figure import tooth_outline
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
 from fegear.gearset.inertia import body_inertia, require_inertia_beyond_springs

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fegear.commands.show.drawing import gear_outline, line_of_action
+from fegear.commands.show.gear_set_figure import gear_outline, line_of_action
 from fegear.gearset import GearSet, load_gear_set, read_gear_set
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.placing import Place, layout

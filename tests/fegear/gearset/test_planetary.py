@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fegear.commands.show.derived import gear_set_figures
-from fegear.commands.show.drawing import gear_outline, line_of_action
+from fegear.commands.show.gear_set_figure import gear_outline, line_of_action
 from fegear.commands.show.planetary_values import harmonic_figures
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, load_gear_set, make_gear_set

@@ -17,7 +17,7 @@ from matplotlib.image import imread
 from fegear.gearset import load_gear_set
 from fegear.rendering.fields import contact_field, mesh_scene
 from fegear.rendering.look import look_of, picture_aspect, ribbon_base
-from fegear.rendering.page import page
+from fegear.rendering.viewer_page import page
 from fegear.statics.settings import StaticsSettings
 
 SHOWN = ("von-mises", "principal", "displacement", "pressure")
@@ -97,7 +97,7 @@ def test_ribbon_stands_on_the_contact(field, looks):
 
 
 def test_many_nodes_are_thinned_out(field, looks, monkeypatch):
-    monkeypatch.setattr("fegear.rendering.page.MIN_NODES_OF_CORNERS", 100)
+    monkeypatch.setattr("fegear.rendering.viewer_page.MIN_NODES_OF_CORNERS", 100)
     data = data_of(page(field, looks, "title"))
     assert len(unpacked(data["triangles"], "<u4", 3)) == sum(
         len(gear.triangles) for gear in field.gears

@@ -14,8 +14,8 @@ from fegear.commands.campbell.rotors import rotor_system, transverse_inertia
 from fegear.gearset import load_gear_set
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.studies.trains.gear_sets import GearSetRef
-from lumped.rotors.assembly import assemble
-from lumped.rotors.modes import WhirlProblem
+from lumped.rotors.matrices import assemble
+from lumped.rotors.whirl import WhirlProblem
 
 SETTINGS = {"points": 7, "elements": 3, "modes": 8}
 CROSS = (

@@ -35,7 +35,7 @@ from validation.bench import (
     bench_stability,
     bench_stiffness,
 )
-from validation.random_sets.full import FullPoint
+from validation.random_sets.full_dynamics import FullPoint
 from validation.report.tables import report_tables
 from validation.stress.trials import trials_csv
 from validation.study.cases import Printed

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import fegear
-from fegear.commands.show.drawing import gear_set_figure
+from fegear.commands.show.gear_set_figure import gear_set_figure
 from fegear.commands.show.planetary_values import loss_per_friction
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.planetary.members import MEMBERS

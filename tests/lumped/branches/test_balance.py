@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lumped.branches.balance import HarmonicBalance
+from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import stepper_of
 from lumped.train.excitation import MeshExcitation, PairExcitation

@@ -16,7 +16,7 @@ from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.branches.shooting import shoot
 from lumped.continuation.arc_length import NoSolution
 from lumped.continuation.bifurcations import DOUBLING, FOLD
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import AdaptiveStepper
 

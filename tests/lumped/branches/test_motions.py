@@ -8,7 +8,7 @@ import pytest
 from lumped import respond
 from lumped.branches.motions import ParameterFamily, PeriodicProblem, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 
 pytestmark = pytest.mark.slow
 

@@ -10,8 +10,8 @@ import pytest
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.motions import SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.jumps import find_jumps
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import stepper_of
 from lumped.steady.sweep import sweep

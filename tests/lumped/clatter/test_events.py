@@ -11,7 +11,7 @@ from loose_wheels import SINE, STILL, freedom, helical, impacts_by_scipy, spur
 
 from lumped.clatter.gearbox import Harmonics, Variation
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.runs import (
+from lumped.clatter.impact_runs import (
     centred_state,
     energy,
     join_impacts,

@@ -10,8 +10,8 @@ import pytest
 from loose_wheels import SINE, freedom, helical, spur
 
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.kernels.arrays import new_workspace
 from lumped.clatter.kernels.contact import N_TERMS
+from lumped.clatter.kernels.group_arrays import new_workspace
 from lumped.clatter.kernels.impact import solve_impact, solve_lcp
 
 

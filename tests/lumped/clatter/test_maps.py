@@ -11,8 +11,8 @@ from loose_wheels import SINE, freedom, spur
 
 from lumped.clatter.gearbox import Harmonics
 from lumped.clatter.groups import WheelGroup
+from lumped.clatter.impact_runs import centred_state, simulate
 from lumped.clatter.maps import follow_map, map_exponent
-from lumped.clatter.runs import centred_state, simulate
 
 # R = m = Theta = 1, equal dampings and a radial play that is never used up
 UNIT = spur(

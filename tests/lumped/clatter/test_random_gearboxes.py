@@ -7,7 +7,7 @@ import pytest
 
 from lumped.clatter.gearbox import Freedom, Gearbox, Harmonics, LooseWheel, Variation
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.runs import random_state, simulate
+from lumped.clatter.impact_runs import random_state, simulate
 
 
 def random_wheel(random: np.random.Generator, number: int) -> LooseWheel:

@@ -12,7 +12,7 @@ from lumped.rattle.assembly import Assembly
 from lumped.rattle.branches import GRAZING, OrbitFinder, orbits_at
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import default_speed, find_orbits
-from lumped.rattle.periodic import (
+from lumped.rattle.periodic_orbits import (
     min_eccentricity,
     simple_rattle,
     two_sided_rattle,

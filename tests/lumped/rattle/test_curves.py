@@ -13,7 +13,11 @@ from lumped.rattle.branches import GRAZING, OrbitFinder
 from lumped.rattle.curves import GRAZING_FOLD, curve_of, is_on
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import find_orbits
-from lumped.rattle.periodic import min_eccentricity, simple_rattle, two_sided_rattle
+from lumped.rattle.periodic_orbits import (
+    min_eccentricity,
+    simple_rattle,
+    two_sided_rattle,
+)
 from lumped.rattle.return_map import distance, follow
 
 LIMITS = (0.5, 0.8), (0.02, 0.2)

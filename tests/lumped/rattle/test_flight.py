@@ -12,7 +12,7 @@ from lumped.rattle.attractors import AttractorClassifier
 from lumped.rattle.kernels.flight import MAX_RESTING_SPEED, return_map
 from lumped.rattle.kernels.settle import CHANGING, PERMANENT_CONTACT, UNKNOWN
 from lumped.rattle.machine import Machine
-from lumped.rattle.periodic import min_eccentricity, simple_rattle
+from lumped.rattle.periodic_orbits import min_eccentricity, simple_rattle
 from lumped.rattle.return_map import follow, iterate_map_points
 
 TURN = 2.0 * math.pi

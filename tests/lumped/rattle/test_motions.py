@@ -14,7 +14,7 @@ from lumped.rattle.impulses import impulse_rattle
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import AssemblyIntegrator
 from lumped.rattle.noise import measure_noise, measure_noise_of_parts
-from lumped.rattle.periodic import min_eccentricity, simple_rattle
+from lumped.rattle.periodic_orbits import min_eccentricity, simple_rattle
 from lumped.rattle.permanent_contact import quiet_motion
 from lumped.rattle.return_map import follow
 

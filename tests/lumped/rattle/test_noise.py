@@ -19,7 +19,7 @@ from lumped.rattle.noise import (
     random_initial_conditions,
 )
 from lumped.rattle.orbits import find_orbits
-from lumped.rattle.periodic import simple_rattle
+from lumped.rattle.periodic_orbits import simple_rattle
 from lumped.rattle.return_map import follow
 
 FIGURES = {"eccentricity": 0.1, "half_backlash": 0.6}

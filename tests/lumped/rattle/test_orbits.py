@@ -9,7 +9,7 @@ import pytest
 
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import default_speed, find_orbits
-from lumped.rattle.periodic import simple_rattle
+from lumped.rattle.periodic_orbits import simple_rattle
 
 SPEEDS = 0.0, 7.0
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import fsolve
 
 from lumped.rattle.machine import Machine
-from lumped.rattle.periodic import simple_rattle, two_sided_rattle
+from lumped.rattle.periodic_orbits import simple_rattle, two_sided_rattle
 from lumped.rattle.return_map import distance, follow
 
 SCALED = {"damping": 0.6, "half_backlash": 0.6}

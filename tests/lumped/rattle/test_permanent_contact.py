@@ -16,7 +16,7 @@ from lumped.rattle.assembly import Absorber, Assembly, Shafts, SprungGear
 from lumped.rattle.kernels.flight import return_map
 from lumped.rattle.kernels.settle import PERMANENT_CONTACT
 from lumped.rattle.machine import Machine, effective_eccentricity
-from lumped.rattle.periodic import simple_rattle
+from lumped.rattle.periodic_orbits import simple_rattle
 from lumped.rattle.permanent_contact import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
 from lumped.rattle.return_map import iterate_map_points

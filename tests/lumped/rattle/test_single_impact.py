@@ -14,7 +14,7 @@ from lumped.rattle.impulses import impulse_rattle
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.motions import AssemblyIntegrator
 from lumped.rattle.orbits import find_orbits
-from lumped.rattle.periodic import min_eccentricity, simple_rattle
+from lumped.rattle.periodic_orbits import min_eccentricity, simple_rattle
 from lumped.rattle.single_impact import single_impact, single_impact_of_parts
 
 TIMES = np.linspace(0.0, 1.0, 2001)

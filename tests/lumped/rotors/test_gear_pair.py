@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from oracles.geared_rotors import Assembly
 
-from lumped.rotors.assembly import assemble
 from lumped.rotors.description import (
     Bearing,
     Disk,
@@ -18,7 +17,8 @@ from lumped.rotors.description import (
     RotorSystem,
     Section,
 )
-from lumped.rotors.modes import WhirlProblem
+from lumped.rotors.matrices import assemble
+from lumped.rotors.whirl import WhirlProblem
 from lumped.train.coordinates import line_of_action, rolling_sense
 from lumped.train.train import Gear, Mesh, Train
 

@@ -11,7 +11,6 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import eigh
 
-from lumped.rotors.assembly import assemble
 from lumped.rotors.campbell import campbell, crossings, unstable_ranges
 from lumped.rotors.critical import critical_speeds, synchronous_speeds
 from lumped.rotors.description import (
@@ -24,7 +23,8 @@ from lumped.rotors.description import (
     Section,
 )
 from lumped.rotors.frames import rotating_frame
-from lumped.rotors.modes import WhirlProblem, mode_kind
+from lumped.rotors.matrices import assemble
+from lumped.rotors.whirl import WhirlProblem, mode_kind
 
 YOUNG, SHEAR, DENSITY = 2.1e11, 8e10, 7800.0
 LENGTH, DIAMETER = 1.0, 0.05

@@ -17,7 +17,7 @@ from lumped.figures.stability import draw_chart
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import scan_stability
 from lumped.stability.multipliers import largest_multiplier, multipliers
-from lumped.stability.periodic import periodic_system
+from lumped.stability.periodic_system import periodic_system
 from lumped.train.friction import ToothFriction
 
 LOW, HIGH = 1.7, 12.4  # Hz

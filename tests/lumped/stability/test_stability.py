@@ -26,7 +26,7 @@ from lumped.stability.multipliers import (
     scaled_transition,
     transition,
 )
-from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.stability.periodic_system import PeriodicSystem, periodic_system
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.friction import ToothFriction, base_pitch, friction_rows, with_bending
 from lumped.train.system import LumpedSystem

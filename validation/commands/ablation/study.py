@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory
-from fegear.files.speeds import written_speeds
+from fegear.files.speed_ranges import written_speeds
 from fegear.gearset.model import GearSet
 from fegear.studies.columns import meanings
 from fegear.studies.page import ColumnTable, Page, number

@@ -21,8 +21,8 @@ from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster
-from validation.random_sets import runs as random_sets
-from validation.random_sets.runs import Extent, SetRun
+from validation.random_sets import set_runs as random_sets
+from validation.random_sets.set_runs import Extent, SetRun
 from validation.report import QUICK, is_quick_report, report_values, write_report
 from validation.study import runs as case_runs
 from validation.study.cases import Case, case_names, load_case

@@ -13,8 +13,8 @@ from pydantic import Field
 from fegear.commands.clatter.gearboxes import load_gearbox
 from lumped.clatter.chaos import lyapunov_exponent
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.runs import centred_state, simulate
-from lumped.common.arrays import Array
+from lumped.clatter.impact_runs import centred_state, simulate
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from lumped.figures.clatter import sample_plays
 from validation.reproduce.parts import Curve, Part, PartResult

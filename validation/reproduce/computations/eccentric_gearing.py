@@ -13,9 +13,9 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from fegear.commands.eccentric.drawing import assembled, turned
 from fegear.commands.eccentric.gearing import Gearing
-from lumped.common.arrays import Array
+from fegear.commands.eccentric.gearing_figure import assembled, turned
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.base import largest_eccentricity

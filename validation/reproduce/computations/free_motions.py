@@ -9,10 +9,10 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from lumped.stability.multipliers import integrated, largest_multiplier
-from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.stability.periodic_system import PeriodicSystem, periodic_system
 from lumped.train.system import LumpedSystem
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene

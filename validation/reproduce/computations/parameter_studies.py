@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field
 
 from fegear.commands.map.study import respond_at, respond_over
 from fegear.files.errors import InputError
-from fegear.files.speeds import parsed_speeds
+from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.edit import require_known_key
 from fegear.studies.trains.parametric import OF_TEETH
 from lumped.closed_forms import (
@@ -27,11 +27,11 @@ from lumped.closed_forms import (
     peak_amplitude,
     resonance,
 )
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from lumped.common.workers import compute_in_threads
+from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import Axis, Cell, ParameterMap, run_map
-from lumped.steady.settings import Settings
 from lumped.steady.sweep import Direction, sweep_all
 from lumped.train.system import LumpedSystem
 from validation.reproduce.computations.frequency_response import require_finished

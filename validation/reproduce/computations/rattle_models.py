@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from fegear.commands.rattle.machines import load_machine
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress
 from lumped.rattle.assembly import Assembly

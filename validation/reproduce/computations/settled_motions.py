@@ -12,7 +12,7 @@ from lumped.attractors.attractor_sweeps import AttractorBranch, sweep_attractors
 from lumped.attractors.attractors import Kind, SectionSettings
 from lumped.branches.motions import SpeedFamily
 from lumped.common.progress import Progress
-from lumped.steady.settings import Settings
+from lumped.steady.integration_settings import Settings
 from lumped.steady.sweep import Direction, reporting_observer
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.dynamics.stepper import DynamicSettings
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
+from lumped.steady.integration_settings import Settings
 from lumped.steady.motion import DivergedError, spectrum
-from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed, Stepper
 from lumped.steady.steppers import stepper_of
 from lumped.steady.sweep import SweepPoint, continue_sweep

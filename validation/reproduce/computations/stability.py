@@ -11,7 +11,7 @@ import numpy as np
 from lumped.common.progress import Progress
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import StabilityScan, scan_stability
-from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.stability.periodic_system import PeriodicSystem, periodic_system
 from validation.reproduce.computations.parameter_studies import Over
 from validation.reproduce.parts import Curve, Part, PartResult, Style
 from validation.reproduce.scene import CONTACT_RATIO, Scene

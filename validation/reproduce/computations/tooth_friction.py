@@ -12,7 +12,7 @@ from pydantic import Field
 
 from fegear.statics.solving import solve_mesh
 from lumped.closed_forms.parametric import excitation_harmonics
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from lumped.train.friction import base_pitch, torque_shares
 from validation.reproduce.computations.parameter_studies import Over

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fegear.commands.new.rexs.model import Component
+from fegear.commands.new.rexs.components import Component
 from fegear.commands.new.rexs.stages import Stage
 
 MAX_MISPLACED = 0.01  # of the centre distance: positions say the same

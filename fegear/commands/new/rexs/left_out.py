@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from fegear.commands.new.rexs.model import Component
+from fegear.commands.new.rexs.components import Component
 from fegear.commands.new.rexs.stages import RexsGearbox, Stage
 
 READ_KINDS = (

@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 
-from fegear.commands.new.rexs.model import Component
+from fegear.commands.new.rexs.components import Component
 from fegear.commands.new.rexs.stages import RexsGearbox, Stage, is_internal, rejection
 from fegear.files.errors import InputError
 

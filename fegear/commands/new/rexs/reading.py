@@ -11,7 +11,12 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from fegear.commands.new.rexs.model import Attribute, Component, Relation, RexsModel
+from fegear.commands.new.rexs.components import (
+    Attribute,
+    Component,
+    Relation,
+    RexsModel,
+)
 from fegear.files.errors import InputError
 from fegear.files.output import read_content
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from fegear.commands.new.rexs.model import Component, RexsModel
+from fegear.commands.new.rexs.components import Component, RexsModel
 from fegear.files.errors import InputError
 
 HELIX = ("helix_angle_reference_diameter", "helix_angle")

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from fegear.rendering.fields import ContactField, PairField
 from fegear.rendering.labels import legend, pair_text, state_words
 from fegear.rendering.look import COLOURS, RenderStyle, palette, ribbon_base, ribbon_of
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 from lumped.common.checks import require_present
 
 MM = 1e3

@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.kernels import events
-from lumped.clatter.kernels.arrays import RECORD_COLUMNS, GroupArrays, new_workspace
 from lumped.clatter.kernels.contact import N_TERMS
-from lumped.common.arrays import Array
+from lumped.clatter.kernels.group_arrays import (
+    RECORD_COLUMNS,
+    GroupArrays,
+    new_workspace,
+)
+from lumped.common.array_types import Array
 
 CHUNK = 50_000  # impacts that are computed at a time
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 
-from lumped.common.arrays import Array, Complex
-from lumped.rotors.assembly import GyroscopicSystem
+from lumped.common.array_types import Array, Complex
+from lumped.rotors.matrices import GyroscopicSystem
 from lumped.rotors.rest import modes_at_rest
 
 Instability = Literal["flutter", "divergence"]

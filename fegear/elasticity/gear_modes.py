@@ -34,7 +34,7 @@ from fegear.elasticity.sector import (
     cyclic_sector,
 )
 from fegear.files.timing import stage
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 
 Field = NDArray[Any]  # real for a standing mode, else complex
 Counts = NDArray[np.int64]

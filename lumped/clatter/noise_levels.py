@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.runs import Impacts
+from lumped.clatter.impact_runs import Impacts
 
 
 @dataclass(frozen=True)

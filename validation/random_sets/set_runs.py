@@ -28,9 +28,9 @@ from fegear.gearset.model import GearSet
 from lumped.common.csv_text import format_records
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster, NoClusterError, run_tasks
-from validation.random_sets.full import SETS as FULL_SETS
-from validation.random_sets.full import SPEEDS as FULL_SPEEDS
-from validation.random_sets.full import FullPoint, measure_full, smallest_sets
+from validation.random_sets.full_dynamics import SETS as FULL_SETS
+from validation.random_sets.full_dynamics import SPEEDS as FULL_SPEEDS
+from validation.random_sets.full_dynamics import FullPoint, measure_full, smallest_sets
 from validation.random_sets.generator import COUNT, random_gear_set
 from validation.random_sets.measuring import REFERENCE, Measured, measure
 from validation.random_sets.measuring import SPEEDS as SPEED_COUNT

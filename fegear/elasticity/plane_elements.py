@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 
 if TYPE_CHECKING:
     from skfem import Basis

@@ -18,7 +18,7 @@ from fegear.commands.eccentric.elastic_wheel import ElasticWheel
 from fegear.contact.problem import ContactFailure
 from fegear.elasticity.material import pressure_in_plane
 from fegear.result import Result
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from meshes.eccentric.base import LEADING, TRAILING, Side
 from meshes.eccentric.teeth import ToothedPair, ToothedWheel
 

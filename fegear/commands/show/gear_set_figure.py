@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fegear.commands.show.fault_drawing import draw_faults, fault_handles
+from fegear.commands.show.fault_figure import draw_faults, fault_handles
 from fegear.commands.show.faulty_teeth import FaultyTeeth, faulty_teeth
 from fegear.gearset.faults.building import roll_length_below_tip
 from fegear.gearset.model import GearSet, Mesh

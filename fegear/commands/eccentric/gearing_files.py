@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.commands.eccentric.drawing import (
+from fegear.commands.eccentric.gearing import Gearing
+from fegear.commands.eccentric.gearing_figure import (
     assembled,
     draw_to_scale,
     film_of,
     turned,
 )
-from fegear.commands.eccentric.gearing import Gearing
 from fegear.commands.eccentric.turn import wheel_meshes
 from fegear.files.dxf import write_dxf
 from fegear.files.output import write_whole

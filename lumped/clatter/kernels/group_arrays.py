@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lumped.common.arrays import Array, Indices
+from lumped.common.array_types import Array, Indices
 
 # of `ImpactWorkspace`
 INTEGER_FIELDS = "locked", "contact", "side", "leaving", "basis", "edge"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.rattle.arcs import ArcSequence, margin_of
 from lumped.rattle.machine import TURN, Machine
 

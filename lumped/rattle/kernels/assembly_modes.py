@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.compiled import compiled, inlined
-from lumped.rattle.kernels.arrays import MAX_DECAYING_FLIGHT, MAX_LOAD_CHANGE
 from lumped.rattle.kernels.flight import time_to_bound
+from lumped.rattle.kernels.records import MAX_DECAYING_FLIGHT, MAX_LOAD_CHANGE
 
 TWO_PI = 2.0 * math.pi
 MAX_FIRST_STEP = 0.25  # turns of a first step, at most

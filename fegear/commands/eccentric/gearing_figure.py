@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.commands.eccentric.gearing import Gearing
-from lumped.common.arrays import Array
+from lumped.common.array_types import Array
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:

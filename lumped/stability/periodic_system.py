@@ -21,7 +21,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.common.arrays import Array, Complex
+from lumped.common.array_types import Array, Complex
 from lumped.train.friction import base_pitch, friction_rows, sliding_sign
 from lumped.train.system import LumpedSystem
 from lumped.train.waves import Wave
